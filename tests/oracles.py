@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from rtctl.control.admittance_loop import AdmittanceLoop
-from rtctl.control.stability import require_coupling
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop
+from rtctl.control.proofs.stability import require_coupling
 
 
 def admittance_mass_min(J: float, b: float, K_v: float, T: float, b_a: float = 0.0) -> float:

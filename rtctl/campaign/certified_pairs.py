@@ -12,9 +12,9 @@ from hw.mock.family import FAMILY
 from rtctl.campaign.draws import log_uniform
 from rtctl.check import stability_report
 from rtctl.check.admittance_figures import quicker_sensor
-from rtctl.control import admittance_margin
-from rtctl.control.admittance_loop import AdmittanceLoop
 from rtctl.control.environments.table import Environment
+from rtctl.control.proofs import admittance_margin
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.demo import shipped_config

@@ -15,8 +15,8 @@ import numpy as np
 from rtctl.campaign.draws import log_uniform
 from rtctl.campaign.linear_rig import Case, Law, Plant, behind_a_joint, grows, network, regular
 from rtctl.campaign.worst_rig import Loop, with_stiffness, worst_elastic, worst_place, worst_rig
-from rtctl.control import stability
-from rtctl.control.stability import Between
+from rtctl.control.proofs import stability
+from rtctl.control.proofs.stability import Between
 
 PART = 20
 """Rigs that a process makes before it reports."""

@@ -16,7 +16,7 @@ from hw.mock.effects import effect_fields
 from hw.mock.family import FAMILY
 from hw.mock.records import plant_records
 from rtctl.check import lateness
-from rtctl.control.stability import late_ticks
+from rtctl.control.proofs.stability import late_ticks
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.family import with_plant
 

@@ -20,10 +20,10 @@ from rtctl.campaign.draws import log_uniform
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import memory_dtype
 from rtctl.campaign.pursuit import FOE, foe_record
-from rtctl.control import stability
-from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.environments.kind import DAMPING, STIFFNESS
 from rtctl.control.environments.table import OWN, Environment
+from rtctl.control.proofs import stability
+from rtctl.control.proofs.delay_cover import delay_covered_ticks
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR
 from rtctl.rig_file.config import LoadedConfig

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from rtctl.check.stability_report import AxisReport
-    from rtctl.control.admittance_loop import AdmittanceLoop
+    from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 
 _MASSES = 9
 _AROUND = 4.0
@@ -56,6 +56,6 @@ def draw_axis(plot: Axes, axis: AxisReport) -> None:
 
 def boundary(loop: AdmittanceLoop, masses: np.ndarray, *, world: bool) -> np.ndarray:
     """Stiffest hand that passes with each virtual mass, N m/rad, in every linear world or in free motion."""
-    from rtctl.control.admittance_margin import largest_hand
+    from rtctl.control.proofs.admittance_margin import largest_hand
 
     return np.array([largest_hand(replace(loop, mass_kgm2=float(mass)), world=world) for mass in masses])

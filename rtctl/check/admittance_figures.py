@@ -7,14 +7,14 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
-    from rtctl.control.admittance_loop import AdmittanceLoop
-    from rtctl.control.admittance_margin import Finding
-    from rtctl.control.drive_in_hand import ElasticJoint
+    from rtctl.control.proofs.admittance_loop import AdmittanceLoop
+    from rtctl.control.proofs.admittance_margin import Finding
+    from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.rig_file.axis_tables import AxisTable
 
 
@@ -64,7 +64,7 @@ class AdmittanceFigures:
 
 def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: float) -> AdmittanceLoop:
     """The loop of an axis as `admittance_loop` wants it."""
-    from rtctl.control.admittance_loop import (
+    from rtctl.control.proofs.admittance_loop import (
         AdmittanceLoop,
         Box,
     )  # a report's names must not load the compiler
@@ -105,7 +105,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
 
 def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
     """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
-    from rtctl.control.drive_in_hand import RESONANCES_HZ, RIGID, ElasticJoint, resonance
+    from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, RIGID, ElasticJoint, resonance
 
     if joint.stiffness_nm_rad > 0:
         one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
@@ -118,7 +118,7 @@ def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
 @lru_cache(maxsize=64)
 def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
-    from rtctl.control import admittance_margin as margin
+    from rtctl.control.proofs import admittance_margin as margin
 
     found = margin.judge(loop)
     others = (

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 from rtctl.control.stability_watch import FLOOR_SHARE
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
 from rtctl.control.vocabulary import DeviceVelocity, Display, VelocityMethod

@@ -5,14 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtctl.check.force_way import ForceWay
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 from rtctl.friction.guarantee import Guarantee
 from rtctl.friction.margins import FrictionFigures
 
 
 @dataclass(frozen=True)
 class AxisFigures:
-    """Figures of one axis; see `rtctl.control.stability` for the symbols behind them."""
+    """Figures of one axis; see `rtctl.control.proofs.stability` for the symbols behind them."""
 
     index: int
     name: str

@@ -14,7 +14,7 @@ from hw.interface import Joint
 from hw.member import Member
 from hw.rig_words import subset
 from rtctl.check.measured_timing import AxisTiming
-from rtctl.control.stability import Between, lag_ticks
+from rtctl.control.proofs.stability import Between, lag_ticks
 from rtctl.rig_file.config import LoadedConfig
 
 _COMMANDS = frozenset({"torque", "current_command"})

@@ -10,13 +10,13 @@ import numpy as np
 from hw import registry
 from rtctl.check import lateness, stability_report
 from rtctl.check.axis_plan import fill_axis, fill_force_feedback
-from rtctl.control import stability
 from rtctl.control.compensation_limit import ungated_cap
-from rtctl.control.delay_cover import delay_covered_ticks
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
 from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.gate import WINDOW_S
+from rtctl.control.proofs import stability
+from rtctl.control.proofs.delay_cover import delay_covered_ticks
 from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
 from rtctl.control.trembling import LONGEST_S

@@ -10,7 +10,7 @@ import numpy as np
 from rtctl import pictures
 from rtctl.check.admittance_figure import draw_axis
 from rtctl.check.stability_report import AxisReport, Report
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

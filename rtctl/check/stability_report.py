@@ -36,9 +36,9 @@ from rtctl.check.lateness import Lateness
 from rtctl.check.measured_timing import AxisTiming
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
-from rtctl.control import stability
 from rtctl.control.environments.kind import STIFFNESS
 from rtctl.control.environments.table import Environment, using
+from rtctl.control.proofs import stability
 from rtctl.errors import StabilityError
 from rtctl.friction import artefact
 from rtctl.friction.adaptation import largest_feedforward
@@ -49,7 +49,7 @@ from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 
 if TYPE_CHECKING:
-    from rtctl.control.admittance_loop import AdmittanceLoop
+    from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from rtctl.check.verdicts_of_admittance import found
 from rtctl.check.verdicts_of_observer import loop_of, observes
 
 if TYPE_CHECKING:
-    from rtctl.control.observer_loop import Loop
+    from rtctl.control.proofs.observer_loop import Loop
 
 REMEDY = "force.sensor_lowpass_hz and sensor_delay_s, from its data sheet or measured (docs/force-sensors.md)"
 
@@ -29,7 +29,7 @@ def sensor_of_an_observer(s: Subject) -> list[Verdict]:
 
 @lru_cache(maxsize=64)
 def _slowest(loop: Loop) -> float:
-    from rtctl.control import observer_margin
+    from rtctl.control.proofs import observer_margin
 
     return observer_margin.slowest_sensor(loop)
 

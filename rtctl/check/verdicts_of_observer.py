@@ -11,8 +11,8 @@ from rtctl.check.admittance_figures import joints_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 
 if TYPE_CHECKING:
-    from rtctl.control.observer_loop import Loop
-    from rtctl.control.observer_margin import Finding
+    from rtctl.control.proofs.observer_loop import Loop
+    from rtctl.control.proofs.observer_margin import Finding
 
 NOISE_SHARE = 0.3
 """Torque of one encoder count through the observer, as a share of the least friction: less is not felt."""
@@ -59,14 +59,14 @@ def _use(found: Finding) -> float:
 
 
 def _kept_least() -> float:
-    from rtctl.control import observer_margin  # reading a report's names must not load the compiler
+    from rtctl.control.proofs import observer_margin  # reading a report's names must not load the compiler
 
     return observer_margin.KEPT_LEAST
 
 
 @lru_cache(maxsize=256)
 def _judged(loop: Loop) -> Finding:
-    from rtctl.control import observer_margin
+    from rtctl.control.proofs import observer_margin
 
     found = [observer_margin.judge(one) for one in {loop, replace(loop, sensor_hz=0.0, sensor_ticks=0)}]
     return max(
@@ -77,7 +77,7 @@ def _judged(loop: Loop) -> Finding:
 @lru_cache(maxsize=64)
 def _passing(loop: Loop) -> tuple[float, float]:
     """Largest gain at this bandwidth, nearest bandwidth at this gain."""
-    from rtctl.control import observer_margin
+    from rtctl.control.proofs import observer_margin
 
     return observer_margin.largest_gain(loop), observer_margin.nearest_bandwidth(loop)
 
@@ -94,8 +94,8 @@ def _remedy(s: Subject, loop: Loop) -> str:
 
 def loop_of(s: Subject) -> Loop:
     """The loop of an axis as `observer_loop` wants it."""
-    from rtctl.control import stability
-    from rtctl.control.observer_loop import Loop
+    from rtctl.control.proofs import stability
+    from rtctl.control.proofs.observer_loop import Loop
 
     axis, observer = s.axis, s.table.friction.observer
     return Loop(

@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 from rtctl.errors import ConfigError
 from rtctl.experiments import figures, real_run
 from rtctl.experiments.order import Order

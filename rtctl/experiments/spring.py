@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl import pictures
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.experiments import figures, virtual
 from rtctl.experiments.order import Order

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl import pictures
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 from rtctl.experiments import figures, worst_delay, worst_hand
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 from rtctl.experiments.worst_hand import Hand, network
 
 UNSTABLE = 1e-7

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.control import compensation_limit as limits
-from rtctl.control import friction_passivity as friction
+from rtctl.control.proofs import friction_passivity as friction
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable

@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.control import compensation_limit as limits
-from rtctl.control import friction_passivity as friction
-from rtctl.control import stability
+from rtctl.control.proofs import friction_passivity as friction
+from rtctl.control.proofs import stability
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rtctl.check import stability_report
-from rtctl.control import admittance_margin
-from rtctl.control.drive_in_hand import RIGID
+from rtctl.control.proofs import admittance_margin
+from rtctl.control.proofs.drive_in_hand import RIGID
 from rtctl.rig_file.config import LoadedConfig
 
 

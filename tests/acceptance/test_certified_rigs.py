@@ -8,7 +8,7 @@ import pytest
 from rtctl.campaign import margins
 from rtctl.campaign.linear_rig import Case, Law, grows, largest_pole, network, regular
 from rtctl.campaign.worst_rig import Loop, worst_elastic, worst_place, worst_rig
-from rtctl.control.stability import Between, k_max_between, k_max_sampled_data
+from rtctl.control.proofs.stability import Between, k_max_between, k_max_sampled_data
 
 
 def test_two_hundred_certified_rigs_in_the_worst_hands_do_not_shake_and_the_bound_is_close():

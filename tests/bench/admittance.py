@@ -16,9 +16,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from rtctl.control import admittance_margin
-from rtctl.control.admittance_loop import AdmittanceLoop, Box, Points, fine_worlds, points, spectral_radii
-from rtctl.control.drive_in_hand import BRISTLE_DAMPING_SHARE, RIGID, resonance
+from rtctl.control.proofs import admittance_margin
+from rtctl.control.proofs.admittance_loop import (
+    AdmittanceLoop,
+    Box,
+    Points,
+    fine_worlds,
+    points,
+    spectral_radii,
+)
+from rtctl.control.proofs.drive_in_hand import BRISTLE_DAMPING_SHARE, RIGID, resonance
 from tests.bench.row import Row, table
 
 Array = NDArray[np.float64]

@@ -16,7 +16,7 @@ MARGIN = "tests/unit/control/test_admittance_margin.py"
 
 SEEDS = (
     Seed(
-        "an admittance is certified with its help in force only", "rtctl/control/admittance_margin.py",
+        "an admittance is certified with its help in force only", "rtctl/control/proofs/admittance_margin.py",
         "return (loop, *less_help(loop)[:1])", "return (loop,)",
         (
             f"{MARGIN}::test_a_hand_may_turn_the_help_off_and_the_certificate_holds_then_too",

@@ -39,14 +39,14 @@ SEEDS = (
     ),
     Seed(
         "the proof forgets the sensor at the aliases",
-        "rtctl/control/admittance_spectrum.py",
+        "rtctl/control/proofs/admittance_spectrum.py",
         "        shown = a * _sensor(loop, alias)\n",
         "        shown = a\n",
         (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),
     ),
     Seed(
         "the proof forgets how late the force is",
-        "rtctl/control/admittance_spectrum.py",
+        "rtctl/control/proofs/admittance_spectrum.py",
         "    for _ in range(loop.sensor_ticks):\n        sensor = sensor * last\n",
         "",
         (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),

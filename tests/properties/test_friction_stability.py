@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from rtctl.control.stability import (
+from rtctl.control.proofs.stability import (
     damping_needed_adams_hannaford,
     damping_needed_sampled_data,
     k_max_adams_hannaford,

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.control import stability
+from rtctl.control.proofs import stability
 
 ROOT = Path(__file__).parents[2]
 THEORY = (ROOT / "docs" / "theory.md").read_text()

@@ -10,7 +10,7 @@ from rtctl.check import admittance_figures, verdicts_of_admittance
 from rtctl.check.law_plan import build
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
-from rtctl.control import admittance_margin
+from rtctl.control.proofs import admittance_margin
 from rtctl.errors import StabilityError
 from rtctl.rig_file.config import load
 

@@ -7,10 +7,11 @@ import pytest
 from oracles import hand_max_continuous, impedance_continuous
 from scipy.linalg import expm
 
-from rtctl.control import admittance_margin, virtual_mass
-from rtctl.control.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
-from rtctl.control.drive_in_hand import resonance
+from rtctl.control import virtual_mass
 from rtctl.control.jit import records
+from rtctl.control.proofs import admittance_margin
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
+from rtctl.control.proofs.drive_in_hand import resonance
 from rtctl.control.records import new_records
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Display, Environment, State

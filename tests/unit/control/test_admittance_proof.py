@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.control import admittance_margin, admittance_proof
-from rtctl.control.admittance_loop import AdmittanceLoop, Box, eigenvalues, points, spectral_radii
-from rtctl.control.admittance_spectrum import HandCell, Joint, coefficients
-from rtctl.control.discs import Disc, exponential, one_less_exponential, point
-from rtctl.control.drive_in_hand import resonance
+from rtctl.control.proofs import admittance_margin, admittance_proof
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box, eigenvalues, points, spectral_radii
+from rtctl.control.proofs.admittance_spectrum import HandCell, Joint, coefficients
+from rtctl.control.proofs.discs import Disc, exponential, one_less_exponential, point
+from rtctl.control.proofs.drive_in_hand import resonance
 
 RIG = AdmittanceLoop(
     0.012, 0.05, 1e-3, 0.03, 0.3, 2.0, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0, delay=1.0

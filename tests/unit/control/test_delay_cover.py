@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.control import stability
-from rtctl.control.delay_cover import MOST_TICKS, damping_needed_delayed, delay_covered_ticks
+from rtctl.control.proofs import stability
+from rtctl.control.proofs.delay_cover import MOST_TICKS, damping_needed_delayed, delay_covered_ticks
 
 T = 1e-3
 

@@ -9,9 +9,9 @@ import pytest
 
 from hw.mock.records import Hand
 from rtctl.check.admittance_figures import fading
-from rtctl.control import admittance_margin
-from rtctl.control.admittance_loop import AdmittanceLoop, Box
 from rtctl.control.display import CHANGE_S
+from rtctl.control.proofs import admittance_margin
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box
 from rtctl.control.vocabulary import Display, Environment
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation

@@ -7,7 +7,7 @@ import pytest
 from oracles import runaway_speed, tanh_speed_min
 
 from rtctl.control.compensation_limit import feedforward_limit
-from rtctl.control.friction_passivity import (
+from rtctl.control.proofs.friction_passivity import (
     gain_max,
     secant_damping,
     slope_damping,

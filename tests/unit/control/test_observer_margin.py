@@ -8,10 +8,10 @@ import pytest
 from scipy.linalg import expm
 
 from rtctl.control import disturbance_observer as law
-from rtctl.control.drive_in_hand import frequency_hz, resonance
 from rtctl.control.jit import records
-from rtctl.control.observer_loop import Loop, Points, grid
-from rtctl.control.observer_margin import Finding, judge, largest_gain, modes, nearest_bandwidth
+from rtctl.control.proofs.drive_in_hand import frequency_hz, resonance
+from rtctl.control.proofs.observer_loop import Loop, Points, grid
+from rtctl.control.proofs.observer_margin import Finding, judge, largest_gain, modes, nearest_bandwidth
 from rtctl.control.records import HELD, new_records
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Policy

@@ -9,9 +9,9 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.control.held_samples import damping_needed as damping_needed_held
-from rtctl.control.sampled_loop import delays, slots, undominated
-from rtctl.control.stability import (
+from rtctl.control.proofs.held_samples import damping_needed as damping_needed_held
+from rtctl.control.proofs.sampled_loop import delays, slots, undominated
+from rtctl.control.proofs.stability import (
     Between,
     damping_needed_between,
     damping_needed_sampled_data,
@@ -81,7 +81,7 @@ def test_the_closed_form_equals_a_sum_over_thousands_of_aliases(delay, lag_hz):
 
 @pytest.mark.parametrize(("delay", "lag_hz"), [(0.0, 5000), (0.4, 300), (2.3, 50), (0.7, 0)])
 def test_the_bound_is_never_below_a_finer_sweep_and_hardly_above_it(delay, lag_hz):
-    from rtctl.control import sampled_loop
+    from rtctl.control.proofs import sampled_loop
 
     tau = 1 / (2 * np.pi * lag_hz * T) if lag_hz else 0.0
     theta = np.random.default_rng(1).uniform(1e-4, np.pi / 2, 200_000)

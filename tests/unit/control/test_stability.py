@@ -7,7 +7,7 @@ import pytest
 from oracles import admittance_mass_min
 from scipy.linalg import expm
 
-from rtctl.control.stability import (
+from rtctl.control.proofs.stability import (
     Between,
     coupling_ring,
     damping_needed_adams_hannaford,

@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.control import stability
 from rtctl.control.jit import records
 from rtctl.control.position import friction_toward, reference_at
+from rtctl.control.proofs import stability
 from rtctl.control.records import MODEL
 from rtctl.control.vocabulary import Shape
 from rtctl.errors import ConfigError

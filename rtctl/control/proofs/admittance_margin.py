@@ -13,8 +13,8 @@ from itertools import product
 
 import numpy as np
 
-from rtctl.control import admittance_proof
-from rtctl.control.admittance_loop import (
+from rtctl.control.proofs import admittance_proof
+from rtctl.control.proofs.admittance_loop import (
     AdmittanceLoop,
     Points,
     eigenvalues,
@@ -22,7 +22,7 @@ from rtctl.control.admittance_loop import (
     grid,
     spectral_radii,
 )
-from rtctl.control.admittance_proof import Proof
+from rtctl.control.proofs.admittance_proof import Proof
 
 GROWS_1_S = 1e-3
 """What grows more slowly than this counts as standing: a joint that nothing holds stands where it is put."""

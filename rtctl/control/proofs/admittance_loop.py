@@ -25,7 +25,7 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.disturbance_observer import SMOOTHING
-from rtctl.control.drive_in_hand import (
+from rtctl.control.proofs.drive_in_hand import (
     RIGID,
     STATES,
     ElasticJoint,

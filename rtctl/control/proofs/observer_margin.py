@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rtctl.control.drive_in_hand import frequency_hz
-from rtctl.control.observer_loop import Loop, Points, grid, matrices
+from rtctl.control.proofs.drive_in_hand import frequency_hz
+from rtctl.control.proofs.observer_loop import Loop, Points, grid, matrices
 
 TOLERANCE = 1e-6
 """An eigenvalue of 1 is a joint that stands where it is put."""

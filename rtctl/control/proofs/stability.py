@@ -28,8 +28,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.control import held_samples
-from rtctl.control.sampled_loop import peaks, varying_peaks
+from rtctl.control.proofs import held_samples
+from rtctl.control.proofs.sampled_loop import peaks, varying_peaks
 
 _FASTER = (1.0, 1.5, 2.2, 3.3, 5.0, 10.0)
 """Bandwidths of the current loop that are tried, as multiples of the declared one."""

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.control.admittance_loop import AdmittanceLoop
-from rtctl.control.discs import Disc, exponential, one_less_exponential, point
 from rtctl.control.disturbance_observer import SMOOTHING
-from rtctl.control.drive_in_hand import BRISTLE_DAMPING_SHARE, ElasticJoint
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop
+from rtctl.control.proofs.discs import Disc, exponential, one_less_exponential, point
+from rtctl.control.proofs.drive_in_hand import BRISTLE_DAMPING_SHARE, ElasticJoint
 from rtctl.control.velocity import lowpass_alpha
 
 _ALIASES = 6

@@ -21,7 +21,7 @@ from itertools import product
 
 import numpy as np
 
-from rtctl.control.admittance_loop import (
+from rtctl.control.proofs.admittance_loop import (
     WORLD_DAMPING_NMS_RAD,
     WORLD_STIFFNESS_NM_RAD,
     AdmittanceLoop,
@@ -29,8 +29,8 @@ from rtctl.control.admittance_loop import (
     points,
     spectral_radii,
 )
-from rtctl.control.admittance_spectrum import Coefficients, HandCell, Joint, coefficients
-from rtctl.control.discs import Disc, point
+from rtctl.control.proofs.admittance_spectrum import Coefficients, HandCell, Joint, coefficients
+from rtctl.control.proofs.discs import Disc, point
 
 SLOWEST_RAD_S = 0.01
 """What grows more slowly than by e in 100 s is not looked for."""

@@ -31,7 +31,7 @@ import math
 
 import numpy as np
 
-from rtctl.control.sampled_loop import delays
+from rtctl.control.proofs.sampled_loop import delays
 
 _ANGLES = 256
 _ALLOWANCE = 1.005
