@@ -109,6 +109,8 @@ def stops_and_starts(torque_nm: np.ndarray, period_s: float, speed_rad_s: float,
     from count to count had up to 55 % less. NaN stops.
     """
     block = max(2, len(torque_nm) // BLOCKS)
+    if len(torque_nm) < 2 * block:
+        return False  # so few ticks show no swing
     swing_rad_s = _beside(np.cumsum(_beside(torque_nm, block)), block) * period_s / inertia_kgm2
     return not float(np.sqrt(np.mean(swing_rad_s**2))) < REST_RMS * abs(speed_rad_s)
 

@@ -13,6 +13,7 @@ import numpy as np
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ConfigError
 from rtctl.friction import artefact
+from rtctl.friction.guarantee import GATE_SHARE, INTENT_SHARE
 from rtctl.friction.learn.point_evidence import with_presliding
 from rtctl.friction.logs.log_input import of_file
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
@@ -25,9 +26,6 @@ from rtctl.playback.picture import save_plot
 from rtctl.playback.run import changed, config_for_log, fault_names, load_log, run_log, with_bias
 from rtctl.rig_file import config as rig_file
 from rtctl.rig_file.config import LoadedConfig
-
-INTENT_SHARE, GATE_SHARE = 0.2, 0.1
-"""Intent and gate of the feed-forward, share of the Coulomb friction (docs/theory.md 5.6)."""
 
 
 @dataclass(frozen=True)

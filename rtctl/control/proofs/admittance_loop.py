@@ -28,6 +28,7 @@ from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.proofs.drive_in_hand import (
     RIGID,
     STATES,
+    Columns,
     ElasticJoint,
     exponential,
     frequency_hz,
@@ -110,7 +111,7 @@ class AdmittanceLoop:
 
 
 @dataclass(frozen=True)
-class Points:
+class Points(Columns):
     """Points of the grid, as columns: hand, bristle stiffness, joint, world."""
 
     k_h: np.ndarray
@@ -121,21 +122,9 @@ class Points:
     k_e: np.ndarray
     b_e: np.ndarray
 
-    def __getitem__(self, index: np.ndarray | int) -> Points:
-        return Points(*(np.atleast_1d(column[index]) for column in self.columns()))
-
     def beside(self, others: Points) -> Points:
         """Both, one after the other."""
         return Points(*map(np.concatenate, zip(self.columns(), others.columns(), strict=True)))
-
-    def columns(self) -> tuple[np.ndarray, ...]:
-        """All columns, in order."""
-        return self.k_h, self.b_h, self.m_h, self.bristle, self.joint, self.k_e, self.b_e
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return self.k_h.size
 
     def words(self, loop: AdmittanceLoop, at: int) -> str:
         """The hand, joint and world of one point."""

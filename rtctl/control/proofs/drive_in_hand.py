@@ -8,8 +8,8 @@ tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass, through whi
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, fields
+from typing import Protocol, Self
 
 import numpy as np
 
@@ -85,6 +85,23 @@ class Drive(Protocol):
     @property
     def joints(self) -> tuple[ElasticJoint, ...]:
         """Those that the column `joint` counts through."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Points of a grid, a column for each thing that differs: what is common to those that say which columns these are."""
+
+    def __getitem__(self, index: np.ndarray | int) -> Self:
+        return type(self)(*(np.atleast_1d(column[index]) for column in self.columns()))
+
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """All columns, in order."""
+        return tuple(getattr(self, field.name) for field in fields(self))
+
+    @property
+    def size(self) -> int:
+        """Number of points."""
+        return int(self.columns()[0].size)
 
 
 class Hands(Protocol):

@@ -25,7 +25,15 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.disturbance_observer import SMOOTHING
-from rtctl.control.proofs.drive_in_hand import RIGID, STATES, ElasticJoint, exponential, plant, position
+from rtctl.control.proofs.drive_in_hand import (
+    RIGID,
+    STATES,
+    Columns,
+    ElasticJoint,
+    exponential,
+    plant,
+    position,
+)
 from rtctl.control.velocity import lowpass_alpha
 
 HAND_STIFFNESS_NM_RAD = (0.0, *np.geomspace(3.0, 600.0, 9).tolist())
@@ -67,7 +75,7 @@ class Loop:
 
 
 @dataclass(frozen=True)
-class Points:
+class Points(Columns):
     """Points of the grid, as columns: hand, bristle stiffness, joint, coupling (0 or 1)."""
 
     k_h: np.ndarray
@@ -76,18 +84,6 @@ class Points:
     bristle: np.ndarray
     joint: np.ndarray
     coupled: np.ndarray
-
-    def __getitem__(self, index: np.ndarray | int) -> Points:
-        return Points(*(np.atleast_1d(column[index]) for column in self.columns()))
-
-    def columns(self) -> tuple[np.ndarray, ...]:
-        """All columns, in order."""
-        return self.k_h, self.b_h, self.m_h, self.bristle, self.joint, self.coupled
-
-    @property
-    def size(self) -> int:
-        """Number of points."""
-        return self.k_h.size
 
 
 def grid(loop: Loop) -> Points:

@@ -79,6 +79,13 @@ def test_a_torque_that_brings_the_joint_to_rest_between_is_told(share, hz):
     assert stops_and_starts(np.where(t == t[7], np.nan, torque), period_s, speed, inertia)
 
 
+@pytest.mark.parametrize("ticks", range(1, 20))
+def test_a_window_of_few_ticks_is_judged_as_far_as_it_shows_anything(ticks):
+    assert not stops_and_starts(np.full(ticks, 0.3), 0.01, 0.1, 0.01)
+    swinging = 0.3 + 10.0 * (-1.0) ** np.arange(ticks)
+    assert stops_and_starts(swinging, 0.01, 0.1, 0.01) == (ticks >= 4)
+
+
 def test_the_bound_is_a_sine_that_just_comes_to_rest():
     assert (
         pytest.approx(np.sqrt(np.mean(np.sin(np.linspace(0, 2 * math.pi, 1000)) ** 2)), abs=1e-3) == REST_RMS
