@@ -50,12 +50,16 @@ COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
 
 @dataclass
 class Part:
-    """A program with its output. `clock`: what starts beside it must leave it alone. `idle`: it always does so."""
+    """A program with its output. `clock`: what starts beside it must leave it alone. `idle`: it always does so.
+
+    `slow_files`: of its files of tests, those that are no matter of seconds.
+    """
 
     name: str
     command: tuple[str, ...]
     clock: bool = False
     idle: bool = False
+    slow_files: int = 0
     process: subprocess.Popen[bytes] | None = None
     began: float = field(default=0.0)
 
@@ -112,7 +116,8 @@ def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False
     chosen = [str(path.relative_to(ROOT)) for path in files]
     quiet = ("-q", "--color=no", "-p", "no:cacheprovider")
     asked = ("env", "RTCTL_TEST_VOLUME=1") if idle else ()
-    return Part(name, (*asked, sys.executable, "-m", "pytest", *quiet, *options, *chosen), clock, idle)
+    command = (*asked, sys.executable, "-m", "pytest", *quiet, *options, *chosen)
+    return Part(name, command, clock, idle, slow_files=sum(not tiers.is_quick(path) for path in files))
 
 
 def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part]:
@@ -141,11 +146,16 @@ def check() -> list[Part]:
 
 
 def test() -> list[Part]:
-    """What a user would run: everything but volume, and but what needs other people's programs."""
+    """What a user would run: everything but volume, and but what needs other people's programs.
+
+    What takes long begins early, so that no core has the last long part to itself.
+    """
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
     others = [path for path in files if not tiers.meets_a_clock(path)]
-    beside = sorted(by_folder(others, UNHURRIED), key=lambda part: FIRST not in part.name.split())
+    beside = sorted(
+        by_folder(others, UNHURRIED), key=lambda part: (FIRST not in part.name.split(), -part.slow_files)
+    )
     return [
         pytest_part("clock", [path for path in clock if not tiers.is_patient(path)], clock=True),
         pytest_part("patient clock", [path for path in clock if tiers.is_patient(path)], clock=True),

@@ -61,6 +61,13 @@ def test_what_daemons_of_devices_run_is_compiled_before_all_else_that_runs_besid
     assert "tests/unit/hw/test_can_steady.py" in files_of([first])
 
 
+def test_what_takes_long_begins_early():
+    _, _, _, *others = run_tier.test()
+    slow = [sum(not tiers.is_quick(ROOT / name) for name in files_of([part])) for part in others]
+    assert slow == sorted(slow, reverse=True)
+    assert slow[0] > 20 > slow[-1]
+
+
 def test_the_inner_loop_is_part_of_what_a_user_runs():
     assert set(files_of(run_tier.check())) < set(files_of(run_tier.test()))
     assert "tests/unit/control/test_gate.py" in files_of(run_tier.check())
