@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -66,12 +65,11 @@ def _kept_least() -> float:
 
 @lru_cache(maxsize=256)
 def _judged(loop: Loop) -> Finding:
-    from rtctl.control.proofs import observer_margin
+    """The worst with its force sensor and with quicker ones."""
+    from rtctl.control.proofs import observer_margin, observer_match
 
-    found = [observer_margin.judge(one) for one in {loop, replace(loop, sensor_hz=0.0, sensor_ticks=0)}]
-    return max(
-        found, key=lambda one: (not one.ok, -one.kept)
-    )  # a sensor may be quicker than it is said to be
+    found = [observer_margin.judge(one) for one in observer_match.sensors(loop)]
+    return max(found, key=lambda one: (not one.ok, -one.kept))
 
 
 @lru_cache(maxsize=64)
@@ -103,13 +101,15 @@ def loop_of(s: Subject) -> Loop:
         viscous_nms_rad=s.table.viscous_nms_rad,
         period_s=s.period_s,
         gain=observer.gain,
-        bandwidth_hz=observer.bandwidth_at(1 / s.period_s),
+        bandwidth_hz=axis.observer.bandwidth_hz,
         delay=axis.delay_ticks,
         lag_hz=axis.current_loop_hz,
         sample_ticks=axis.sample_ticks,
         acting_ticks=round(axis.delay_ticks + stability.lag_ticks(axis.current_loop_hz, s.period_s)),
         sensor_hz=axis.force_way.sensor_hz,
         sensor_ticks=axis.force_way.ticks,
+        own_ticks=axis.observer.own_ticks,
+        excess=axis.observer.excess,
         force_lowpass_hz=s.table.force.lowpass_hz,
         stiffness_nm_rad=axis.stiffness_nm_rad,
         damping_nms_rad=axis.damping_nms_rad,
@@ -125,8 +125,7 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
     """One count is a pulse of speed; the observer takes it for an acceleration."""
     if not observes(s):
         return []
-    observer, held = s.table.friction.observer, _held_nm(s)
-    bandwidth_hz = observer.bandwidth_at(1 / s.period_s)
+    held, bandwidth_hz = _held_nm(s), s.axis.observer.bandwidth_hz
     jump = count_torque_nm(s, bandwidth_hz)
     share = jump / held if held > 0 else math.inf
     outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL
@@ -164,7 +163,7 @@ def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
 
 def _quiet_bandwidth(s: Subject) -> float:
     """Largest bandwidth at which a count is below the bound, Hz: the torque rises with the bandwidth."""
-    low, high = 0.0, s.table.friction.observer.bandwidth_at(1 / s.period_s)
+    low, high = 0.0, s.axis.observer.bandwidth_hz
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (
