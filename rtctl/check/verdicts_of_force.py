@@ -27,7 +27,11 @@ def sensor_of_an_observer(s: Subject) -> list[Verdict]:
     if not observes(s):
         return []
     tuned = s.axis.observer
-    own = f"; torque and velocity are taken of {tuned.own_ticks} ticks before, to belong to it" if tuned.own_ticks else ""
+    own = (
+        f"; torque and velocity are taken of {tuned.own_ticks} ticks before, to belong to it"
+        if tuned.own_ticks
+        else ""
+    )
     own += f", the inertia {tuned.excess:.0%} too high" if tuned.excess else ""
     if tuned.bandwidth_hz < tuned.usual_hz:
         own += f"; bandwidth {tuned.bandwidth_hz:g} Hz for it ({tuned.usual_hz:g} without)"

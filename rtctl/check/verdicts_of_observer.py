@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -74,9 +75,17 @@ def _judged(loop: Loop) -> Finding:
 
 @lru_cache(maxsize=64)
 def _passing(loop: Loop) -> tuple[float, float]:
-    """Largest gain at this bandwidth, nearest bandwidth at this gain."""
-    from rtctl.control.proofs import observer_margin
+    """Largest gain at this bandwidth, nearest bandwidth at this gain; behind a late sensor of some gains, and of slower ones, as the law would be tuned then."""
+    from rtctl.control.proofs import observer_margin, observer_match
 
+    if observer_match.late_ticks(loop) > 0:
+        gains = [gain for gain in observer_margin.GAINS[::5] if gain < loop.gain]
+        slower = [float(hz) for hz in reversed(observer_margin.BANDWIDTHS_HZ) if hz < loop.bandwidth_hz]
+        tried = (observer_match.tuned(replace(loop, gain=gain), [loop.bandwidth_hz]) for gain in gains)
+        one = observer_match.tuned(loop, slower)
+        return next((gain.gain for gain in tried if _judged(gain).ok), 0.0), one.bandwidth_hz if _judged(
+            one
+        ).ok else 0.0
     return observer_margin.largest_gain(loop), observer_margin.nearest_bandwidth(loop)
 
 

@@ -145,7 +145,9 @@ SEEDS = (
         "rtctl/control/disturbance_observer.py",
         "        s.observer_moved_rad_s[axis, k] = 0.0\n",
         "        pass\n",
-        (f"{LAW}::test_the_line_of_velocities_is_as_long_as_that_of_torques_and_holds_nothing_that_is_no_number",),
+        (
+            f"{LAW}::test_the_line_of_velocities_is_as_long_as_that_of_torques_and_holds_nothing_that_is_no_number",
+        ),
     ),
     Seed(
         "a sample that took several ticks is one velocity in the line",

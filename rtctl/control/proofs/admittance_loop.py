@@ -206,8 +206,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
         w_q = 2 * math.pi * loop.observer_hz
         inertia = (1 + loop.observer_excess) * loop.inertia_kgm2
-        seen = q2 - inertia * w_q * behind - loop.viscous_nms_rad * w2
-        helps = loop.observer_gain * seen
+        helps = loop.observer_gain * (q2 - inertia * w_q * behind - loop.viscous_nms_rad * w2)
     else:
         q1 = w1 = q2 = w2 = helps
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]

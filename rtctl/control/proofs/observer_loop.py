@@ -140,7 +140,13 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
     for step, older in ((early, whole + 1), (late, whole)):
         p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
-    rows = (p, commands[:, :D], forces[:, :L], moved[:, :V], *(one[:, None] for one in (x, felt, q1, w1, q2, w2)))
+    rows = (
+        p,
+        commands[:, :D],
+        forces[:, :L],
+        moved[:, :V],
+        *(one[:, None] for one in (x, felt, q1, w1, q2, w2)),
+    )
     return np.concatenate(rows, axis=1)
 
 
