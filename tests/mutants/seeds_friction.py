@@ -209,7 +209,7 @@ SEEDS = (
     ),
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
-        "0.0 if is_resting(s, p, axis) else t.velocity", "t.velocity", RESTING,
+        "    if is_resting(s, p, axis):\n        velocity = 0.0\n", "", RESTING,
     ),
     Seed(
         "an intent that is not a number stays", "rtctl/control/feedforward.py",
