@@ -23,7 +23,7 @@ PERIODS = 2
 POLICIES = tuple(name for name, standing in STANDINGS.items() if standing.quiet and name != "off")
 """What is tried where no policy is named: those that help and that `rtctl check` lets a hand meet."""
 
-SENSOR_LEAST_HZ = 120.0
+SENSOR_LEAST_HZ, SENSOR_MOST_TICKS = 120.0, 4
 _SENSOR_STREAM = 31
 """Draws of the force sensor: the cases are otherwise those of earlier campaigns."""
 
@@ -52,6 +52,8 @@ class Case:
     """When, after the two periods."""
     sensor_hz: float = 0.0
     """Own low-pass of the force sensor; 0: none."""
+    sensor_ticks: int = 0
+    """How late it is besides."""
 
 
 def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES) -> Case:
@@ -78,14 +80,16 @@ def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES) -> Case:
         place_rad=draw.uniform(-math.pi, math.pi),
         ends=ends,
         stop_s=stop_s,
-        sensor_hz=_sensor_hz(seed, index),
+        **_sensor(seed, index),
     )
 
 
-def _sensor_hz(seed: int, index: int) -> float:
-    """None of seven in ten; else no slower than the observer's eigenvalues pass on all of these joints."""
+def _sensor(seed: int, index: int) -> dict[str, Any]:
+    """Seven in ten have no low-pass, seven in ten no delay."""
     draw = np.random.default_rng((seed, index, _SENSOR_STREAM))
-    return log_uniform(draw, SENSOR_LEAST_HZ, 1000.0) if draw.random() < 0.3 else 0.0
+    hz = log_uniform(draw, SENSOR_LEAST_HZ, 1000.0) if draw.random() < 0.3 else 0.0
+    late = int(draw.integers(1, SENSOR_MOST_TICKS + 1)) if draw.random() < 0.3 else 0
+    return {"sensor_hz": hz, "sensor_ticks": late}
 
 
 @cache
@@ -141,7 +145,7 @@ def rig(case: Case) -> Simulation:
     table["axis"] = [merged(axis, told)]
     options["axis"] = [merged(own, _joint(case, axis["inertia_kgm2"]))]
     options["hand"] = [merged(options["hand"][0], _hand(case))]
-    options["force"] = {**options["force"], "lowpass_hz": case.sensor_hz}
+    options["force"] = {**options["force"], "lowpass_hz": case.sensor_hz, "delay_ticks": case.sensor_ticks}
     options["seed"] = case.index + 1
     valid = registry.options_model("mock").model_validate(options, context={"n_axes": 1})
     update = {"config": Config.model_validate(table), "options": valid.model_dump(mode="json")}

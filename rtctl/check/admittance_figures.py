@@ -98,8 +98,10 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         joints=joints_of(joint, table.inertia_kgm2),
         box=Box(a.hand_stiffness_nm_rad, a.hand_damping_nms_rad, a.hand_inertia_kgm2),
         observer_gain=a.compensation_share * observer.gain if observes else 0.0,
-        observer_hz=observer.bandwidth_at(1 / period_s) if observes else 0.0,
+        observer_hz=figures.observer.bandwidth_hz if observes else 0.0,
         acting_ticks=round(figures.delay_ticks + lag) if observes else 0,
+        own_ticks=figures.observer.own_ticks if observes else 0,
+        observer_excess=figures.observer.excess if observes else 0.0,
     )
 
 

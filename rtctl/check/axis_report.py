@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from rtctl.check.force_way import ForceWay
+from rtctl.check.observer_tuning import Tuning
 from rtctl.control.proofs import stability
 from rtctl.friction.guarantee import Guarantee
 from rtctl.friction.margins import FrictionFigures
@@ -63,6 +64,8 @@ class AxisFigures:
     force_sensor: bool
     force_way: ForceWay
     """What the sensor's own filter makes of a force, and who said so."""
+    observer: Tuning
+    """How the disturbance observer goes by it."""
 
     @property
     def between(self) -> stability.Between:

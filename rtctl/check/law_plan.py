@@ -8,8 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw import registry
-from rtctl.check import lateness, stability_report
+from rtctl.check import lateness, observer_tuning, stability_report
 from rtctl.check.axis_plan import fill_axis, fill_force_feedback
+from rtctl.check.observer_tuning import Tuning
 from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
@@ -101,7 +102,7 @@ def build(loaded: LoadedConfig) -> Plan:
         dry_share = lateness.joint_of_axis(loaded, a).dry_share
         params[0]["flicker_held"][a] = holds_flicker(axis, guarantee(axis, learned), dry_share)
         most, factor = largest_feedforward(axis, learned, config.period_s)
-        _fill_compensation(params[0], a, most, config, learned)
+        _fill_compensation(params[0], a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
             model[a] = _fill_friction(params[0], a, most, config, learned)
             _fill_place(params[0], a, axis, learned)
@@ -220,7 +221,7 @@ def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
 
 
 def _fill_compensation(
-    p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel | None
+    p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel | None, tuning: Tuning
 ) -> None:
     """Parameters of feed-forward, observer and their account; the learned curve's own are `_fill_model`'s."""
     friction, period_s = axis.friction, config.period_s
@@ -246,21 +247,17 @@ def _fill_compensation(
     )
     if "force" in config.rig.absent:
         return
-    fill_observer(p, a, period_s, friction.observer.gain, friction.observer.bandwidth_at(1 / period_s))
+    p["observer_gain"][a] = friction.observer.gain
+    p["observer_alpha"][a] = lowpass_alpha(tuning.bandwidth_hz, period_s)
+    p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * tuning.bandwidth_hz, period_s)
+    p["observer_bandwidth_rad_s"][a] = 2 * math.pi * tuning.bandwidth_hz
+    p["observer_late_ticks"][a], p["observer_excess"][a] = tuning.own_ticks, tuning.excess
     p["observer_deadband_nm"][a] = friction.observer.deadband_nm
     p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
     loaded_nm = 0.0 if model is None else most_load_nm(model, axis)
     p["friction_seen_max_nm"][a] = min(
         SEEN_FACTOR * (sure.peak_nm + loaded_nm), float(p["friction_cap_nm"][a])
     )
-
-
-def fill_observer(p: np.void, a: int, period_s: float, gain: float, bandwidth_hz: float) -> None:
-    """Gain and bandwidth of the disturbance observer, with the filters that belong to them."""
-    p["observer_gain"][a] = gain
-    p["observer_alpha"][a] = lowpass_alpha(bandwidth_hz, period_s)
-    p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * bandwidth_hz, period_s)
-    p["observer_bandwidth_rad_s"][a] = 2 * math.pi * bandwidth_hz
 
 
 def _fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> None:

@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hw.interface import Joint
-from rtctl.check import force_way, lateness
+from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
 from rtctl.check.lateness import Lateness
@@ -74,7 +74,7 @@ class AxisReport(AxisFigures):
         """Plain values for JSON."""
         plain = {one.name: getattr(self, one.name) for one in fields(self)}
         sure = {**asdict(self.guarantee), "given_most_j": self.guarantee.given_most_j}
-        for name in ("friction", "admittance", "loop", "force_way"):
+        for name in ("friction", "admittance", "loop", "force_way", "observer"):
             plain[name] = None if plain[name] is None else asdict(plain[name])
         plain["verdicts"] = [row.to_dict() for row in self.verdicts]
         return {**plain, "guarantee": sure, "ok": self.ok}
@@ -216,9 +216,8 @@ def _figures(  # longer than 50 lines: one figure a line
     count = 2 * math.pi / axis.counts_of_turn
     b = _uncancelled(guaranteed[0], joint)
     spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
-    stiffer = (
-        more * k_c + spring
-    )  # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
+    # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
+    stiffer = more * k_c + spring
     needed = stability.damping_needed_between(stiffer, more * b_c, T, between)
     any_world = stability.damping_needed_between(stiffer, more * b_c, T, between, any_world=True)
     recommended = stability.recommended_coupling(b, T, between)
@@ -266,6 +265,7 @@ def _figures(  # longer than 50 lines: one figure a line
         compensates=_compensates(loaded, axis, figures),
         force_sensor="force" not in loaded.config.rig.absent,
         force_way=force_way.of_axis(loaded, index),
+        observer=observer_tuning.of_axis(loaded, index),
     )
 
 

@@ -72,6 +72,11 @@ class Verdict:
         }
 
 
+def hand_factor(motion: str) -> float:
+    """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a joint."""
+    return at_handle("hand_inertia_kgm2") if motion == "linear" else 1.0
+
+
 @dataclass(frozen=True)
 class Subject:
     """What a test is given: an axis with every figure, its table of the rig file, and where that stands."""
@@ -89,7 +94,7 @@ class Subject:
     @property
     def hand(self) -> float:
         """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a joint."""
-        return at_handle("hand_inertia_kgm2") if self.table.motion == "linear" else 1.0
+        return hand_factor(self.table.motion)
 
     def row(
         self,

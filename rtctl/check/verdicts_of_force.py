@@ -24,7 +24,18 @@ def sensor_of_an_admittance(s: Subject) -> list[Verdict]:
 
 def sensor_of_an_observer(s: Subject) -> list[Verdict]:
     """What the disturbance observer's eigenvalues counted on, likewise."""
-    return [_row(s, "observer, the force sensor's own filter", _slowest(loop_of(s)))] if observes(s) else []
+    if not observes(s):
+        return []
+    tuned = s.axis.observer
+    own = (
+        f"; torque and velocity are taken of {tuned.own_ticks} ticks before, to belong to it"
+        if tuned.own_ticks
+        else ""
+    )
+    own += f", the inertia {tuned.excess:.0%} too high" if tuned.excess else ""
+    if tuned.bandwidth_hz < tuned.usual_hz:
+        own += f"; bandwidth {tuned.bandwidth_hz:g} Hz for it ({tuned.usual_hz:g} without)"
+    return [_row(s, "observer, the force sensor's own filter", _slowest(loop_of(s)), own)]
 
 
 @lru_cache(maxsize=64)
@@ -34,10 +45,10 @@ def _slowest(loop: Loop) -> float:
     return observer_margin.slowest_sensor(loop)
 
 
-def _row(s: Subject, name: str, least_hz: float) -> Verdict:
+def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
     way = s.axis.force_way
     counted = f"low-pass of {way.sensor_hz:g} Hz" if way.sensor_hz > 0 else "no low-pass"
-    counted += f", {way.ticks} ticks late" if way.ticks else ""
+    counted += (f", {way.ticks} ticks late" if way.ticks else "") + own
     down = (
         f"holds down to a sensor low-pass of {_up(least_hz)} Hz"
         if least_hz > 0

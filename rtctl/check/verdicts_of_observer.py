@@ -66,19 +66,26 @@ def _kept_least() -> float:
 
 @lru_cache(maxsize=256)
 def _judged(loop: Loop) -> Finding:
-    from rtctl.control.proofs import observer_margin
+    """The worst with its force sensor and with quicker ones."""
+    from rtctl.control.proofs import observer_margin, observer_match
 
-    found = [observer_margin.judge(one) for one in {loop, replace(loop, sensor_hz=0.0, sensor_ticks=0)}]
-    return max(
-        found, key=lambda one: (not one.ok, -one.kept)
-    )  # a sensor may be quicker than it is said to be
+    found = [observer_margin.judge(one) for one in observer_match.sensors(loop)]
+    return max(found, key=lambda one: (not one.ok, -one.kept))
 
 
 @lru_cache(maxsize=64)
 def _passing(loop: Loop) -> tuple[float, float]:
-    """Largest gain at this bandwidth, nearest bandwidth at this gain."""
-    from rtctl.control.proofs import observer_margin
+    """Largest gain at this bandwidth, nearest bandwidth at this gain; behind a late sensor of some gains, and of slower ones, as the law would be tuned then."""
+    from rtctl.control.proofs import observer_margin, observer_match
 
+    if observer_match.late_ticks(loop) > 0:
+        gains = [gain for gain in observer_margin.GAINS[::5] if gain < loop.gain]
+        slower = [float(hz) for hz in reversed(observer_margin.BANDWIDTHS_HZ) if hz < loop.bandwidth_hz]
+        tried = (observer_match.tuned(replace(loop, gain=gain), [loop.bandwidth_hz]) for gain in gains)
+        one = observer_match.tuned(loop, slower)
+        return next((gain.gain for gain in tried if _judged(gain).ok), 0.0), one.bandwidth_hz if _judged(
+            one
+        ).ok else 0.0
     return observer_margin.largest_gain(loop), observer_margin.nearest_bandwidth(loop)
 
 
@@ -103,13 +110,15 @@ def loop_of(s: Subject) -> Loop:
         viscous_nms_rad=s.table.viscous_nms_rad,
         period_s=s.period_s,
         gain=observer.gain,
-        bandwidth_hz=observer.bandwidth_at(1 / s.period_s),
+        bandwidth_hz=axis.observer.bandwidth_hz,
         delay=axis.delay_ticks,
         lag_hz=axis.current_loop_hz,
         sample_ticks=axis.sample_ticks,
         acting_ticks=round(axis.delay_ticks + stability.lag_ticks(axis.current_loop_hz, s.period_s)),
         sensor_hz=axis.force_way.sensor_hz,
         sensor_ticks=axis.force_way.ticks,
+        own_ticks=axis.observer.own_ticks,
+        excess=axis.observer.excess,
         force_lowpass_hz=s.table.force.lowpass_hz,
         stiffness_nm_rad=axis.stiffness_nm_rad,
         damping_nms_rad=axis.damping_nms_rad,
@@ -125,8 +134,7 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
     """One count is a pulse of speed; the observer takes it for an acceleration."""
     if not observes(s):
         return []
-    observer, held = s.table.friction.observer, _held_nm(s)
-    bandwidth_hz = observer.bandwidth_at(1 / s.period_s)
+    held, bandwidth_hz = _held_nm(s), s.axis.observer.bandwidth_hz
     jump = count_torque_nm(s, bandwidth_hz)
     share = jump / held if held > 0 else math.inf
     outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL
@@ -164,7 +172,7 @@ def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
 
 def _quiet_bandwidth(s: Subject) -> float:
     """Largest bandwidth at which a count is below the bound, Hz: the torque rises with the bandwidth."""
-    low, high = 0.0, s.table.friction.observer.bandwidth_at(1 / s.period_s)
+    low, high = 0.0, s.axis.observer.bandwidth_hz
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (

@@ -22,6 +22,10 @@ For the same reason tau_h is the sample before: the difference of two mean veloc
 one period ago. The last sample alone is early; a stiff hand's -k_h x then leaves a false friction k_h T v, which the
 low-passes turn into negative damping (`observer_margin`: on a slow drive unstable from 15 Hz on in a hand of 600 N m/rad).
 
+A sensor shows tau_h later still. So u and v are taken of `observer_late_ticks` before, and all that is added up belongs to one instant: friction that is found
+a little later closes no loop in a hand, a hand's torque beside a motion of another instant does. What the sensor may be quicker or later than that is
+damped by an inertia that is taken higher by `observer_excess` (docs/theory.md 6.4).
+
 A bias of the sensor is amplified by gain/(1 - gain) at rest: the dead band keeps a resting joint from creeping as long
 as the bias is below it. `rtctl check` bounds gain and bandwidth by the eigenvalues of the loop with every hand of a
 stated box; `assistance` bounds the energy.
@@ -56,6 +60,9 @@ SLOW_SHARE, SLOW_RAD_S = 0.03, 0.03
 
 TARGET_AT_REST = 1.0 - SLOW_SHARE
 
+LATE_MOST = HELD - 8
+"""Most ticks by which torque and velocity are delayed: a motor's own delay must be remembered, too."""
+
 
 @compiled
 def _forget(s: Record, axis: int) -> None:
@@ -64,13 +71,32 @@ def _forget(s: Record, axis: int) -> None:
     s.observer_velocity_smooth_rad_s[axis] = s.observer_velocity_rad_s[axis] = 0.0
     s.observer_forward_nm[axis] = 0.0
     s.friction_seen_nm[axis, FORWARD] = s.friction_seen_nm[axis, BACKWARD] = 0.0
+    for k in range(HELD):
+        s.observer_moved_rad_s[axis, k] = 0.0
 
 
 @compiled
 def _acting_torque(s: Record, p: Record, axis: int) -> float:
-    """Torque that acted over the last period: sent one tick and the configured delay ago, N m."""
-    late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
+    """Torque that acted over the period before the force that is shown: sent one tick, the configured delay and the sensor's ago, N m."""
+    late = min(max(p.actuator_delay_ticks[axis], 0) + _late(p, axis), HELD - 3)
     return float(s.held_nm[axis, (s.ticks - 1 - late) % HELD])
+
+
+@compiled
+def _late(p: Record, axis: int) -> int:
+    """Ticks by which the observer's own signals are delayed."""
+    return int(min(max(p.observer_late_ticks[axis], 0), LATE_MOST))
+
+
+@inlined
+def _velocity_then(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> float:
+    """Difference velocity of the instant that the force belongs to, rad/s; a sample that took several ticks counts for each of them."""
+    velocity, late = t.velocity_difference_rad_s[axis], _late(p, axis)
+    if late == 0:
+        return float(velocity)
+    for k in range(min(elapsed, HELD)):
+        s.observer_moved_rad_s[axis, (s.ticks - k) % HELD] = velocity
+    return float(s.observer_moved_rad_s[axis, (s.ticks - late) % HELD])
 
 
 @compiled
@@ -93,14 +119,17 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
     calm = _over(while_resting(s, p, axis, p.observer_smooth_alpha[axis]), elapsed)
     hand = s.hand_torque_before_nm[axis]
     torque = _acting_torque(s, p, axis) + hand
-    velocity = 0.0 if is_resting(s, p, axis) else t.velocity_difference_rad_s[axis]
+    velocity = _velocity_then(t, s, p, axis, elapsed)
+    if is_resting(s, p, axis):
+        velocity = 0.0
     s.observer_torque_smooth_nm[axis] += calm * (torque - s.observer_torque_smooth_nm[axis])
     s.observer_velocity_smooth_rad_s[axis] += quick * (velocity - s.observer_velocity_smooth_rad_s[axis])
     behind = s.observer_velocity_smooth_rad_s[axis] - s.observer_velocity_rad_s[axis]
     follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
     s.observer_torque_nm[axis] += follow * (s.observer_torque_smooth_nm[axis] - s.observer_torque_nm[axis])
     s.observer_velocity_rad_s[axis] += slow * behind
-    friction = s.observer_torque_nm[axis] - p.inertia_kgm2[axis] * p.observer_bandwidth_rad_s[axis] * behind
+    inertia = p.inertia_kgm2[axis] * (1.0 + p.observer_excess[axis])
+    friction = s.observer_torque_nm[axis] - inertia * p.observer_bandwidth_rad_s[axis] * behind
     friction -= p.viscous_nms_rad[axis] * s.observer_velocity_rad_s[axis]
     if not math.isfinite(friction + t.hand_torque_nm[axis]):  # or what the next tick will go by
         _forget(s, axis)

@@ -215,6 +215,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "observer_smooth_alpha": (),  # of the quicker low-pass before it
             "observer_bandwidth_rad_s": (),
             "observer_deadband_nm": (),
+            "observer_late_ticks": (),  # by which it delays torque and velocity, to belong to a force that comes late
+            "observer_excess": (),  # share by which it takes the inertia too high, for a force that may come less late
             # passivity
             "injected_damping_max_nms_rad": (),
             "friction_floor_nm": (),  # guaranteed dry friction credited by the observer
@@ -362,6 +364,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "observer_torque_nm": (),
             "observer_velocity_smooth_rad_s": (),
             "observer_velocity_rad_s": (),
+            "observer_moved_rad_s": (HELD,),  # difference velocity, ring by `ticks`
             "observer_forward_nm": (),  # feed-forward through the slow low-pass
             "calm_speed_rad_s": (),  # that the feed-forward goes by: while the joint rests the largest of late
             "reading_slip_rad": (),  # of the position in this sample that was no motion (control.flicker)

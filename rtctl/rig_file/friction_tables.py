@@ -17,14 +17,17 @@ class ObserverTable(Table):
 
     gain: float = number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.95)
     bandwidth_hz: float = number(
-        0, 200, "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20", default=0.0
+        0,
+        200,
+        "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20, and less behind a force sensor that is late",
+        default=0.0,
     )
     deadband_nm: float = number(
         0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
     )
 
     def bandwidth_at(self, rate_hz: float) -> float:
-        """Bandwidth in Hz of a loop of this rate."""
+        """Bandwidth in Hz of a loop of this rate, behind a force sensor that is not late."""
         return self.bandwidth_hz or min(20.0, rate_hz / 20)
 
 

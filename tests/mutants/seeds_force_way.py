@@ -7,6 +7,9 @@ from seed import Seed
 CHECK = "tests/unit/cli/test_check_force_sensor.py"
 PROOF = "tests/unit/control/test_admittance_proof.py"
 FILTER = "tests/unit/hw/test_force_filter.py"
+LAW = "tests/unit/control/test_disturbance_observer.py"
+INSTANT = f"{LAW}::test_torque_and_velocity_are_those_of_the_instant_of_a_force_that_comes_late"
+IN_TIME = "tests/unit/control/test_observer_of_a_late_force.py"
 
 SEEDS = (
     Seed(
@@ -101,5 +104,98 @@ SEEDS = (
         (
             "tests/unit/control/test_disturbance_observer.py::test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved",
         ),
+    ),
+    Seed(
+        "the observer's velocity belongs to another instant than a late force",
+        "rtctl/control/disturbance_observer.py",
+        "(s.ticks - late) % HELD])",
+        "s.ticks % HELD])",
+        (INSTANT,),
+    ),
+    Seed(
+        "the observer's velocity is a tick off a late force",
+        "rtctl/control/disturbance_observer.py",
+        "(s.ticks - late) % HELD])",
+        "(s.ticks - late + 1) % HELD])",
+        (INSTANT,),
+    ),
+    Seed(
+        "the observer's velocity is delayed the wrong way",
+        "rtctl/control/disturbance_observer.py",
+        "(s.ticks - late) % HELD])",
+        "(s.ticks + late) % HELD])",
+        (INSTANT,),
+    ),
+    Seed(
+        "the observer's torque belongs to another instant than a late force",
+        "rtctl/control/disturbance_observer.py",
+        "p.actuator_delay_ticks[axis], 0) + _late(p, axis)",
+        "p.actuator_delay_ticks[axis], 0)",
+        (INSTANT,),
+    ),
+    Seed(
+        "the observer's torque is a tick off a late force",
+        "rtctl/control/disturbance_observer.py",
+        "p.actuator_delay_ticks[axis], 0) + _late(p, axis)",
+        "p.actuator_delay_ticks[axis], 0) + max(_late(p, axis) - 1, 0)",
+        (INSTANT,),
+    ),
+    Seed(
+        "a velocity that is no number stays in the line",
+        "rtctl/control/disturbance_observer.py",
+        "        s.observer_moved_rad_s[axis, k] = 0.0\n",
+        "        pass\n",
+        (
+            f"{LAW}::test_the_line_of_velocities_is_as_long_as_that_of_torques_and_holds_nothing_that_is_no_number",
+        ),
+    ),
+    Seed(
+        "a sample that took several ticks is one velocity in the line",
+        "rtctl/control/disturbance_observer.py",
+        "for k in range(min(elapsed, HELD)):",
+        "for k in range(1):",
+        (f"{LAW}::test_a_sample_that_took_two_ticks_is_the_velocity_of_both_for_a_late_force_too",),
+    ),
+    Seed(
+        "the observer's eigenvalues take the newest velocity behind a late force",
+        "rtctl/control/proofs/observer_loop.py",
+        "quick * (moved[:, V] - w1)",
+        "quick * (v - w1)",
+        (f"{IN_TIME}::test_the_largest_eigenvalue_is_the_growth_in_time",),
+    ),
+    Seed(
+        "the observer's eigenvalues take the newest torque behind a late force",
+        "rtctl/control/proofs/observer_loop.py",
+        "(1 + loop.acting_ticks + loop.own_ticks)",
+        "(1 + loop.acting_ticks)",
+        (f"{IN_TIME}::test_the_largest_eigenvalue_is_the_growth_in_time",),
+    ),
+    Seed(
+        "the certificate's observer is delayed in the matrices alone",
+        "rtctl/control/proofs/admittance_spectrum.py",
+        "behind * then * back",
+        "behind * back",
+        (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),
+    ),
+    Seed(
+        "the observer is tuned for the slowest sensor alone",
+        "rtctl/control/proofs/observer_match.py",
+        "for one in sensors(loop):",
+        "for one in [loop]:",
+        (f"{IN_TIME}::test_what_is_chosen_passes_with_every_quicker_sensor",),
+    ),
+    Seed(
+        "the observer is judged with the slowest sensor alone",
+        "rtctl/check/verdicts_of_observer.py",
+        "observer_match.sensors(loop)",
+        "[loop]",
+        (f"{CHECK}::test_an_observer_is_judged_with_quicker_sensors_too",),
+    ),
+    Seed(
+        "the law is not told how late its force is",
+        "rtctl/check/law_plan.py",
+        '    p["observer_late_ticks"][a], p["observer_excess"][a] = tuning.own_ticks, tuning.excess\n',
+        "",
+        (f"{CHECK}::test_law_and_check_go_by_the_same_observer",),
     ),
 )

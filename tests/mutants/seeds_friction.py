@@ -126,7 +126,7 @@ SEEDS = (
     ),
     Seed(
         "the observer adds the inertia it should take off", "rtctl/control/disturbance_observer.py",
-        "friction = s.observer_torque_nm[axis] - p.inertia_kgm2", "friction = s.observer_torque_nm[axis] + p.inertia_kgm2", INERTIA,
+        "friction = s.observer_torque_nm[axis] - inertia", "friction = s.observer_torque_nm[axis] + inertia", INERTIA,
     ),
     Seed(
         "the observer compensates the viscous damping too", "rtctl/control/disturbance_observer.py",
@@ -209,7 +209,7 @@ SEEDS = (
     ),
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
-        "0.0 if is_resting(s, p, axis) else t.velocity", "t.velocity", RESTING,
+        "    if is_resting(s, p, axis):\n        velocity = 0.0\n", "", RESTING,
     ),
     Seed(
         "an intent that is not a number stays", "rtctl/control/feedforward.py",

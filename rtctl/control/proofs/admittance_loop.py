@@ -103,6 +103,9 @@ class AdmittanceLoop:
     observer_hz: float = 0.0
     acting_ticks: int = 0
     """Delay by which the observer goes when it asks which torque acted, ticks."""
+    own_ticks: int = 0
+    """By which it delays torque and velocity besides, to belong to the force, ticks; the next: share by which it takes the inertia too high."""
+    observer_excess: float = 0.0
 
     @property
     def bristles(self) -> tuple[float, ...]:
@@ -170,19 +173,20 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
 
     Notes
     -----
-    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), the last position,
-    the force's two low-passes, v_hat, v_r, x_r, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running
+    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), velocities that the
+    observer has not gone by yet (V), the last position, the force's two low-passes, v_hat, v_r, x_r, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running
     one frame from every unit state, all points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
     A, hand, _ = plant(loop, at)
     whole = math.floor(loop.delay + 1e-9)
     rest = max(loop.delay - whole, 0.0)
-    D, L = max(whole + 2, 1 + loop.acting_ticks, 1), math.ceil(loop.sensor_ticks / n)
-    size = STATES + D + L + 11
+    acted = loop.acting_ticks + loop.own_ticks
+    D, L, V = max(whole + 2, 1 + acted), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
+    size = STATES + D + L + V + 11
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
-    p, u, late_force = np.split(s[:, : size - 11], (STATES, STATES + D), axis=1)
+    p, u, late_force, late_v = np.split(s[:, : size - 11], np.cumsum((STATES, D, L)), axis=1)
     before, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2 = (s[:, size - 11 + i] for i in range(11))
     x = position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
@@ -191,17 +195,18 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     sensed = sensed + lowpass_alpha(loop.intake_lowpass_hz, T) * (forces[:, L] - sensed)
     felt = felt + lowpass_alpha(loop.force_lowpass_hz, T) * (sensed - felt)  # both once a sample
     v = (x - before) / (n * T)
+    moved = np.concatenate([v[:, None], late_v], axis=1)
     v_hat = v_hat + over(loop.velocity_lowpass_hz, loop) * (v - v_hat)
     helps = np.zeros_like(x)
     if loop.observer_gain > 0:
         quick, slow = over(SMOOTHING * loop.observer_hz, loop), over(loop.observer_hz, loop)
-        q1 = q1 + quick * (u[:, loop.acting_ticks] + sensed_before - q1)
-        w1 = w1 + quick * (v - w1)
+        q1 = q1 + quick * (u[:, acted] + sensed_before - q1)
+        w1 = w1 + quick * (moved[:, V] - w1)
         behind = w1 - w2
         q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
         w_q = 2 * math.pi * loop.observer_hz
-        seen = q2 - loop.inertia_kgm2 * w_q * behind - loop.viscous_nms_rad * w2
-        helps = loop.observer_gain * seen
+        inertia = (1 + loop.observer_excess) * loop.inertia_kgm2
+        helps = loop.observer_gain * (q2 - inertia * w_q * behind - loop.viscous_nms_rad * w2)
     else:
         q1 = w1 = q2 = w2 = helps
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]
@@ -220,7 +225,8 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
             p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
         u = commands[:, :D]
     ends = (x, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2)
-    return np.concatenate((p, u, forces[:, :L], *(one[:, None] for one in ends)), axis=1)
+    lines = (p, u, forces[:, :L], moved[:, :V])
+    return np.concatenate((*lines, *(one[:, None] for one in ends)), axis=1)
 
 
 def over(hz: float, loop: AdmittanceLoop) -> float:

@@ -244,9 +244,13 @@ def _observer(loop: AdmittanceLoop, last: Disc, back: Disc, sensor: Disc) -> tup
     T, w_q = loop.period_s, 2 * math.pi * loop.observer_hz
     quick, slow = _lowpass(SMOOTHING * loop.observer_hz, T, last), _lowpass(loop.observer_hz, T, last)
     both = slow * quick * loop.observer_gain
-    ago = last
+    then = point(np.ones_like(last.center))  # z^-M: torque and velocity are delayed to belong to the force
+    for _ in range(loop.own_ticks):
+        then = then * last
+    ago = then * last
     for _ in range(loop.acting_ticks):
         ago = ago * last
     fast = quick * loop.observer_gain
-    behind = (fast - both * last) * (-loop.inertia_kgm2 * w_q) - both * loop.viscous_nms_rad
-    return both * ago, behind * back * (1 / T), both * last * sensor
+    inertia = (1 + loop.observer_excess) * loop.inertia_kgm2
+    behind = (fast - both * last) * (-inertia * w_q) - both * loop.viscous_nms_rad
+    return both * ago, behind * then * back * (1 / T), both * last * sensor

@@ -7,7 +7,7 @@ Pure functions of numbers. One loop is
 - its dry friction, absent (the joint slides) or a spring of break-away over presliding length (it sticks);
 - the motor: torques held over a period, any delay, whole or not, a first-order current loop;
 - the law: the observer of `disturbance_observer` with its two low-passes, plain difference velocity and the torque it
-  believes to act, the force behind the sensor's own low-pass and delay and the law's low-pass, and the coupling to a proxy at
+  believes to act, both as much later as it goes by, the force behind the sensor's own low-pass and delay and the law's low-pass, and the coupling to a proxy at
   rest, or none (free motion).
 
 The plant between two samples is exact (matrix exponential). Fresh samples every n-th tick: the law's output is held
@@ -60,6 +60,10 @@ class Loop:
     sensor_hz: float = 0.0
     """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole ones."""
     sensor_ticks: int = 0
+    own_ticks: int = 0
+    """By which the law delays torque and velocity, to belong to the force (`disturbance_observer`), ticks."""
+    excess: float = 0.0
+    """Share by which the law takes the inertia too high."""
     force_lowpass_hz: float = 0.0
     stiffness_nm_rad: float = 0.0
     """Stiffness of the coupling; the next field is its damping."""
@@ -101,41 +105,48 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
 
     Notes
     -----
-    States: p of `drive_in_hand.plant`, the commands of the last frames (D), what the force sensor has not shown yet (L), the last
-    position, the law's low-pass of the force, and the observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns
+    States: p of `drive_in_hand.plant`, the commands of the last frames (D), what the force sensor has not shown yet (L), the velocities that
+    the law has not gone by yet (V), the last position, the law's low-pass of the force, and the observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns
     are built by running one frame from every unit state, all points at once.
     """
     n, frame = loop.sample_ticks, loop.sample_ticks * loop.period_s
     A, hand, _ = plant(loop, points)
     whole = math.floor(loop.delay / n + 1e-9)
     rest = max(loop.delay / n - whole, 0.0)
-    acting = math.ceil((1 + loop.acting_ticks) / n)
-    D, L = max(whole + 2, acting), math.ceil(loop.sensor_ticks / n)
-    size = STATES + D + L + 6
+    acting = math.ceil((1 + loop.acting_ticks + loop.own_ticks) / n)
+    D, L, V = max(whole + 2, acting), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
+    size = STATES + D + L + V + 6
     early, late = exponential(A * (rest * frame)), exponential(A * ((1 - rest) * frame))
     k, N = points.size, size
     s = np.broadcast_to(np.eye(N), (k, N, N)).copy()  # a state per column
-    p, u, late_force = np.split(s[:, : size - 6], (STATES, STATES + D), axis=1)
+    p, u, late_force, late_v = np.split(s[:, : size - 6], np.cumsum((STATES, D, L)), axis=1)
     before, force, q1, w1, q2, w2 = (s[:, size - 6 + i] for i in range(6))
     x = position(loop, points, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
     felt = force + lowpass_alpha(loop.force_lowpass_hz, loop.period_s) * (forces[:, L] - force)
     v = (x - before) / frame
+    moved = np.concatenate([v[:, None], late_v], axis=1)
     quick, slow = _alpha(SMOOTHING * loop.bandwidth_hz, loop), _alpha(loop.bandwidth_hz, loop)
     q1 = q1 + quick * (u[:, acting - 1] + force - q1)
-    w1 = w1 + quick * (v - w1)
+    w1 = w1 + quick * (moved[:, V] - w1)
     behind = w1 - w2
     q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
     w_q = 2 * math.pi * loop.bandwidth_hz
-    seen = q2 - loop.inertia_kgm2 * w_q * behind - loop.viscous_nms_rad * w2
+    seen = q2 - (1 + loop.excess) * loop.inertia_kgm2 * w_q * behind - loop.viscous_nms_rad * w2
     coupled = points.coupled[:, None]
     sent = loop.gain * seen
     sent = sent - coupled * (loop.stiffness_nm_rad * x + loop.damping_nms_rad * v)
     commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
     for step, older in ((early, whole + 1), (late, whole)):
         p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
-    rows = (p, commands[:, :D], forces[:, :L], *(one[:, None] for one in (x, felt, q1, w1, q2, w2)))
+    rows = (
+        p,
+        commands[:, :D],
+        forces[:, :L],
+        moved[:, :V],
+        *(one[:, None] for one in (x, felt, q1, w1, q2, w2)),
+    )
     return np.concatenate(rows, axis=1)
 
 

@@ -79,7 +79,7 @@ def _kept(loop: Loop, points: Points, alone: np.ndarray | None = None) -> tuple[
 
 def _alone(loop: Loop, points: Points) -> np.ndarray:
     """Largest |eigenvalue| of vibrations without the observer: then nothing goes by the force."""
-    return modes(replace(loop, gain=0.0, sensor_hz=0.0, sensor_ticks=0), points)[1]
+    return modes(replace(loop, gain=0.0, sensor_hz=0.0, sensor_ticks=0, own_ticks=0), points)[1]
 
 
 def judge(loop: Loop, points: Points | None = None) -> Finding:

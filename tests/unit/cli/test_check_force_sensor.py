@@ -2,12 +2,19 @@
 
 import dataclasses
 import math
+import re
 from pathlib import Path
 
 import pytest
 
 from hw import registry
-from rtctl.check import admittance_figures, verdicts_of_admittance_steps, verdicts_of_friction
+from rtctl.check import (
+    admittance_figures,
+    law_plan,
+    observer_tuning,
+    verdicts_of_admittance_steps,
+    verdicts_of_friction,
+)
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.rig_file.config import Config, load
@@ -18,13 +25,18 @@ OBSERVER, OBSERVER_SENSOR = "disturbance observer in a hand", "observer, the for
 COUNT = "admittance, one encoder count"
 
 
-def checked(name, hz=0.0, late_s=0.0, **changes):
-    """Report of the first axis of a shipped rig file with this sensor, and other changes."""
+def with_sensor(name, hz=0.0, late_s=0.0, **changes):
+    """A shipped rig file with this sensor on its first axis, and other changes."""
     loaded = load(CONFIGS / f"{name}.toml")
     table = loaded.config.model_dump(mode="json", by_alias=True)
     table["axis"][0]["force"] |= {"sensor_lowpass_hz": hz, "sensor_delay_s": late_s}
     table["axis"][0] |= changes
-    return examine(loaded.model_copy(update={"config": Config.model_validate(table)})).axes[0]
+    return loaded.model_copy(update={"config": Config.model_validate(table)})
+
+
+def checked(*what, **changes):
+    """Report of the first axis of that."""
+    return examine(with_sensor(*what, **changes)).axes[0]
 
 
 def rows(*what, **changes):
@@ -42,8 +54,72 @@ def test_a_loop_counts_on_the_force_sensors_own_filter_and_says_how_slow_it_may_
     least_hz = float(row.bound.removeprefix(">= ").removesuffix(" Hz"))
     assert f"holds down to a sensor low-pass of {least_hz:g} Hz" in row.meaning
     assert rows(name, 1.02 * least_hz)[loop].outcome == Outcome.PASS
-    assert rows(name, 0.7 * least_hz)[loop].outcome == Outcome.FAIL
-    assert rows(name, 5000.0, 0.012)[loop].outcome == Outcome.FAIL
+    if name == "admittance":
+        assert rows(name, 0.7 * least_hz)[loop].outcome == Outcome.FAIL
+        assert rows(name, 5000.0, 0.012)[loop].outcome == Outcome.FAIL
+
+
+@pytest.mark.parametrize(
+    ("hz", "late_s"), [(0.0, 0.002), (150.0, 1 / 333 + 0.00016), (30.0, 0.0), (500.0, 0.012)]
+)
+def test_an_observer_goes_by_a_sensor_that_is_late_and_passes(hz, late_s):
+    axis = checked("mock", hz, late_s)
+    found = {row.name: row for row in axis.verdicts}
+    assert axis.ok
+    assert found[OBSERVER].outcome == Outcome.PASS
+    assert axis.observer.own_ticks > 0 or axis.observer.bandwidth_hz < 20
+    meaning, own = found[OBSERVER_SENSOR].meaning, axis.observer.own_ticks
+    assert (f"torque and velocity are taken of {own} ticks before" in meaning) == (own > 0)
+    assert ("the inertia" in meaning) == (axis.observer.excess > 0)
+    assert ("Hz for it (20 without)" in meaning) == (axis.observer.bandwidth_hz < 20)
+
+
+def observer_of(hz, late_s, **observer):
+    """Rows and figures of the shipped mock with this sensor and other keys of its observer."""
+    friction = load(CONFIGS / "mock.toml").config.model_dump(mode="json", by_alias=True)["axis"][0][
+        "friction"
+    ]
+    friction["observer"] |= observer
+    return checked("mock", hz, late_s, friction=friction)
+
+
+def test_a_bandwidth_that_is_named_is_kept_and_refused_where_it_is_too_much():
+    axis = observer_of(0.0, 0.012, bandwidth_hz=20.0)
+    row = {one.name: one for one in axis.verdicts}[OBSERVER]
+    assert axis.observer.bandwidth_hz == 20.0
+    assert row.outcome == Outcome.FAIL
+    remedy = float(re.findall(r"or bandwidth_hz = ([\d.]+) at this gain", row.refusal)[0])
+    assert observer_of(0.0, 0.012, bandwidth_hz=remedy).ok
+    assert observer_of(0.0, 0.002, bandwidth_hz=15.0).observer.bandwidth_hz == 15.0
+    assert observer_of(0.0, 0.002, gain=0.0).observer.own_ticks == 0
+
+
+def test_an_observer_is_judged_with_quicker_sensors_too(monkeypatch):
+    """Delayed by all that a sensor of two ticks may be late it passes behind that one, and shakes a stiff hand behind a quick one."""
+    tuned = observer_tuning.Tuning(20.0, own_ticks=2, usual_hz=20.0)
+    monkeypatch.setattr(observer_tuning, "of_axis", lambda *_: tuned)
+    row = rows("mock", 0.0, 0.002)[OBSERVER]
+    assert row.outcome == Outcome.FAIL
+    assert "600 N m/rad" in row.meaning
+
+
+def test_law_and_check_go_by_the_same_observer():
+    loaded = with_sensor("mock", 150.0, 0.004)
+    axis, p = examine(loaded).axes[0], law_plan.build(loaded).params[0]
+    assert p["observer_late_ticks"][0] == axis.observer.own_ticks > 0
+    assert p["observer_excess"][0] == axis.observer.excess > 0
+    assert p["observer_bandwidth_rad_s"][0] == 2 * math.pi * axis.observer.bandwidth_hz
+    bare = law_plan.build(with_sensor("mock")).params[0]
+    assert bare["observer_late_ticks"][0] == bare["observer_excess"][0] == 0
+
+
+def test_an_admittance_goes_by_the_same_observer():
+    friction = load(CONFIGS / "admittance.toml").config.model_dump(mode="json", by_alias=True)["axis"][0][
+        "friction"
+    ]
+    axis = checked("admittance", 2000.0, 0.002, friction={**friction, "policy": "observer"})
+    assert (axis.loop.own_ticks, axis.loop.observer_excess) == (axis.observer.own_ticks, axis.observer.excess)
+    assert axis.loop.own_ticks > 0
 
 
 def test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried():

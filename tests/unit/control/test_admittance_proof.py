@@ -52,6 +52,15 @@ def _characteristic(loop, s, row):
         replace(LATE, sensor_hz=900.0, sensor_ticks=3, feedforward=0.8, feedforward_lowpass_hz=30.0),
         replace(LATE, sensor_hz=190.0, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
         replace(AT_LINK, sensor_hz=90.0, sensor_ticks=1, observer_gain=0.5, observer_hz=20.0, acting_ticks=1),
+        replace(
+            LATE,
+            sensor_ticks=4,
+            observer_gain=0.5,
+            observer_hz=20.0,
+            acting_ticks=1,
+            own_ticks=2,
+            observer_excess=0.2,
+        ),
     ],
 )
 def test_the_characteristic_function_is_zero_just_at_the_eigenvalues(loop):

@@ -77,13 +77,14 @@ def test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint
     assert rig.state["friction_seen_nm"][0, 0, 1 - side] == 0.0
 
 
-def waved(rig, hz=8.0, inertia=J, ticks=800, late=0):
+def waved(rig, hz=8.0, inertia=J, ticks=800, late=0, sensor_late=0):
     """A hand that bears inertia and viscous damping of a sine and all that the motor adds; largest observed, N m."""
-    worst, w, sent = 0.0, 2 * math.pi * hz, [0.0] * (late + 2)
+    worst, w, sent, hand = 0.0, 2 * math.pi * hz, [0.0] * (late + 2), [0.0] * sensor_late
     for k in range(ticks):
         torque = -inertia * 0.05 * w * w * math.sin(w * k * T) + B * 0.05 * w * math.cos(w * k * T)
         acted = sent[-late] if late else 0.0  # when the law goes by this sample, one tick from now
-        rig.force_n[1] = (torque - acted) / LEVER
+        hand.append((torque - acted) / LEVER)
+        rig.force_n[1] = hand[-1 - sensor_late]
         rig.tick(0.05 * math.sin(w * k * T))
         sent.append(rig["torque_applied_nm"])
         if k > ticks // 2:
@@ -100,8 +101,8 @@ def test_the_right_inertia_leaves_nothing_and_a_wrong_one_its_share():
     assert waved(made(**free).arm(), inertia=1.5 * J) == pytest.approx(0.5 * peak * passed, rel=0.05)
 
 
-def excited(late, told):
-    """Largest friction found while a coupling pulls at a joint whose torque comes `late` ticks late."""
+def excited(late, told, sensor_late=0, own=0):
+    """Largest friction found while a coupling pulls at a joint whose torque comes `late` ticks late, and a force `sensor_late`."""
     rig = made(
         observer_gain=0.0,
         observer_bandwidth_rad_s=lowpass_alpha(HZ, T) / T,
@@ -109,14 +110,42 @@ def excited(late, told):
         follow_delay_ticks=late,
         coupling_stiffness_nm_rad=40.0,
         force_limit_n=1e3,
+        observer_late_ticks=own,
     )
     rig.environment("spring", environment_stiffness_nm_rad=1e6).arm()
-    return waved(rig, late=late)
+    return waved(rig, late=late, sensor_late=sensor_late)
 
 
 def test_the_delay_of_the_motor_is_accounted_for():
     assert excited(LATE, LATE) < 0.02
     assert excited(LATE, 0) > 0.1
+
+
+@pytest.mark.parametrize("late", [1, 2, 7])
+def test_torque_and_velocity_are_those_of_the_instant_of_a_force_that_comes_late(late):
+    assert excited(LATE, LATE, late, late) < 0.004
+    assert excited(LATE, LATE, late, late - 1) > 0.015
+    assert excited(LATE, LATE, late, late + 1) > 0.015
+
+
+def test_the_line_of_velocities_is_as_long_as_that_of_torques_and_holds_nothing_that_is_no_number():
+    rig = made(observer_late_ticks=1000, actuator_delay_ticks=1000).arm()
+    stroke(rig, 0.5, 0.2)
+    assert rig["friction_observed_nm"] == pytest.approx(0.2 - B * 0.5 + rig["observer_torque_nm"], abs=0.02)
+    rig.state["force_filtered_nm"] = math.nan
+    with np.errstate(invalid="ignore"):
+        rig.tick()
+    assert not rig.state["observer_moved_rad_s"].any()
+
+
+def test_a_sample_that_took_two_ticks_is_the_velocity_of_both_for_a_late_force_too():
+    every, second = (made(observer_gain=0.0, hz=5.0, observer_late_ticks=3).arm() for _ in range(2))
+    for k in range(60):
+        place = 2.0 * (k * T) ** 2
+        every.tick(place)
+        second.tick(**({"fresh": False} if k % 2 == 0 else {"position": place}))
+    assert every["friction_observed_nm"] < -1e-3
+    assert second["friction_observed_nm"] == pytest.approx(every["friction_observed_nm"], rel=0.15)
 
 
 @pytest.mark.parametrize("bias_nm", [0.0029, -0.0029])

@@ -1,0 +1,70 @@
+"""How the disturbance observer of an axis goes by its force sensor: by how much it delays its own signals, and how quick it is.
+
+One place for the plan of the law and for `rtctl check`; it follows from what is declared and configured, never from what was measured since.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from rtctl.check import force_way, lateness
+from rtctl.check.verdict import hand_factor
+
+if TYPE_CHECKING:
+    from rtctl.control.proofs.observer_loop import Loop
+    from rtctl.rig_file.config import LoadedConfig
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """What the law is given."""
+
+    bandwidth_hz: float
+    own_ticks: int = 0
+    """By which torque and velocity are delayed, to belong to a force that comes late."""
+    excess: float = 0.0
+    """Share by which the inertia is taken too high: it damps what may be left over between both."""
+    usual_hz: float = 0.0
+    """Bandwidth without such a sensor."""
+
+
+def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
+    """As the rig file says; behind a late sensor what leaves every vibration enough damping, where it gives no bandwidth the largest that does (docs/theory.md 6.4)."""
+    table, T = loaded.config.axis[axis], loaded.config.period_s
+    observer, way = table.friction.observer, force_way.of_axis(loaded, axis)
+    usual_hz = observer.bandwidth_at(1 / T)
+    if not (observer.gain > 0 and (way.ticks > 0 or way.sensor_hz > 0)):
+        return Tuning(usual_hz, usual_hz=usual_hz)
+    from rtctl.control.proofs import stability
+    from rtctl.control.proofs.observer_loop import Loop  # reading a report's names must not load the compiler
+
+    between = lateness.of_axis(loaded, axis).between
+    loop = Loop(
+        inertia_kgm2=table.inertia_kgm2,
+        viscous_nms_rad=table.viscous_nms_rad,
+        period_s=T,
+        gain=observer.gain,
+        bandwidth_hz=usual_hz,
+        delay=between.delay,
+        lag_hz=between.lag_hz,
+        sample_ticks=between.sample_ticks,
+        acting_ticks=round(between.delay + stability.lag_ticks(between.lag_hz, T)),
+        sensor_hz=way.sensor_hz,
+        sensor_ticks=way.ticks,
+        force_lowpass_hz=table.force.lowpass_hz,
+        stiffness_nm_rad=table.coupling.stiffness_nm_rad,
+        damping_nms_rad=table.coupling.damping_nms_rad,
+        hand=hand_factor(table.motion),
+    )
+    return _tuned(loop, fixed=observer.bandwidth_hz > 0)
+
+
+@lru_cache(maxsize=256)
+def _tuned(loop: Loop, *, fixed: bool) -> Tuning:
+    from rtctl.control.proofs import observer_margin, observer_match
+
+    slower = [hz for hz in reversed(observer_margin.BANDWIDTHS_HZ) if hz < loop.bandwidth_hz]
+    found = observer_match.tuned(loop, [loop.bandwidth_hz, *([] if fixed else slower)])
+    return Tuning(found.bandwidth_hz, found.own_ticks, found.excess, loop.bandwidth_hz)

@@ -1,0 +1,70 @@
+"""How the disturbance observer goes by a force sensor that is late: what it delays of its own, how much too high it takes the inertia, how quick it is.
+
+Pure functions of numbers, over the undamped hands of `observer_loop.grid` on a joint that slides. A sensor may be anything from immediate to as late as
+it is said to be, so torque and velocity are delayed by a part of that, and what is left over is damped by an inertia that is taken too high
+(docs/theory.md 6.4). That the whole box passes with what is chosen here is for `observer_margin` to show.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.control.disturbance_observer import LATE_MOST
+from rtctl.control.proofs.observer_loop import Loop, Points, grid
+from rtctl.control.proofs.observer_margin import judge
+
+KEPT_WANTED = 0.4
+"""Share of its damping that every vibration is to keep: more than `observer_margin.KEPT_LEAST`, as some hands are tried only."""
+
+EXCESSES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
+"""What the inertia may be taken too high by, the least that is enough."""
+
+
+def sensors(loop: Loop) -> list[Loop]:
+    """The loop with its force sensor, and with quicker ones: less delay, with and without the low-pass."""
+    ticks = {round(share * loop.sensor_ticks) for share in (0.0, 0.25, 0.5, 0.75, 1.0)}
+    return [
+        replace(loop, sensor_ticks=late, sensor_hz=hz)
+        for hz in sorted({0.0, loop.sensor_hz})
+        for late in sorted(ticks)
+    ]
+
+
+def late_ticks(loop: Loop) -> float:
+    """Delay and low-pass of the force sensor together: a low-pass is as late as its time constant."""
+    lag = 1 / (2 * math.pi * loop.sensor_hz * loop.period_s) if loop.sensor_hz > 0 else 0.0
+    return loop.sensor_ticks + lag
+
+
+def tuned(loop: Loop, bandwidths_hz: Iterable[float]) -> Loop:
+    """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration enough behind every sensor; the last if none does."""
+    points = _sliding(loop)
+    owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
+    for hz in bandwidths_hz:
+        for excess in EXCESSES:
+            tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
+            kept, best = max(((_kept(one, points), -one.own_ticks) for one in tried), default=(0.0, 0))
+            loop = replace(loop, bandwidth_hz=hz, own_ticks=-best, excess=excess)
+            if kept >= KEPT_WANTED:
+                return loop
+    return loop
+
+
+def _sliding(loop: Loop) -> Points:
+    points = grid(loop)
+    return points[np.flatnonzero((points.b_h == 0.0) & (points.bristle == 0.0))]
+
+
+def _kept(loop: Loop, points: Points) -> float:
+    """Least share that is kept with every sensor, or as soon as it is too little; less than 0 where something grows."""
+    least = 1.0
+    for one in sensors(loop):
+        found = judge(one, points)
+        least = min(least, found.kept if found.ok else -found.radius)
+        if not least >= KEPT_WANTED:
+            break
+    return least
