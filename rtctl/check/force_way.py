@@ -6,12 +6,19 @@ The worse counts, of either part by itself; what nobody says is told as not prov
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, TypeVar
 
 from hw import registry
 from hw.interface import ForceSensor
 from hw.rig_words import subset
 from rtctl.rig_file.config import LoadedConfig
+
+if TYPE_CHECKING:
+    from rtctl.control.proofs.admittance_loop import AdmittanceLoop
+    from rtctl.control.proofs.observer_loop import Loop
+
+L = TypeVar("L", "AdmittanceLoop", "Loop")
 
 _SLACK_TICKS = 1e-6
 """A delay that was given in ticks is a whole number again."""
@@ -47,3 +54,11 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
         math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS),
         " and ".join(who for who, _ in says),
     )
+
+
+def quicker_sensors(loop: L) -> list[L]:
+    """The loop with a force sensor that is less late than declared, by quarters, with and without its low-pass, but not itself."""
+    ticks = {round(share * loop.sensor_ticks) for share in (0.0, 0.25, 0.5, 0.75, 1.0)}
+    cuts = {0.0, loop.sensor_hz}
+    both = [replace(loop, sensor_ticks=late, sensor_hz=hz) for late in sorted(ticks) for hz in cuts]
+    return [one for one in both if one != loop]

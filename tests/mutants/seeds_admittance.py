@@ -13,8 +13,33 @@ IN_HANDS = "tests/acceptance/test_admittance_in_hands.py"
 DISPLAY = "rtctl/control/display.py"
 
 MARGIN = "tests/unit/control/test_admittance_margin.py"
+STICKING = "tests/unit/control/test_admittance_sticking.py"
+CHECKED = "tests/unit/cli/test_check_admittance.py"
 
 SEEDS = (
+    Seed(
+        "a virtual mass rings on a joint that sticks", MASS,
+        "    return float(p.mass_rest_nms_rad[axis])\n", "    return 0.0\n",
+        (
+            f"{STICKING}::test_it_swings_as_fast_as_is_foreseen_and_not_with_the_damping",
+            f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",
+        ),
+    ),
+    Seed(
+        "the damper of a joint that sticks begins with what it had before", MASS,
+        "        s.mass_calm_rad_s[axis] = 0.0\n        return 0.0\n", "        return 0.0\n",
+        (f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",),
+    ),
+    Seed(
+        "a joint that shakes while it sticks is not refused", "rtctl/check/verdicts_of_admittance.py",
+        "        if speed > SHAKE_RAD_S:\n", "        if False:\n",
+        (f"{CHECKED}::test_a_joint_that_shakes_while_it_sticks_is_refused_with_the_damping_that_calms_it",),
+    ),
+    Seed(
+        "what a swing on bristles loses is forgotten", "rtctl/control/proofs/admittance_sticking.py",
+        "math.sin(phi) ** 2 / math.pi", "0.0",
+        (f"{STICKING}::test_spring_and_loss_are_the_first_harmonic_of_a_spring_that_slides_at_its_end",),
+    ),
     Seed(
         "an admittance is certified with its help in force only", "rtctl/control/proofs/admittance_margin.py",
         "return (loop, *less_help(loop)[:1])", "return (loop,)",
