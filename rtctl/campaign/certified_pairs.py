@@ -122,7 +122,7 @@ def drawn(seed: int, index: int) -> Rig | None:
             continue
         if loop.bristle_nm_rad == 0 or admittance_sticking.judge_stuck(loop).ok:
             return Rig(index, plant, friction, loaded, loop, tried)
-        damping = admittance_sticking.least_rest_damping(loop)
+        damping = admittance_sticking.calming_rest_damping(loop)
         if damping > 0:
             loaded = _calmed(loaded, damping)
             loop = stability_report.admittance_loop(loaded, 0)

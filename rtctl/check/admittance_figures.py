@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from rtctl.rig_file.axis_tables import AxisTable
 
 
+BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
+"""A presliding length that was measured is at most four times too long, one that was assumed sixteen times."""
+
 FADING = (0.1, 0.3, 0.6, 0.85)
 """Shares of the torque at which a display that fades is tried."""
 
@@ -102,6 +105,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         sample_ticks=figures.sample_ticks,
         bristle_nm_rad=figures.guarantee.bristle_nm_rad,
         presliding_rad=figures.guarantee.length_rad,
+        bristles_to=BRISTLES_TO if figures.guarantee.measured else ASSUMED_TO,
         rest_damping_nms_rad=a.rest_damping_nms_rad,
         rest_hz=MASS_REST_HZ,
         motor_share=joint.motor_share,
@@ -179,9 +183,9 @@ def _sticking(loops: tuple[AdmittanceLoop, ...]) -> Sticking:
 
 def _rest_damping(loops: tuple[AdmittanceLoop, ...]) -> float:
     """Least damping at rest that calms all of these, N m s/rad; 0: none does."""
-    from rtctl.control.proofs.admittance_sticking import least_rest_damping
+    from rtctl.control.proofs.admittance_sticking import calming_rest_damping
 
-    found = [least_rest_damping(one) for one in loops]
+    found = [calming_rest_damping(one) for one in loops]
     return max(found) if all(found) else 0.0
 
 

@@ -105,7 +105,10 @@ def stuck_joint(s: Subject) -> list[Verdict]:
     if one.stuck_radius is None:
         return []
     speed, mrad = one.stuck_speed_rad_s, s.axis.guarantee.length_rad * 1e3
-    outcome, meaning = Outcome.PASS, "the same hands and worlds while dry friction holds the joint: at the points of the grid"
+    outcome, meaning = (
+        Outcome.PASS,
+        "the same hands and worlds while dry friction holds the joint: at the points of the grid",
+    )
     if one.stuck_worst:
         shakes = f"within a presliding of {mrad:.3g} mrad, where friction is a spring, the joint shakes with a {one.stuck_worst}"
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"

@@ -134,7 +134,7 @@ def _while_sliding(s: Record, p: Record, axis: int) -> float:
     """Share of the observer's torque on the joint of a virtual mass, which goes with sliding and comes back with it, through the low-pass of rest.
 
     What acts on a joint that sticks the observer takes for friction, and adds to it: what the servo pulls with grows threefold, a tenth of a second late. That is
-    an integrator, and an integrator hunts about friction that is higher at rest than in motion: mass and joint leapt to and fro at 1 to 2 Hz.
+    an integrator, and an integrator hunts about dry friction: mass and joint leapt to and fro.
     """
     end = 1.0 if abs(s.mass_bristle_share[axis]) >= 1.0 else 0.0
     s.observer_slides[axis] += p.rest_alpha[axis] * (end - s.observer_slides[axis])

@@ -162,7 +162,9 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     slip = p.torque_limit_nm[axis] / p.servo_velocity_gain_nms_rad[axis]
     s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)
     if calms > 0.0:
-        s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * (s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis])
+        s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * (
+            s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis]
+        )
     place = before + dt * s.mass_velocity_rad_s[axis]
     if p.servo_position_gain_nm_rad[axis] > 0.0:
         place = towards(joint, place, p.torque_limit_nm[axis] / p.servo_position_gain_nm_rad[axis])

@@ -96,6 +96,8 @@ class AdmittanceLoop:
     bristle_nm_rad: float = 0.0
     """Break-away torque over presliding length, which is the next field."""
     presliding_rad: float = 0.0
+    bristles_to: float = 4.0
+    """How many times as stiff as told they may be: the presliding length is known as an upper bound."""
     rest_damping_nms_rad: float = 0.0
     """Damping of the mass on a joint that sticks, of its motion beyond a low-pass of the next field."""
     rest_hz: float = 0.0
@@ -187,7 +189,9 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
     p, u, late_force = np.split(s[:, : size - 12], (STATES, STATES + D), axis=1)
-    before, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2 = (s[:, size - 12 + i] for i in range(12))
+    before, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2 = (
+        s[:, size - 12 + i] for i in range(12)
+    )
     x = position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first

@@ -19,8 +19,8 @@ import numpy as np
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Points, eigenvalues, grid, spectral_radii
 from rtctl.control.proofs.admittance_margin import Finding, at_helps, edge, worst_of
 
-BRISTLES = (0.0625, 0.25, 1.0, 4.0, 16.0)
-"""Bristles of a joint that sticks, as shares of those told: friction may be less than its peak, the presliding length is known as an upper bound."""
+SOFTER = (0.0625, 0.25)
+"""Softer bristles of a joint that sticks, as shares of those told: friction may be less than its peak."""
 
 SWINGS = (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0)
 """Amplitudes tried, in presliding lengths."""
@@ -30,6 +30,8 @@ _FOLLOWED = 12
 
 _DAMPINGS = 24
 _MOST_DAMPING = 30.0
+_MORE = 1.5
+"""What just does not grow would ring for many seconds."""
 
 
 @dataclass(frozen=True)
@@ -64,16 +66,16 @@ def sticking(loop: AdmittanceLoop) -> Sticking:
     return Sticking(found, worst, at)
 
 
-def least_rest_damping(loop: AdmittanceLoop) -> float:
-    """Least damping of the mass on a joint that sticks with which nothing grows there, N m s/rad; 0: none of those tried.
+def calming_rest_damping(loop: AdmittanceLoop) -> float:
+    """Damping of the mass on a joint that sticks with which nothing grows there, and half more, N m s/rad; 0: none of those tried.
 
     Searched at the points that grow without it, and confirmed at all.
     """
     weak = [(one, _growing(one, share)[0]) for share, one in _tried(replace(loop, rest_damping_nms_rad=0.0))]
-    for damping in np.geomspace(0.02, _MOST_DAMPING, _DAMPINGS):
-        more = {"rest_damping_nms_rad": float(damping)}
-        if all(_rests(replace(one, **more), at) for one, at in weak) and judge_stuck(replace(loop, **more)).ok:
-            return float(damping)
+    for damping in np.geomspace(0.02, _MOST_DAMPING, _DAMPINGS).tolist():
+        if all(_rests(replace(one, rest_damping_nms_rad=damping), at) for one, at in weak):
+            found = _MORE * damping
+            return found if judge_stuck(replace(loop, rest_damping_nms_rad=found)).ok else 0.0
     return 0.0
 
 
@@ -82,10 +84,12 @@ def _rests(loop: AdmittanceLoop, at: Points) -> bool:
 
 
 def _tried(loop: AdmittanceLoop) -> list[tuple[float, AdmittanceLoop]]:
+    """Shares of the bristles told, in steps of four, and the loop with them, helped and not."""
+    stiffer = [4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)]
     return [
         (share, replace(one, bristle_nm_rad=share * one.bristle_nm_rad))
         for one in at_helps(loop)
-        for share in BRISTLES
+        for share in (*SOFTER, *stiffer)
     ]
 
 
@@ -107,12 +111,15 @@ def _growing(loop: AdmittanceLoop, share: float) -> tuple[Points, np.ndarray]:
 def _followed(loop: AdmittanceLoop, share: float) -> list[Points]:
     """Some of these, one by one: the quickest to grow, and those of the highest frequency."""
     at, z = _growing(loop, share)
-    chosen = {*np.argsort(-np.abs(z))[:_FOLLOWED].tolist(), *np.argsort(-np.abs(np.angle(z)))[:_FOLLOWED].tolist()}
+    chosen = {
+        *np.argsort(-np.abs(z))[:_FOLLOWED].tolist(),
+        *np.argsort(-np.abs(np.angle(z)))[:_FOLLOWED].tolist(),
+    }
     return [at[one] for one in sorted(chosen)]
 
 
 def spring_and_loss(swing: float) -> tuple[float, float]:
-    """n' and n'' of a swing of so many presliding lengths, 1 or more."""
+    """N' and n'' of a swing of so many presliding lengths, 1 or more."""
     phi = math.acos(1.0 - 2.0 / swing)
     return (phi - math.sin(phi) * math.cos(phi)) / math.pi, math.sin(phi) ** 2 / math.pi
 
