@@ -96,7 +96,7 @@ SEEDS = (
     ),
     Seed(
         "a force that is no number stays in the low-pass of the mass", MASS,
-        "    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = 0.0\n", "",
+        "    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = s.mass_bristle_share[axis] = 0.0\n", "",
         (f"{STEP}::test_a_force_that_is_no_number_gives_none_and_nothing_of_it_stays",),
     ),
     Seed(

@@ -189,9 +189,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
     p, u, late_force = np.split(s[:, : size - 12], (STATES, STATES + D), axis=1)
-    before, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2 = (
-        s[:, size - 12 + i] for i in range(12)
-    )
+    before, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2 = s[:, size - 12 :].swapaxes(0, 1)
     x = position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
