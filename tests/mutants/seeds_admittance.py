@@ -31,6 +31,18 @@ SEEDS = (
         (f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",),
     ),
     Seed(
+        "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",
+        "    end = 1.0 if abs(s.mass_bristle_share[axis]) >= 1.0 else 0.0\n", "    end = 1.0\n",
+        (
+            "tests/unit/control/test_disturbance_observer.py::test_on_the_joint_of_a_virtual_mass_it_goes_while_that_sticks_and_comes_back_as_it_slides",
+        ),
+    ),
+    Seed(
+        "an observer behind a declared sensor is tried as declared and without it only", "rtctl/check/force_way.py",
+        "for share in (0.0, 0.25, 0.5, 0.75, 1.0)", "for share in (0.0, 1.0)",
+        ("tests/unit/cli/test_check_force_sensor.py::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
+    ),
+    Seed(
         "a joint that shakes while it sticks is not refused", "rtctl/check/verdicts_of_admittance.py",
         "        if speed > SHAKE_RAD_S:\n", "        if False:\n",
         (f"{CHECKED}::test_a_joint_that_shakes_while_it_sticks_is_refused_with_the_damping_that_calms_it",),
