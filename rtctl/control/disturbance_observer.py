@@ -130,15 +130,17 @@ def _turning(s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
-def _while_sliding(s: Record, p: Record, axis: int) -> float:
-    """Share of the observer's torque on the joint of a virtual mass, which goes with sliding and comes back with it, through the low-pass of rest.
+def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
+    """Share of the observer's torque that is left where a virtual mass is shown: none, gone through the low-pass of rest where the display changes.
 
     What acts on a joint that sticks the observer takes for friction, and adds to it: what the servo pulls with grows threefold, a tenth of a second late. That is
     an integrator, and an integrator hunts about dry friction: mass and joint leapt to and fro.
     """
-    end = 1.0 if abs(s.mass_bristle_share[axis]) >= 1.0 else 0.0
-    s.observer_slides[axis] += p.rest_alpha[axis] * (end - s.observer_slides[axis])
-    return float(s.observer_slides[axis])
+    if is_admittance(s, axis):
+        s.observer_left[axis] -= p.rest_alpha[axis] * s.observer_left[axis]
+    else:
+        s.observer_left[axis] = 1.0
+    return float(s.observer_left[axis])
 
 
 @inlined
@@ -162,8 +164,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     torque = t.compensation[axis] * p.observer_gain[axis] * math.copysign(beyond, rest)
     if p.friction_policy[axis] == _HYBRID:
         torque *= _turning(s, p, axis)
-    if is_admittance(s, axis):
-        torque *= _while_sliding(s, p, axis)
+    torque *= _beside_a_mass(s, p, axis)
     v = t.velocity_rad_s[axis]
     branch = FORWARD if v >= 0.0 else BACKWARD
     if model.n_segments[branch] > 0:

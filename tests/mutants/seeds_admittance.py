@@ -32,9 +32,9 @@ SEEDS = (
     ),
     Seed(
         "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",
-        "    end = 1.0 if abs(s.mass_bristle_share[axis]) >= 1.0 else 0.0\n", "    end = 1.0\n",
+        "        s.observer_left[axis] -= p.rest_alpha[axis] * s.observer_left[axis]\n", "        s.observer_left[axis] = 1.0\n",
         (
-            "tests/unit/control/test_disturbance_observer.py::test_on_the_joint_of_a_virtual_mass_it_goes_while_that_sticks_and_comes_back_as_it_slides",
+            "tests/unit/control/test_disturbance_observer.py::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
         ),
     ),
     Seed(

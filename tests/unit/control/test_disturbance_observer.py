@@ -12,11 +12,11 @@ from rtctl.control.disturbance_observer import (
     SMOOTHING,
     TARGET_AT_REST,
     _turning,
-    _while_sliding,
+    _beside_a_mass,
     observer_torque,
 )
 from rtctl.control.velocity import lowpass_alpha
-from rtctl.control.vocabulary import Fault, Policy, State
+from rtctl.control.vocabulary import Display, Fault, Policy, State
 
 HZ = 20.0
 LATE = 3
@@ -258,17 +258,16 @@ def test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved():
     assert _turning(rig.state[0], rig.params[0], 0) == 1.0
 
 
-def test_on_the_joint_of_a_virtual_mass_it_goes_while_that_sticks_and_comes_back_as_it_slides():
+def test_where_a_virtual_mass_is_shown_it_goes_and_stays_away():
     """What acts on a joint that sticks it would add to, as an integrator: mass and joint leapt to and fro."""
     rig = LawRig(rest_alpha=lowpass_alpha(2.0, T))
 
-    def after(seconds, place):
-        rig.state["mass_bristle_share"] = place
+    def after(seconds, display):
+        rig.state["display_kind"] = int(display)
         for _ in range(round(seconds / T)):
-            share = _while_sliding(rig.state[0], rig.params[0], 0)
+            share = _beside_a_mass(rig.state[0], rig.params[0], 0)
         return share
 
-    assert after(1.0, 1.0) == pytest.approx(1.0, abs=1e-5)
-    assert after(0.02, 0.3) == pytest.approx(math.exp(-2 * math.pi * 2.0 * 0.02), rel=1e-4)
-    assert after(1.0, -0.9) < 1e-4
-    assert after(0.02, -1.0) > 0.2
+    assert after(0.01, Display.IMPEDANCE) == 1.0
+    assert after(0.02, Display.ADMITTANCE) == pytest.approx(math.exp(-2 * math.pi * 2.0 * 0.02), rel=1e-4)
+    assert after(1.0, Display.ADMITTANCE) < 1e-4
