@@ -11,8 +11,8 @@ from rtctl.control.disturbance_observer import (
     SLOW_SHARE,
     SMOOTHING,
     TARGET_AT_REST,
-    _turning,
     _beside_a_mass,
+    _turning,
     observer_torque,
 )
 from rtctl.control.velocity import lowpass_alpha
