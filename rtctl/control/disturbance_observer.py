@@ -137,10 +137,10 @@ def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
     an integrator, and an integrator hunts about dry friction: mass and joint leapt to and fro.
     """
     if is_admittance(s, axis):
-        s.mass_observer_left[axis] -= p.rest_alpha[axis] * s.mass_observer_left[axis]
+        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]
     else:
-        s.mass_observer_left[axis] = 1.0
-    return float(s.mass_observer_left[axis])
+        s.mass_helped_share[axis] = 1.0
+    return float(s.mass_helped_share[axis])
 
 
 @inlined

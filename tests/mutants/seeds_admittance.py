@@ -32,7 +32,7 @@ SEEDS = (
     ),
     Seed(
         "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",
-        "        s.mass_observer_left[axis] -= p.rest_alpha[axis] * s.mass_observer_left[axis]\n", "        s.mass_observer_left[axis] = 1.0\n",
+        "        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]\n", "        s.mass_helped_share[axis] = 1.0\n",
         (
             "tests/unit/control/test_disturbance_observer.py::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
         ),
