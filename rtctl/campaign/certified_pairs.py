@@ -11,10 +11,10 @@ import numpy as np
 from hw.mock.family import FAMILY
 from rtctl.campaign.draws import log_uniform
 from rtctl.check import stability_report
-from rtctl.check.admittance_figures import quicker_sensor
 from rtctl.control.environments.table import Environment
-from rtctl.control.proofs import admittance_margin
+from rtctl.control.proofs import admittance_margin, admittance_sticking
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop
+from rtctl.control.proofs.quicker_sensors import quicker_sensors
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.demo import shipped_config
@@ -44,8 +44,8 @@ class Rig:
     loop: AdmittanceLoop = field(repr=False)
     refused: int = 0
     """Rigs drawn before that the certificate refused or did not prove."""
-    proved: bool = True
-    """Also where the joint sticks; else `rtctl check` says that it is not."""
+    calmed: bool = False
+    """Refused as drawn, since it rang where the joint sticks, and given the `rest_damping_nms_rad` that the refusal names."""
 
     @property
     def compensation(self) -> float:
@@ -118,10 +118,23 @@ def drawn(seed: int, index: int) -> Rig | None:
     for tried in range(TRIES):
         loaded = _loaded(plant, sensor, draw)
         loop = stability_report.admittance_loop(loaded, 0)
-        if admittance_margin.judge_stiffest(loop).ok and _certified(loop):
-            proved = loop.bristle_nm_rad == 0 or admittance_margin.judge_stuck(loop).ok
-            return Rig(index, plant, friction, loaded, loop, tried, proved)
+        if not (admittance_margin.judge_stiffest(loop).ok and _certified(loop)):
+            continue
+        if loop.bristle_nm_rad == 0 or admittance_sticking.judge_stuck(loop).ok:
+            return Rig(index, plant, friction, loaded, loop, tried)
+        damping = admittance_sticking.calming_rest_damping(loop)
+        if damping > 0:
+            loaded = _calmed(loaded, damping)
+            loop = stability_report.admittance_loop(loaded, 0)
+            return Rig(index, plant, friction, loaded, loop, tried, calmed=True)
     return None
+
+
+def _calmed(loaded: LoadedConfig, damping_nms_rad: float) -> LoadedConfig:
+    """The rig with the damping that its refusal names."""
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0]["admittance"]["rest_damping_nms_rad"] = damping_nms_rad
+    return loaded.model_copy(update={"config": Config.model_validate(table)})
 
 
 def _certified(loop: AdmittanceLoop) -> bool:
@@ -132,7 +145,7 @@ def _certified(loop: AdmittanceLoop) -> bool:
         return False
     if not all(admittance_margin.judge_stiffest(one).ok for one in admittance_margin.less_help(loop)):
         return False
-    if not all(admittance_margin.judge_stiffest(one).ok for one in quicker_sensor(loop)):
+    if not all(admittance_margin.judge_stiffest(one).ok for one in quicker_sensors(loop)):
         return False
     return loop.sample_ticks > 1 or admittance_margin.proof(loop).proved
 

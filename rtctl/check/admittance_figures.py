@@ -8,15 +8,20 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.control.proofs import stability
+from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
+    from rtctl.control.proofs.admittance_sticking import Sticking
     from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.rig_file.axis_tables import AxisTable
 
+
+BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
+"""A presliding length that was measured is at most four times too long, one that was assumed sixteen times."""
 
 FADING = (0.1, 0.3, 0.6, 0.85)
 """Shares of the torque at which a display that fades is tried."""
@@ -41,6 +46,11 @@ class AdmittanceFigures:
     stuck_radius: float | None
     """Largest |eigenvalue| for a joint that sticks on its bristles; None where there is no dry friction."""
     stuck_worst: str
+    """Hand, joint and world there; empty where nothing grows."""
+    stuck_speed_rad_s: float
+    """Speed, RMS, with which what grows there shakes the joint."""
+    rest_damping_min_nms_rad: float
+    """Least `rest_damping_nms_rad` with which nothing grows there; 0: none does, or nothing grows as it is."""
     rubbing_radius: float
     """Largest |eigenvalue| with dry friction taken for damping of every size."""
     rubbing_damping_nms_rad: float
@@ -68,6 +78,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         AdmittanceLoop,
         Box,
     )  # a report's names must not load the compiler
+    from rtctl.control.virtual_mass import MASS_REST_HZ
 
     a, observer = table.admittance, table.friction.observer
     observes = figures.compensates and figures.force_sensor and observer.gain > 0
@@ -93,6 +104,10 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         lag_hz=figures.current_loop_hz,
         sample_ticks=figures.sample_ticks,
         bristle_nm_rad=figures.guarantee.bristle_nm_rad,
+        presliding_rad=figures.guarantee.length_rad,
+        bristles_to=BRISTLES_TO if figures.guarantee.measured else ASSUMED_TO,
+        rest_damping_nms_rad=a.rest_damping_nms_rad,
+        rest_hz=MASS_REST_HZ,
         motor_share=joint.motor_share,
         encoder=joint.encoder,
         joints=joints_of(joint, table.inertia_kgm2),
@@ -124,14 +139,14 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
 
     found = margin.judge(loop)
     others = (
-        (*faster(loop), *quicker_sensor(loop), *fading(loop), *heavier(loop), *margin.less_help(loop))
+        (*faster(loop), *quicker_sensors(loop), *fading(loop), *heavier(loop), *margin.less_help(loop))
         if found.ok
         else ()
     )
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
     masses = (loop, *heavier(loop))
-    stuck = max(map(margin.judge_stuck, masses), key=_growth) if loop.bristle_nm_rad > 0 else None
+    stuck = _sticking(masses) if loop.bristle_nm_rad > 0 else None
     rubbing, damping = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
     stable = found.ok and not (proof and proof.unstable)
     return AdmittanceFigures(
@@ -142,8 +157,10 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
         proved=proof is not None and proof.proved,
         cells=proof.cells if proof else 0,
         not_proved_at=proof.at if proof else "",
-        stuck_radius=stuck.radius if stuck else None,
-        stuck_worst=stuck.at if stuck and not stuck.ok else "",
+        stuck_radius=stuck.finding.radius if stuck else None,
+        stuck_worst=stuck.at if stuck else "",
+        stuck_speed_rad_s=stuck.speed_rad_s if stuck else 0.0,
+        rest_damping_min_nms_rad=_rest_damping(masses) if stuck and stuck.at else 0.0,
         rubbing_radius=rubbing.radius,
         rubbing_damping_nms_rad=damping,
         rubbing_worst="" if rubbing.ok else rubbing.at,
@@ -159,6 +176,21 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     )
 
 
+def _sticking(loops: tuple[AdmittanceLoop, ...]) -> Sticking:
+    """The one of these whose joint is shaken the fastest while it sticks."""
+    from rtctl.control.proofs.admittance_sticking import sticking
+
+    return max(map(sticking, loops), key=lambda one: (one.speed_rad_s, _growth(one.finding)))
+
+
+def _rest_damping(loops: tuple[AdmittanceLoop, ...]) -> float:
+    """Least damping at rest that calms all of these, N m s/rad; 0: none does."""
+    from rtctl.control.proofs.admittance_sticking import calming_rest_damping
+
+    found = [calming_rest_damping(one) for one in loops]
+    return max(found) if all(found) else 0.0
+
+
 def _growth(found: Finding) -> float:
     """What orders findings, the worst last; one that is no number is the worst."""
     return math.inf if math.isnan(found.radius) else found.radius
@@ -169,17 +201,6 @@ def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
     delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
     both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
-    return [one for one in both if one != loop]
-
-
-def quicker_sensor(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with a force sensor that is less late than declared, with and without its low-pass, but not itself."""
-    ticks = {round(share * loop.sensor_ticks) for share in (0.0, 0.25, 0.5, 0.75, 1.0)}
-    both = [
-        replace(loop, sensor_ticks=late, sensor_hz=hz)
-        for late in sorted(ticks)
-        for hz in {0.0, loop.sensor_hz}
-    ]
     return [one for one in both if one != loop]
 
 

@@ -99,8 +99,9 @@ def build(loaded: LoadedConfig) -> Plan:
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
-        dry_share = lateness.joint_of_axis(loaded, a).dry_share
-        params[0]["flicker_held"][a] = holds_flicker(axis, guarantee(axis, learned), dry_share)
+        sure, dry_share = guarantee(axis, learned), lateness.joint_of_axis(loaded, a).dry_share
+        params[0]["flicker_held"][a] = holds_flicker(axis, sure, dry_share)
+        params[0]["mass_rest_rad"][a] = sure.credited_rad
         most, factor = largest_feedforward(axis, learned, config.period_s)
         _fill_compensation(params[0], a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
@@ -214,10 +215,8 @@ def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
         c[f"environment_{parameter.name}"][a] = getattr(environment, parameter.name)
     c["compensation"][a] = 1.0
     c["display_kind"][a] = Display[axis.display.upper()]
-    c["mass_kgm2"][a], c["mass_damping_nms_rad"][a] = (
-        axis.admittance.mass_kgm2,
-        axis.admittance.damping_nms_rad,
-    )
+    shown = axis.admittance
+    c["mass_kgm2"][a], c["mass_damping_nms_rad"][a] = shown.mass_kgm2, shown.damping_nms_rad
 
 
 def _fill_compensation(

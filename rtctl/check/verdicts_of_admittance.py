@@ -20,6 +20,7 @@ import math
 
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.check.verdicts_of_loop import SHAKE_RAD_S, between_text
 
 KEPT_LEAST = 0.25
 """Least share of its ideal damping that a vibration should keep."""
@@ -99,23 +100,45 @@ def _down(value: float) -> str:
 
 
 def stuck_joint(s: Subject) -> list[Verdict]:
-    """While dry friction holds the joint, it is a spring: what grows there is bounded by the presliding."""
+    """While dry friction holds the joint, it is a spring: what grows there shakes the hand, within the presliding and somewhat beyond."""
     one = found(s)
     if one.stuck_radius is None:
         return []
-    mrad = s.axis.guarantee.length_rad * 1e3
+    speed, mrad = one.stuck_speed_rad_s, s.axis.guarantee.length_rad * 1e3
+    outcome, meaning = (
+        Outcome.PASS,
+        "the same hands and worlds while dry friction holds the joint: at the points of the grid",
+    )
+    if one.stuck_worst:
+        shakes = f"within a presliding of {mrad:.3g} mrad, where friction is a spring, the joint shakes with a {one.stuck_worst}"
+        outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
+        if speed > SHAKE_RAD_S:
+            outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}"
+            if not s.axis.guarantee.measured:
+                outcome = Outcome.NOT_PROVED
+                meaning += f"; nobody says what the presliding length is ({mrad:.3g} mrad are assumed)"
+    refusal = (
+        f"{s.where}.admittance.rest_damping_nms_rad: axis {s.axis.name}: {s.table.admittance.rest_damping_nms_rad:g} lets the joint shake at {speed:.3g} "
+        f"rad/s RMS, the bound is {SHAKE_RAD_S:g}: {meaning}"
+    )
     return [
         s.row(
             "admittance, joint that sticks",
-            f"{one.stuck_radius:.6f}",
-            "<= 1",
-            Outcome.NOT_PROVED if one.stuck_worst else Outcome.PASS,
-            f"may shake within the presliding of {mrad:.3g} mrad, where friction is a spring: with a {one.stuck_worst}"
-            if one.stuck_worst
-            else "the same hands and worlds while dry friction holds the joint: at the points of the grid",
-            one.stuck_radius,
+            f"{speed:.3g} rad/s RMS",
+            f"<= {SHAKE_RAD_S:g} rad/s",
+            outcome,
+            meaning,
+            speed / SHAKE_RAD_S if one.stuck_worst else one.stuck_radius,
+            refusal if outcome == Outcome.FAIL else "",
         )
     ]
+
+
+def _rest_remedy(one: AdmittanceFigures) -> str:
+    ways = "less hand_inertia_kgm2, if no heavier hand holds it, less velocity_gain_nms_rad, or more damping_nms_rad"
+    if one.rest_damping_min_nms_rad > 0:
+        return f"rest_damping_nms_rad = {_up(one.rest_damping_min_nms_rad)}, or {ways}"
+    return ways
 
 
 def dry_friction(s: Subject) -> list[Verdict]:
@@ -196,8 +219,6 @@ def vibrations(s: Subject) -> list[Verdict]:
 
 def lateness(s: Subject) -> list[Verdict]:
     """Delay and lag that the certificate rests on, and whether a device says them."""
-    from rtctl.check.verdicts_of_loop import between_text
-
     silent = bool(s.axis.undeclared_devices) and s.axis.delay_ticks == 0
     steady = s.axis.jitter_ticks == 0
     told = f"{between_text(s.axis)}: the worse of declared and measured"

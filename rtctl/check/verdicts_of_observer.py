@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check.admittance_figures import joints_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.observer_loop import Loop
@@ -67,9 +67,9 @@ def _kept_least() -> float:
 @lru_cache(maxsize=256)
 def _judged(loop: Loop) -> Finding:
     """The worst with its force sensor and with quicker ones."""
-    from rtctl.control.proofs import observer_margin, observer_match
+    from rtctl.control.proofs import observer_margin
 
-    found = [observer_margin.judge(one) for one in observer_match.sensors(loop)]
+    found = map(observer_margin.judge, (loop, *quicker_sensors(loop)))
     return max(found, key=lambda one: (not one.ok, -one.kept))
 
 

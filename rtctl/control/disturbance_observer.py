@@ -38,6 +38,7 @@ from __future__ import annotations
 
 import math
 
+from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
@@ -157,6 +158,20 @@ def _turning(s: Record, p: Record, axis: int) -> float:
     return TURNING_SHARE + (1.0 - TURNING_SHARE) * s.observer_end[axis]
 
 
+@compiled
+def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
+    """Share of the observer's torque that is left where a virtual mass is shown: none, gone through the low-pass of rest where the display changes.
+
+    What acts on a joint that sticks the observer takes for friction, and adds to it: what the servo pulls with grows threefold, a tenth of a second late. That is
+    an integrator, and an integrator hunts about dry friction: mass and joint leapt to and fro.
+    """
+    if is_admittance(s, axis):
+        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]
+    else:
+        s.mass_helped_share[axis] = 1.0
+    return float(s.mass_helped_share[axis])
+
+
 @inlined
 def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> float:
     """Torque that compensates what the feed-forward leaves of the friction observed, N m; NaN stays NaN.
@@ -178,6 +193,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     torque = t.compensation[axis] * p.observer_gain[axis] * math.copysign(beyond, rest)
     if p.friction_policy[axis] == _HYBRID:
         torque *= _turning(s, p, axis)
+    torque *= _beside_a_mass(s, p, axis)
     v = t.velocity_rad_s[axis]
     branch = FORWARD if v >= 0.0 else BACKWARD
     if model.n_segments[branch] > 0:

@@ -169,6 +169,9 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "mass_forward_alpha": (),  # low-pass coefficient per tick of it
             "mass_force_alpha": (),  # low-pass coefficient per tick
             "mass_force_deadband_nm": (),
+            "mass_rest_nms_rad": (),  # damping while the joint sticks, beyond a low-pass of the next line
+            "mass_rest_alpha": (),
+            "mass_rest_rad": (),  # length of the bristles by which it sticks; 0: it never does
             "servo_velocity_gain_nms_rad": (),
             "servo_position_gain_nm_rad": (),
             "watch_floor_nm": (),  # force that may ring without being damped
@@ -324,6 +327,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "mass_velocity_rad_s": (),
             "mass_force_nm": (),  # hand torque, low-passed
             "mass_forward_nm": (),  # torque that the mass's motion asks of the joint, low-passed
+            "mass_bristle_share": (),  # where the joint is within its bristles, -1..1
+            "mass_calm_rad_s": (),  # velocity of the mass, low-passed, while the joint sticks
             "mass_injected_nms_rad": (),  # damping added by the passivity controller
             "servo_velocity_rad_s": (),  # of the joint, low-passed
             "mass_watch_nms_rad": (),  # and by the watch on its stability (control.stability_watch)
@@ -369,6 +374,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "calm_speed_rad_s": (),  # that the feed-forward goes by: while the joint rests the largest of late
             "reading_slip_rad": (),  # of the position in this sample that was no motion (control.flicker)
             "observer_end": (),  # how near the bristles were to their end when the joint last moved on, 0..1
+            "mass_helped_share": (),  # share of it that is sent: 1, none where a virtual mass is shown
             "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
             "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`
             "friction_change": (),  # of the learned friction, that the feed-forward goes by: factor less 1

@@ -45,6 +45,9 @@ CALM_S = 2.0
 KEPT_SHARE = 0.02
 """A deficit below this share of the budget is noise of the force on little motion: no damping is added for it."""
 
+MASS_REST_HZ = 4.0
+"""Motion of the mass above this is damped while the joint sticks: a hand that begins to move is slower, what rings on bent bristles faster."""
+
 _ACTIVE = int(State.ACTIVE)
 _ARMING = int(State.ARMING)
 _REMOTE = int(Environment.REMOTE)
@@ -55,7 +58,7 @@ def _rest(s: Record, axis: int) -> None:
     """Put the mass where the joint is, at rest: nothing winds up while the servo does nothing."""
     s.proxy_position_rad[axis] = s.remote_position_rad[axis] = s.position_rad[axis]
     s.mass_velocity_rad_s[axis] = s.mass_watch_nms_rad[axis] = s.watch_share[axis] = 0.0
-    s.mass_forward_nm[axis] = 0.0
+    s.mass_forward_nm[axis] = s.mass_calm_rad_s[axis] = 0.0
     s.proxy_set_count[axis] = 1
 
 
@@ -63,15 +66,38 @@ def _rest(s: Record, axis: int) -> None:
 def _forget(s: Record, axis: int) -> None:
     """As `_rest`, without a trace of what came in: it was no number."""
     _rest(s, axis)
-    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = 0.0
+    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = s.mass_bristle_share[axis] = 0.0
     forget_force(s, axis)
     s.stored_energy_j[axis] = s.renderer_grant_j[axis] = 0.0
+
+
+@compiled
+def _bend(s: Record, p: Record, axis: int, dx: float) -> None:
+    """Move the joint on by `dx` within its bristles; at their end, or without any, it slides."""
+    length = p.mass_rest_rad[axis]
+    if not (length > 0.0 and math.isfinite(dx)):
+        s.mass_bristle_share[axis] = 1.0
+        return
+    s.mass_bristle_share[axis] = min(max(s.mass_bristle_share[axis] + dx / length, -1.0), 1.0)
+
+
+@compiled
+def _rest_damping(s: Record, p: Record, axis: int) -> float:
+    """Damping of the mass while the joint sticks, N m s/rad: nothing may ring on a joint that does not follow.
+
+    Of its motion beyond a low-pass, which begins at 0 whenever the joint begins to stick: the damper of a mass that was at rest, so it only takes.
+    """
+    if abs(s.mass_bristle_share[axis]) >= 1.0:
+        s.mass_calm_rad_s[axis] = 0.0
+        return 0.0
+    return float(p.mass_rest_nms_rad[axis])
 
 
 @compiled
 def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, hand_nm: float) -> float:
     """Low-passes of force and velocity, once a fresh sample; the hand's torque beyond the dead band, N m."""
     if elapsed > 0:
+        _bend(s, p, axis, difference * elapsed * p.period_s)
         s.mass_watch_nms_rad[axis] = watch_force(s, p, axis, hand_nm)
         s.mass_force_nm[axis] += p.mass_force_alpha[axis] * (hand_nm - s.mass_force_nm[axis])
         alpha = 1.0 - (1.0 - p.servo_velocity_alpha[axis]) ** elapsed
@@ -126,14 +152,19 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     inertia = s.mass_kgm2[axis] / dt
     added = s.mass_injected_nms_rad[axis] + s.mass_watch_nms_rad[axis]
     added += (1.0 - felt_share(s, axis)) * p.servo_velocity_gain_nms_rad[axis]
-    stiffness = (inertia + s.mass_damping_nms_rad[axis] + added) / dt
-    drive = inertia * speed + felt_nm + stiffness * before
+    calms = _rest_damping(s, p, axis)
+    stiffness = (inertia + s.mass_damping_nms_rad[axis] + added + calms) / dt
+    drive = inertia * speed + felt_nm + calms * s.mass_calm_rad_s[axis] + stiffness * before
     after = _world_step(s, p, axis, drive, stiffness)
     s.position_rad[axis] = joint
     velocity = (after - before) / dt
     held = s.servo_velocity_rad_s[axis]
     slip = p.torque_limit_nm[axis] / p.servo_velocity_gain_nms_rad[axis]
     s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)
+    if calms > 0.0:
+        s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * (
+            s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis]
+        )
     place = before + dt * s.mass_velocity_rad_s[axis]
     if p.servo_position_gain_nm_rad[axis] > 0.0:
         place = towards(joint, place, p.torque_limit_nm[axis] / p.servo_position_gain_nm_rad[axis])
@@ -234,6 +265,9 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
     """
     held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
     held += 0.5 * s.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
+    if p.mass_rest_alpha[axis] > 0.0:
+        calms_kgm2 = p.mass_rest_nms_rad[axis] * p.period_s / p.mass_rest_alpha[axis]
+        held += 0.5 * calms_kgm2 * s.mass_calm_rad_s[axis] ** 2
     if s.state == _ARMING:  # the test pulse works on whoever holds the joint, by intent
         s.energy_port_j[axis] = 0.0
         return

@@ -26,6 +26,13 @@ class AdmittanceTable(Table):
         "K_p: torque per angle by which it lags; 0: a hand that leans on a virtual wall drifts at its torque over K_v",
         default=0.0,
     )
+    rest_damping_nms_rad: float = number(
+        0,
+        1e4,
+        "damping of the virtual mass while dry friction holds the joint, of its motion above 4 Hz: what keeps mass and hand from ringing on a joint "
+        "that sticks; the hand begins to move it later by that",
+        default=0.0,
+    )
     force_lowpass_hz: float = number(
         0, 5000, "low-pass of the hand's torque, after [axis.force]; 0 is off", default=150.0
     )

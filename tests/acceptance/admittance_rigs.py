@@ -6,8 +6,12 @@ from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.demo import shipped_config
 
-SLIPPERY = (("coulomb_nm = 0.25", "coulomb_nm = 1e-5"), ("breakaway_nm = 0.35", "breakaway_nm = 1e-5"))
-"""Next to no dry friction."""
+SLIPPERY = (
+    ("coulomb_nm = 0.25", "coulomb_nm = 1e-5"),
+    ("breakaway_nm = 0.35", "breakaway_nm = 1e-5"),
+    ("rest_damping_nms_rad = 0.53", "rest_damping_nms_rad = 0.0"),
+)
+"""Next to no dry friction, and nothing that is for a joint which sticks."""
 
 QUIET = (
     ("resolution_n = 0.005", "resolution_n = 0.0"),

@@ -56,6 +56,7 @@ def test_an_admittance_rests_behind_the_sensor_that_it_is_proved_with_and_grows_
             math.inf,
             1e6,
         )  # they would calm or stop it
+        rig.law[2]["mass_rest_nms_rad"] = 0.0  # and so would what is for a joint that sticks
         rig.law[3]["compensation"], rig.law[3]["environment_kind"] = 0.0, int(Environment.SPRING)
         rig.law[3]["environment_stiffness_nm_rad"], rig.law[3]["environment_center_rad"] = 203.0, 0.0
         rig.law[3]["environment_damping_nms_rad"] = 0.0

@@ -13,8 +13,45 @@ IN_HANDS = "tests/acceptance/test_admittance_in_hands.py"
 DISPLAY = "rtctl/control/display.py"
 
 MARGIN = "tests/unit/control/test_admittance_margin.py"
+STICKING = "tests/unit/control/test_admittance_sticking.py"
+CHECKED = "tests/unit/cli/test_check_admittance.py"
 
 SEEDS = (
+    Seed(
+        "a virtual mass rings on a joint that sticks", MASS,
+        "    return float(p.mass_rest_nms_rad[axis])\n", "    return 0.0\n",
+        (
+            f"{STICKING}::test_it_swings_as_fast_as_is_foreseen_and_not_with_the_damping",
+            f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",
+        ),
+    ),
+    Seed(
+        "the damper of a joint that sticks begins with what it had before", MASS,
+        "        s.mass_calm_rad_s[axis] = 0.0\n        return 0.0\n", "        return 0.0\n",
+        (f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",),
+    ),
+    Seed(
+        "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",
+        "        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]\n", "        s.mass_helped_share[axis] = 1.0\n",
+        (
+            "tests/unit/control/test_disturbance_observer.py::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
+        ),
+    ),
+    Seed(
+        "an observer behind a declared sensor is tried as declared and without it only", "rtctl/check/force_way.py",
+        "for share in (0.0, 0.25, 0.5, 0.75, 1.0)", "for share in (0.0, 1.0)",
+        ("tests/unit/cli/test_check_force_sensor.py::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
+    ),
+    Seed(
+        "a joint that shakes while it sticks is not refused", "rtctl/check/verdicts_of_admittance.py",
+        "        if speed > SHAKE_RAD_S:\n", "        if False:\n",
+        (f"{CHECKED}::test_a_joint_that_shakes_while_it_sticks_is_refused_with_the_damping_that_calms_it",),
+    ),
+    Seed(
+        "what a swing on bristles loses is forgotten", "rtctl/control/proofs/admittance_sticking.py",
+        "math.sin(phi) ** 2 / math.pi", "0.0",
+        (f"{STICKING}::test_spring_and_loss_are_the_first_harmonic_of_a_spring_that_slides_at_its_end",),
+    ),
     Seed(
         "an admittance is certified with its help in force only", "rtctl/control/proofs/admittance_margin.py",
         "return (loop, *less_help(loop)[:1])", "return (loop,)",
@@ -71,7 +108,7 @@ SEEDS = (
     ),
     Seed(
         "a force that is no number stays in the low-pass of the mass", MASS,
-        "    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = 0.0\n", "",
+        "    s.mass_force_nm[axis] = s.servo_velocity_rad_s[axis] = s.mass_bristle_share[axis] = 0.0\n", "",
         (f"{STEP}::test_a_force_that_is_no_number_gives_none_and_nothing_of_it_stays",),
     ),
     Seed(

@@ -170,8 +170,8 @@ SEEDS = (
     Seed(
         "a virtual mass whose world does not hold it",
         "rtctl/control/proofs/admittance_loop.py",
-        "(loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / weight",
-        "(loop.mass_kgm2 * v_r + T * felt) / weight",
+        "(loop.mass_kgm2 * v_r + T * (felt - k_e * x_r + calms * calm)) / weight",
+        "(loop.mass_kgm2 * v_r + T * (felt + calms * calm)) / weight",
         ADMITTANCE,
     ),
     Seed(

@@ -94,7 +94,13 @@ class AdmittanceLoop:
     lag_hz: float = 0.0
     sample_ticks: int = 1
     bristle_nm_rad: float = 0.0
-    """Break-away torque over presliding length."""
+    """Break-away torque over presliding length, which is the next field."""
+    presliding_rad: float = 0.0
+    bristles_to: float = 4.0
+    """How many times as stiff as told they may be: the presliding length is known as an upper bound."""
+    rest_damping_nms_rad: float = 0.0
+    """Damping of the mass on a joint that sticks, of its motion beyond a low-pass of the next field."""
+    rest_hz: float = 0.0
     motor_share: float = 1.0
     encoder: str = "motor"
     joints: tuple[ElasticJoint, ...] = (RIGID,)
@@ -174,8 +180,9 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     Notes
     -----
     States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), velocities that the
-    observer has not gone by yet (V), the last position, the force's two low-passes, v_hat, v_r, x_r, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running
-    one frame from every unit state, all points at once.
+    observer has not gone by yet (V), the last position, the force's two low-passes, v_hat, v_r, x_r, the low-passed v_r of a joint that
+    sticks, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running one frame from every unit state, all
+    points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
     A, hand, _ = plant(loop, at)
@@ -183,11 +190,11 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     rest = max(loop.delay - whole, 0.0)
     acted = loop.acting_ticks + loop.own_ticks
     D, L, V = max(whole + 2, 1 + acted), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
-    size = STATES + D + L + V + 11
+    size = STATES + D + L + V + 12
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
-    p, u, late_force, late_v = np.split(s[:, : size - 11], np.cumsum((STATES, D, L)), axis=1)
-    before, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2 = (s[:, size - 11 + i] for i in range(11))
+    p, u, late_force, late_v = np.split(s[:, : size - 12], np.cumsum((STATES, D, L)), axis=1)
+    before, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2 = s[:, size - 12 :].swapaxes(0, 1)
     x = position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
@@ -210,12 +217,14 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     else:
         q1 = w1 = q2 = w2 = helps
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]
-    weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + b_e) + T * T * k_e
+    calms = np.where(at.bristle > 0, loop.rest_damping_nms_rad, 0.0)[:, None]
+    weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + calms + b_e) + T * T * k_e
     share, quick = loop.feedforward, lowpass_alpha(loop.feedforward_lowpass_hz, T)
+    follow = lowpass_alpha(loop.rest_hz, T)
     for _ in range(n):
         v_before = v_r
-        v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r)) / weight
-        x_r = x_r + T * v_r
+        v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r + calms * calm)) / weight
+        x_r, calm = x_r + T * v_r, calm + follow * (v_r - calm)
         asked = loop.inertia_kgm2 * (v_r - v_before) / T + loop.told_viscous_nms_rad * v_r - felt
         ahead = ahead + quick * (asked - ahead)
         sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x)
@@ -224,7 +233,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         for step, older in ((early, whole + 1), (late, whole)):
             p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
         u = commands[:, :D]
-    ends = (x, sensed, felt, v_hat, v_r, x_r, ahead, q1, w1, q2, w2)
+    ends = (x, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2)
     lines = (p, u, forces[:, :L], moved[:, :V])
     return np.concatenate((*lines, *(one[:, None] for one in ends)), axis=1)
 

@@ -1,7 +1,7 @@
 """Is an admittance display stable with every hand of its box and in every linear world? What hand, what mass would be?
 
 Pure functions of numbers, on `admittance_loop` (eigenvalues over a grid) and `admittance_proof` (between its points). A joint
-that sticks on its bristles is judged apart: what shakes there shakes within the presliding, and friction bounds it.
+that sticks on its bristles is judged apart (`admittance_sticking`).
 """
 
 from __future__ import annotations
@@ -33,9 +33,6 @@ _ROUNDING = 2e-8
 RINGS_HZ = 2.0
 DAMPED_1_S = 20.0
 """As in `observer_margin`: slower motion is no vibration, and what dies by 1/e in 50 ms is damped enough."""
-
-STIFFER = (1.0, 4.0, 16.0)
-"""Bristles of a joint that sticks, as shares of those told."""
 
 RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
 """Dry friction as damping, in velocity gains: a friction of .25 N m on a gain of 2 N m s/rad at 1.6 to .016 rad/s."""
@@ -84,23 +81,10 @@ def at_helps(loop: AdmittanceLoop) -> tuple[AdmittanceLoop, ...]:
     return (loop, *less_help(loop)[:1])
 
 
-def judge(loop: AdmittanceLoop, *, stuck: bool = False) -> Finding:
-    """The worst of the grid: of a joint that slides, or of one that sticks (`stuck`; then `bristle_nm_rad` > 0)."""
-    at = grid(loop)
-    at = at[np.flatnonzero((at.bristle > 0) == stuck)]
-    return _worst(loop, at if stuck else at.beside(fine_worlds(loop, only_stiffest=False)))
-
-
-def judge_stuck(loop: AdmittanceLoop) -> Finding:
-    """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on bristles as stiff as told or stiffer: the
-    presliding length is known as an upper bound.
-    """
-    found = [
-        judge(replace(one, bristle_nm_rad=by * one.bristle_nm_rad), stuck=True)
-        for one in at_helps(loop)
-        for by in STIFFER
-    ]
-    return max(found, key=lambda one: one.radius)
+def judge(loop: AdmittanceLoop) -> Finding:
+    """The worst of the grid, a joint that slides."""
+    at = grid(replace(loop, bristle_nm_rad=0.0))
+    return worst_of(loop, at.beside(fine_worlds(loop, only_stiffest=False)))
 
 
 def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
@@ -117,7 +101,7 @@ def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
     worst, damping = None, 0.0
     for one, by in product(at_helps(loop), RUBS):
         more = by * loop.velocity_gain_nms_rad
-        found = _worst(replace(one, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
+        found = worst_of(replace(one, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
         if worst is None or found.radius > worst.radius:
             worst, damping = found, more
     assert worst is not None
@@ -126,10 +110,11 @@ def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:
     """The worst of the box's stiffest hands without damping in springs of all stiffnesses, a joint that slides."""
-    return _worst(loop, fine_worlds(loop, only_stiffest=True))
+    return worst_of(loop, fine_worlds(loop, only_stiffest=True))
 
 
-def _worst(loop: AdmittanceLoop, at: Points) -> Finding:
+def worst_of(loop: AdmittanceLoop, at: Points) -> Finding:
+    """The worst of some points."""
     z = eigenvalues(loop, at)
     size = np.abs(z)
     radius, kept = size.max(axis=1), _kept(loop, at, z)

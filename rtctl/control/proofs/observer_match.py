@@ -16,22 +16,13 @@ import numpy as np
 from rtctl.control.disturbance_observer import LATE_MOST
 from rtctl.control.proofs.observer_loop import Loop, Points, grid
 from rtctl.control.proofs.observer_margin import judge
+from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 KEPT_WANTED = 0.4
 """Share of its damping that every vibration is to keep: more than `observer_margin.KEPT_LEAST`, as some hands are tried only."""
 
 EXCESSES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
 """What the inertia may be taken too high by, the least that is enough."""
-
-
-def sensors(loop: Loop) -> list[Loop]:
-    """The loop with its force sensor, and with quicker ones: less delay, with and without the low-pass."""
-    ticks = {round(share * loop.sensor_ticks) for share in (0.0, 0.25, 0.5, 0.75, 1.0)}
-    return [
-        replace(loop, sensor_ticks=late, sensor_hz=hz)
-        for hz in sorted({0.0, loop.sensor_hz})
-        for late in sorted(ticks)
-    ]
 
 
 def late_ticks(loop: Loop) -> float:
@@ -62,7 +53,7 @@ def _sliding(loop: Loop) -> Points:
 def _kept(loop: Loop, points: Points) -> float:
     """Least share that is kept with every sensor, or as soon as it is too little; less than 0 where something grows."""
     least = 1.0
-    for one in sensors(loop):
+    for one in (loop, *quicker_sensors(loop)):
         found = judge(one, points)
         least = min(least, found.kept if found.ok else -found.radius)
         if not least >= KEPT_WANTED:

@@ -122,7 +122,8 @@ def test_what_fails_is_refused_with_what_passes_nearest_by(rig):
     (axis,) = report.axes
     (stuck,) = (row for row in axis.verdicts if row.name == STUCK)
     assert stuck.outcome == Outcome.NOT_PROVED
-    assert "may shake within the presliding" in stuck.meaning
+    assert "within a presliding of 5 mrad, where friction is a spring, the joint shakes" in stuck.meaning
+    assert "are assumed" in stuck.meaning
     refusal = report.refusal()
     assert "bench.toml: axis[0].admittance.mass_kgm2: axis joint" in refusal
     remedies = dict(
@@ -138,6 +139,23 @@ def test_what_fails_is_refused_with_what_passes_nearest_by(rig):
                 axis, load(rig(**{**changes, keys[key]: float(value)})).config.axis[0], _joint(path), 1e-3
             )
         ).ok
+
+
+def test_a_joint_that_shakes_while_it_sticks_is_refused_with_the_damping_that_calms_it(rig):
+    """With a heavy hand that nothing else holds; how long its bristles are somebody said."""
+
+    def stuck(damping=0.0):
+        path = rig(b_v=0.2)
+        text = path.read_text().replace('policy = "off"', 'policy = "off"\npresliding_rad = 0.0014')
+        path.write_text(text.replace("[axis.coupling]", f"rest_damping_nms_rad = {damping}\n[axis.coupling]"))
+        return rows_of(path)[STUCK]
+
+    row = stuck()
+    assert row.outcome == Outcome.FAIL
+    assert float(row.figure.split()[0]) > 0.002
+    assert "axis[0].admittance.rest_damping_nms_rad" in row.refusal
+    named = float(row.meaning.split("rest_damping_nms_rad = ")[1].split(",")[0])
+    assert stuck(named).outcome == Outcome.PASS
 
 
 def _joint(path):

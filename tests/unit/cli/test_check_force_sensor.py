@@ -9,7 +9,6 @@ import pytest
 
 from hw import registry
 from rtctl.check import (
-    admittance_figures,
     law_plan,
     observer_tuning,
     verdicts_of_admittance_steps,
@@ -17,6 +16,7 @@ from rtctl.check import (
 )
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
+from rtctl.control.proofs.quicker_sensors import quicker_sensors
 from rtctl.rig_file.config import Config, load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -126,7 +126,7 @@ def test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_t
     axis = checked("admittance", 2000.0, 0.0021)
     assert (axis.loop.sensor_hz, axis.loop.sensor_ticks) == (2000.0, 3)
     assert axis.force_way.said_by == "rig file and device[0] 'mock'"
-    tried = admittance_figures.quicker_sensor(axis.loop)
+    tried = quicker_sensors(axis.loop)
     assert {(one.sensor_hz, one.sensor_ticks) for one in tried} == {
         (hz, ticks) for hz in (0.0, 2000.0) for ticks in range(4)
     } - {(2000.0, 3)}

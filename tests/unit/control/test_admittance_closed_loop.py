@@ -16,8 +16,10 @@ HZ = (0.5, 1.1, 2.3, 5.0)
 
 
 def rig(*, friction=False, **params):
-    """The rig file's, with hardly any dry friction unless it is asked for, and no noise."""
+    """The rig file's, with hardly any dry friction, and no damping for a joint that sticks, unless it is asked for, and no noise."""
     simulation = Simulation(LOADED)
+    if not friction:
+        simulation.params["mass_rest_nms_rad"] = 0.0
     plant = simulation.plant_params
     for name in () if friction else ("coulomb_nm", "breakaway_nm", "bristle_max_nm"):
         plant[name] = 1e-4

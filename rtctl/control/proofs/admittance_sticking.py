@@ -1,0 +1,140 @@
+"""Does an admittance ring on a joint that dry friction holds, and how fast is the hand shaken then?
+
+Pure functions of numbers, on `admittance_loop`. Within its presliding dry friction is a spring, to which the servo pushes what the hand's force makes of
+the virtual mass, and the hand's mass answers by its acceleration. What grows there grows until the bristles slide, and friction takes out what is fed
+(docs/theory.md 2.13): of a swing of a presliding lengths friction is the spring k n'(a) and the damping k n''(a)/w,
+
+    cos phi = 1 - 2/a,     n' = (phi - sin phi cos phi)/pi,     n'' = sin^2 phi/pi
+
+which is the describing function of a spring that slides at its end. No other friction of that stiffness and size takes less out of a swing so small.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Points, eigenvalues, grid, spectral_radii
+from rtctl.control.proofs.admittance_margin import Finding, at_helps, edge, worst_of
+
+SOFTER = (0.0625, 0.25)
+"""Softer bristles of a joint that sticks, as shares of those told: friction may be less than its peak."""
+
+SWINGS = (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0)
+"""Amplitudes tried, in presliding lengths."""
+
+_FOLLOWED = 12
+"""Points that grow, of each bristle stiffness, whose swing is followed: the quickest to grow, and as many of the highest frequency."""
+
+_DAMPINGS = 24
+_MOST_DAMPING = 30.0
+_MORE = 1.5
+"""What just does not grow would ring for many seconds."""
+
+
+@dataclass(frozen=True)
+class Sticking:
+    """What is found of a joint that sticks."""
+
+    finding: Finding
+    speed_rad_s: float
+    """Speed of the joint, RMS, at which the largest swing stands; 0 where none grows."""
+    at: str
+    """The hand, joint and world of that."""
+
+
+def judge_stuck(loop: AdmittanceLoop) -> Finding:
+    """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on softer and stiffer bristles than told."""
+    found = [worst_of(one, _points(one, share)) for share, one in _tried(loop)]
+    return max(found, key=lambda one: math.inf if math.isnan(one.radius) else one.radius)
+
+
+def sticking(loop: AdmittanceLoop) -> Sticking:
+    """The worst of the grid, and how fast the joint is shaken there."""
+    found = judge_stuck(loop)
+    if found.ok:
+        return Sticking(found, 0.0, "")
+    worst, at = 0.0, found.at
+    for share, one in _tried(loop):
+        length = loop.presliding_rad / max(share, 1.0)
+        for point in _followed(one, share):
+            speed = length * _swing(one, point)
+            if speed > worst:
+                worst, at = speed, point.words(one, 0)
+    return Sticking(found, worst, at)
+
+
+def calming_rest_damping(loop: AdmittanceLoop) -> float:
+    """Damping of the mass on a joint that sticks with which nothing grows there, and half more, N m s/rad; 0: none of those tried.
+
+    Searched at the points that grow without it, and confirmed at all.
+    """
+    weak = [(one, _growing(one, share)[0]) for share, one in _tried(replace(loop, rest_damping_nms_rad=0.0))]
+    for damping in np.geomspace(0.02, _MOST_DAMPING, _DAMPINGS).tolist():
+        if all(_rests(replace(one, rest_damping_nms_rad=damping), at) for one, at in weak):
+            found = _MORE * damping
+            return found if judge_stuck(replace(loop, rest_damping_nms_rad=found)).ok else 0.0
+    return 0.0
+
+
+def _rests(loop: AdmittanceLoop, at: Points) -> bool:
+    return at.size == 0 or bool(spectral_radii(loop, at).max() <= edge(loop))
+
+
+def _tried(loop: AdmittanceLoop) -> list[tuple[float, AdmittanceLoop]]:
+    """Shares of the bristles told, in steps of four, and the loop with them, helped and not."""
+    stiffer = [4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)]
+    return [
+        (share, replace(one, bristle_nm_rad=share * one.bristle_nm_rad))
+        for one in at_helps(loop)
+        for share in (*SOFTER, *stiffer)
+    ]
+
+
+def _points(loop: AdmittanceLoop, share: float) -> Points:
+    """Hands and worlds of the grid while the joint sticks; on bristles that are not as told those of hands without damping, which decide."""
+    at = grid(loop)
+    return at[np.flatnonzero((at.bristle > 0) & ((share == 1.0) | (at.b_h == 0)))]
+
+
+def _growing(loop: AdmittanceLoop, share: float) -> tuple[Points, np.ndarray]:
+    """Points that grow while the joint sticks, and the eigenvalue of each that does."""
+    at = _points(loop, share)
+    z = eigenvalues(loop, at)
+    worst = z[np.arange(at.size), np.argmax(np.abs(z), axis=1)]
+    grows = np.flatnonzero(~(np.abs(worst) <= edge(loop)))
+    return at[grows], worst[grows]
+
+
+def _followed(loop: AdmittanceLoop, share: float) -> list[Points]:
+    """Some of these, one by one: the quickest to grow, and those of the highest frequency."""
+    at, z = _growing(loop, share)
+    chosen = {
+        *np.argsort(-np.abs(z))[:_FOLLOWED].tolist(),
+        *np.argsort(-np.abs(np.angle(z)))[:_FOLLOWED].tolist(),
+    }
+    return [at[one] for one in sorted(chosen)]
+
+
+def spring_and_loss(swing: float) -> tuple[float, float]:
+    """N' and n'' of a swing of so many presliding lengths, 1 or more."""
+    phi = math.acos(1.0 - 2.0 / swing)
+    return (phi - math.sin(phi) * math.cos(phi)) / math.pi, math.sin(phi) ** 2 / math.pi
+
+
+def _swing(loop: AdmittanceLoop, at: Points) -> float:
+    """RMS speed over presliding length, 1/s, of the largest of `SWINGS` that still grows at one point."""
+    speed, w = 0.0, 0.0
+    for swing in SWINGS:
+        spring, loss = spring_and_loss(swing)
+        rubbed = loop.viscous_nms_rad + (loss * loop.bristle_nm_rad / w if w > 0 else 0.0)
+        softer = replace(at, bristle=at.bristle * spring)
+        z = eigenvalues(replace(loop, viscous_nms_rad=rubbed), softer)[0]
+        worst = z[np.argmax(np.abs(z))]
+        if abs(worst) <= edge(loop):
+            break
+        w = float(np.abs(np.log(worst))) / loop.period_s
+        speed = swing * w / math.sqrt(2.0)
+    return speed
