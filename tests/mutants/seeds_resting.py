@@ -86,6 +86,27 @@ SEEDS = (
         RESTING,
     ),
     Seed(
+        "a joint that has not moved on for long is helped ever more",
+        "rtctl/control/disturbance_observer.py",
+        "slow = SLOW_SHARE + HELD_SHARE * held_part(s, p, axis)",
+        "slow = SLOW_SHARE",
+        ("tests/unit/control/test_disturbance_observer.py",),
+    ),
+    Seed(
+        "a joint is held as soon as it stands",
+        "rtctl/control/resting.py",
+        "p.period_s - HELD_AFTER_S, 0.0)",
+        "p.period_s, 0.0)",
+        RESTING,
+    ),
+    Seed(
+        "a joint that follows a standing mass is held",
+        "rtctl/control/resting.py",
+        "    if is_admittance(s, axis):\n        return 0.0\n",
+        "",
+        RESTING,
+    ),
+    Seed(
         "on a joint that slides the help turns with the hand's torque",
         "rtctl/control/feedforward.py",
         "    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):\n",
