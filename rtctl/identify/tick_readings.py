@@ -205,17 +205,20 @@ def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) 
     return began if began > look_back else -1
 
 
-def rows_before_seen(position_rad: np.ndarray, look_back: int) -> int:
-    """Rows by which the middle of the `look_back` rows before these lies behind the moment when this slide began; 0: before it.
+def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int:
+    """Rows by which the middle of the `look_back` rows before row `seen` lies behind the moment when the slide began; 0: before it.
 
     Notes
     -----
-    A joint with much damping does not jump: it slides ever faster, and long before its speed tells it. The parabola through the slide
-    is where it stood still. NaN is 0.
+    A joint with much damping does not jump: it slides ever faster, and long before its speed tells it. The parabola through the second half of
+    its way, where no bristles bend any more, tells when it would have stood still. NaN is 0.
     """
-    if not np.isfinite(position_rad).all():
+    way_rad = np.abs(position_rad - position_rad[0])
+    half = np.flatnonzero(way_rad >= 0.5 * way_rad[-1])
+    if len(half) < look_back:
         return 0
-    bend, speed, _ = np.polyfit(np.arange(len(position_rad)), position_rad, 2)
+    rows = np.arange(half[0], len(position_rad))
+    bend, speed, _ = np.polyfit(rows - seen, position_rad[rows], 2)
     if not bend * speed > 0.0:
         return 0
     return max(0, round(0.5 * speed / bend - 0.5 * (look_back - 1)))
@@ -236,7 +239,7 @@ def break_away(
     seen = break_away_row(position_rad, look_back, moving_rad)
     if seen < 0:
         return None
-    began = max(look_back, seen - rows_before_seen(position_rad[seen:], look_back))
+    began = max(look_back, seen - rows_before_seen(position_rad, seen, look_back))
     if stood_still(rows[began - look_back : seen + look_back + 1]):
         return None
     last = rows[began - look_back + 1 : began + 1]

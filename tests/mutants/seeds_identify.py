@@ -82,7 +82,7 @@ SEEDS = (
     Seed(
         "what damping takes when a slow slide is seen is break-away",
         "rtctl/identify/tick_readings.py",
-        "max(look_back, seen - rows_before_seen(position_rad[seen:], look_back))",
+        "max(look_back, seen - rows_before_seen(position_rad, seen, look_back))",
         "seen",
         ("tests/unit/identify/test_signals.py",),
     ),
