@@ -88,7 +88,9 @@ def is_shaken(left: list[Swung]) -> bool:
 def _say(name: str, found: list[list[Swung]]) -> None:
     click.echo(f"{name}: {sum(map(is_shaken, found))} of {len(found)} shaken by the help")
     for at, policy in enumerate(POLICIES):
-        whole, strokes = (1e3 * np.array([getattr(one[at], part) for one in found]) for part in ("whole", "strokes"))
+        whole, strokes = (
+            1e3 * np.array([getattr(one[at], part) for one in found]) for part in ("whole", "strokes")
+        )
         click.echo(
             f"  {policy:9s} median {np.median(whole):.1f}, nine of ten below {np.quantile(whole, 0.9):.1f}, "
             f"most {whole.max():.1f} mrad/s; between the turns {np.median(strokes):.1f}, {np.quantile(strokes, 0.9):.1f}, {strokes.max():.1f}"
@@ -101,7 +103,9 @@ def main() -> None:
     parser.add_argument("--cases", type=int, default=100)
     parser.add_argument("--seed", type=int, default=21)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--speeds", type=float, nargs="+", choices=SWINGS_HZ, default=list(SWINGS_HZ), help="rad/s")
+    parser.add_argument(
+        "--speeds", type=float, nargs="+", choices=SWINGS_HZ, default=list(SWINGS_HZ), help="rad/s"
+    )
     options = parser.parse_args()
     holding = [i for i in range(options.cases) if drawn(options.seed, i, ("off",)).hand_stiffness_nm_rad > 0]
     asked = [Asked(options.seed, index, speed) for speed in options.speeds for index in holding]
