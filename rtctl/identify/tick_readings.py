@@ -218,7 +218,7 @@ def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int
     if len(half) < look_back:
         return 0
     rows = np.arange(half[0], len(position_rad))
-    bend, speed, _ = np.polyfit(rows - seen, position_rad[rows], 2)
+    bend, speed = (float(one) for one in np.polyfit(rows - seen, position_rad[rows], 2)[:2])
     if not bend * speed > 0.0:
         return 0
     return max(0, round(0.5 * speed / bend - 0.5 * (look_back - 1)))
