@@ -7,7 +7,7 @@
 bristles are at their end, the viscous damping that the coupling does not live on. Whatever the policy decides about the
 direction, whatever a delay, a noise, a hand or a wrong model make of it, over any stretch of time the compensation puts
 in no more than friction took out, two banks, and one bent bristle F x_b/2. The bank is F x_b, what one reversal costs,
-and 2 mJ at most (`friction.guarantee`).
+and 4 mJ at most (`friction.guarantee`).
 
 Why it is needed. A policy that is right in sliding is wrong in presliding: there friction is a spring, and torque that
 follows the sign of the motion, or the hand's, is negative damping. A hand that holds still was shaken by it for as long

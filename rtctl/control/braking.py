@@ -27,7 +27,7 @@ from rtctl.control.records import Record
 @compiled
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that is no number brakes nothing."""
-    push = eased(s, p, axis, s.friction_push_nm[axis], t.hand_torque_nm[axis] + t.coupling_torque_nm[axis])
+    push = eased(p, axis, s.friction_push_nm[axis], t.hand_torque_nm[axis] + t.coupling_torque_nm[axis])
     s.friction_push_nm[axis] = push if math.isfinite(push) else 0.0
     wanted = 0.0
     if slides(s, axis) and not is_admittance(s, axis):

@@ -44,7 +44,7 @@ from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
-from rtctl.control.resting import is_resting, while_resting
+from rtctl.control.resting import held_part, is_resting, while_resting
 from rtctl.control.vocabulary import Policy
 
 _OFF = int(Policy.OFF)
@@ -58,6 +58,9 @@ TURNING_SHARE = 0.5
 
 SLOW_SHARE, SLOW_RAD_S = 0.03, 0.03
 """Share of the friction that is left to a joint that hardly moves: what a bias of the force sensor must overcome to make it creep."""
+
+HELD_SHARE = 0.15
+"""Besides, to one that has not moved on for long (`resting.held_part`): it would slip seconds after it came to rest, helped ever more against a pull that stays."""
 
 TARGET_AT_REST = 1.0 - SLOW_SHARE
 
@@ -185,7 +188,8 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     if elapsed > 0:
         follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
-    target = 1.0 - SLOW_SHARE * math.exp(-((t.velocity_rad_s[axis] / SLOW_RAD_S) ** 2))
+    slow = SLOW_SHARE + HELD_SHARE * held_part(s, p, axis)
+    target = 1.0 - slow * math.exp(-((t.velocity_rad_s[axis] / SLOW_RAD_S) ** 2))
     rest = target * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan

@@ -172,14 +172,14 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
     It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
-    a slow hand slides the joint on, `pace.GATE_TIMES` that.
+    a hand slides the joint on, `pace.GATE_TIMES` that.
     """
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
     if wanted < s.friction_gate[axis]:
-        moves_slowly = is_slow(s, p, axis) and slides(s, axis) and not is_bent(s, p, axis)
-        alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_slowly else 1.0))
+        moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
+        alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]
 

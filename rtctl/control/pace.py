@@ -1,4 +1,4 @@
-"""How fast is the hand? One that moves the joint slowly is not answered by its torque at once, for that shakes it.
+"""A hand that moves the joint is not answered by its torque at once, for that shakes it; and how fast is the hand?
 
     pace <- LP |v|, `PACE_S`                      slow: pace <= `SLOW_BLENDS` v_b
 
@@ -8,12 +8,12 @@ and no eigenvalue covers it, since it has corners. So
 
 - on a joint that slides the direction is that of the motion, at any pace (`feedforward`): a hand that wants to turn back brakes first;
 - in the turn of a slow hand the intent goes from there to the hand's torque as slowly as at rest;
-- the brake (`braking`) goes by the mean push of a slow hand, through `BRAKE_TIMES` the low-pass of rest: a ring about a push that moves the joint
+- the brake (`braking`) goes by the hand's mean push, through `BRAKE_TIMES` the low-pass of rest: a ring about a push that moves the joint
   brakes nothing. Clipped first, each half period would take help away too late, which is negative damping;
-- the gate, which opens at once and stands at the peaks of the hand's torque, closes at `GATE_TIMES` the rate of rest while a slow hand slides the joint on:
+- the gate, which opens at once and stands at the peaks of the hand's torque, closes at `GATE_TIMES` the rate of rest while a hand slides the joint on:
   between two peaks of a ring it hardly sinks.
 
-A brisk hand is answered as quickly as before: its turns take some hundredths of a second, in which it would be held back, and the joint
+In its turns a brisk hand is answered at once: they take some hundredths of a second, in which it would be held back, and the joint
 is slow there for as long only. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
 """
 
@@ -32,10 +32,10 @@ SLOW_BLENDS = 2.5
 """A hand is slow up to so many times the speed v_b below which the direction counts as one of rest: .2 rad/s."""
 
 BRAKE_TIMES = 2.5
-"""The push that the brake of a slow hand goes by follows so many times as fast as the intent at rest: 5 Hz."""
+"""The push that the brake goes by follows so many times as fast as the intent at rest: 5 Hz."""
 
 GATE_TIMES = 0.25
-"""The gate of a slow hand that slides the joint on closes so many times as fast as else: .5 Hz."""
+"""The gate of a hand that slides the joint on closes so many times as fast as else: .5 Hz."""
 
 
 @compiled
@@ -53,8 +53,6 @@ def is_slow(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
-def eased(s: Record, p: Record, axis: int, before: float, now: float) -> float:
-    """What follows the hand's torque, `now`, through a low-pass where the hand is slow."""
-    if not is_slow(s, p, axis):
-        return now
+def eased(p: Record, axis: int, before: float, now: float) -> float:
+    """What follows the hand's torque, `now`, through the low-pass of the brake."""
     return before + min(BRAKE_TIMES * p.rest_alpha[axis], 1.0) * (now - before)

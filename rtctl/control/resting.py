@@ -61,6 +61,9 @@ FORGOTTEN_S = 1.0
 CALMING_S = 0.2
 """After so long in one place the observer's is still twice that."""
 
+HELD_AFTER_S, HELD_S = 0.5, 1.0
+"""A joint that has not moved on for the first time begins to be held, and is after the second besides."""
+
 
 @compiled
 def _moves_on(s: Record, axis: int) -> bool:
@@ -118,6 +121,14 @@ def is_bent(s: Record, p: Record, axis: int) -> bool:
 def while_bent(s: Record, p: Record, axis: int, alpha: float, times: float) -> float:
     """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent bristles."""
     return min(alpha, times * p.rest_alpha[axis]) if is_bent(s, p, axis) else alpha
+
+
+@compiled
+def held_part(s: Record, p: Record, axis: int) -> float:
+    """0 on a joint that has moved on of late, 1 on one that has not for long; never of an admittance, which follows its mass."""
+    if is_admittance(s, axis):
+        return 0.0
+    return min(max(s.bent_ticks[axis] * p.period_s - HELD_AFTER_S, 0.0) / HELD_S, 1.0)
 
 
 @compiled

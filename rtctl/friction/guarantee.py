@@ -22,9 +22,9 @@ SPREADS = 2.0
 LENGTH_UNKNOWN_RAD = 0.005
 """Presliding length where nobody measured one: longer than that of most geared joints (.5 to 2 mrad)."""
 
-BANK_MOST_J = 2e-3
-"""Most that the account of the compensation may hold: with a deficit as large and a bent bristle, a hand that holds
-still is given less than 1.5 mJ once, and nothing after."""
+BANK_MOST_J = 4e-3
+"""Most that the account of the compensation may hold: one turn of bristles of 7 mrad that hold .35 N m costs nearly so much. Where the bank is less than a
+turn costs, help goes in the middle of each stroke."""
 
 
 TURN_SHARE = 0.8

@@ -205,19 +205,42 @@ def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) 
     return began if began > look_back else -1
 
 
+def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int:
+    """Rows by which the middle of the `look_back` rows before row `seen` lies behind the moment when the slide began; 0: before it.
+
+    Notes
+    -----
+    A joint with much damping does not jump: it slides ever faster, and long before its speed tells it. The parabola through the second half of
+    its way, where no bristles bend any more, tells when it would have stood still. NaN is 0.
+    """
+    way_rad = np.abs(position_rad - position_rad[0])
+    half = np.flatnonzero(way_rad >= 0.5 * way_rad[-1])
+    if len(half) < look_back:
+        return 0
+    rows = np.arange(half[0], len(position_rad))
+    bend, speed = (float(one) for one in np.polyfit(rows - seen, position_rad[rows], 2)[:2])
+    if not bend * speed > 0.0:
+        return 0
+    return max(0, round(0.5 * speed / bend - 0.5 * (look_back - 1)))
+
+
 def break_away(
     rows: np.ndarray, axis: int, period_s: float, count_rad: float, bias_nm: float, radian: float = 1.0
 ) -> Measurement | None:
-    """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip.
+    """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip, or about the moment when it began.
 
-    None without a slip, and when the loop stood still about then.
+    The last rows are those of the slip. None without one, and when the loop stood still about then.
     """
     look_back = max(4, round(LOOK_BACK_S / period_s))
     if len(rows) <= 2 * look_back:
         return None
     moving_rad = max(MOVING_COUNTS * count_rad, MOVING_RAD * radian)
-    began = break_away_row(rows["position_rad"][:, axis], look_back, moving_rad)
-    if began < 0 or stood_still(rows[began - look_back : began + look_back + 1]):
+    position_rad = rows["position_rad"][:, axis]
+    seen = break_away_row(position_rad, look_back, moving_rad)
+    if seen < 0:
+        return None
+    began = max(look_back, seen - rows_before_seen(position_rad, seen, look_back))
+    if stood_still(rows[began - look_back : seen + look_back + 1]):
         return None
     last = rows[began - look_back + 1 : began + 1]
     return _measurement(last, axis, float(np.mean(last["motor_torque_nm"][:, axis])) - bias_nm, 0.0, 0.0)

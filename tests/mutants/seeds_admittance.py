@@ -38,7 +38,7 @@ SEEDS = (
         ),
     ),
     Seed(
-        "an observer behind a declared sensor is tried as declared and without it only", "rtctl/check/force_way.py",
+        "an observer behind a declared sensor is tried as declared and without it only", "rtctl/control/proofs/quicker_sensors.py",
         "for share in (0.0, 0.25, 0.5, 0.75, 1.0)", "for share in (0.0, 1.0)",
         ("tests/unit/cli/test_check_force_sensor.py::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
     ),

@@ -80,6 +80,13 @@ SEEDS = (
         GIVEN_UP,
     ),
     Seed(
+        "what damping takes when a slow slide is seen is break-away",
+        "rtctl/identify/tick_readings.py",
+        "max(look_back, seen - rows_before_seen(position_rad, seen, look_back))",
+        "seen",
+        ("tests/unit/identify/test_signals.py",),
+    ),
+    Seed(
         "bristles that soften make the presliding length longer",
         "rtctl/friction/points/presliding.py",
         "curve = ramp.share + bend * _softening(ramp.share)",

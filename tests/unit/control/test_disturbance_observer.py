@@ -7,6 +7,7 @@ import pytest
 from law_rig import LEVER, B, J, LawRig, T
 
 from rtctl.control.disturbance_observer import (
+    HELD_SHARE,
     SLOW_RAD_S,
     SLOW_SHARE,
     SMOOTHING,
@@ -170,6 +171,27 @@ def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction()
             )
             torque = observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1)
             assert torque == pytest.approx(left * 0.9 * TARGET_AT_REST * 0.1), (policy, share)
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.01, 0.5])
+def test_more_of_the_friction_is_left_to_a_joint_that_has_not_moved_on_for_long(speed):
+    rig = made(Policy.OBSERVER)
+    rig.state["bent_ticks"], rig.now["friction_observed_nm"], rig.now["compensation"] = 10_000, 0.1, 1.0
+    rig.now["velocity_rad_s"] = speed
+    torque = observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1)
+    left = (SLOW_SHARE + HELD_SHARE) * math.exp(-((speed / SLOW_RAD_S) ** 2))
+    assert torque == pytest.approx(0.9 * (1.0 - left) * 0.1)
+
+
+@pytest.mark.parametrize("pull_nm", [0.01, 0.03])
+def test_a_pull_that_stays_is_not_helped_ever_more(pull_nm):
+    """Of a joint that sticks the observer sees its own torque: what it comes to against a pull, and how long the pull has been there."""
+    rig = made(observer_gain=0.95, rest_alpha=lowpass_alpha(2.0, T)).arm()
+    sent = [float(stroke(rig, 0.0, pull_nm, 500)["observer_torque_nm"]) for _ in range(12)]
+    all_of_it = 0.95 * TARGET_AT_REST
+    left = 0.95 * (TARGET_AT_REST - HELD_SHARE)
+    assert max(sent) < 0.6 * all_of_it / (1 - all_of_it) * pull_nm
+    assert sent[-1] == pytest.approx(left / (1 - left) * pull_nm, rel=0.1)
 
 
 @pytest.mark.parametrize("speed", [0.5, -0.5])

@@ -13,6 +13,8 @@ from rtctl.control.resting import (
     BENT_S,
     CALMING_S,
     FORGOTTEN_S,
+    HELD_AFTER_S,
+    HELD_S,
     OBSERVER_TIMES,
     REST_COUNTS,
     REST_HZ,
@@ -20,6 +22,7 @@ from rtctl.control.resting import (
     REST_SHARE,
     advance_rest,
     calm_speed,
+    held_part,
     while_bent,
     while_resting,
 )
@@ -182,6 +185,17 @@ def test_no_number_is_motion_and_lasts_for_one_tick():
     assert math.isnan(rig.state["calm_hand_nm"][0, 0])
     seen_at(rig, [1.0], hand_nm=0.1)
     assert rig.state["calm_hand_nm"][0, 0] == 0.1, "the next number counts at once"
+
+
+@pytest.mark.parametrize(
+    ("rested_s", "held"), [(0.0, 0.0), (HELD_AFTER_S, 0.0), (HELD_AFTER_S + 0.3 * HELD_S, 0.3), (60.0, 1.0)]
+)
+def test_a_joint_that_has_not_moved_on_for_long_is_held_and_never_one_that_follows_a_mass(rested_s, held):
+    rig = made()
+    rig.state["bent_ticks"] = round(rested_s / T)
+    assert held_part(rig.state[0], rig.params[0], 0) == pytest.approx(held)
+    rig.state["display_kind"] = int(Display.ADMITTANCE)
+    assert held_part(rig.state[0], rig.params[0], 0) == 0.0
 
 
 SPEED = of_rows(calm_speed)

@@ -95,6 +95,10 @@ def test_the_bank_is_two_bent_bristles_but_never_more_than_a_hand_may_be_given(a
     assert sure.peak_nm == pytest.approx(learned.friction_max_nm)
     assert sure.bank_j == pytest.approx(sure.peak_nm * LENGTH_FACTOR * 1e-3)
     assert sure.given_most_j == pytest.approx(2.5 * sure.bank_j)
+    soft = guarantee(with_friction(axis, presliding_rad=0.006), learned)
+    assert soft.bank_j == pytest.approx(sure.peak_nm * LENGTH_FACTOR * 6e-3), (
+        "all of one turn of soft bristles"
+    )
     long = guarantee(with_friction(axis, presliding_rad=0.02), learned)
     assert long.bank_j == BANK_MOST_J
     capped = guarantee(with_friction(axis, cap_share=0.01), learned)

@@ -41,6 +41,19 @@ def _moving_errors(path, points):
     return np.abs([point.friction_torque_nm for point in moving]) / true_nm - 1.0
 
 
+def test_break_away_of_a_joint_with_much_damping_is_its_dry_friction(tmp_path):
+    path = variant(
+        tmp_path,
+        ("viscous_nms_rad = 0.05              # b_v", "viscous_nms_rad = 1.0               # b_v"),
+        ("second_share = 0.5 ", "second_share = 0.0 "),
+        ("coulomb_nm = 0.25 ", "coulomb_nm = 0.35 "),
+    )
+    settings = replace(SMALL, measurements=12)
+    moving = [task.name for task in tasks(settings) if task.speed_rad_s]
+    found = [one.friction_torque_nm for one in run(path, settings, Kept(moving)).points]
+    assert found == pytest.approx([0.35, -0.371], rel=0.02), ".03 more where its slide is seen"
+
+
 @pytest.mark.parametrize(
     "changes",
     [STRIBECK, STICTION, (RIPPLE,), ELASTO_PLASTIC, (*STRIBECK, *STICTION)],

@@ -126,6 +126,37 @@ def test_break_away_is_the_torque_where_the_joint_began_to_slide(sign):
     assert found.torque_nm == pytest.approx(sign * 0.2, abs=2e-3)
 
 
+def slide(damping_nms_rad, slope_nm_s=0.5, dry_nm=2.0, sign=1):
+    """A ramp on a joint that damping alone holds back once it slides, until it has gone .02 rad."""
+    time = np.arange(8000) * T
+    sliding_s = np.clip(time - dry_nm / slope_nm_s, 0, None)
+    position = 0.5 * slope_nm_s / damping_nms_rad * sliding_s**2
+    ends = int(np.argmax(position > 0.02))
+    return sign * position[:ends], sign * slope_nm_s * time[:ends]
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+@pytest.mark.parametrize("damping_nms_rad", [0.3, 3.0, 10.0])
+def test_what_damping_takes_when_a_slow_slide_is_seen_is_no_break_away(damping_nms_rad, sign):
+    position, torque = slide(damping_nms_rad, sign=sign)
+    rows = ticks(encoder(position), torque)
+    seen = break_away_row(rows["position_rad"][:, 0], 10, 3e-4)
+    late_nm = abs(torque[seen + 5]) - 2.0
+    assert late_nm == pytest.approx(0.03 * damping_nms_rad, rel=0.05), "what the damping takes by then"
+    found = break_away(rows, 0, T, COUNT, 0.0)
+    assert found.torque_nm == pytest.approx(sign * 2.0, abs=0.04 * late_nm + 2e-3)
+
+
+@pytest.mark.parametrize(("before_s", "found"), [(0.2, True), (-0.05, False)])
+def test_the_loop_may_not_stand_still_between_the_beginning_of_a_slow_slide_and_where_it_is_seen(
+    before_s, found
+):
+    position, torque = slide(10.0)
+    at = round((2.0 / 0.5 - before_s) / T)
+    rows = np.delete(ticks(encoder(position), torque), slice(at, at + 12))
+    assert (break_away(rows, 0, T, COUNT, 0.0) is not None) is found
+
+
 @pytest.mark.parametrize(("slots", "found"), [(5, True), (12, False)])
 def test_a_slip_during_a_standstill_of_the_loop_gives_no_break_away(slots, found):
     position, torque = ramp()
