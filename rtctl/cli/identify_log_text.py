@@ -40,6 +40,16 @@ def units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> 
     )
 
 
+def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
+    """That nothing holds the scale of the position, where no velocity is mapped (and no rig file given)."""
+    if "velocity" in mapped:
+        return ()
+    return (
+        "whether the scale of the position is right (a gear ratio, counts a turn): a factor in it goes into inertia and viscous friction; a velocity of another source, "
+        "or --config, holds it",
+    )
+
+
 def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:
     """Both tables, then what is said of delay, speeds, offsets and presliding; units of a rotary axis, but for the names of parameters."""
     from rtctl.friction.logs.speeds_seen import STRIBECK_RAD_S
