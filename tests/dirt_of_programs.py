@@ -225,7 +225,7 @@ MORE = {
     "current of a motor that saturates": Case("motor", column("motor", lambda s, log: s * (1 + 0.25 * (s / np.abs(s).max()) ** 2)), r"not proportional"),
     "scale of the position drifts by a fifth": Case("hand", column("position", lambda x, log: x * (1 + 0.2 * log.time / log.time[-1])), r"scale of the position drifts"),
     "scale of the torque drifts by a quarter": Case("motor", column("motor", lambda s, log: s * (1 + 0.25 * log.time / log.time[-1])), r"scale of the torque drifts|changes within"),
-    "position drifts against its velocity": Case("motor", lambda log: replace(log, position=log.position * (1 + 0.15 * log.time / log.time[-1]), extra={"v": log.velocity}), r"drifts|changes", ("--column", "velocity=v")),
+    "position drifts against its velocity": Case("motor", lambda log: replace(log, position=log.position * (1 + 0.15 * log.time / log.time[-1]), extra={"v": log.velocity}), r"drifts|changes|times the derivative", ("--column", "velocity=v")),
     "half the gear ratio, with the rig file": Case("motor", column("position", lambda x, _: 2 * x), r"inertia_kgm2.*unit", RIG),
     "moves of even accelerations": Case("motor", moves, SAME),
     "moves of even accelerations, coarse current": Case("motor", lambda log: replace(moves(log), motor=np.round(moves(log).motor / 0.004) * 0.004), SAME),

@@ -20,8 +20,14 @@ from rtctl.friction.logs.regressors import Regressors
 SURELY, SURELY_BESIDE = 4.0, 3.0
 """Standard errors by which a coefficient must differ from 0: alone, and beside the other columns."""
 
-SHARE_LEAST, SHARE_MOST = 0.03, 0.6
-"""Least share of the torque that is told as that of a gear, and most that is tried."""
+EXPLAINS = 0.98
+"""Largest share of what is left over without it, RMS, that is left over with what is told."""
+
+SHARE_LEAST, SHARE_TOLD, SHARE_MOST = 0.03, 0.4, 0.6
+"""Shares of the torque that are told as those of a gear, and the most that is tried."""
+
+ALIKE = 0.4
+"""Share by which that of a gear may differ beside other columns: what only looks like it goes into them."""
 
 BEND_LEAST = 0.06
 """Least share of the largest torque that is told to be missing."""
@@ -44,7 +50,7 @@ PEAK_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Effect:
-    """Coefficient of a column, on all rows (n,): alone and beside others, with standard errors; what is left over with it alone, RMS."""
+    """Coefficient of a column, on all rows (n,): alone and beside others, with standard errors; what is left over with it alone and without it, RMS."""
 
     column: np.ndarray
     value: float
@@ -52,6 +58,7 @@ class Effect:
     beside: float
     beside_error: float
     rest: float
+    before: float
 
     def sure(self) -> bool:
         """Whether it surely is there, whatever else there is."""
@@ -59,7 +66,12 @@ class Effect:
             abs(self.value) > SURELY * self.error
             and abs(self.beside) > SURELY_BESIDE * self.beside_error
             and self.value * self.beside > 0
+            and self.rest < EXPLAINS * self.before
         )
+
+    def alike(self) -> bool:
+        """Whether it is a share of a gear, and the same beside the others."""
+        return SHARE_LEAST < self.value < SHARE_TOLD and abs(self.beside / self.value - 1) < ALIKE
 
 
 class _Plain:
@@ -103,7 +115,7 @@ class _Plain:
         both = np.column_stack([column, self.signals.torque_nm])[self.rows]
         own, torque = (both - matrix @ np.linalg.lstsq(matrix, both, rcond=1e-9)[0]).T
         if own.std() <= OWN_LEAST * np.std(column[self.rows]):
-            return 0.0, np.inf, float(torque.std())
+            return 0.0, np.inf, float(np.sqrt(np.mean(torque**2)))
         value = float(own @ torque / (own @ own))
         rest = torque - value * own
         error = float(np.sqrt(covariance(own[:, None], rest, self.block, self.slow)[0, 0]))
@@ -118,16 +130,18 @@ class _Plain:
             value = float(np.clip(value, -SHARE_MOST, SHARE_MOST))
             column = make(u, value)
         others = self.others if more is None else np.hstack([self.others, more])
+        value, error, rest = self.coefficient(column)
         beside, beside_error, _ = self.coefficient(column, others)
-        return Effect(column, *self.coefficient(column)[:2], beside, beside_error, self.coefficient(column)[2])
+        before = self.coefficient(np.zeros(len(column)))[2]
+        return Effect(column, value, error, beside, beside_error, rest, before)
 
-    def share(self) -> Effect:
-        """Friction that is a share of the torque."""
+    def share(self, bend: Effect) -> Effect:
+        """Friction that is a share of the torque; what bends is one of the columns beside."""
 
         def column(u: np.ndarray, k: float) -> np.ndarray:
             return np.asarray(self.direction * np.abs(u / (1 - k * np.sign(u * self.direction))))
 
-        return self.effect(column)
+        return self.effect(column, bend.column[:, None])
 
     def bend(self) -> Effect:
         """A scale that falls with the torque: its coefficient is the share of the largest that is missing."""
@@ -142,9 +156,10 @@ class _Plain:
 def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
     """The signals of a single torque with the share of it that friction is as a column, where the log tells one; the warning about it; what the log cannot tell."""
     plain = _Plain(signals)
-    share, bend = plain.share(), plain.bend()
+    bend = plain.bend()
+    share = plain.share(bend)
     known = share.error <= KNOWN and share.beside_error <= KNOWN_BESIDE
-    if known and share.sure() and SHARE_LEAST < share.value and not (bend.sure() and bend.rest < share.rest):
+    if known and share.sure() and share.alike() and not (bend.sure() and bend.rest < share.rest):
         text = (
             f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- {2 * share.error:.1g}): it differs where the torque drives the joint and where it "
             "brakes it, as through a gear or a screw; that share is fitted as torque_share, Coulomb and viscous friction are what is left without torque, and the points hold it at "
