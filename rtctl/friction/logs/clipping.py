@@ -140,7 +140,9 @@ def _at_top(balance: Balance, column: np.ndarray, side: float) -> _Top | None:
     return _compared(balance, column, side, signal > AT_TOP * top, top)
 
 
-def _compared(balance: Balance, column: np.ndarray, side: float, at_top: np.ndarray, top: float) -> _Top | None:
+def _compared(
+    balance: Balance, column: np.ndarray, side: float, at_top: np.ndarray, top: float
+) -> _Top | None:
     """What the rows `at_top` lack of what is wanted there by all rows with a smaller torque; None where these say nothing."""
     others, middle = balance.torque - column, float(np.median(column))
     signal = side * (column - middle)

@@ -56,7 +56,12 @@ def diagnose(
     coarse = _coarse_position(logs, signals)
     found = diagnosed(balance, noted) or left_over.told(balance)
     shape = bent(signals) if balance.external is None else ()
-    return (*found, *shape, *(() if any(CHANGES_WITHIN in one for one in found) else drifting(signals)), *coarse)
+    return (
+        *found,
+        *shape,
+        *(() if any(CHANGES_WITHIN in one for one in found) else drifting(signals)),
+        *coarse,
+    )
 
 
 def _external(

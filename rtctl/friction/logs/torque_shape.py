@@ -121,7 +121,9 @@ class _Plain:
         error = float(np.sqrt(covariance(own[:, None], rest, self.block, self.slow)[0, 0]))
         return value, error, float(np.sqrt(np.mean(rest**2)))
 
-    def effect(self, make: Callable[[np.ndarray, float], np.ndarray], more: np.ndarray | None = None) -> Effect:
+    def effect(
+        self, make: Callable[[np.ndarray, float], np.ndarray], more: np.ndarray | None = None
+    ) -> Effect:
         """The effect whose column `make` makes of what is wanted and of its coefficient so far; `more` beside the usual others."""
         u, value = self.wanted(None)
         column = make(u, 0.0)
@@ -185,7 +187,9 @@ def bent(signals: Regressors) -> tuple[str, ...]:
         return ()
     short = found.value > 0
     text = (
-        "its sensor or drive saturates softly" if short else "the motor saturates, so that its current makes less torque than its constant says"
+        "its sensor or drive saturates softly"
+        if short
+        else "the motor saturates, so that its current makes less torque than its constant says"
     )
     return (
         f"{signals.source}: the torque is not proportional to what the motion wants: at its largest it is {100 * abs(found.value):.0f} % too {'small' if short else 'large'} against "
@@ -216,7 +220,9 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
             f"inertia and viscous friction {_way(motion[0])} together {amount}, Coulomb friction does not: the scale of the position drifts (a belt, a potentiometer, counts that "
             "are lost), or what is moved changes"
         )
-    return (f"{signals.source}: {what}; the parameters are of its mean: cut the log there, or mend the scale",)
+    return (
+        f"{signals.source}: {what}; the parameters are of its mean: cut the log there, or mend the scale",
+    )
 
 
 def _moving(plain: _Plain, u: np.ndarray) -> np.ndarray:
