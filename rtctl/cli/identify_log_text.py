@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from hw.motion import name
 
 if TYPE_CHECKING:
-    from rtctl.friction.logs.regression import JointFit, Regression
+    from rtctl.friction.logs.least_squares import Regression
+    from rtctl.friction.logs.regression import JointFit
     from rtctl.friction.logs.reversal_memory import Reversals
     from rtctl.friction.points.presliding import Presliding
 

@@ -6,6 +6,7 @@ fault by themselves: the balance, fitted where the torque is smaller, must contr
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -72,6 +73,8 @@ class _Top:
     slope: float
     scatter: float
     better: float
+    judged: bool = True
+    """Whether there are rows enough with a smaller torque."""
 
 
 def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], source: str) -> None:
@@ -94,15 +97,20 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
     """
     for log, plateau in seen:
         found = _of_plateau(balance, log, plateau)
-        if found and _contradicted(found, SHORT_AT_LEVEL):
+        if found is not None and (not found.judged or _contradicted(found, SHORT_AT_LEVEL)):
+            wants = (
+                f"wants {found.wanted_nm:.3g} N m there on average"
+                if found.judged
+                else "hardly has a smaller torque"
+            )
             raise DataError(
-                f"{plateau.where}: clipped at {plateau.level_nm:.4g} N m for {plateau.rows} samples from row {plateau.row} on: the motion wants "
-                f"{found.wanted_nm:.3g} N m there on average; raise the range of the sensor, or move less briskly"
+                f"{plateau.where}: clipped at {plateau.level_nm:.4g} N m for {plateau.rows} samples from row {plateau.row} on: the motion {wants}; raise the range of the "
+                "sensor, or move less briskly"
             )
     for name, column in columns(balance).items():
         for side in (1.0, -1.0):
             found = _at_top(balance, column, side)
-            if found and _contradicted(found, SHORT) and _is_flat(found):
+            if found is not None and found.judged and _contradicted(found, SHORT) and _is_flat(found):
                 raise DataError(
                     f"{source}: {name}: looks clipped at about {found.level_nm:.3g} N m: the motion wants "
                     f"{found.wanted_nm:.3g} N m on average where it stays there; raise the range of the sensor or the limit of the drive, or move "
@@ -143,12 +151,14 @@ def _at_top(balance: Balance, column: np.ndarray, side: float) -> _Top | None:
 def _compared(
     balance: Balance, column: np.ndarray, side: float, at_top: np.ndarray, top: float
 ) -> _Top | None:
-    """What the rows `at_top` lack of what is wanted there by all rows with a smaller torque; None where these say nothing."""
+    """What the rows `at_top` lack of what is wanted there by all rows with a smaller torque; None where hardly any row is at the top."""
     others, middle = balance.torque - column, float(np.median(column))
     signal = side * (column - middle)
     below = np.abs(signal) < TOP_SHARE * top
-    if top <= 0 or at_top.sum() < RUN or below.sum() < max(ROWS_LEAST, BELOW_LEAST * len(below)):
+    if at_top.sum() < RUN:
         return None
+    if top <= 0 or below.sum() < max(ROWS_LEAST, BELOW_LEAST * len(below)):
+        return _Top(side * top + middle, math.nan, 0.0, math.inf, 0.0, 1.0, 1.0, 1.0, judged=False)
     matrix = np.hstack([balance.motion, balance.nuisance])
     found = np.linalg.lstsq(matrix[below], balance.torque[below], rcond=1e-9)[0]
     wanted = side * (matrix @ found - others - middle)
