@@ -157,14 +157,14 @@ SEEDS = (
     Seed(
         "an even torque is one that was cut off",
         "rtctl/friction/logs/clipping.py",
-        "return found.short > max(least, SURELY * found.error) and found.better < BETTER",
+        "return surely and found.short > least and found.better < BETTER",
         "return True",
         CLIPPING,
     ),
     Seed(
         "no balance contradicts a torque that was cut off",
         "rtctl/friction/logs/clipping.py",
-        "return found.short > max(least, SURELY * found.error) and found.better < BETTER",
+        "return surely and found.short > least and found.better < BETTER",
         "return False",
         CLIPPING,
     ),

@@ -42,6 +42,9 @@ SURELY = 3.0
 BETTER = 0.85
 """Largest share of what the balance leaves over, RMS, that is left when what is wanted ends at the largest and the smallest torque."""
 
+FAR_BETTER = 0.3
+"""The same from which on it is clipped although what is wanted there is hardly known."""
+
 ROWS_LEAST, BELOW_LEAST = 60, 0.15
 """Fewest rows, and least share of them, that say what is wanted."""
 
@@ -126,7 +129,8 @@ def columns(balance: Balance) -> dict[str, np.ndarray]:
 
 
 def _contradicted(found: _Top, least: float) -> bool:
-    return found.short > max(least, SURELY * found.error) and found.better < BETTER
+    surely = found.short > SURELY * found.error or found.better < FAR_BETTER
+    return surely and found.short > least and found.better < BETTER
 
 
 def _is_flat(found: _Top) -> bool:
