@@ -108,7 +108,7 @@ class _Plain:
         return self.motion @ found[:3], float(found[-1]) if column is not None else 0.0
 
     def coefficient(self, column: np.ndarray, more: np.ndarray | None = None) -> tuple[float, float, float]:
-        """Of a column: value, standard error by blocks, what is left over; an infinite error where the others have all of it."""
+        """Coefficient of a column: value, standard error by blocks, what is left over; an infinite error where the others have all of it."""
         beside = [] if more is None else [more]
         matrix = np.hstack([self.motion, self.nuisance, *beside])[self.rows]
         matrix = matrix / np.maximum(np.sqrt((matrix**2).mean(axis=0)), 1e-300)
