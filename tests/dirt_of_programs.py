@@ -13,8 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dirty_changes import cells, clean, column, lines, low_passed, quantised, rows_of
-from dirty_logs import CASES, Case, identified, show
+from dirty_changes import cells, clean, column, lines, low_passed, moves, quantised, rows_of, through_gear
+from dirty_logs import CASES, RIG, Case, identified, show
 from moved_joint import Joint, Log, simulate
 
 CASES_OF_BEFORE = len(CASES)
@@ -219,7 +219,23 @@ MORE = {
     "a part at half the rate, unknown to the stamps": Case("hand", lambda log: replace(rows_of(log, np.concatenate([np.arange(6000), np.arange(6000, len(log.time), 2)])), time=log.time[: 6000 + (len(log.time) - 6000 + 1) // 2]), r"inertia changes within"),
     "the same log twice in one file": Case("hand", lambda log: replace(rows_of(log, np.tile(np.arange(6000), 2)), time=log.time[:12000]), r"twice|repeat|jump"),
     "current with the load's torque already in": Case("hand against a spring of the motor", lambda log: replace(log, motor=log.motor + log.hand), r"torque|weight"),
+    "a gear that rubs by a fifth of its torque, brisk": Case("motor", through_gear(0.2, brisk=True), r"friction grows with the torque"),
+    "torque saturates softly by a fifth": Case("motor", column("motor", lambda s, log: 0.9 * np.tanh(s / 0.9)), r"not proportional|clipped"),
+    "torque saturates softly, brisk": Case("motor", lambda log: softened(through_gear(0.0, brisk=True)(log), 1.5), r"not proportional|clipped"),
+    "current of a motor that saturates": Case("motor", column("motor", lambda s, log: s * (1 + 0.25 * (s / np.abs(s).max()) ** 2)), r"not proportional"),
+    "scale of the position drifts by a fifth": Case("hand", column("position", lambda x, log: x * (1 + 0.2 * log.time / log.time[-1])), r"scale of the position drifts"),
+    "scale of the torque drifts by a quarter": Case("motor", column("motor", lambda s, log: s * (1 + 0.25 * log.time / log.time[-1])), r"scale of the torque drifts|changes within"),
+    "position drifts against its velocity": Case("motor", lambda log: replace(log, position=log.position * (1 + 0.15 * log.time / log.time[-1]), extra={"v": log.velocity}), r"drifts|changes|times the derivative", ("--column", "velocity=v")),
+    "half the gear ratio, with the rig file": Case("motor", column("position", lambda x, _: 2 * x), r"inertia_kgm2.*unit", RIG),
+    "moves of even accelerations": Case("motor", moves, SAME),
+    "moves of even accelerations, coarse current": Case("motor", lambda log: replace(moves(log), motor=np.round(moves(log).motor / 0.004) * 0.004), SAME),
+    "moves, clipped": Case("motor", lambda log: replace(moves(log), motor=np.clip(moves(log).motor, -0.45, 0.45)), r"clipped"),
 }  # fmt: skip
+
+
+def softened(log: Log, largest_nm: float) -> Log:
+    """The motor's torque saturates softly."""
+    return replace(log, motor=largest_nm * np.tanh(log.motor / largest_nm))
 
 
 def of(name: str, folder: Path):

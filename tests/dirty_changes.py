@@ -144,6 +144,21 @@ def also_held(kind, stiffness):
     return change
 
 
+def through_gear(share, brisk):
+    """A motor that moves the joint through a gear which rubs by a share of the torque; `brisk` motion has it braked."""
+
+    def change(log):
+        sines = ((0.4, 0.8), (0.15, 2.2), (0.05, 4.3)) if brisk else CLEAN["motor"].sines
+        return simulate(replace(CLEAN["motor"], share=share, sines=sines, seconds=40.0))
+
+    return change
+
+
+def moves(log):
+    """Point to point, each move at one acceleration, one speed and one deceleration."""
+    return simulate(replace(CLEAN["motor"], kind="moves", seconds=40.0))
+
+
 def turned(log):
     """A crank turned by more than a turn, whose encoder starts over at 2 pi."""
     log = simulate(Joint(sines=((4.0, 0.25), (1.0, 0.7), (0.05, 2.3)), seed=21))

@@ -28,6 +28,8 @@ class Joint:
     """Stiffness (N m/rad) and damping (N m s/rad) of who moves it; None: nobody."""
     motor: tuple | None = None
     """The same of a motor servo to the wanted motion."""
+    share: float = 0.0
+    """Share of the motor's torque by which friction is larger: a gear."""
     spring: float = 0.0
     """Stiffness that the motor renders, N m/rad."""
     rate_hz: float = 500.0
@@ -71,9 +73,30 @@ def wanted(joint, t):
         into = (t % bounds[-1] - bounds[k]) * speeds[k]
         sign = np.where(k % 2 == 0, 1.0, -1.0)
         return np.where(k % 2 == 0, into, 0.6 - into) - 0.3, sign * speeds[k]
+    if joint.kind == "moves":  # there and back, each at one acceleration, one speed and one deceleration
+        return _moves(t)
     grow = np.minimum(1.0, t)
     x = sum(a * np.sin(2 * np.pi * f * t) for a, f in joint.sines) * grow
     v = sum(a * 2 * np.pi * f * np.cos(2 * np.pi * f * t) for a, f in joint.sines) * grow
+    return x, v
+
+
+def _moves(t):
+    """Moves of .9 rad with 20 rad/s^2, at 1, 2 and 3 rad/s in turn, .2 s of rest behind each."""
+    x, v, at, begin = np.zeros(len(t)), np.zeros(len(t)), 0.0, 0.0
+    for k in range(1000):
+        speed, way = (1.0, 2.0, 3.0)[k // 2 % 3], (0.9, -0.9)[k % 2]
+        ramp = speed / 20.0
+        even = 0.9 / speed - ramp
+        s = t - begin
+        mine = s >= 0
+        up, mid, down = np.clip(s, 0, ramp), np.clip(s - ramp, 0, even), np.clip(s - ramp - even, 0, ramp)
+        far = 10.0 * up**2 + speed * mid + speed * down - 10.0 * down**2
+        x[mine] = at + np.sign(way) * far[mine]
+        v[mine] = np.sign(way) * 20.0 * (up - down)[mine]
+        at, begin = at + way, begin + 2 * ramp + even + 0.2
+        if begin > t[-1]:
+            break
     return x, v
 
 
@@ -100,6 +123,7 @@ def simulate(joint):
                 motor += motor_k * (goal[k] - x + 4 * integral) + motor_d * (goal_v[k] - v)
         level = joint.coulomb * (1 + joint.friction_over_time * (k / len(goal) - 0.5))
         level += (joint.breakaway - joint.coulomb) * math.exp(-((v / joint.stribeck) ** 2))
+        level += joint.share * abs(motor)
         z = max(-level, min(level, z + joint.sigma0 * v * STEP_S))
         friction = z + joint.viscous * v + 0.5 * v * (abs(z) < level)
         v += STEP_S * (motor + hand - friction) / joint.inertia

@@ -15,7 +15,7 @@ import click
 
 from hw.motion import name, named, of_units, words
 from rtctl.cli.columns import tables, text_of, text_options
-from rtctl.cli.identify_log_text import fit_lines, reversal_lines, units_line, units_of
+from rtctl.cli.identify_log_text import fit_lines, reversal_lines, unheld, units_line, units_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of
 from rtctl.errors import ConfigError
@@ -163,6 +163,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
         document["units"] = units_of(mapped)
+        untold = (*found.untold, *(unheld(mapped) if config is None else ()))
+        document["cannot_tell"] = untold
         document["motion"] = motion
         document["presliding"] = asdict(bent) if bent else None
         document["reversals"] = asdict(turned) if turned else None
@@ -175,6 +177,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
+    lines += [f"cannot be told: {text}" for text in untold]
     told_as = (
         json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(mapped, config)])
     )

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 from hw.motion import name
 
 if TYPE_CHECKING:
-    from rtctl.friction.logs.regression import JointFit, Regression
+    from rtctl.friction.logs.least_squares import Regression
+    from rtctl.friction.logs.regression import JointFit
     from rtctl.friction.logs.reversal_memory import Reversals
     from rtctl.friction.points.presliding import Presliding
 
@@ -37,6 +38,16 @@ def units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> 
     unseen = len(torques) == 1 and config is None
     return f"units: {told}" + (
         "; a wrong unit or torque constant of the only torque is seen with --config only" if unseen else ""
+    )
+
+
+def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
+    """That nothing holds the scale of the position, where no velocity is mapped (and no rig file given)."""
+    if "velocity" in mapped:
+        return ()
+    return (
+        "whether the scale of the position is right (a gear ratio, counts a turn): a factor in it goes into inertia and viscous friction; a velocity of another source, "
+        "or --config, holds it",
     )
 
 

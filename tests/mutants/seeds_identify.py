@@ -207,7 +207,7 @@ SEEDS = (
     ),
     Seed(
         "a torque that stays where the motion wants more is let through",
-        "rtctl/friction/logs/torque_faults.py",
+        "rtctl/friction/logs/clipping.py",
         "FLAT_SLOPE = 0.5",
         "FLAT_SLOPE = -1.0",
         DIRTY,

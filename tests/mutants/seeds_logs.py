@@ -9,6 +9,8 @@ STRUCTURED = ("tests/unit/hw/test_structured_logs.py",)
 BAGS = ("tests/unit/recording/test_joint_states.py",)
 TRUTH = ("tests/unit/friction/test_truth_of_intervals.py",)
 DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
+CLIPPING = ("tests/unit/friction/test_clipping.py",)
+SHAPE = ("tests/unit/friction/test_torque_shape.py",)
 LEFT = ("tests/unit/friction/test_left_over.py",)
 
 SEEDS = (
@@ -147,10 +149,66 @@ SEEDS = (
     ),
     Seed(
         "a torque of a slow bus is clipped",
-        "rtctl/friction/logs/torque_faults.py",
-        "if length >= CLIPPED_RUN and held < length - 1:",
-        "if length >= CLIPPED_RUN:",
-        DIRT,
+        "rtctl/friction/logs/clipping.py",
+        "if length >= RUN and held < length - 1:",
+        "if length >= RUN:",
+        CLIPPING,
+    ),
+    Seed(
+        "an even torque is one that was cut off",
+        "rtctl/friction/logs/clipping.py",
+        "return surely and found.short > least and found.better < BETTER",
+        "return True",
+        CLIPPING,
+    ),
+    Seed(
+        "no balance contradicts a torque that was cut off",
+        "rtctl/friction/logs/clipping.py",
+        "return surely and found.short > least and found.better < BETTER",
+        "return False",
+        CLIPPING,
+    ),
+    Seed(
+        "a gear that rubs by its torque is a larger inertia",
+        "rtctl/friction/logs/torque_shape.py",
+        "if known and share.sure() and",
+        "if known and share.value > 1e9 and",
+        SHAPE,
+    ),
+    Seed(
+        "the share of a torque is made of the recorded one alone",
+        "rtctl/friction/logs/torque_shape.py",
+        "np.abs(u / (1 - k * np.sign(u * self.direction)))",
+        "np.abs(u)",
+        SHAPE,
+    ),
+    Seed(
+        "every joint has a share of a torque",
+        "rtctl/friction/logs/torque_shape.py",
+        "abs(self.value) > SURELY * self.error",
+        "abs(self.value) > 0 * self.error",
+        SHAPE,
+    ),
+    Seed(
+        "a torque that bends is in proportion",
+        "rtctl/friction/logs/torque_shape.py",
+        "if not (found.sure() and abs(found.value) > BEND_LEAST):",
+        "if not (found.sure() and abs(found.value) > 1e9):",
+        SHAPE,
+    ),
+    Seed(
+        "a drift of the position is one of the torque",
+        "rtctl/friction/logs/torque_shape.py",
+        "if together and friction[0] * motion[0] > 0:",
+        "if friction[0] * motion[0] != 0:",
+        SHAPE,
+    ),
+    Seed(
+        "a velocity of which the scale drifts is right",
+        "rtctl/friction/logs/recorded_velocity.py",
+        "if max(scales) - min(scales) <= CHANGE_MAX:",
+        "if max(scales) - min(scales) <= 1e9:",
+        ("tests/unit/friction/test_recorded_velocity.py",),
     ),
     Seed(
         "a log at rest is one whose rows were held",

@@ -50,7 +50,7 @@ class Balance:
             signals.direction[rows],
             signals.torque_nm[rows],
             None if external is None else external.torque_nm[rows],
-            np.hstack([offset.logs, offset.drift])[rows],
+            np.hstack([offset.logs, offset.drift, *signals.shares])[rows],
             signals.log[rows],
             signals.time_s[rows],
             signals,
@@ -64,7 +64,8 @@ class Balance:
     @property
     def spread(self) -> float:
         """RMS of the torque about the offset of its log."""
-        centred = self.torque - self.nuisance @ np.linalg.lstsq(self.nuisance, self.torque, rcond=None)[0]
+        offsets = self.nuisance[:, : self.nuisance.shape[1] - len(self.signals.shares)]
+        centred = self.torque - offsets @ np.linalg.lstsq(offsets, self.torque, rcond=None)[0]
         return float(np.sqrt(np.mean(centred**2)))
 
     def residual(self) -> np.ndarray:

@@ -48,6 +48,9 @@ DOUBTFUL_SHARE, UNEXPLAINED_SHARE = 0.3, 0.5
 PARTS, PART_ROWS = 3, 150
 """Parts of a log that are compared, and fewest rows of one."""
 
+CHANGES_WITHIN = "changes within"
+"""How a warning says so."""
+
 CHANGES = 0.2
 """Share by which Coulomb friction or inertia differ between parts of a log that is told."""
 
@@ -237,7 +240,7 @@ def _over_time(balance: Balance, plain: Fit) -> list[str]:
             if high - low > CHANGES * abs(float(np.median(values))):
                 times = ", ".join(f"{balance.time_s[part[0]]:.3g} s" for part in parts)
                 told.append(
-                    f"{name} changes within {source}: {', '.join(f'{value:.3g}' for value in values)} {unit} in the parts from {times} on "
+                    f"{name} {CHANGES_WITHIN} {source}: {', '.join(f'{value:.3g}' for value in values)} {unit} in the parts from {times} on "
                     "(temperature, load, a part touched, two logs in one); cut the log there, or take the mean for what it is"
                 )
     return told

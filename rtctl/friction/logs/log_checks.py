@@ -12,10 +12,11 @@ from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs import left_over
 from rtctl.friction.logs.balance import Balance
-from rtctl.friction.logs.balance_faults import diagnosed
+from rtctl.friction.logs.balance_faults import CHANGES_WITHIN, diagnosed
+from rtctl.friction.logs.clipping import require_unclipped
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
-from rtctl.friction.logs.torque_faults import require_not_flat
+from rtctl.friction.logs.torque_shape import bent, drifting
 
 LOWER_CUTOFF = 0.4
 """Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
@@ -47,12 +48,20 @@ def diagnose(
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return ()  # the fit itself says what is missing
     balance = Balance.of(signals, _external(logs, signals.cutoff_hz, speed_min_rad_s))
-    require_not_flat(balance, signals.source)
+    seen = [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
+    require_unclipped(balance, seen, signals.source)
     noted = tuple(
         dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
     )
     coarse = _coarse_position(logs, signals)
-    return (*(diagnosed(balance, noted) or left_over.told(balance)), *coarse)
+    found = diagnosed(balance, noted) or left_over.told(balance)
+    shape = bent(signals) if balance.external is None else ()
+    return (
+        *found,
+        *shape,
+        *(() if any(CHANGES_WITHIN in one for one in found) else drifting(signals)),
+        *coarse,
+    )
 
 
 def _external(

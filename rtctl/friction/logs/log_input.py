@@ -16,6 +16,7 @@ from hw.plain_words import explain
 from hw.playback.options import PlaybackOptions
 from hw.playback.reader import Recording, load_stretches
 from rtctl.errors import ConfigError, DataError
+from rtctl.friction.logs.clipping import plateaus
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.logs import FrictionSamples, axis_log
 from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits, largest_speed, plausible
@@ -84,7 +85,7 @@ def read_log(
     Raises
     ------
     DataError
-        Faults of the file, time of which no even rate can be made, clipped or constant torque, implausible units.
+        Faults of the file, time of which no even rate can be made, constant torque, implausible units.
 
     Notes
     -----
@@ -137,13 +138,20 @@ def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limit
     """One stretch, checked, its motor torque put back by its delay."""
     log = axis_log(recording, rig)
     motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
-    log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)))
+    external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
+    flat = tuple(
+        one
+        for name, signal in (("motor torque", motor), ("external torque", external))
+        if signal is not None
+        for one in plateaus(signal, f"{log.source}: {name}")
+    )
+    log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)), plateaus=flat)
     if motor is None:
         return log
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
-    external = log.torque_nm - motor
-    aligned = external + advanced(motor, log.rate_hz, delay_s)
-    both = external if recording.hand_torque_nm is not None else None
+    rest = log.torque_nm - motor
+    aligned = rest + advanced(motor, log.rate_hz, delay_s)
+    both = rest if external is not None else None
     return _without_ends(replace(log, torque_nm=aligned, external_nm=both), abs(round(delay_s * log.rate_hz)))
 
 

@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from hw.interface import Rig
-from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.log_checks import coarseness, diagnose
 from rtctl.friction.logs.log_input import (
     Gearing,
@@ -23,6 +24,7 @@ from rtctl.friction.logs.logs import level_points
 from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.logs.regression import JointFit, joint_fit, of_the_position
 from rtctl.friction.logs.regressors import Regressors, cutoff_for, of_stretches, pooled
+from rtctl.friction.logs.torque_shape import with_share
 from rtctl.friction.points.measured import FrictionPoints
 
 SPEED_MIN_RAD_S = 0.03
@@ -38,7 +40,7 @@ MEASURED_TOGETHER = (
 class InTime:
     """Logs whose torques are of the instants of the position: stretches of each, all together, and how that was come by.
 
-    `torque_delay_s` None: half a period of each.
+    `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell.
     """
 
     logs: tuple[tuple[AxisLog, ...], ...]
@@ -47,6 +49,7 @@ class InTime:
     speed_min_rad_s: float
     torque_delay_s: float | None
     notes: tuple[str, ...] = ()
+    untold: tuple[str, ...] = ()
 
 
 def read_in_time(
@@ -87,11 +90,27 @@ def read_in_time(
     cutoff = cutoff_hz or cutoff_for(parts)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     signals = signals_of(logs)
+    notes: tuple[str, ...] = ()
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
     if torque_delay_s is None and driven and of_the_position(signals, 0.5 / parts[0].rate_hz):
-        logs = read(0.0)
-        return InTime(logs, signals_of(logs), cutoff, slowest, 0.0, (MEASURED_TOGETHER,))
-    return InTime(logs, signals, cutoff, slowest, torque_delay_s)
+        logs, torque_delay_s, notes = read(0.0), 0.0, (MEASURED_TOGETHER,)
+        signals = signals_of(logs)
+    signals, told, untold = _shared(logs, signals)
+    return InTime(logs, signals, cutoff, slowest, torque_delay_s, (*notes, *told), untold)
+
+
+def _shared(
+    logs: Sequence[Sequence[AxisLog]], signals: Regressors
+) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
+    """The signals with friction as a share of the torque where a single torque tells it, with what is to be said."""
+    two = any(stretch.external_nm is not None for stretches in logs for stretch in stretches)
+    v = signals.velocity_rad_s[signals.sliding]
+    if two or min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        return signals, (), ()
+    try:
+        return with_share(signals)
+    except DataError:
+        return signals, (), ()  # too short for intervals: the fit itself says so
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 What is random in a log moves a parameter by its standard error. A model that is not quite that of the joint moves it the same way in every block, and
 no scatter tells. But another model, or other rows, are moved otherwise. So the balance is solved again with what joints do besides (`_readings`): a torque
-that is late, friction that bends over speed, that remembers a turn, that grows with the torque, and with rows further from the turns. A parameter that changes by more than chance has
+that is late, friction that bends over speed, that remembers a turn, that grows with the torque, a scale of the torque that bends, and with rows further from the turns. A parameter that changes by more than chance has
 changed by d; what is beyond chance of the largest d is its doubt (docs/theory.md 9.6).
 """
 
@@ -46,14 +46,14 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     `late` is the delay that looks left in the torque, s; where it surely is not 0 the motion as it was so much earlier is another reading.
     """
     rows, offset = signals.sliding, offset_columns(signals)
-    nuisance = np.hstack([offset.logs, offset.drift])
+    nuisance = np.hstack([offset.logs, offset.drift, *signals.shares])
     block = np.full(len(rows), -1)
     block[rows] = time_blocks(signals)
     free = max(1, block.max() - len(offset.owner))
     motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
     plain = _solved(signals, motion, np.zeros((len(rows), 0)), nuisance, rows, block)
     largest = np.zeros(3)
-    for read, more, kept in _readings(signals, motion, late):
+    for read, more, kept in _readings(signals, motion, motion @ plain[0], late):
         v = signals.velocity_rad_s[kept]
         if len(v) < ROWS_LEAST or min((v > 0).sum(), (v < 0).sum()) < SAMPLES_MIN // 2:
             continue
@@ -81,9 +81,9 @@ def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Est
 
 
 def _readings(
-    signals: Regressors, motion: np.ndarray, late: Estimate | None
+    signals: Regressors, motion: np.ndarray, wanted: np.ndarray, late: Estimate | None
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Columns of the motion, those that are added (the first of them no friction), and the rows."""
+    """Columns of the motion, those that are added (the first of them no friction), and the rows; `wanted` is the torque that the plain one wants, (n,)."""
     v, s, rows = signals.velocity_rad_s, signals.direction, signals.sliding
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     x = signals.position_rad
@@ -98,6 +98,9 @@ def _readings(
     yield motion, np.column_stack([none, v * np.abs(v), s * np.exp(-np.abs(v) / usual)]), rows
     yield motion, np.column_stack([none, s * np.exp(-since / (MEMORY_RAD * signals.radian))]), rows
     yield motion, np.column_stack([none, s * np.abs(a)]), rows
+    if signals.share_nm is None:
+        yield motion, np.column_stack([none, s * np.abs(wanted)]), rows
+    yield motion, np.column_stack([wanted**3]), rows
     reach = np.ones(SAMPLES_PER_CUTOFF + 1)
     yield motion, none[:, None], rows & (np.convolve(~rows, reach, mode="same") < 0.5)
     yield motion, none[:, None], rows & (since > np.median(since[rows]))

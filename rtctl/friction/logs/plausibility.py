@@ -11,7 +11,7 @@ import numpy as np
 from hw.playback.reader import Recording
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog
-from rtctl.friction.logs.torque_faults import faults, require_on, require_unclipped
+from rtctl.friction.logs.torque_faults import faults, require_on
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.regression import JointFit
@@ -35,7 +35,7 @@ RATE_LEAST_HZ, RATE_MOST_HZ = 4.0, 2e5
 COUNTS_LEAST = 50
 """Whole numbers over a range of twice as many are no radians."""
 
-INERTIA_FACTOR = 2.0
+INERTIA_FACTOR = 1.5
 """An inertia further from that of the rig file is worth a word."""
 
 
@@ -103,7 +103,7 @@ def plausible(
     Raises
     ------
     DataError
-        Speed, travel or torque beyond `limits`, a torque too small to move anything, constant, or clipped.
+        Speed, travel or torque beyond `limits`, a torque too small to move anything, or constant.
     """
     _require_rate(log)
     _require_motion(log, limits)
@@ -124,7 +124,6 @@ def plausible(
                 f"{limits.source}); correct the unit of the torque, or the torque constant and the gearing"
             )
         where = f"{log.source}: {name}"
-        require_unclipped(signal, where)
         warnings += faults(signal, log.rate_hz, where, may_rest=name == "motor torque")
         if largest > limits.doubtful_nm:
             warnings.append(

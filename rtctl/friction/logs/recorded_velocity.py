@@ -18,6 +18,9 @@ from rtctl.friction.logs.signal_shift import advanced, derivatives
 SCALE_MAX = 0.03
 """Largest deviation of its scale from that of the position's derivative."""
 
+PARTS, CHANGE_MAX = 3, 0.03
+"""Parts of a log in which it is held against the position, and largest change of its scale between them."""
+
 RESIDUAL_MAX = 0.2
 """Largest part of it, RMS, that the position does not explain."""
 
@@ -101,7 +104,23 @@ def aligned_velocity(
     notes = [f"{where}: {told}; put right"] if abs(read.late_s) * rate_hz >= 0.5 else []
     if abs(read.zero) > 0.01 * size:
         notes.append(f"{where}: its zero is off by {read.zero:.3g} rad/s; put right")
+    notes += _changing(read, velocity, inside, where)
     return read.velocity - read.zero, tuple(notes)
+
+
+def _changing(read: _Read, velocity: np.ndarray, inside: slice, where: str) -> list[str]:
+    """The warning that its scale against the position's derivative changes over the log."""
+    parts = np.array_split(np.arange(*inside.indices(len(velocity))), PARTS)
+    scales = []
+    for rows in parts:
+        matrix = np.column_stack([read.velocity[rows], np.ones(len(rows))])
+        scales.append(float(np.linalg.lstsq(matrix, velocity[rows], rcond=1e-9)[0][0]))
+    if max(scales) - min(scales) <= CHANGE_MAX:
+        return []
+    return [
+        f"{where}: the position's scale drifts against it: its derivative is {', '.join(f'{each:.3g}' for each in scales)} times the velocity in the thirds of the log "
+        "(a belt, a potentiometer, counts that are lost); inertia and friction are wrong by as much as the wrong one of the two"
+    ]
 
 
 def _told(read: _Read, where: str) -> str:

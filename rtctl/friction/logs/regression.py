@@ -24,9 +24,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.dynamics import RANK_TOLERANCE, require_both_directions
+from rtctl.friction.logs.dynamics import require_both_directions
 from rtctl.friction.logs.even_motion import TooEvenError, completed, require_acceleration, said, told_apart
-from rtctl.friction.logs.intervals import Estimate, covariance, estimates, telling_blocks, time_blocks
+from rtctl.friction.logs.intervals import Estimate
+from rtctl.friction.logs.least_squares import Columns, Regression, columns_of, solve
 from rtctl.friction.logs.offsets import Offset, OffsetColumns, offset_columns
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
@@ -37,25 +38,6 @@ UNEXPLAINED_MAX = 0.7
 
 DELAY_SAID_S = 0.5e-3
 """Delay left in the torque that is worth a word: 1 % of viscous friction at 2 Hz on the nominal rig."""
-
-CONDITION_MAX = 200.0
-"""Largest condition number of the scaled regression before its parameters are refused."""
-
-
-@dataclass(frozen=True)
-class Regression:
-    """A least-squares fit: parameters by name (unit in the name) and how good it is.
-
-    `relative_error` is the residual's RMS over the torque's, `condition` the condition number of the
-    columns scaled to unit size, `blocks` the number of stretches of time behind the intervals.
-    """
-
-    parameters: dict[str, Estimate]
-    condition: float
-    relative_error: float
-    rms_nm: float
-    n: int
-    blocks: int
 
 
 @dataclass(frozen=True)
@@ -90,7 +72,7 @@ def joint_fit(signals: Regressors) -> JointFit:
     """
     require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
     offset = offset_columns(signals)
-    columns, by_direction = _columns(signals, offset)
+    columns, by_direction = columns_of(signals, offset)
     try:
         require_acceleration(signals)
         (symmetric, drift), per_direction = _both(signals, offset, columns, by_direction)
@@ -106,33 +88,14 @@ def joint_fit(signals: Regressors) -> JointFit:
     return _joint(signals, offset, symmetric, per_direction, drift, late, _misaligned(signals, late))
 
 
-Columns = dict[str, np.ndarray]
-
-
-def _columns(signals: Regressors, offset: OffsetColumns) -> tuple[Columns, Columns]:
-    """Columns of both forms, symmetric and per direction."""
-    v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
-    levels = dict(zip(offset.names, offset.logs.T, strict=True))
-    return (
-        {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **levels},
-        {
-            "inertia_kgm2": a,
-            "viscous_forward_nms_rad": np.where(v > 0, v, 0.0),
-            "viscous_backward_nms_rad": np.where(v < 0, v, 0.0),
-            "level_forward_nm": 0.5 * (1 + s),
-            "level_backward_nm": 0.5 * (1 - s),
-        },
-    )
-
-
 def _both(
     signals: Regressors, offset: OffsetColumns, columns: Columns, by_direction: Columns
 ) -> tuple[tuple[Regression, np.ndarray], Regression]:
     """The symmetric fit and its drift, and that per direction."""
     relative = np.hstack([offset.relative(signals.sliding), offset.drift])
     return (
-        _solve(signals, columns, offset, offset.drift),
-        _solve(signals, by_direction, offset, relative)[0],
+        solve(signals, columns, offset, offset.drift),
+        solve(signals, by_direction, offset, relative)[0],
     )
 
 
@@ -188,7 +151,7 @@ def _remaining_delay(
     jerk is -d J. Friction that is not Coulomb + viscous goes into it too.
     """
     try:
-        fit, _ = _solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
+        fit, _ = solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
     except DataError:
         return None  # jerk and velocity of a single sine are the same signal
     inertia, jerk = fit.parameters["inertia_kgm2"].value, fit.parameters["jerk"]
@@ -246,51 +209,6 @@ def _require_explained(fit: Regression, source: str) -> None:
             f"something else, at most {100 * UNEXPLAINED_MAX:.0f} %); map the torque of the same axis, and every torque "
             "on the joint"
         )
-
-
-def _solve(
-    signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns, nuisance: np.ndarray
-) -> tuple[Regression, np.ndarray]:
-    """Fit the named `columns` and the `nuisance` ones; the coefficients of the latter."""
-    rows, block = signals.sliding, time_blocks(signals)
-    matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
-    scale = np.sqrt((matrix**2).mean(axis=0))
-    scale[scale == 0] = 1.0
-    scaled = matrix / scale
-    condition = _condition(signals, scaled, columns)
-    solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
-    residual = torque - scaled @ solution
-    own, drift = np.split(scaled, [len(columns)], axis=1)
-    own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
-    error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
-    telling = telling_blocks(own, block)
-    freedom = [
-        min(offset.freedom(name, signals.log[rows], block), blocks - 1)
-        for name, blocks in zip(columns, telling, strict=False)
-    ]
-    found = Regression(
-        parameters=estimates(list(columns), solution / scale, error, freedom),
-        condition=condition,
-        relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(torque**2))),
-        rms_nm=float(np.sqrt(np.mean(residual**2))),
-        n=len(torque),
-        blocks=int(block[-1]) + 1,
-    )
-    return found, (solution / scale)[len(columns) :]
-
-
-def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:
-    singular = np.linalg.svd(scaled, compute_uv=False)
-    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
-    if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
-        return condition
-    few = few_slow(signals)
-    if few:
-        raise TooEvenError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
-    raise TooEvenError(
-        f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
-        f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"
-    )
 
 
 def offset_rows(signals: Regressors, fit: JointFit) -> np.ndarray:

@@ -58,7 +58,8 @@ class Regressors:
     """Filtered, thinned-out signals of one log or several. Arrays of one length.
 
     `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`, `inertia_short` the share
-    by which the steps of the position make the inertia too small (`rtctl.friction.logs.log_checks.coarseness`).
+    by which the steps of the position make the inertia too small (`rtctl.friction.logs.log_checks.coarseness`), `share_nm` the torque that friction is a share of, where
+    there is one (`rtctl.friction.logs.torque_shape`).
     """
 
     time_s: np.ndarray
@@ -75,11 +76,17 @@ class Regressors:
     warnings: tuple[str, ...] = ()
     radian: float = 1.0
     inertia_short: float = 0.0
+    share_nm: np.ndarray | None = None
 
     @property
     def source(self) -> str:
         """All files, for messages."""
         return ", ".join(self.sources)
+
+    @property
+    def shares(self) -> tuple[np.ndarray, ...]:
+        """`share_nm` as a column (n, 1), where there is one."""
+        return () if self.share_nm is None else (self.share_nm[:, None],)
 
     def slow(self) -> tuple[int, float]:
         """Number of sliding rows below `LOW_SPEED_SHARE` of the largest speed, and that speed in rad/s."""

@@ -1,22 +1,18 @@
-"""Faults of one column of torque: clipped hard or softly, standing still, spikes, too coarse."""
+"""Faults of one column of torque: standing still, spikes, too coarse."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.balance import Balance
-
-CLIPPED_RUN = 20
-"""As many equal extreme values in a row are a signal that was cut off, unless it has few levels anyway."""
 
 LEVELS_MIN = 32
 
 COARSE_SHARE = 0.15
 """Largest rounding error (RMS) of a torque, share of its own RMS."""
 
-FROZEN_S, FROZEN_SHARE = 0.15, 0.02
-"""A torque that otherwise changes with every row and stands still for so long is told; for this share of the log, refused."""
+FROZEN_S, FROZEN_SHARE, FROZEN_ROWS = 0.15, 0.02, 20
+"""A torque that otherwise changes with every row and stands still for so long, and so many rows, is told; for this share of the log, refused."""
 
 OFF_SHARE, OFF_S, OFF_TRAVEL = 0.03, 0.5, 0.1
 """A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by another if it goes this share of its range to and fro meanwhile."""
@@ -29,32 +25,6 @@ SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
 
 SPIKE_AROUND = 0.4
 """Largest range of the two rows before and after a spike, share of its height."""
-
-TOP_SHARE = 0.8
-"""Torques below this share of the largest are not clipped."""
-
-BEYOND_TOP, BEYOND_ROWS = 1.1, 0.01
-"""Clipped is a torque that the motion wants further than its largest value by this factor, in this share of the rows."""
-
-FLAT_SLOPE = 0.5
-"""Slope of the recorded torque against the wanted one, near the largest value: 1 where it is not clipped."""
-
-
-def require_unclipped(signal: np.ndarray, where: str) -> None:
-    """Refuse a torque (N m) that stays at its largest or smallest value: the sensor or the drive cut it off."""
-    if len(np.unique(signal)) < LEVELS_MIN:
-        return  # a coarse or resting signal repeats its extremes by nature
-    between = (signal > signal.min()) & (signal < signal.max())
-    held = longest_run((np.diff(signal) == 0) & between[1:])[
-        1
-    ]  # as long everywhere: a torque of a slower bus
-    for extreme in (signal.max(), signal.min()):
-        begin, length = longest_run(signal == extreme)
-        if length >= CLIPPED_RUN and held < length - 1:
-            raise DataError(
-                f"{where}: clipped at {extreme:.4g} N m for {length} samples from row "
-                f"{begin + 1} on; raise the range of the sensor, or move less briskly"
-            )
 
 
 def longest_run(marks: np.ndarray) -> tuple[int, int]:
@@ -101,7 +71,7 @@ def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -
     begin, length = longest_run(same)
     others = np.delete(same, np.s_[begin : begin + length])
     if (
-        length < max(CLIPPED_RUN, FROZEN_S * rate_hz)
+        length < max(FROZEN_ROWS, FROZEN_S * rate_hz)
         or longest_run(others)[1] > length / 2
         or others.mean() > 0.5
     ):
@@ -194,52 +164,3 @@ def _coarse(signal: np.ndarray, where: str) -> list[str]:
         f"{where}: too coarse: {len(levels)} levels, steps of {step:.3g} N m, a rounding error of {100 * share:.0f} % of it; record more digits, "
         "or lower the range of the sensor"
     ]
-
-
-def require_not_flat(balance: Balance, source: str) -> None:
-    """Refuse a torque that stays near its largest values although the motion wants more: clipped, whatever noise is on top.
-
-    Raises
-    ------
-    DataError
-        Names the column, where it ends and how far it was wanted.
-
-    Notes
-    -----
-    The balance is fitted on the rows below `TOP_SHARE` of the largest torque. Where the motion then wants more than the
-    largest, an unclipped torque follows with slope 1. Rows are chosen by what is wanted: noise in what was
-    recorded cannot make it look flat.
-    """
-    columns = {"torque": balance.torque}
-    if balance.external is not None:
-        motor, external = balance.torque - balance.external, balance.external
-        columns = {"motor torque": motor, "external torque": external}
-    for name, column in columns.items():
-        others = balance.torque - column
-        middle = float(np.median(column))
-        for side in (1.0, -1.0):
-            signal = side * (column - middle)
-            top = float(np.quantile(signal, 0.995))
-            below = signal < TOP_SHARE * top
-            if top <= 0 or below.sum() < 0.3 * len(below):
-                continue
-            wanted = side * (_predicted(balance, below) - others - middle)
-            beyond = wanted > BEYOND_TOP * top
-            near = wanted > 0.9 * top
-            if beyond.sum() < max(20, BEYOND_ROWS * len(beyond)):
-                continue
-            slope = float(np.polyfit(wanted[near], signal[near], 1)[0])
-            if slope < FLAT_SLOPE and float(np.std(signal[below] - wanted[below])) < 0.2 * top:
-                at = side * top + middle
-                raise DataError(
-                    f"{source}: {name}: looks clipped at about {at:.3g} N m: the motion wants up to "
-                    f"{side * float(np.quantile(wanted[beyond], 0.9)) + middle:.3g} N m and it stays there; raise the range of the sensor or the "
-                    "limit of the drive, or move less briskly"
-                )
-
-
-def _predicted(balance: Balance, rows: np.ndarray) -> np.ndarray:
-    """The torque that the motion wants on every row, by a fit of some rows."""
-    matrix = np.hstack([balance.motion, balance.nuisance])
-    found = np.linalg.lstsq(matrix[rows], balance.torque[rows], rcond=1e-9)[0]
-    return np.asarray(matrix @ found)

@@ -45,7 +45,6 @@ def test_a_delay_of_many_samples_is_exact_and_what_it_leaves_open_is_cut_off(tmp
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda t, x, tau: (t, x, np.clip(tau, -0.2, 0.2)), "motor torque: clipped"),
         (lambda t, x, tau: (t, x, 0 * tau), "constant"),
         (lambda t, x, tau: (t, np.degrees(x) * 10, tau), "position.*unit"),
         (lambda t, x, tau: (t, x, 1e5 * tau), "unit of the torque"),

@@ -120,3 +120,11 @@ def test_a_coarse_position_is_no_reason_to_refuse_a_good_velocity():
     assert np.abs(regressors(slow).velocity_rad_s).max() < 0.07
     with pytest.raises(DataError, match="does not follow the position"):
         regressors(replace(slow, velocity_rad_s=0.06 * np.cos(1.7 * t)))
+
+
+def test_a_position_whose_scale_drifts_against_the_velocity_is_told():
+    recorded, t = log()
+    drifted = replace(recorded, position_rad=recorded.position_rad * (1 + 0.1 * (t / t[-1] - 0.5)))
+    told = "".join(text for text in regressors(drifted).warnings if "drifts" in text)
+    assert "its derivative is 0.967, 0.999, 1.03 times the velocity" in told
+    assert not any("drifts" in text for text in regressors(recorded).warnings)

@@ -1,0 +1,99 @@
+"""Least squares of the balance of torques on the sliding rows of logs: columns, solution and intervals (docs/theory.md 9.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rtctl.friction.logs.dynamics import RANK_TOLERANCE
+from rtctl.friction.logs.even_motion import TooEvenError
+from rtctl.friction.logs.intervals import Estimate, covariance, estimates, telling_blocks, time_blocks
+from rtctl.friction.logs.offsets import OffsetColumns
+from rtctl.friction.logs.regressors import Regressors
+from rtctl.friction.logs.speeds_seen import few_slow
+
+CONDITION_MAX = 200.0
+"""Largest condition number of the scaled regression before its parameters are refused."""
+
+
+Columns = dict[str, np.ndarray]
+
+
+def columns_of(signals: Regressors, offset: OffsetColumns) -> tuple[Columns, Columns]:
+    """Columns of both forms, symmetric and per direction."""
+    v, a, s = signals.velocity_rad_s, signals.acceleration_rad_s2, signals.direction
+    levels = dict(zip(offset.names, offset.logs.T, strict=True))
+    share = {} if signals.share_nm is None else {"torque_share": signals.share_nm}
+    return (
+        {"inertia_kgm2": a, "viscous_nms_rad": v, "coulomb_nm": s, **share, **levels},
+        {
+            "inertia_kgm2": a,
+            "viscous_forward_nms_rad": np.where(v > 0, v, 0.0),
+            "viscous_backward_nms_rad": np.where(v < 0, v, 0.0),
+            "level_forward_nm": 0.5 * (1 + s),
+            "level_backward_nm": 0.5 * (1 - s),
+            **share,
+        },
+    )
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A least-squares fit: parameters by name (unit in the name) and how good it is.
+
+    `relative_error` is the residual's RMS over the torque's, `condition` the condition number of the
+    columns scaled to unit size, `blocks` the number of stretches of time behind the intervals.
+    """
+
+    parameters: dict[str, Estimate]
+    condition: float
+    relative_error: float
+    rms_nm: float
+    n: int
+    blocks: int
+
+
+def solve(
+    signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns, nuisance: np.ndarray
+) -> tuple[Regression, np.ndarray]:
+    """Fit the named `columns` and the `nuisance` ones; the coefficients of the latter."""
+    rows, block = signals.sliding, time_blocks(signals)
+    matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
+    scale = np.sqrt((matrix**2).mean(axis=0))
+    scale[scale == 0] = 1.0
+    scaled = matrix / scale
+    condition = _condition(signals, scaled, columns)
+    solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
+    residual = torque - scaled @ solution
+    own, drift = np.split(scaled, [len(columns)], axis=1)
+    own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
+    error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
+    telling = telling_blocks(own, block)
+    freedom = [
+        min(offset.freedom(name, signals.log[rows], block), blocks - 1)
+        for name, blocks in zip(columns, telling, strict=False)
+    ]
+    found = Regression(
+        parameters=estimates(list(columns), solution / scale, error, freedom),
+        condition=condition,
+        relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(torque**2))),
+        rms_nm=float(np.sqrt(np.mean(residual**2))),
+        n=len(torque),
+        blocks=int(block[-1]) + 1,
+    )
+    return found, (solution / scale)[len(columns) :]
+
+
+def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:
+    singular = np.linalg.svd(scaled, compute_uv=False)
+    condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
+        return condition
+    few = few_slow(signals)
+    if few:
+        raise TooEvenError(f"{few[0]}; and that is not enough here (condition number {condition:.3g})")
+    raise TooEvenError(
+        f"{signals.source}: the motion is too even to tell {', '.join(columns)} apart (condition number "
+        f"{condition:.3g}, at most {CONDITION_MAX:g}); record quick and slow motion with changing speed"
+    )

@@ -1,0 +1,235 @@
+"""What the torque as a whole does to its balance: friction that is a share of it, a scale that bends, scales that drift.
+
+With u = J a + b v + F_c s, what the motion wants, a gear that rubs by the torque it transmits needs m = u + k s |m|, a sensor or a drive that saturates
+softly shows m = u (1 - c (u/U)^2), U the largest u, and a position whose scale drifts by d over a log shows J a + b v that grow by d. Each is one more column of the balance, made
+of what the balance itself wants: made of the recorded torque it would repeat that one's noise. It is told when it is surely there, alone and beside
+whatever else bends a balance (docs/theory.md 9.9).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.friction.logs.intervals import covariance, time_blocks
+from rtctl.friction.logs.offsets import offset_columns
+from rtctl.friction.logs.regressors import Regressors
+
+SURELY, SURELY_BESIDE = 4.0, 3.0
+"""Standard errors by which a coefficient must differ from 0: alone, and beside the other columns."""
+
+EXPLAINS = 0.98
+"""Largest share of what is left over without it, RMS, that is left over with what is told."""
+
+SHARE_LEAST, SHARE_TOLD, SHARE_MOST = 0.03, 0.4, 0.6
+"""Shares of the torque that are told as those of a gear, and the most that is tried."""
+
+ALIKE = 0.4
+"""Share by which that of a gear may differ beside other columns: what only looks like it goes into them."""
+
+BEND_LEAST = 0.06
+"""Least share of the largest torque that is told to be missing."""
+
+DRIFT_LEAST = 0.1
+"""Least change of a scale over a log that is told."""
+
+KNOWN, KNOWN_BESIDE = 0.02, 0.03
+"""Largest standard errors of the share of a gear that a log is said to tell, alone and beside other columns."""
+
+OWN_LEAST = 1e-3
+"""Share of a column, RMS, that the others must not have: below it nothing is known of it."""
+
+ROUNDS = 6
+"""Times that a column is made anew of what is wanted with it."""
+
+PEAK_SHARE = 0.25
+"""As `other_readings.PEAK_SHARE`: the peak of friction that is tried beside."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Coefficient of a column, on all rows (n,): alone and beside others, with standard errors; what is left over with it alone and without it, RMS."""
+
+    column: np.ndarray
+    value: float
+    error: float
+    beside: float
+    beside_error: float
+    rest: float
+    before: float
+
+    def sure(self) -> bool:
+        """Whether it surely is there, whatever else there is."""
+        return (
+            abs(self.value) > SURELY * self.error
+            and abs(self.beside) > SURELY_BESIDE * self.beside_error
+            and self.value * self.beside > 0
+            and self.rest < EXPLAINS * self.before
+        )
+
+    def alike(self) -> bool:
+        """Whether it is a share of a gear, and the same beside the others."""
+        return SHARE_LEAST < self.value < SHARE_TOLD and abs(self.beside / self.value - 1) < ALIKE
+
+
+class _Plain:
+    """The balance of a log on its sliding rows, to which columns are added."""
+
+    def __init__(self, signals: Regressors) -> None:
+        offset = offset_columns(signals)
+        self.signals, self.rows, self.slow = signals, signals.sliding, len(offset.owner)
+        self.direction = signals.direction
+        a, v = signals.acceleration_rad_s2, signals.velocity_rad_s
+        self.motion = np.column_stack([a, v, signals.direction])
+        self.nuisance = np.hstack([offset.logs, offset.drift, *signals.shares])
+        self.block = time_blocks(signals)
+        usual = PEAK_SHARE * float(np.quantile(np.abs(v[self.rows]), 0.95))
+        x = signals.position_rad / signals.radian
+        self.others = np.column_stack(
+            [
+                signals.jerk_rad_s3,
+                v * np.abs(v),
+                signals.direction * np.exp(-np.abs(v) / max(usual, 1e-12)),
+                x - x.mean(),
+                np.sin(x),
+                np.cos(x),
+            ]
+        )
+
+    def wanted(self, column: np.ndarray | None) -> tuple[np.ndarray, float]:
+        """What the motion wants on every row, without offset and `column`; and the coefficient of that."""
+        more = np.zeros((len(self.rows), 0)) if column is None else column[:, None]
+        matrix = np.hstack([self.motion, self.nuisance, more])[self.rows]
+        scale = np.sqrt((matrix**2).mean(axis=0))
+        scale[scale == 0] = 1.0
+        found = np.linalg.lstsq(matrix / scale, self.signals.torque_nm[self.rows], rcond=1e-9)[0] / scale
+        return self.motion @ found[:3], float(found[-1]) if column is not None else 0.0
+
+    def coefficient(self, column: np.ndarray, more: np.ndarray | None = None) -> tuple[float, float, float]:
+        """Coefficient of a column: value, standard error by blocks, what is left over; an infinite error where the others have all of it."""
+        beside = [] if more is None else [more]
+        matrix = np.hstack([self.motion, self.nuisance, *beside])[self.rows]
+        matrix = matrix / np.maximum(np.sqrt((matrix**2).mean(axis=0)), 1e-300)
+        both = np.column_stack([column, self.signals.torque_nm])[self.rows]
+        own, torque = (both - matrix @ np.linalg.lstsq(matrix, both, rcond=1e-9)[0]).T
+        if own.std() <= OWN_LEAST * np.std(column[self.rows]):
+            return 0.0, np.inf, float(np.sqrt(np.mean(torque**2)))
+        value = float(own @ torque / (own @ own))
+        rest = torque - value * own
+        error = float(np.sqrt(covariance(own[:, None], rest, self.block, self.slow)[0, 0]))
+        return value, error, float(np.sqrt(np.mean(rest**2)))
+
+    def effect(
+        self, make: Callable[[np.ndarray, float], np.ndarray], more: np.ndarray | None = None
+    ) -> Effect:
+        """The effect whose column `make` makes of what is wanted and of its coefficient so far; `more` beside the usual others."""
+        u, value = self.wanted(None)
+        column = make(u, 0.0)
+        for _ in range(ROUNDS):
+            u, value = self.wanted(column)
+            value = float(np.clip(value, -SHARE_MOST, SHARE_MOST))
+            column = make(u, value)
+        others = self.others if more is None else np.hstack([self.others, more])
+        value, error, rest = self.coefficient(column)
+        beside, beside_error, _ = self.coefficient(column, others)
+        before = self.coefficient(np.zeros(len(column)))[2]
+        return Effect(column, value, error, beside, beside_error, rest, before)
+
+    def share(self, bend: Effect) -> Effect:
+        """Friction that is a share of the torque; what bends is one of the columns beside."""
+
+        def column(u: np.ndarray, k: float) -> np.ndarray:
+            return np.asarray(self.direction * np.abs(u / (1 - k * np.sign(u * self.direction))))
+
+        return self.effect(column, bend.column[:, None])
+
+    def bend(self) -> Effect:
+        """A scale that falls with the torque: its coefficient is the share of the largest that is missing."""
+
+        def column(u: np.ndarray, _: float) -> np.ndarray:
+            largest = max(float(np.quantile(np.abs(u[self.rows]), 0.99)), 1e-300)
+            return np.asarray(-(u**3) / largest**2)
+
+        return self.effect(column)
+
+
+def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
+    """The signals of a single torque with the share of it that friction is as a column, where the log tells one; the warning about it; what the log cannot tell."""
+    plain = _Plain(signals)
+    bend = plain.bend()
+    share = plain.share(bend)
+    known = share.error <= KNOWN and share.beside_error <= KNOWN_BESIDE
+    if known and share.sure() and share.alike() and not (bend.sure() and bend.rest < share.rest):
+        text = (
+            f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- {2 * share.error:.1g}): it differs where the torque drives the joint and where it "
+            "brakes it, as through a gear or a screw; that share is fitted as torque_share, Coulomb and viscous friction are what is left without torque, and the points hold it at "
+            "the torques of this log"
+        )
+        return replace(signals, share_nm=share.column), (text,), ()
+    if known:
+        return signals, (), ()
+    return (
+        signals,
+        (),
+        (
+            "whether friction is a share of the torque, as in gears: the torque hardly brakes the joint in this log; of a gear that loses a share k all parameters are 1/(1 - k) "
+            "times too large (record quick stops)",
+        ),
+    )
+
+
+def bent(signals: Regressors) -> tuple[str, ...]:
+    """The warning that a single torque does not grow as the motion wants."""
+    found = _Plain(signals).bend()
+    if not (found.sure() and abs(found.value) > BEND_LEAST):
+        return ()
+    short = found.value > 0
+    text = (
+        "its sensor or drive saturates softly"
+        if short
+        else "the motor saturates, so that its current makes less torque than its constant says"
+    )
+    return (
+        f"{signals.source}: the torque is not proportional to what the motion wants: at its largest it is {100 * abs(found.value):.0f} % too {'small' if short else 'large'} against "
+        f"small torques ({text}); inertia and friction are off by up to as much: move less briskly, or raise the range",
+    )
+
+
+def drifting(signals: Regressors) -> tuple[str, ...]:
+    """The warning that a scale changes over the log: of the position, or of the torque."""
+    plain = _Plain(signals)
+    share = np.zeros(len(signals.time_s))
+    for k in range(len(signals.sources)):
+        mine = np.flatnonzero(signals.log == k)
+        share[mine] = np.linspace(-0.5, 0.5, len(mine))
+    u, _ = plain.wanted(None)
+    dry = u - _moving(plain, u)
+    moving, level = share * (u - dry), share * dry
+    motion = plain.coefficient(moving, level[:, None])
+    friction = plain.coefficient(level, moving[:, None])
+    if not (abs(motion[0]) > SURELY * motion[1] and abs(motion[0]) > DRIFT_LEAST):
+        return ()
+    together = abs(friction[0] - motion[0]) < max(0.5 * abs(motion[0]), 2 * friction[1])
+    amount = f"by {100 * abs(motion[0]):.0f} % from its first to its last row"
+    if together and friction[0] * motion[0] > 0:
+        what = f"inertia and friction {_way(motion[0])} together {amount}: the scale of the torque drifts (a torque constant that warms, an amplifier)"
+    else:
+        what = (
+            f"inertia and viscous friction {_way(motion[0])} together {amount}, Coulomb friction does not: the scale of the position drifts (a belt, a potentiometer, counts that "
+            "are lost), or what is moved changes"
+        )
+    return (
+        f"{signals.source}: {what}; the parameters are of its mean: cut the log there, or mend the scale",
+    )
+
+
+def _moving(plain: _Plain, u: np.ndarray) -> np.ndarray:
+    """The part of what is wanted that goes with acceleration and speed."""
+    found = np.linalg.lstsq(plain.motion, u, rcond=1e-12)[0]
+    return np.asarray(plain.motion[:, :2] @ found[:2])
+
+
+def _way(change: float) -> str:
+    return "grow" if change > 0 else "fall"

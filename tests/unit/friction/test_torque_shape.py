@@ -1,0 +1,92 @@
+"""The torque as a whole: friction that is a share of it, scales that bend and drift; and honest logs, of which nothing of the kind is said."""
+
+import numpy as np
+import pytest
+from dirty_changes import clean, through_gear
+from dirty_logs import identified
+from moved_joint import CLEAN
+
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.regression import joint_fit
+from rtctl.friction.logs.regressors import regressors
+from rtctl.friction.logs.torque_shape import bent, drifting, with_share
+
+RATE_HZ = 500.0
+INERTIA, VISCOUS, COULOMB = 0.02, 0.05, 0.2
+WORDS = r"friction grows with the torque|not proportional|drifts"
+
+
+def moved(shape, brisk=1.0, noise=2e-3, seed=1):
+    """A log of strokes, quicker with `brisk`; `shape` makes the torque of that which the motion wants, its direction and the share of the time."""
+    t = np.arange(0, 30, 1 / RATE_HZ)
+    parts = [(0.5, 0.31, 0.1), (0.25, 0.83, 1.1), (0.12, 1.9, 2.0)]
+    w = [(a, 2 * np.pi * f * brisk, p) for a, f, p in parts]
+    x = sum(a * np.sin(k * t + p) for a, k, p in w)
+    v = sum(a * k * np.cos(k * t + p) for a, k, p in w)
+    acceleration = sum(-a * k**2 * np.sin(k * t + p) for a, k, p in w)
+    s = np.sign(v)
+    wanted = INERTIA * acceleration + VISCOUS * v + COULOMB * s
+    torque = shape(wanted, s, t / t[-1]) + np.random.default_rng(seed).normal(0, noise, len(t))
+    return regressors(AxisLog(RATE_HZ, x, torque, "made", "0" * 64))
+
+
+def geared(k):
+    return lambda u, s, _: u / (1 - k * np.sign(u * s))
+
+
+@pytest.mark.parametrize("k", [0.1, 0.25])
+def test_a_share_of_the_torque_is_found_and_taken_out_of_the_parameters(k):
+    signals = moved(geared(k), brisk=1.6)
+    plain = joint_fit(signals).symmetric.parameters
+    assert abs(plain["inertia_kgm2"].value / INERTIA - 1) > 0.3 * k
+    shared, told, untold = with_share(signals)
+    assert "grows with the torque" in told[0]
+    assert untold == ()
+    found = joint_fit(shared).symmetric.parameters
+    assert found["torque_share"].value == pytest.approx(k, abs=0.01)
+    assert found["inertia_kgm2"].value == pytest.approx(INERTIA, rel=0.02)
+    assert found["coulomb_nm"].value == pytest.approx(COULOMB, rel=0.02)
+    assert found["viscous_nms_rad"].value == pytest.approx(VISCOUS, rel=0.05)
+
+
+def test_a_torque_that_always_drives_tells_no_share_and_that_is_said():
+    shared, told, untold = with_share(moved(geared(0.2), brisk=0.5))
+    assert shared.share_nm is None
+    assert told == ()
+    assert "share of the torque" in untold[0]
+
+
+def test_a_torque_in_proportion_has_no_share_no_bend_and_no_drift():
+    for seed in range(8):
+        signals = moved(lambda u, s, _: u, brisk=1.6, noise=0.02, seed=seed)
+        assert with_share(signals)[0].share_nm is None
+        assert bent(signals) == ()
+        assert drifting(signals) == ()
+
+
+@pytest.mark.parametrize(("missing", "word"), [(0.2, "too small"), (-0.2, "too large")])
+def test_a_torque_that_bends_is_told_with_how_much(missing, word):
+    signals = moved(lambda u, s, _: u * (1 - missing * (u / np.abs(u).max()) ** 2), brisk=1.6)
+    assert f"% {word}" in bent(signals)[0]
+    assert with_share(signals)[0].share_nm is None
+
+
+def test_a_scale_that_drifts_is_told_of_which_column_it_is():
+    of_torque = drifting(moved(lambda u, s, at: u * (1 + 0.3 * at)))
+    assert "the scale of the torque drifts" in of_torque[0]
+    of_position = drifting(moved(lambda u, s, at: COULOMB * s + (u - COULOMB * s) * (1 + 0.3 * at)))
+    assert "the scale of the position drifts" in of_position[0]
+    assert "grow together" in of_position[0]
+
+
+@pytest.mark.parametrize("name", list(CLEAN))
+def test_clean_logs_have_no_shape(name, tmp_path):
+    found = identified(clean(name), tmp_path)
+    assert found.code == 0
+    assert not any(word in found.said for word in WORDS.split("|")), found.said
+
+
+def test_a_geared_joint_in_brisk_motion_is_right_to_the_tenth(tmp_path):
+    found = identified(through_gear(0.2, brisk=True)(clean("motor")), tmp_path)
+    assert "friction grows with the torque" in found.said
+    assert abs(found.off["inertia_kgm2"]) < 0.1
