@@ -232,6 +232,7 @@ def _fill_compensation(
     p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
     p["friction_floor_nm"][a] = sure.floor_nm
     p["friction_sliding_doubt_nm"][a] = sure.sliding_doubt_nm
+    p["friction_place_doubt_nm"][a] = sure.place_doubt_nm
     p["presliding_rad"][a] = sure.credited_rad
     p["assistance_bank_j"][a] = sure.bank_j
     p["friction_stop_rad"][a] = friction.stop_rad or sure.turn_rad(policy)

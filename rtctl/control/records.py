@@ -181,6 +181,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_cap_nm": (),  # hard cap of |feed-forward|
             "friction_raise": (),  # gain and caps are greater by this share, for a friction that is: control.friction_factor
             "friction_sliding_doubt_nm": (),  # how far sliding may be off the model, for the drift watch; 0: as the floor says
+            "friction_place_doubt_nm": (),  # and where it goes by place, as far as the place is trusted; 0: likewise
             "friction_change_step": (),  # most by which that may change in a tick; 0: the friction is as learned
             "friction_ungated_cap_nm": (),  # cap where the force gate does not open it: kappa * min Fhat
             "friction_tanh_rad_s": (),

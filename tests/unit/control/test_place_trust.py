@@ -108,6 +108,14 @@ def test_until_its_place_is_known_the_feedforward_goes_by_the_weakest():
         assert found[0] == pytest.approx(0.25 + trust * 2 * SWING)
 
 
+@pytest.mark.parametrize(("use", "trust"), [(PlaceUse.OFF, 0.0), (PlaceUse.SEEN, 0.3), (PlaceUse.GIVEN, 0.7)])
+def test_the_tick_tells_what_is_trusted(use, trust):
+    rig = LawRig(friction_policy=int(Policy.HYBRID), place_kind=int(use))
+    rig.state["place_evidence"] = 0.3  # that it is there, or against what was given
+    rig.tick(0.0)
+    assert rig["place_trust"] == pytest.approx(trust)
+
+
 def test_the_conservative_part_is_compensated_beside_the_account_of_friction():
     rig = LawRig(friction_policy=int(Policy.HYBRID), place_kind=int(PlaceUse.GIVEN), conservative_gain=0.9)
     rig.friction()
