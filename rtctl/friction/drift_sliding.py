@@ -23,7 +23,8 @@ BELL_SIGMAS = 4.0
 @dataclass(frozen=True)
 class Rows:
     """Rows of one axis, in order of time, shape (n,) each: rad, rad/s, rad/s^2, N m, share by which the place is trusted, and the number of the
-    stroke they belong to."""
+    stroke they belong to.
+    """
 
     position: np.ndarray
     velocity: np.ndarray

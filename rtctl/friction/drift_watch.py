@@ -73,7 +73,9 @@ class AxisWatch:
             return
         self._judged = self.strokes.taken
         found = self.found = estimate(self.strokes, self.rate_hz)
-        if found is None:  # what was told is of motion that is forgotten; what was warned of is not known to be gone
+        if (
+            found is None
+        ):  # what was told is of motion that is forgotten; what was warned of is not known to be gone
             return
         self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
         if self.table.stop and not self.stopped:
@@ -142,7 +144,9 @@ class RigWatch:
         self._sessions(moving)
         usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
         torque = self._torque(rows)
-        bins = self._binning(rows["tick"], usable, np.stack([rows["position_rad"], torque, rows["place_trust"]]))
+        bins = self._binning(
+            rows["tick"], usable, np.stack([rows["position_rad"], torque, rows["place_trust"]])
+        )
         faulty = bool((rows["faults"] != 0).any()) or not moving[-1]
         for a, axis in enumerate(self.axes):
             if axis is not None:

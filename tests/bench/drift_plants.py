@@ -120,9 +120,7 @@ def _learned(loaded: LoadedConfig, folder: Path) -> LoadedConfig:
 
 def _with_friction(loaded: LoadedConfig, **keys: str) -> LoadedConfig:
     axis = loaded.config.axis[0]
-    return replace_axis(
-        loaded, axis.model_copy(update={"friction": axis.friction.model_copy(update=keys)})
-    )
+    return replace_axis(loaded, axis.model_copy(update={"friction": axis.friction.model_copy(update=keys)}))
 
 
 def moved(

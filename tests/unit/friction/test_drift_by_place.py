@@ -96,7 +96,9 @@ def test_a_hand_at_one_place_is_told_the_factor_of_the_model_by_place(placed, fa
 def test_a_place_is_gone_by_as_far_as_it_is_trusted_and_what_is_left_is_in_the_doubt(placed):
     (rows,) = ticks_of([Joint(sines=((0.25, 0.5), (0.03, 1.3)))], 90.0)
     rows = at_their_place(rows, placed, 1.0)
-    rows["place_trust"][:, 0] = np.clip(np.arange(len(rows)) / len(rows) * 3 - 1, 0, 1)  # learned while it is watched
+    rows["place_trust"][:, 0] = np.clip(
+        np.arange(len(rows)) / len(rows) * 3 - 1, 0, 1
+    )  # learned while it is watched
     params = placed[0].copy()
     params["friction_sliding_doubt_nm"], params["friction_place_doubt_nm"] = 0.06, 0.006
     rig, found = RigWatch(params, placed[1], [DriftTable()]), []
