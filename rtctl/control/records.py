@@ -208,6 +208,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "place_trough_nm": (),  # friction at the weakest place is so far below the curve
             "place_length_rad": (),  # way over which it is judged
             "place_speed_rad_s": (),  # faster waves are not seen by the observer
+            "conservative_judged": (),  # 1: its waves are slow enough to be seen, and are judged with those of friction
             "conservative_gain": (),  # 0: off
             "conservative_swing_j": (),  # most that the compensated spring gives back
             # disturbance observer (control.disturbance_observer)

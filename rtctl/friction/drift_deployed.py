@@ -44,6 +44,9 @@ class Deployed:
     place_shift_rad: float | None = None
     """Position where the model has its 0; None where it is used without places: friction is watched by speed alone."""
 
+    pushes: bool = True
+    """Whether the watch goes by what place alone exerts: not where its waves are too quick to be seen, and nobody knows where they are."""
+
     @property
     def identity(self) -> str:
         """Checksum of all that the watched factor is relative to: another model or inertia, another checksum."""
@@ -80,7 +83,7 @@ class Deployed:
 
     def pushed_nm(self, position: np.ndarray, trust: np.ndarray) -> np.ndarray:
         """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted, N m."""
-        if self.place_shift_rad is None:
+        if self.place_shift_rad is None or not self.pushes:
             return np.zeros_like(position)
         return np.asarray(trust * of_conservative(self.model[0], position - self.place_shift_rad))
 
@@ -135,7 +138,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     gated = limits.is_force_gated(policy)
     doubt_nm = max(0.0, least - float(p["friction_floor_nm"][axis]))
     sliding_nm = float(p["friction_sliding_doubt_nm"][axis]) or doubt_nm
-    placed = int(p["place_kind"][axis]) != PlaceUse.OFF
+    use = int(p["place_kind"][axis])
     return Deployed(
         model=one,
         inertia_kgm2=float(p["inertia_kgm2"][axis]),
@@ -148,7 +151,8 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
         cap_nm=limits.cap_in_force(
             gated, float(p["friction_cap_nm"][axis]), float(p["friction_ungated_cap_nm"][axis])
         ),
-        place_shift_rad=float(p["place_shift_rad"][axis]) if placed else None,
+        place_shift_rad=float(p["place_shift_rad"][axis]) if use != PlaceUse.OFF else None,
+        pushes=use == PlaceUse.GIVEN or bool(p["conservative_judged"][axis]),
     )
 
 

@@ -92,6 +92,19 @@ SEEDS = (
         "trust * of_conservative", "of_conservative", BY_PLACE,
     ),
     Seed(
+        "a ripple that no one can see keeps the places from being trusted", "rtctl/check/place_plan.py",
+        "(max(of_friction, of_part) if judged else of_friction)", "max(of_friction, of_part)",
+        ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "a ripple that no one has seen is compensated", "rtctl/check/place_plan.py",
+        "if known and model", "if model", ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "a place is doubted by what motion at another one cannot tell", "rtctl/control/place_trust.py",
+        "way * _telling(s, p, axis) *", "way *", ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
         "the watch by place doubts as the one by speed does", "rtctl/friction/drift_deployed.py",
         "self.sliding_doubt_nm + trust * (self.place_doubt_nm - self.sliding_doubt_nm)", "self.sliding_doubt_nm", BY_PLACE,
     ),

@@ -1,22 +1,27 @@
 """Compensation by place: trusted as far as the force sensor sees it, and a spring that no account pays for."""
 
 import math
+from pathlib import Path
 
 import numpy as np
 import pytest
 from law_rig import LawRig, T, of_rows
 
+from rtctl.check.law_plan import build
 from rtctl.control.feedforward import compensated_magnitude
 from rtctl.control.jit import records
 from rtctl.control.place_trust import judge_place, place_trust
 from rtctl.control.records import HELD, MODEL, new_records
 from rtctl.control.vocabulary import PlaceUse, Policy
 from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
+from tests.bench.learned_by_place import replace_axis
 
 JUDGE = of_rows(judge_place)
 COGGING = Harmonics(0.5, np.array([1.0, 3.0]), np.array([0.02, 0.0]), np.array([0.0, 0.01]))
 SWING = 0.05
+CONFIGS = Path("configs")
 
 
 def model_of(wave_nm=SWING, part=None):
@@ -44,7 +49,7 @@ class Judged:
             math.pi,
             1.0,
         )
-        self.p["observer_alpha"][0] = 0.1
+        self.p["observer_alpha"][0], self.p["conservative_judged"][0] = 0.1, 1
         self.shift, self.noise, self.drift = shift, noise, drift
         self.random = np.random.default_rng(5)
 
@@ -106,6 +111,37 @@ def test_until_its_place_is_known_the_feedforward_goes_by_the_weakest():
         truth = 0.3 + SWING * np.cos(places)
         assert (np.array(found) <= truth + 1e-12).all()  # never more than there is
         assert found[0] == pytest.approx(0.25 + trust * 2 * SWING)
+
+
+def test_a_ripple_that_passes_too_quick_to_be_seen_keeps_no_place_from_being_judged():
+    axis = Judged(PlaceUse.SEEN)
+    axis.p["conservative_judged"][0] = 0
+    axis.model["conservative"] *= -1.0  # as wrong as it can be
+    assert axis.slide(9) > 0.95
+    loaded = load(CONFIGS / "mock-places.toml")
+    for place, gain in (("seen", 0.0), ("given", 0.95)):
+        friction = loaded.config.axis[0].friction.model_copy(update={"place": place})
+        rig = replace_axis(loaded, loaded.config.axis[0].model_copy(update={"friction": friction}))
+        p = build(rig).params[0]
+        assert (
+            p["place_speed_rad_s"][0] > 0.3
+        )  # its friction's waves; those of its ripple pass 80 times as quick
+        assert p["conservative_judged"][0] == 0
+        assert p["conservative_gain"][0] == gain
+
+
+def test_a_motion_at_one_place_says_little_of_all_of_them():
+    steep = 1.5
+    axis = Judged(PlaceUse.SEEN, steep)
+    axis.p["place_trough_nm"][0], axis.p["place_shift_rad"][0] = SWING, steep
+    axis.p["conservative_judged"][0] = 0
+    assert axis.slide(16) > 0.9
+    axis.noise = 0.05  # drowns what the place does there
+    before = axis.slide(0)
+    assert axis.slide(60, reach=0.3) > 0.8 * before
+    wrong = Judged(PlaceUse.SEEN, math.pi)
+    wrong.p["place_trough_nm"][0], wrong.s["place_evidence"][0] = SWING, 1.0
+    assert wrong.slide(16) < 0.05
 
 
 @pytest.mark.parametrize(("use", "trust"), [(PlaceUse.OFF, 0.0), (PlaceUse.SEEN, 0.3), (PlaceUse.GIVEN, 0.7)])

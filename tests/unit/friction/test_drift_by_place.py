@@ -41,6 +41,7 @@ def placed():
     edge = 0.03 * np.sin(2 * np.pi * np.arange(cells + 1) / cells)
     row["conservative"][:, 0], row["conservative"][:, 1] = edge[:-1], np.diff(edge)
     params["place_kind"], params["place_shift_rad"] = PlaceUse.SEEN, SHIFT_RAD
+    params["conservative_judged"] = 1
     return params, model
 
 
