@@ -1,6 +1,7 @@
 """Compensation by place: trusted as far as the force sensor sees it, and a spring that no account pays for."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,15 +9,16 @@ import pytest
 from law_rig import LawRig, T, of_rows
 
 from rtctl.check.law_plan import build
+from rtctl.check.place_plan import fill_place
 from rtctl.control.feedforward import compensated_magnitude
 from rtctl.control.jit import records
 from rtctl.control.place_trust import judge_place, place_trust
 from rtctl.control.records import HELD, MODEL, new_records
 from rtctl.control.vocabulary import PlaceUse, Policy
+from rtctl.friction import artefact
 from rtctl.friction.kinds.harmonics import Harmonics
 from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
-from tests.bench.learned_by_place import replace_axis
 
 JUDGE = of_rows(judge_place)
 COGGING = Harmonics(0.5, np.array([1.0, 3.0]), np.array([0.02, 0.0]), np.array([0.0, 0.01]))
@@ -40,9 +42,9 @@ def model_of(wave_nm=SWING, part=None):
 class Judged:
     """An axis that slides to and fro over 3 rad, and what its force sensor sees."""
 
-    def __init__(self, use, shift=0.0, noise=0.002, drift=0.0):
+    def __init__(self, use, shift=0.0, noise=0.002, drift=0.0, part=COGGING):
         params, state, _, _ = new_records(1)
-        self.rows = records(new_ticks(1, 1)), records(state), records(params), model_of(part=COGGING)
+        self.rows = records(new_ticks(1, 1)), records(state), records(params), model_of(part=part)
         self.t, self.s, self.p, self.model = (array[0] for array in self.rows)
         self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = (
             int(use),
@@ -50,7 +52,7 @@ class Judged:
             1.0,
         )
         self.p["observer_alpha"][0], self.p["conservative_judged"][0] = 0.1, 1
-        self.shift, self.noise, self.drift = shift, noise, drift
+        self.shift, self.noise, self.drift, self.part = shift, noise, drift, part
         self.random = np.random.default_rng(5)
 
     def slide(self, strokes, rows=400, reach=3.0):
@@ -61,7 +63,8 @@ class Judged:
                 x = reach * (share if d > 0 else 1 - share)
                 at = x - self.shift
                 friction = 0.3 * (1 + self.drift) + SWING * math.cos(at)
-                seen = d * friction - float(COGGING(np.array(at))) + self.noise * self.random.normal()
+                pushed = 0.0 if self.part is None else float(self.part(np.array(at)))
+                seen = d * friction - pushed + self.noise * self.random.normal()
                 self.s["position_rad"][0], self.t["velocity_rad_s"][0] = x, 0.3 * d
                 self.s["bristle_share"][0], self.s["friction_observed_nm"][0] = d, seen
                 JUDGE(*self.rows, 0, d * reach / rows)
@@ -119,26 +122,31 @@ def test_a_ripple_that_passes_too_quick_to_be_seen_keeps_no_place_from_being_jud
     axis.model["conservative"] *= -1.0  # as wrong as it can be
     assert axis.slide(9) > 0.95
     loaded = load(CONFIGS / "mock-places.toml")
-    for place, gain in (("seen", 0.0), ("given", 0.95)):
-        friction = loaded.config.axis[0].friction.model_copy(update={"place": place})
-        rig = replace_axis(loaded, loaded.config.axis[0].model_copy(update={"friction": friction}))
-        p = build(rig).params[0]
-        assert (
-            p["place_speed_rad_s"][0] > 0.3
-        )  # its friction's waves; those of its ripple pass 80 times as quick
-        assert p["conservative_judged"][0] == 0
-        assert p["conservative_gain"][0] == gain
+    model = artefact.load(CONFIGS / "friction" / "mock-places.json")
+    quick = replace(model, conservative=replace(model.conservative, orders=49.0 * model.conservative.orders))
+    bandwidth_rad_s = build(loaded).params["observer_bandwidth_rad_s"]
+    for found, place, judged, gain in (
+        (model, "seen", 1, 0.95),
+        (quick, "seen", 0, 0.0),
+        (quick, "given", 0, 0.95),
+    ):
+        axis = loaded.config.axis[0]
+        axis = axis.model_copy(update={"friction": axis.friction.model_copy(update={"place": place})})
+        p = new_records(1)[0][0]
+        p["observer_bandwidth_rad_s"] = bandwidth_rad_s
+        fill_place(p, 0, axis, found)
+        assert p["place_speed_rad_s"][0] > 0.3
+        assert (p["conservative_judged"][0], p["conservative_gain"][0]) == (judged, gain)
 
 
 def test_a_motion_at_one_place_says_little_of_all_of_them():
     steep = 1.5
-    axis = Judged(PlaceUse.SEEN, steep)
+    axis = Judged(PlaceUse.SEEN, steep, part=None)
     axis.p["place_trough_nm"][0], axis.p["place_shift_rad"][0] = SWING, steep
-    axis.p["conservative_judged"][0] = 0
-    assert axis.slide(16) > 0.9
+    assert axis.slide(40) > 0.9
     axis.noise = 0.05  # drowns what the place does there
     before = axis.slide(0)
-    assert axis.slide(60, reach=0.3) > 0.8 * before
+    assert axis.slide(60, reach=0.3) > 0.5 * before
     wrong = Judged(PlaceUse.SEEN, math.pi)
     wrong.p["place_trough_nm"][0], wrong.s["place_evidence"][0] = SWING, 1.0
     assert wrong.slide(16) < 0.05
