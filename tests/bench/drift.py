@@ -202,6 +202,9 @@ def _drifting(plant: Plant, hand: Hand, name: str, factor: float, into: Sum) -> 
         told = moved_s if told is None and axis.warning else told
         if faulty(ticks, name, into) or moved_s >= MOTION_S:
             break
+    if axis.found is None:
+        into.missed.append(f"MISSED: {name}: nothing is told any more after {moved_s:.0f} s of motion")
+        return
     wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant.loaded, axis.by, np.concatenate(velocities)))
     into.errors.append(abs(axis.found.factor - wanted))
     if told is None:
