@@ -92,7 +92,8 @@ class Sliding:
             columns = (bins.position_rad, bins.torque_nm, bins.trust)
             found.append(self._stretch(np.stack([column[part, axis] for column in columns])))
         if not found:
-            return Rows(*np.zeros((5, 0)), np.zeros(0, int))
+            none = np.zeros(0)
+            return Rows(none, none, none, none, none, np.zeros(0, int))
         return Rows(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
     def _stretch(self, bins: np.ndarray) -> tuple[np.ndarray, ...]:
