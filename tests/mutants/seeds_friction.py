@@ -241,7 +241,7 @@ SEEDS = (
     ),
     Seed(
         "friction is watched from the reversal on", "rtctl/friction/drift_sliding.py",
-        "(middle[:, 4] >= self._settle)", "(middle[:, 4] >= 0.0)", DRIFT,
+        "(middle[:, 5] >= self._settle)", "(middle[:, 5] >= 0.0)", DRIFT,
     ),
     Seed(
         "all sessions share one offset", "rtctl/friction/drift_watch.py",
