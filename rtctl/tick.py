@@ -146,6 +146,11 @@ FIELDS: tuple[Field, ...] = (
     _axis(
         "friction_model_nm", "N m", "learned friction magnitude at this speed, 0 outside the trained range"
     ),
+    _axis(
+        "place_trust",
+        "1",
+        "share of what the model says of this place that is believed, 0 to 1; 0 for a model without places",
+    ),
     _axis("friction_observed_nm", "N m", "dry friction that force sensor and encoder show, along the motion"),
     _axis("friction_sign", "1", "direction given to the feed-forward, -1 to 1"),
     _axis("friction_gate", "1", "force gate of the feed-forward, 0 to 1"),

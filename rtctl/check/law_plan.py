@@ -11,6 +11,7 @@ from hw import registry
 from rtctl.check import lateness, observer_tuning, stability_report
 from rtctl.check.axis_plan import fill_axis, fill_force_feedback
 from rtctl.check.observer_tuning import Tuning
+from rtctl.check.place_plan import fill_place
 from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
@@ -22,7 +23,7 @@ from rtctl.control.records import HELD, new_records
 from rtctl.control.resting import REST_HZ
 from rtctl.control.trembling import LONGEST_S
 from rtctl.control.velocity import lowpass_alpha
-from rtctl.control.vocabulary import Display, PlaceUse, Policy
+from rtctl.control.vocabulary import Display, Policy
 from rtctl.friction import artefact
 from rtctl.friction.adaptation import follows, largest_feedforward
 from rtctl.friction.guarantee import guarantee, holds_flicker
@@ -48,10 +49,6 @@ SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
 RESOLUTION_SHARE = 0.01
 """Share of a force sensor's range that its coarsest step may be, likewise."""
-PLACE_LENGTH = 0.5
-"""Way over which a model's places are judged, share of their longest period."""
-PLACE_LAG = 0.25
-"""Waves that come at more than this share of the observer's bandwidth are seen too late to judge by."""
 SHORTEST_PROOF_TICKS = 1e-6
 """0 would say that delay and age are not watched."""
 
@@ -106,7 +103,7 @@ def build(loaded: LoadedConfig) -> Plan:
         _fill_compensation(params[0], a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
             model[a] = _fill_friction(params[0], a, most, config, learned)
-            _fill_place(params[0], a, axis, learned)
+            fill_place(params[0], a, axis, learned)
             params[0]["friction_raise"][a] = factor - 1.0
             if follows(axis, learned):
                 per_s = axis.friction.drift.adapt_per_min / 60
@@ -232,6 +229,7 @@ def _fill_compensation(
     p["friction_cap_nm"][a] = friction.cap_share * axis.torque_limit_nm
     p["friction_floor_nm"][a] = sure.floor_nm
     p["friction_sliding_doubt_nm"][a] = sure.sliding_doubt_nm
+    p["friction_place_doubt_nm"][a] = sure.place_doubt_nm
     p["presliding_rad"][a] = sure.credited_rad
     p["assistance_bank_j"][a] = sure.bank_j
     p["friction_stop_rad"][a] = friction.stop_rad or sure.turn_rad(policy)
@@ -257,23 +255,6 @@ def _fill_compensation(
     p["friction_seen_max_nm"][a] = min(
         SEEN_FACTOR * (sure.peak_nm + loaded_nm), float(p["friction_cap_nm"][a])
     )
-
-
-def _fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> None:
-    """Parameters of what the model says of place; without a force sensor it is never seen."""
-    friction = axis.friction
-    if not model.has_place or friction.place == "off":
-        return
-    p["place_kind"][a] = PlaceUse[friction.place.upper()]
-    p["place_shift_rad"][a] = friction.place_shift_rad
-    p["place_trough_nm"][a] = model.place_trough_nm
-    p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
-    p["place_speed_rad_s"][a] = (
-        PLACE_LAG * p["observer_bandwidth_rad_s"][a] / (2 * math.pi * model.place_waves_per_rad)
-    )
-    if model.conservative is not None and friction.policy != "observer":
-        p["conservative_gain"][a] = friction.gain
-        p["conservative_swing_j"][a] = friction.gain * model.conservative.swing_j
 
 
 def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel) -> np.ndarray:

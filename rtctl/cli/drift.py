@@ -32,7 +32,7 @@ def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) ->
     law = reader.law()
     table = DriftTable(warn_share=warn_share, window_s=window_s)
     rows = (batch.rows for batch in reader.batches())
-    found = over_ticks(law.params, law.model, reader.axes, rows, table)
+    found = over_ticks(law.params, law.model, reader.axes, rows, table, reader.missing_fields())
     body = {"file": str(file), "axes": found, "left_out": [str(why) for why in reader.left_out.values()]}
     click.echo(json_text(body) if as_json else "\n".join(_lines(body)))
 
@@ -52,6 +52,8 @@ def _lines(body: dict[str, Any]) -> list[str]:
         lines.append(f"{'time, s':>10}{'factor':>20}{'forward':>20}{'backward':>20}{'offset, mN m':>22}")
         lines += [_row(f"{one['time_s']:.0f}", one) for one in axis["history"]]
         lines.append(_row("end", axis))
+        if axis["place_trust"] > 0:
+            lines.append(f"  by place, trusted by {100 * axis['place_trust']:.0f} %")
         lines += [f"  WARNING: {axis[key]}" for key in ("warning", "stop") if axis[key]]
     return lines
 

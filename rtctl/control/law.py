@@ -26,7 +26,7 @@ from rtctl.control.force_feedback import force_feedback, keep_account, remember
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.passivity import granted, injected_damping, observe_port, passivity_fault
-from rtctl.control.place_trust import conservative_feedforward, judge_place
+from rtctl.control.place_trust import conservative_feedforward, judge_place, place_trust
 from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
 from rtctl.control.resting import advance_rest
@@ -98,6 +98,7 @@ def step(
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
         observe_friction(t, s, p, axis, elapsed)
         judge_place(t, s, p, model[axis], axis, dx)
+        t.place_trust[axis] = place_trust(s, p, axis)
         faults |= force_doubt.offset_fault(t, s, p, axis, elapsed, powered)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)

@@ -6,7 +6,8 @@ An encoder that counts from where it was switched on, an index that was found ha
 that is right in speed and wrong in place. So mean and spread of e and m are followed over the way, forgotten over
 `place_length_rad`: where m explains e, their slope cov/var(m) is near 1 and their correlation high. `place_kind` SEEN trusts a model
 once they are, and as far; GIVEN (an absolute encoder) trusts it from the start, until the slope says that it is wrong.
-The mean of each direction is left out: it is what friction has drifted, and says nothing of place.
+The mean of each direction is left out: it is what friction has drifted, and says nothing of place. A way that stays at one place says little,
+and counts by what it says. Waves of tau_c that pass quicker than the observer sees at any speed are not in m: with SEEN they are never compensated.
 
 The compensation by place is a share of what is trusted; energy does not depend on it (`assistance`, `dry_friction`: what they
 credit is the friction at the weakest place).
@@ -73,7 +74,9 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
         return
     d, x = 1.0 if v >= 0.0 else -1.0, place_of(s, p, axis)
     e = s.friction_observed_nm[axis] - d * branch_magnitude(model, side, speed)
-    m = d * place_magnitude(model, side, speed, x) - conservative_torque(model, x)
+    m = d * place_magnitude(model, side, speed, x)
+    if p.conservative_judged[axis] > 0.0:
+        m -= conservative_torque(model, x)
     if not math.isfinite(e + m):
         return
     way = min(abs(dx) / length, 0.1)
@@ -86,7 +89,14 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
     s.place_square_nm2[axis, 1] += share * (off_model * off_model - s.place_square_nm2[axis, 1])
     s.place_square_nm2[axis, 2] += share * (off * off_model - s.place_square_nm2[axis, 2])
     if s.place_way[axis] >= 1.0:
-        s.place_evidence[axis] += way * (_target(s, p, axis) - s.place_evidence[axis])
+        s.place_evidence[axis] += way * _telling(s, p, axis) * (_target(s, p, axis) - s.place_evidence[axis])
+
+
+@compiled
+def _telling(s: Record, p: Record, axis: int) -> float:
+    """How much the last way says of the places, 0 to 1: its spread of them over that of a whole turn, squared."""
+    whole = 0.5 * p.place_trough_nm[axis] * p.place_trough_nm[axis]
+    return min(s.place_square_nm2[axis, 1] / whole, 1.0) if whole > 0.0 else 1.0
 
 
 @compiled

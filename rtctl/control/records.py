@@ -184,6 +184,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_cap_nm": (),  # hard cap of |feed-forward|
             "friction_raise": (),  # gain and caps are greater by this share, for a friction that is: control.friction_factor
             "friction_sliding_doubt_nm": (),  # how far sliding may be off the model, for the drift watch; 0: as the floor says
+            "friction_place_doubt_nm": (),  # and where it goes by place, as far as the place is trusted; 0: likewise
             "friction_change_step": (),  # most by which that may change in a tick; 0: the friction is as learned
             "friction_ungated_cap_nm": (),  # cap where the force gate does not open it: kappa * min Fhat
             "friction_tanh_rad_s": (),
@@ -210,6 +211,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "place_trough_nm": (),  # friction at the weakest place is so far below the curve
             "place_length_rad": (),  # way over which it is judged
             "place_speed_rad_s": (),  # faster waves are not seen by the observer
+            "conservative_judged": (),  # 1: its waves are slow enough to be seen, and are judged with those of friction
             "conservative_gain": (),  # 0: off
             "conservative_swing_j": (),  # most that the compensated spring gives back
             # disturbance observer (control.disturbance_observer)

@@ -17,6 +17,7 @@ class Bins:
     number: np.ndarray
     position_rad: np.ndarray
     torque_nm: np.ndarray
+    trust: np.ndarray
 
 
 class Binning:
@@ -42,7 +43,7 @@ class Binning:
         usable
             Which of them say something, shape (n,). A bin with a tick that does not, or that is missing, is none.
         values
-            Position (rad) and all torques on the joint (N m), shape (2, n, axes).
+            Position (rad), all torques on the joint (N m), and share by which its place is trusted, shape (3, n, axes).
         """
         if self._left is not None:
             before = self._left
@@ -55,13 +56,13 @@ class Binning:
         self._left = (ticks[done:].copy(), usable[done:].copy(), values[:, done:].copy())
         number, usable, values = number[:done], usable[:done], values[:, :done]
         if done == 0:
-            return Bins(number, values[0], values[1])
+            return Bins(number, *values)
         starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
         whole = np.add.reduceat((usable & np.isfinite(values).all(axis=(0, 2))).astype(int), starts)
         kept = whole == self.stride
         with np.errstate(invalid="ignore", over="ignore"):
             means = np.add.reduceat(values, starts, axis=1)[:, kept] / self.stride
-        return Bins(number[starts][kept], means[0], means[1])
+        return Bins(number[starts][kept], *means)
 
     def forget(self) -> None:
         """Begin anew: what comes next has nothing to do with what was."""

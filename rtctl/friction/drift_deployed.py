@@ -36,11 +36,16 @@ class Deployed:
     """How far friction may be below the curve without a proof becoming false."""
     sliding_doubt_nm: float
     """How far sliding may be off the curve by the model's own points: that is no news."""
+    place_doubt_nm: float
+    """The same where the place is trusted: without what places differ by."""
     gain: float
     viscous_gain: float
     cap_nm: float
     place_shift_rad: float | None = None
-    """Position where the model has its 0, where the encoder is said to know places; None: friction is watched by speed alone."""
+    """Position where the model has its 0; None where it is used without places: friction is watched by speed alone."""
+
+    pushes: bool = True
+    """Whether the watch goes by what place alone exerts: not where its waves are too quick to be seen, and nobody knows where they are."""
 
     @property
     def identity(self) -> str:
@@ -60,20 +65,27 @@ class Deployed:
         """Slowest speed that is watched."""
         return SPEED_MIN_SHARE * self.speed_max_rad_s
 
-    def dry_nm(self, velocity: np.ndarray, position: np.ndarray | None = None) -> np.ndarray:
-        """Dry friction of the model at signed velocities, and at positions (rad) where it is known by place; a magnitude."""
+    def doubt_of_sliding_nm(self, trust: float) -> float:
+        """How far sliding may be off the model where what it says of place is trusted by this share, N m."""
+        return self.sliding_doubt_nm + trust * (self.place_doubt_nm - self.sliding_doubt_nm)
+
+    def dry_nm(
+        self, velocity: np.ndarray, position: np.ndarray | None = None, trust: np.ndarray | float = 1.0
+    ) -> np.ndarray:
+        """Dry friction of the model at signed velocities, and at positions (rad) as far as they are trusted; a magnitude."""
         speed, forward = np.abs(velocity), velocity >= 0
         dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
         if position is not None and self.place_shift_rad is not None:
             x = position - self.place_shift_rad
-            dry = dry + np.where(forward, *(of_place(self.model[0], way, speed, x) for way in (0, 1)))
+            there = np.where(forward, *(of_place(self.model[0], way, speed, x) for way in (0, 1)))
+            dry = dry + trust * there
         return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
 
-    def pushed_nm(self, position: np.ndarray) -> np.ndarray:
-        """Torque that the joint's place alone exerts on it at positions (rad), as far as that is known, N m."""
-        if self.place_shift_rad is None:
+    def pushed_nm(self, position: np.ndarray, trust: np.ndarray) -> np.ndarray:
+        """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted, N m."""
+        if self.place_shift_rad is None or not self.pushes:
             return np.zeros_like(position)
-        return of_conservative(self.model[0], position - self.place_shift_rad)
+        return np.asarray(trust * of_conservative(self.model[0], position - self.place_shift_rad))
 
     def unloaded_nm(self, velocity: np.ndarray, hand_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """Hand's and motor's torque together, less what the load of both adds to the friction at these velocities, N m."""
@@ -125,19 +137,22 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     policy = int(p["friction_policy"][axis])
     gated = limits.is_force_gated(policy)
     doubt_nm = max(0.0, least - float(p["friction_floor_nm"][axis]))
-    given = int(p["place_kind"][axis]) == PlaceUse.GIVEN
+    sliding_nm = float(p["friction_sliding_doubt_nm"][axis]) or doubt_nm
+    use = int(p["place_kind"][axis])
     return Deployed(
         model=one,
         inertia_kgm2=float(p["inertia_kgm2"][axis]),
         presliding_rad=float(p["presliding_rad"][axis]) / LENGTH_FACTOR,
         doubt_nm=doubt_nm,
-        sliding_doubt_nm=float(p["friction_sliding_doubt_nm"][axis]) or doubt_nm,
+        sliding_doubt_nm=sliding_nm,
+        place_doubt_nm=float(p["friction_place_doubt_nm"][axis]) or sliding_nm,
         gain=float(p["friction_gain"][axis]),
         viscous_gain=float(p["friction_viscous_gain"][axis]),
         cap_nm=limits.cap_in_force(
             gated, float(p["friction_cap_nm"][axis]), float(p["friction_ungated_cap_nm"][axis])
         ),
-        place_shift_rad=float(p["place_shift_rad"][axis]) if given else None,
+        place_shift_rad=float(p["place_shift_rad"][axis]) if use != PlaceUse.OFF else None,
+        pushes=use == PlaceUse.GIVEN or bool(p["conservative_judged"][axis]),
     )
 
 

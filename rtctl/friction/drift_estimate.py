@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.drift_strokes import COLUMNS, Strokes
+from rtctl.friction.drift_strokes import COLUMNS, Strokes, unpacked
 
 STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
@@ -58,13 +58,15 @@ class Estimate:
     """Sliding motion that this is from, s."""
     session_seconds: float
     """Part of it in the present session, s."""
+    place_trust: float
+    """Share by which the places of this motion were trusted, 0 to 1: by speed alone, to by place."""
 
 
 def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
     """Estimate from what is remembered; None with too few strokes in one of the directions."""
     table = _newest_sessions(strokes.table)
     n = table[:, 1]
-    zz, zy, yy = _unpacked(table)
+    zz, zy, yy = unpacked(table)
     forward = zz[:, 0, 1] > 0
     if min(int(forward.sum()), int((~forward).sum())) < STROKES_MIN:
         return None
@@ -107,18 +109,13 @@ def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
         strokes=clusters,
         seconds=float(n.sum()) / rate_hz,
         session_seconds=float(n[present].sum()) / rate_hz,
+        place_trust=float(table[:, 2].sum() / n.sum()),
     )
 
 
 def _newest_sessions(table: np.ndarray) -> np.ndarray:
     sessions = np.unique(table[:, 0])[-_SESSIONS:]
     return table[np.isin(table[:, 0], sessions)]
-
-
-def _unpacked(table: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Z'Z (n, c, c), Z'y (n, c), y'y (n,)."""
-    end = 2 + COLUMNS * COLUMNS
-    return table[:, 2:end].reshape(-1, COLUMNS, COLUMNS), table[:, end : end + COLUMNS], table[:, -1]
 
 
 def _solved(

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
+from rtctl.control.vocabulary import PlaceUse
 from rtctl.errors import DataError
 from rtctl.friction.drift_estimate import Estimate
 from rtctl.friction.drift_watch import AxisWatch, RigWatch
@@ -22,6 +23,7 @@ def over_ticks(
     names: Sequence[str],
     batches: Iterable[np.ndarray],
     table: DriftTable,
+    missing: Collection[str] = (),
 ) -> list[dict[str, Any]]:
     """Watch a whole recording; one map for each axis that can be watched.
 
@@ -33,6 +35,8 @@ def over_ticks(
         Of the axes.
     batches
         Ticks, in order.
+    missing
+        Fields of a tick that are not in the recording. Where it does not say which places were trusted, those that were given were.
 
     Returns
     -------
@@ -57,6 +61,8 @@ def over_ticks(
     for rows in batches:
         if not len(rows):
             continue
+        if "place_trust" in missing:
+            rows["place_trust"] = params["place_kind"] == PlaceUse.GIVEN
         watch.follow(rows)
         now_s = int(rows["time_ns"][-1]) * 1e-9
         first_s = now_s if first_s is None else first_s
@@ -99,4 +105,5 @@ def told(axis: AxisWatch) -> dict[str, Any]:
         },
         "seconds": found.seconds,
         "strokes": found.strokes,
+        "place_trust": found.place_trust,
     }

@@ -22,12 +22,15 @@ BELL_SIGMAS = 4.0
 
 @dataclass(frozen=True)
 class Rows:
-    """Rows of one axis, in order of time, shape (n,) each: rad, rad/s, rad/s^2, N m, and the number of the stroke they belong to."""
+    """Rows of one axis, in order of time, shape (n,) each: rad, rad/s, rad/s^2, N m, share by which the place is trusted, and the number of the
+    stroke they belong to.
+    """
 
     position: np.ndarray
     velocity: np.ndarray
     acceleration: np.ndarray
     torque: np.ndarray
+    trust: np.ndarray
     stroke: np.ndarray
 
 
@@ -70,8 +73,8 @@ class Sliding:
 
     def _restart(self) -> None:
         self._next = -1
-        self._x, self._tau = np.zeros(0), np.zeros(0)
-        self._filtered = np.zeros((0, 6))
+        self._bins = np.zeros((3, 0))
+        self._filtered = np.zeros((0, 7))
         self._from = math.nan
         self._sign = 0.0
         self._stroke += 1
@@ -86,29 +89,32 @@ class Sliding:
             if bins.number[part[0]] != self._next:
                 self._restart()
             self._next = int(bins.number[part[-1]]) + 1
-            found.append(self._stretch(bins.position_rad[part, axis], bins.torque_nm[part, axis]))
+            columns = (bins.position_rad, bins.torque_nm, bins.trust)
+            found.append(self._stretch(np.stack([column[part, axis] for column in columns])))
         if not found:
             none = np.zeros(0)
-            return Rows(none, none, none, none, np.zeros(0, int))
+            return Rows(none, none, none, none, none, np.zeros(0, int))
         return Rows(*(np.concatenate(parts) for parts in zip(*found, strict=True)))
 
-    def _stretch(self, x: np.ndarray, tau: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Rows of bins that follow those before without a gap."""
-        self._x, self._tau = np.concatenate([self._x, x]), np.concatenate([self._tau, tau])
+    def _stretch(self, bins: np.ndarray) -> tuple[np.ndarray, ...]:
+        """Rows of bins (3, n) that follow those before without a gap."""
+        self._bins = np.concatenate([self._bins, bins], axis=1)
+        x, tau, trust = self._bins
         width = 2 * self._half + 1
-        if len(self._x) >= width:
-            windows = np.lib.stride_tricks.sliding_window_view(self._x - self._x[0], width)
+        if len(x) >= width:
+            windows = np.lib.stride_tricks.sliding_window_view(x - x[0], width)
             position, velocity, acceleration = (windows @ self._kernel).T
-            torque = np.lib.stride_tricks.sliding_window_view(self._tau, width) @ self._kernel[:, 0]
-            fresh = self._strokes(np.column_stack([position + self._x[0], velocity, acceleration, torque]))
+            torque = np.lib.stride_tricks.sliding_window_view(tau, width) @ self._kernel[:, 0]
+            trust = trust[self._half : len(x) - self._half]
+            fresh = self._strokes(np.column_stack([position + x[0], velocity, acceleration, torque, trust]))
             speed = np.abs(fresh[:, 1])
             self.moved += int(((speed >= self._slowest) & (speed <= self._fastest)).sum())
             self._filtered = np.concatenate([self._filtered, fresh])
-            self._x, self._tau = self._x[1 - width :], self._tau[1 - width :]
+            self._bins = self._bins[:, 1 - width :]
         return self._decided(width)
 
     def _strokes(self, signals: np.ndarray) -> np.ndarray:
-        """Position, velocity, acceleration, torque, travel since the reversal, stroke, (n, 6); a reversal is a velocity that changes sign."""
+        """Position, velocity, acceleration, torque, trust, travel since the reversal, stroke, (n, 7); a reversal is a velocity that changes sign."""
         x, v = signals[:, 0], signals[:, 1]
         sign = np.sign(v)
         turns = sign != np.concatenate([[self._sign], sign[:-1]])
@@ -122,7 +128,7 @@ class Sliding:
         """Rows whose whole bell is known; the others stay."""
         signals = self._filtered
         if len(signals) < width:
-            return *np.zeros((4, 0)), np.zeros(0, int)
+            return *np.zeros((5, 0)), np.zeros(0, int)
         speed = np.abs(signals[:, 1])
         good = (speed >= self._slowest) & (speed <= self._fastest)
         # a run of one direction, fast enough, as long as the bell
@@ -130,6 +136,6 @@ class Sliding:
             np.where(good, np.sign(signals[:, 1]), 0.0), width
         ).sum(axis=1)
         middle = signals[self._half : len(signals) - self._half]
-        kept = middle[(np.abs(same) == width) & (middle[:, 4] >= self._settle)]
+        kept = middle[(np.abs(same) == width) & (middle[:, 5] >= self._settle)]
         self._filtered = signals[1 - width :]
-        return *kept[:, :4].T, kept[:, 5].astype(int)
+        return *kept[:, :5].T, kept[:, 6].astype(int)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from rtctl import state_file
-from rtctl.friction.drift_strokes import COLUMNS, PIECE_ROWS, ROWS_MIN, STROKES, SUMS
+from rtctl.friction.drift_strokes import PIECE_ROWS, ROWS_MIN, STROKES, SUMS, unpacked
 from rtctl.friction.drift_watch import AxisWatch
 
 NAME = "friction-drift.json"
@@ -68,14 +68,15 @@ def _table(rows: object) -> np.ndarray | None:
         return None
     if table.ndim != 2 or table.shape[1] != SUMS or not 0 < len(table) <= STROKES:
         return None
-    session, count = table[:, 0], table[:, 1]
-    squares = table[:, 2 : 2 + COLUMNS * COLUMNS].reshape(-1, COLUMNS, COLUMNS)
+    session, count, trust = table[:, :3].T
+    squares, _, _ = unpacked(table)
     sound = (
         (np.abs(table) <= _MOST_SUM).all()
         and (session >= 0).all()
         and (np.diff(session) >= 0).all()
         and (session <= _MOST_SESSIONS).all()
         and ((count >= ROWS_MIN) & (count <= 2 * PIECE_ROWS)).all()
+        and ((trust >= 0) & (trust <= count * (1 + 1e-9))).all()
         and (squares == squares.transpose(0, 2, 1)).all()
         and (np.linalg.eigvalsh(squares) >= -1e-9 * np.trace(squares, axis1=1, axis2=2)[:, None]).all()
     )

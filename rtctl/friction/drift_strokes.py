@@ -1,6 +1,6 @@
 """What is remembered of the motion: sums over each of the last strokes, in fixed memory.
 
-A row says  tau - J a - b v = m s F + d F + e J a + o + noise,  s = sgn v, F the model's dry friction, at its place where that is known: m is the factor of the
+A row says  tau - J a - b v = m s F + d F + e J a + o + noise,  s = sgn v, F the model's dry friction, at its place as far as that is trusted: m is the factor of the
 dry friction, d half of what the factors of the two directions differ by, e the share the inertia is off by, o the offset of the
 session (of the force sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
 standard errors clustered by stroke ask for.
@@ -16,8 +16,8 @@ from rtctl.friction.drift_sliding import Rows
 COLUMNS = 4
 """s F, F, J a, 1."""
 
-SUMS = 2 + COLUMNS * COLUMNS + COLUMNS + 1
-"""Numbers kept of a stroke: session, rows, Z'Z, Z'y, y'y."""
+SUMS = 3 + COLUMNS * COLUMNS + COLUMNS + 1
+"""Numbers kept of a stroke: session, rows, trust in their places, Z'Z, Z'y, y'y."""
 
 STROKES = 256
 """Strokes remembered at most."""
@@ -89,7 +89,7 @@ class Strokes:
                 self._close()
                 self._stroke = int(rows.stroke[stroke[0]])
             for piece in np.array_split(stroke, -(-len(stroke) // PIECE_ROWS)):
-                self._open += sums(z[piece], y[piece])
+                self._open += sums(z[piece], y[piece], rows.trust[piece])
                 if self._open[1] >= PIECE_ROWS:
                     self._close()
 
@@ -110,11 +110,17 @@ class Strokes:
 def regression(rows: Rows, by: Deployed) -> tuple[np.ndarray, np.ndarray]:
     """Columns (n, `COLUMNS`) and left side (n,) of the balance, N m."""
     v, inertia_nm = rows.velocity, by.inertia_kgm2 * rows.acceleration
-    dry = by.dry_nm(v, rows.position)
+    dry = by.dry_nm(v, rows.position, rows.trust)
     z = np.column_stack([np.sign(v) * dry, dry, inertia_nm, np.ones_like(v)])
     return z, rows.torque - inertia_nm - by.viscous_nms_rad(v) * v
 
 
-def sums(z: np.ndarray, y: np.ndarray) -> np.ndarray:
+def unpacked(table: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Z'Z (n, c, c), Z'y (n, c), y'y (n,) of sums (n, `SUMS`)."""
+    end = 3 + COLUMNS * COLUMNS
+    return table[:, 3:end].reshape(-1, COLUMNS, COLUMNS), table[:, end : end + COLUMNS], table[:, -1]
+
+
+def sums(z: np.ndarray, y: np.ndarray, trust: np.ndarray) -> np.ndarray:
     """The sums of rows, shape (`SUMS`,), of session 0."""
-    return np.concatenate([[0.0, len(y)], (z.T @ z).ravel(), z.T @ y, [y @ y]])
+    return np.concatenate([[0.0, len(y), trust.sum()], (z.T @ z).ravel(), z.T @ y, [y @ y]])

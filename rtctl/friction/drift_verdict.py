@@ -27,7 +27,9 @@ SESSION_S = 10.0
 
 def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
     """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says itself of sliding."""
-    return max(TOLD_SHARE * warn_share, min(warn_share, by.sliding_doubt_nm / found.dry_nm))
+    return max(
+        TOLD_SHARE * warn_share, min(warn_share, by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm)
+    )
 
 
 def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -> str:

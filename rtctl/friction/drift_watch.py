@@ -72,10 +72,11 @@ class AxisWatch:
         if self.strokes.taken == self._judged:
             return
         self._judged = self.strokes.taken
-        found = estimate(self.strokes, self.rate_hz)
-        if found is None:
+        found = self.found = estimate(self.strokes, self.rate_hz)
+        if (
+            found is None
+        ):  # what was told is of motion that is forgotten; what was warned of is not known to be gone
             return
-        self.found = found
         self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)
@@ -143,7 +144,9 @@ class RigWatch:
         self._sessions(moving)
         usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
         torque = self._torque(rows)
-        bins = self._binning(rows["tick"], usable, np.stack([rows["position_rad"], torque]))
+        bins = self._binning(
+            rows["tick"], usable, np.stack([rows["position_rad"], torque, rows["place_trust"]])
+        )
         faulty = bool((rows["faults"] != 0).any()) or not moving[-1]
         for a, axis in enumerate(self.axes):
             if axis is not None:
@@ -161,7 +164,7 @@ class RigWatch:
         for a, axis in enumerate(self.axes):
             if axis is not None:
                 torque[:, a] = axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])
-                torque[:, a] += axis.by.pushed_nm(rows["position_rad"][:, a])
+                torque[:, a] += axis.by.pushed_nm(rows["position_rad"][:, a], rows["place_trust"][:, a])
         return torque
 
     def _share(self, row: np.void, a: int) -> float:

@@ -50,8 +50,9 @@ class Guarantee:
     doubt_nm: float
     """How far below the learned curve friction may be, with what was measured of its error and its places, and the drift."""
     sliding_doubt_nm: float
-    """Doubt of sliding alone, without what is known to be off where the joint may stick, and of its places where the watch goes by them:
-    for the drift watch, no proof rests on it."""
+    """Doubt of sliding alone, without what is known to be off where the joint may stick: for the drift watch, no proof rests on it."""
+    place_doubt_nm: float
+    """The same without what places differ by, where the watch goes by them."""
     peak_nm: float
     """Largest dry friction that is ever compensated or credited."""
     length_rad: float
@@ -126,8 +127,9 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     sliding_nm = doubt_nm
     if model is not None and model.sliding_doubt_nm is not None:
         sliding_nm = min(doubt_nm, friction.drift_nm + model.sliding_doubt_nm)
-    if model is not None and model.place is not None and friction.place == "given":
-        sliding_nm = min(sliding_nm, friction.drift_nm + float(model.error_max_nm.max()))
+    place_nm = sliding_nm
+    if model is not None and model.place is not None:
+        place_nm = min(sliding_nm, friction.drift_nm + float(model.error_max_nm.max()))
     length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
@@ -140,6 +142,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         floor_nm=floor_nm,
         doubt_nm=doubt_nm,
         sliding_doubt_nm=sliding_nm,
+        place_doubt_nm=place_nm,
         peak_nm=peak_nm,
         length_rad=length_rad,
         length_source=source,

@@ -240,14 +240,11 @@ class FrictionModel:
         return max((part.period_rad for part in parts), default=0.0)
 
     @property
-    def place_waves_per_rad(self) -> float:
-        """Shortest of its waves per rad of the joint; 0 without."""
-        found = [0.0]
-        if self.place is not None:
-            found.append(self.place.orders / self.place.period_rad)
-        if self.conservative is not None:
-            found.append(float(self.conservative.orders.max()) / self.conservative.period_rad)
-        return max(found)
+    def place_waves_per_rad(self) -> tuple[float, float]:
+        """Shortest waves per rad of the joint, of friction and of the conservative part; 0 without."""
+        of_friction = 0.0 if self.place is None else self.place.orders / self.place.period_rad
+        part = self.conservative
+        return of_friction, 0.0 if part is None else float(part.orders.max()) / part.period_rad
 
     def record(self) -> np.ndarray:
         """Compiled record for the loop: shape (1,), dtype `MODEL`, look-up filled.

@@ -8,7 +8,7 @@ import pytest
 from rtctl.check import stability_report
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
-from tests.bench.drift import moved
+from tests.bench.drift_plants import moved
 from tests.bench.learned_by_place import learned_by_place
 
 CONFIGS = Path(__file__).parents[2] / "configs"

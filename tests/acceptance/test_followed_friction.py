@@ -9,7 +9,7 @@ from rtctl.control.compensation_limit import FACTOR_MOST
 from rtctl.friction.drift_watch import RigWatch
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
-from tests.bench.drift import MOTIONS, moved
+from tests.bench.drift_plants import MOTIONS, moved
 
 CHUNK_S, DRIFT_S = 1.0, 60.0
 PER_MIN = 0.01

@@ -1,6 +1,6 @@
 """False alarms and missed drifts of the watch over the friction: every plant of the mock's family, moved as people move.
 
-Each plant has a model of its own, measured on it as a lab does (the one with a slow device: that of the same joint with a quick one). Half of the time nothing drifts: every warning is false. Then dry
+Half of the time nothing drifts: every warning is false, and so is every fault of the energy accounts, in free motion (among them triangles), in a spring and at a wall. Then dry
 friction changes by a tenth, and what counts is the motion until that is told, and the factor after a minute of motion.
 """
 
@@ -8,61 +8,38 @@ from __future__ import annotations
 
 import math
 import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from hw import registry
 from hw.mock.family import FAMILY
-from rtctl.friction import artefact, truth
+from rtctl.control.vocabulary import Fault
+from rtctl.friction import truth
 from rtctl.friction.drift_deployed import Deployed
-from rtctl.friction.drift_watch import RigWatch
-from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.learn.point_evidence import with_evidence
-from rtctl.friction.points import mock as mock_points
-from rtctl.friction.points.reader import read_points
 from rtctl.rig_file.config import LoadedConfig, load
-from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import with_plant
-from tests.bench.learned_by_place import learned_by_place
+from tests.bench.drift_plants import (
+    BY_PLACE,
+    LOADED,
+    LOCAL,
+    MOTIONS,
+    SEEN,
+    WORLDS,
+    Hand,
+    Plant,
+    moved,
+    plant,
+    watched,
+)
 from tests.bench.row import Row
-
-Hand = Mapping[str, Any]
-
-MOTIONS: Mapping[str, Hand] = {
-    "swing": {"kind": "sine", "amplitude_rad": 0.3, "frequency_hz": 0.5},
-    "to and fro": {"kind": "triangle", "amplitude_rad": 0.3, "speed_rad_s": 0.2},
-    "slowly": {"kind": "triangle", "amplitude_rad": 0.1, "speed_rad_s": 0.05},
-    "exploring": {"kind": "sines", "sines": [[0.2, 0.23], [0.1, 0.61], [0.05, 1.37], [0.01, 2.9]]},
-    "wiggling": {"kind": "sines", "sines": [[0.03, 1.7], [0.012, 2.9], [0.05, 0.13]]},
-    "trembling": {"kind": "sines", "sines": [[0.008, 1.1], [0.004, 2.3], [0.001, 9.0]]},
-    "pushing": {"kind": "push", "amplitude_rad": 0.4, "speed_rad_s": 0.5, "hold_s": 0.4, "rest_s": 0.3},
-    "firmly": {
-        "kind": "sine",
-        "amplitude_rad": 0.2,
-        "frequency_hz": 1.2,
-        "stiffness_nm_rad": 40.0,
-        "damping_nms_rad": 0.3,
-    },
-}
-
-LOADED = "load-dependent"
-"""Its friction grows with the hand's own torque: what is told of it is no false alarm, and is counted by itself."""
-
-LOCAL = "harmonic-drive"
-"""Its friction differs by 18 % over the turn, and a hand works at one place: watched by speed alone the factor is that of the place."""
-
-BY_PLACE = f"{LOCAL}, by place"
-"""The same with a model by place, and an encoder that knows it."""
 
 DRIFTED = "drifted"
 CHUNK_S = 2.0
 MOVING_RAD_S = 0.03
 WARM_UP_S = 120.0
 MOTION_S = 60.0
+OF_ACCOUNT = int(Fault.PASSIVITY | Fault.PASSIVITY_GROSS)
 
 
 @dataclass
@@ -77,31 +54,37 @@ class Sum:
     missed: list[str] = field(default_factory=list)
     errors: list[float] = field(default_factory=list)
     silent: list[str] = field(default_factory=list)
+    of_account: list[str] = field(default_factory=list)
+    faults: list[str] = field(default_factory=list)
 
 
 def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text: None) -> list[Row]:
     """Watch `minutes` of motion without drift in all, then a tenth more and less on each plant and motion."""
-    names = [name for name in FAMILY if name != DRIFTED] + [BY_PLACE]
-    seconds = 60.0 * minutes / (len(names) * len(MOTIONS))
+    names = [name for name in FAMILY if name != DRIFTED] + [BY_PLACE, SEEN]
+    seconds = 60.0 * minutes / (len(names) * len(MOTIONS) * len(WORLDS))
     quiet, load_sum, local = Sum(), Sum(), Sum()
-    with tempfile.TemporaryDirectory() as folder:
-        for name in names:
-            plant = _plant(load(config), name, Path(folder))
-            into = {LOADED: load_sum, LOCAL: local}.get(name, quiet)
+    for name in names:
+        into = {LOADED: load_sum, LOCAL: local}.get(name, quiet)
+        with tempfile.TemporaryDirectory() as folder:
+            made = plant(load(config), name, Path(folder))
             for motion, hand in MOTIONS.items():
-                undrifted(moved(plant, hand), f"{name}, {motion}", seconds, into)
+                for seed, world in enumerate(WORLDS, 1):
+                    rig = Plant(moved(made.loaded, hand, seed=seed), made.places)
+                    undrifted(rig, f"{name}, {motion}, {world}", seconds, into, world)
                 if name != LOADED:
                     for factor in (0.9, 1.1):
-                        about = f"{name}, {motion}, x {factor:g}"
-                        _drifting(plant, hand, about, factor, local if name == LOCAL else quiet)
-            say(f"{name}: {len(into.alarms)} alarms so far, factors {_range(into.factors)}")
-    for text in (*quiet.alarms, *quiet.missed, *quiet.silent, *local.alarms, *local.missed):
-        say(text)
+                        _drifting(made, hand, f"{name}, {motion}, x {factor:g}", factor, into)
+        told = f"{len(into.told)} told, {len(into.missed)} missed"
+        say(f"{name}: {len(into.alarms)} alarms so far, factors {_range(into.factors)}, {told}")
+    for one in (quiet, local, load_sum):
+        of_drift = () if one is load_sum else (*one.alarms, *one.missed, *one.silent)
+        for text in (*of_drift, *one.of_account, *one.faults):
+            say(text)
     return _figures(quiet, load_sum, local)
 
 
 def _figures(quiet: Sum, load_sum: Sum, local: Sum) -> list[Row]:
-    hours = quiet.hours + local.hours
+    hours, every = quiet.hours + local.hours, (quiet, load_sum, local)
     beside = f"{hours:.1f} h simulated"
     drifts = f"{len(quiet.told) + len(quiet.missed)} drifts of a tenth"
 
@@ -110,6 +93,14 @@ def _figures(quiet: Sum, load_sum: Sum, local: Sum) -> list[Row]:
 
     return [
         row("false warnings", float(len(quiet.alarms) + len(local.alarms)), "1", beside, 0.0),
+        row(
+            "false faults of the energy accounts",
+            float(sum(len(one.of_account) for one in every)),
+            "1",
+            f"{sum(one.hours for one in every):.1f} h in {', '.join(WORLDS)}",
+            0.0,
+        ),
+        row("other faults", float(sum(len(one.faults) for one in every)), "1", "likewise", 0.0),
         row("false STOPs", float(len(quiet.stops) + len(local.stops)), "1", beside, 0.0),
         row("largest error of the factor, undrifted", _most_off(quiet.factors), "1", beside, 0.02),
         row(
@@ -156,55 +147,15 @@ def _range(factors: list[float]) -> str:
     return f"{min(factors):.3f} to {max(factors):.3f}" if factors else "none"
 
 
-def _plant(loaded: LoadedConfig, name: str, folder: Path) -> LoadedConfig:
-    """The plant with a model of its own; a servo at a slow device rings, and the shipped model is of this very friction."""
-    if name == BY_PLACE:
-        plant = with_plant(loaded, LOCAL)
-        return learned_by_place(moved(plant, {"kind": "none"}), plant, folder)
-    plant = with_plant(loaded, name)
-    return plant if FAMILY[name].device else _learned(plant, folder)
-
-
-def _learned(loaded: LoadedConfig, folder: Path) -> LoadedConfig:
-    """The plant with a model that was measured on it."""
-    points = folder / "points.csv"
-    mock_points.write_csv(mock_points.measure(loaded, levels=24, measurements=16), points)
-    measured = read_points(points)
-    model = with_evidence(fit_points(measured, rig=loaded.config.rig.name, epsilon_nm=0.002), measured)
-    path = folder / "model.json"
-    artefact.save(model, path)
-    axis = loaded.config.axis[0]
-    friction = axis.friction.model_copy(update={"model": str(path)})
-    changed = axis.model_copy(update={"friction": friction})
-    return loaded.model_copy(update={"config": loaded.config.model_copy(update={"axis": (changed,)})})
-
-
-def moved(loaded: LoadedConfig, hand: Hand, drift: list[list[float]] | None = None) -> LoadedConfig:
-    """The rig in another hand; `drift`: time (s), factors of dry and viscous friction."""
-    options = {**loaded.options, "hand": [{**one, **hand} for one in loaded.options["hand"]]}
-    if drift is not None:
-        options["axis"] = [{**one, "drift": {"points": drift}} for one in options["axis"]]
-    checked = registry.options_model("mock").model_validate(options, context={"n_axes": 1})
-    return loaded.model_copy(update={"options": checked.model_dump(mode="json")})
-
-
-def _watched(loaded: LoadedConfig) -> tuple[Simulation, RigWatch]:
-    simulation = Simulation(loaded)
-    watch = RigWatch(
-        simulation.plan.params, simulation.plan.model, [axis.friction.drift for axis in loaded.config.axis]
-    )
-    watch.follow(simulation.arm(compensation=1.0))
-    return simulation, watch
-
-
-def undrifted(loaded: LoadedConfig, name: str, seconds: float, into: Sum) -> None:
-    """Watch a rig whose friction is what was learned: every warning is false."""
-    simulation, watch = _watched(loaded)
+def undrifted(rig: Plant, name: str, seconds: float, into: Sum, world: str = "free") -> None:
+    """Watch a rig whose friction is what was learned: every warning is false, and every fault."""
+    simulation, watch = watched(rig.loaded, world, rig.places)
     (axis,) = watch.axes
     assert axis is not None
     warned = stopped = False
     for _ in range(math.ceil(seconds / CHUNK_S)):
-        watch.follow(simulation.run(CHUNK_S))
+        ticks = simulation.run(CHUNK_S)
+        watch.follow(ticks)
         if axis.warning and not warned:
             into.alarms.append(f"FALSE: {name}: {axis.warning}")
         if axis.stopped and not stopped:
@@ -212,16 +163,30 @@ def undrifted(loaded: LoadedConfig, name: str, seconds: float, into: Sum) -> Non
         warned, stopped = bool(axis.warning), bool(axis.stopped)
         if axis.found is not None:
             into.factors.append(axis.found.factor)
-    into.hours += seconds / 3600.0
+        into.hours += CHUNK_S / 3600.0
+        if faulty(ticks, name, into):
+            return
 
 
-def _drifting(plant: LoadedConfig, hand: Hand, name: str, factor: float, into: Sum) -> None:
+def faulty(ticks: np.ndarray, name: str, into: Sum) -> bool:
+    """Whether there was a fault, which ends it: the motor is off."""
+    faults = int(np.bitwise_or.reduce(ticks["faults"]))
+    if faults:
+        text = f"FAULT: {name}, tick {int(ticks['tick'][0])}: {Fault(faults)!r}"
+        (into.of_account if faults & OF_ACCOUNT else into.faults).append(text)
+    return bool(faults)
+
+
+def _drifting(plant: Plant, hand: Hand, name: str, factor: float, into: Sum) -> None:
     points = [[0.0, 1.0, 1.0], [WARM_UP_S, 1.0, 1.0], [WARM_UP_S + 0.01, factor, 1.0]]
-    simulation, watch = _watched(moved(plant, hand, points))
+    simulation, watch = watched(moved(plant.loaded, hand, points), places=plant.places)
     (axis,) = watch.axes
     assert axis is not None
     while simulation.time_s < WARM_UP_S:
-        watch.follow(simulation.run(CHUNK_S))
+        ticks = simulation.run(CHUNK_S)
+        watch.follow(ticks)
+        if faulty(ticks, name, into):
+            return
     if axis.found is None:
         into.silent.append(
             f"cannot tell: {name}: {axis.strokes.rows / axis.rate_hz:.0f} s of sliding in {WARM_UP_S:g} s"
@@ -235,9 +200,12 @@ def _drifting(plant: LoadedConfig, hand: Hand, name: str, factor: float, into: S
         velocities.append(ticks["velocity_rad_s"][:, 0].copy())
         moved_s += CHUNK_S * float((np.abs(velocities[-1]) > MOVING_RAD_S).mean())
         told = moved_s if told is None and axis.warning else told
-        if moved_s >= MOTION_S:
+        if faulty(ticks, name, into) or moved_s >= MOTION_S:
             break
-    wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant, axis.by, np.concatenate(velocities)))
+    if axis.found is None:
+        into.missed.append(f"MISSED: {name}: nothing is told any more after {moved_s:.0f} s of motion")
+        return
+    wanted = before * (1.0 + (factor - 1.0) * _dry_share(plant.loaded, axis.by, np.concatenate(velocities)))
     into.errors.append(abs(axis.found.factor - wanted))
     if told is None:
         into.missed.append(

@@ -37,7 +37,7 @@ from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import with_plant
-from tests.bench.drift import moved
+from tests.bench.drift_plants import moved
 from tests.bench.load_on_mock import SHIPPED, points
 
 WORLDS: Mapping[str, Mapping[str, Any]] = {

@@ -141,7 +141,7 @@ SEEDS = (
     ),
     Seed(
         "cogging follows the friction", "rtctl/check/law_plan.py",
-        "_fill_place(params[0], a, axis, learned)", "_fill_place(params[0], a, most, learned)", CHECK,
+        "fill_place(params[0], a, axis, learned)", "_fill_place(params[0], a, most, learned)", CHECK,
     ),
     Seed(
         "the certificate is of the friction as learned", "rtctl/check/stability_report.py",
@@ -150,7 +150,7 @@ SEEDS = (
     ),
     Seed(
         "a model's doubt of sticking hides a drift of sliding", "rtctl/friction/drift_verdict.py",
-        "by.sliding_doubt_nm / found.dry_nm", "by.doubt_nm / found.dry_nm",
+        "by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm", "by.doubt_nm / found.dry_nm",
         ("tests/unit/friction/test_drift.py::test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding",),
     ),
     Seed(

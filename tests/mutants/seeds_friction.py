@@ -53,6 +53,10 @@ GUARANTEE = ("tests/unit/friction/test_guarantee.py",)
 
 SEEDS = (
     Seed(
+        "sessions know what they share as if their mean were known", "rtctl/friction/learn/certainty.py",
+        "max(len(names) - 1, FREEDOM_MIN)", "len(names)", ("tests/unit/friction/test_bands.py",),
+    ),
+    Seed(
         "the feed-forward gives what the device's velocity alone allows", "rtctl/control/feedforward.py",
         "    if speed != abs(encoder):\n", "    if v != v:\n", VELOCITY,
     ),
@@ -237,7 +241,7 @@ SEEDS = (
     ),
     Seed(
         "friction is watched from the reversal on", "rtctl/friction/drift_sliding.py",
-        "(middle[:, 4] >= self._settle)", "(middle[:, 4] >= 0.0)", DRIFT,
+        "(middle[:, 5] >= self._settle)", "(middle[:, 5] >= 0.0)", DRIFT,
     ),
     Seed(
         "all sessions share one offset", "rtctl/friction/drift_watch.py",

@@ -75,12 +75,51 @@ SEEDS = (
         ("tests/unit/hw/test_mock_points.py::test_a_joint_that_swings_on_is_waited_for",),
     ),
     Seed(
+        "a factor is told of motion that is long forgotten", "rtctl/friction/drift_watch.py",
+        "found = self.found = estimate(self.strokes, self.rate_hz)",
+        "found = estimate(self.strokes, self.rate_hz)\n        self.found = found or self.found", DRIFT,
+    ),
+    Seed(
         "the watch by place takes the encoder's 0 for the model's", "rtctl/friction/drift_deployed.py",
         "x = position - self.place_shift_rad", "x = position", BY_PLACE,
     ),
     Seed(
-        "a place that no encoder is said to know is watched by", "rtctl/friction/drift_deployed.py",
-        "== PlaceUse.GIVEN", "!= PlaceUse.OFF", BY_PLACE,
+        "a place is watched by whether it is trusted or not", "rtctl/friction/drift_strokes.py",
+        "by.dry_nm(v, rows.position, rows.trust)", "by.dry_nm(v, rows.position)", BY_PLACE,
+    ),
+    Seed(
+        "a ripple is taken off whether its place is trusted or not", "rtctl/friction/drift_deployed.py",
+        "trust * of_conservative", "of_conservative", BY_PLACE,
+    ),
+    Seed(
+        "a ripple that no one can see keeps the places from being trusted", "rtctl/check/place_plan.py",
+        "(max(of_friction, of_part) if judged else of_friction)", "max(of_friction, of_part)",
+        ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "a ripple that no one has seen is compensated", "rtctl/check/place_plan.py",
+        "if known and model", "if model", ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "a place is doubted by what motion at another one cannot tell", "rtctl/control/place_trust.py",
+        "way * _telling(s, p, axis) *", "way *", ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "the watch by place doubts as the one by speed does", "rtctl/friction/drift_deployed.py",
+        "self.sliding_doubt_nm + trust * (self.place_doubt_nm - self.sliding_doubt_nm)", "self.sliding_doubt_nm", BY_PLACE,
+    ),
+    Seed(
+        "trust of the newest stroke counts for all of them", "rtctl/friction/drift_estimate.py",
+        "float(table[:, 2].sum() / n.sum())", "float(table[-1, 2] / n[-1])", BY_PLACE,
+    ),
+    Seed(
+        "an old recording of a given place is watched by speed", "rtctl/friction/drift_recorded.py",
+        'if "place_trust" in missing:', "if False:", BY_PLACE,
+    ),
+    Seed(
+        "the tick tells what is seen against a given place as trust", "rtctl/control/law.py",
+        "t.place_trust[axis] = place_trust(s, p, axis)", "t.place_trust[axis] = s.place_evidence[axis]",
+        ("tests/unit/control/test_place_trust.py",),
     ),
     Seed(
         "the ripple pushes the other way", "rtctl/friction/drift_watch.py",
@@ -92,7 +131,7 @@ SEEDS = (
     ),
     Seed(
         "what places differ by hides a drift at each of them", "rtctl/friction/guarantee.py",
-        'and friction.place == "given"', "and False", BY_PLACE,
+        "if model is not None and model.place is not None:", "if False:", BY_PLACE,
     ),
     Seed(
         "a curve by place is trusted by the curve of speed's errors", "rtctl/friction/learn/places.py",

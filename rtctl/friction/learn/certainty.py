@@ -36,6 +36,9 @@ def of_mean(values: np.ndarray, blocks: np.ndarray | None = None) -> float:
     return float(np.sqrt(float(off @ off) * n / (n - 1)) / len(values))
 
 
+FREEDOM_MIN = 2
+"""Degrees of freedom that two blocks are taken for: by the one that they have, another lies within 12.7 standard errors, a band that no one would use."""
+
 BLOCKS_MIN = 5
 """Fewest blocks that know their own spread well enough to choose by."""
 
@@ -54,8 +57,8 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> flo
 
     Notes
     -----
-    An error is what its block shares and what is its own. Of the own part there are many; the shared one is known by as few numbers as there are blocks, so that its
-    quantile is Student's with as many degrees of freedom: it is held out, so its mean is 0 already.
+    An error is what its block shares and what is its own. Of the own part there are many; the shared one is known by as few numbers as there are blocks, one of which
+    is spent: each is held against the mean of the others. So its quantile is Student's of blocks - 1 degrees of freedom (`FREEDOM_MIN` at least).
     """
     from scipy.stats import norm, t
 
@@ -70,7 +73,7 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> flo
         float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
     )
     shared, side = min(shared, whole), 0.5 * (1 + level)
-    others, own_ones = float(t.ppf(side, len(names))), float(norm.ppf(side))
+    others, own_ones = float(t.ppf(side, max(len(names) - 1, FREEDOM_MIN))), float(norm.ppf(side))
     return math.sqrt(others**2 * shared + own_ones**2 * (whole - shared))
 
 

@@ -1,22 +1,29 @@
 """Compensation by place: trusted as far as the force sensor sees it, and a spring that no account pays for."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 from law_rig import LawRig, T, of_rows
 
+from rtctl.check.law_plan import build
+from rtctl.check.place_plan import fill_place
 from rtctl.control.feedforward import compensated_magnitude
 from rtctl.control.jit import records
 from rtctl.control.place_trust import judge_place, place_trust
 from rtctl.control.records import HELD, MODEL, new_records
 from rtctl.control.vocabulary import PlaceUse, Policy
+from rtctl.friction import artefact
 from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
 
 JUDGE = of_rows(judge_place)
 COGGING = Harmonics(0.5, np.array([1.0, 3.0]), np.array([0.02, 0.0]), np.array([0.0, 0.01]))
 SWING = 0.05
+CONFIGS = Path("configs")
 
 
 def model_of(wave_nm=SWING, part=None):
@@ -35,17 +42,17 @@ def model_of(wave_nm=SWING, part=None):
 class Judged:
     """An axis that slides to and fro over 3 rad, and what its force sensor sees."""
 
-    def __init__(self, use, shift=0.0, noise=0.002, drift=0.0):
+    def __init__(self, use, shift=0.0, noise=0.002, drift=0.0, part=COGGING):
         params, state, _, _ = new_records(1)
-        self.rows = records(new_ticks(1, 1)), records(state), records(params), model_of(part=COGGING)
+        self.rows = records(new_ticks(1, 1)), records(state), records(params), model_of(part=part)
         self.t, self.s, self.p, self.model = (array[0] for array in self.rows)
         self.p["place_kind"][0], self.p["place_length_rad"][0], self.p["place_speed_rad_s"][0] = (
             int(use),
             math.pi,
             1.0,
         )
-        self.p["observer_alpha"][0] = 0.1
-        self.shift, self.noise, self.drift = shift, noise, drift
+        self.p["observer_alpha"][0], self.p["conservative_judged"][0] = 0.1, 1
+        self.shift, self.noise, self.drift, self.part = shift, noise, drift, part
         self.random = np.random.default_rng(5)
 
     def slide(self, strokes, rows=400, reach=3.0):
@@ -56,7 +63,8 @@ class Judged:
                 x = reach * (share if d > 0 else 1 - share)
                 at = x - self.shift
                 friction = 0.3 * (1 + self.drift) + SWING * math.cos(at)
-                seen = d * friction - float(COGGING(np.array(at))) + self.noise * self.random.normal()
+                pushed = 0.0 if self.part is None else float(self.part(np.array(at)))
+                seen = d * friction - pushed + self.noise * self.random.normal()
                 self.s["position_rad"][0], self.t["velocity_rad_s"][0] = x, 0.3 * d
                 self.s["bristle_share"][0], self.s["friction_observed_nm"][0] = d, seen
                 JUDGE(*self.rows, 0, d * reach / rows)
@@ -106,6 +114,50 @@ def test_until_its_place_is_known_the_feedforward_goes_by_the_weakest():
         truth = 0.3 + SWING * np.cos(places)
         assert (np.array(found) <= truth + 1e-12).all()  # never more than there is
         assert found[0] == pytest.approx(0.25 + trust * 2 * SWING)
+
+
+def test_a_ripple_that_passes_too_quick_to_be_seen_keeps_no_place_from_being_judged():
+    axis = Judged(PlaceUse.SEEN)
+    axis.p["conservative_judged"][0] = 0
+    axis.model["conservative"] *= -1.0  # as wrong as it can be
+    assert axis.slide(9) > 0.95
+    loaded = load(CONFIGS / "mock-places.toml")
+    model = artefact.load(CONFIGS / "friction" / "mock-places.json")
+    quick = replace(model, conservative=replace(model.conservative, orders=49.0 * model.conservative.orders))
+    bandwidth_rad_s = build(loaded).params["observer_bandwidth_rad_s"]
+    for found, place, judged, gain in (
+        (model, "seen", 1, 0.95),
+        (quick, "seen", 0, 0.0),
+        (quick, "given", 0, 0.95),
+    ):
+        axis = loaded.config.axis[0]
+        axis = axis.model_copy(update={"friction": axis.friction.model_copy(update={"place": place})})
+        p = new_records(1)[0][0]
+        p["observer_bandwidth_rad_s"] = bandwidth_rad_s
+        fill_place(p, 0, axis, found)
+        assert p["place_speed_rad_s"][0] > 0.3
+        assert (p["conservative_judged"][0], p["conservative_gain"][0]) == (judged, gain)
+
+
+def test_a_motion_at_one_place_says_little_of_all_of_them():
+    steep = 1.5
+    axis = Judged(PlaceUse.SEEN, steep, part=None)
+    axis.p["place_trough_nm"][0], axis.p["place_shift_rad"][0] = SWING, steep
+    assert axis.slide(40) > 0.9
+    axis.noise = 0.05  # drowns what the place does there
+    before = axis.slide(0)
+    assert axis.slide(60, reach=0.3) > 0.5 * before
+    wrong = Judged(PlaceUse.SEEN, math.pi)
+    wrong.p["place_trough_nm"][0], wrong.s["place_evidence"][0] = SWING, 1.0
+    assert wrong.slide(16) < 0.05
+
+
+@pytest.mark.parametrize(("use", "trust"), [(PlaceUse.OFF, 0.0), (PlaceUse.SEEN, 0.3), (PlaceUse.GIVEN, 0.7)])
+def test_the_tick_tells_what_is_trusted(use, trust):
+    rig = LawRig(friction_policy=int(Policy.HYBRID), place_kind=int(use))
+    rig.state["place_evidence"] = 0.3  # that it is there, or against what was given
+    rig.tick(0.0)
+    assert rig["place_trust"] == pytest.approx(trust)
 
 
 def test_the_conservative_part_is_compensated_beside_the_account_of_friction():

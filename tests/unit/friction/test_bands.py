@@ -13,7 +13,7 @@ from rtctl.friction.band import Band
 from rtctl.friction.document import checksum, render
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.learn import bands, certainty, fit, ladder
-from rtctl.friction.learn.foretold import Foretold
+from rtctl.friction.learn.foretold import SESSIONS_MIN, Foretold
 from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.report.judge import faults, judge
 from rtctl.rig_file.config import load
@@ -55,7 +55,7 @@ def test_it_holds_on_sessions_that_were_not_learned_from():
     assert 0.9 <= np.mean(shares) <= 0.99
 
 
-@pytest.mark.parametrize(("sessions_", "least"), [(2, 0.84), (3, 0.9), (4, 0.9), (8, 0.9)])
+@pytest.mark.parametrize(("sessions_", "least"), [(2, 0.84), (3, 0.93), (4, 0.93), (8, 0.93)])
 def test_few_sessions_that_differ_know_little_of_the_next(sessions_, least):
     rng, shares = np.random.default_rng(7), []
     speed = np.geomspace(0.02, 2.0, 40)
@@ -72,10 +72,10 @@ def test_few_sessions_that_differ_know_little_of_the_next(sessions_, least):
     assert least <= np.mean(shares) <= 0.99
 
 
-@pytest.mark.parametrize("wear", [0.0, 0.01])
-@pytest.mark.parametrize("known", [4, 6, 8])
+@pytest.mark.parametrize("wear", [0.0, 0.01, 0.02])
+@pytest.mark.parametrize("known", [3, 4, 6, 8])
 def test_it_holds_on_the_next_session_of_friction_that_wears(known, wear):
-    """Days that differ by 3 %, and wear of 1 % a day or none: as `tests.bench.next_session`, drawn 200 times."""
+    """Days that differ by 3 %, and wear of 2 % a day, 1 %, or none: as `tests.bench.next_session`, drawn 200 times."""
     rng, shares = np.random.default_rng(11), []
     speed = np.geomspace(0.02, 2.0, 20)
     for _ in range(200):
@@ -88,7 +88,7 @@ def test_it_holds_on_the_next_session_of_friction_that_wears(known, wear):
             Foretold(np.tile(speed, len(at)), np.concatenate(off), np.repeat(at, len(speed)))
             for at, off in ((every, held_out), (late, ahead))
         ]
-        band = bands.of_both(*errors, "log")
+        band = bands.of_both(errors[0], errors[1] if known >= SESSIONS_MIN else None, "log")
         shares.append(band.holds(speed, points[known] - points[:known].mean()).mean())
     assert 0.9 <= np.mean(shares) <= 0.99
 

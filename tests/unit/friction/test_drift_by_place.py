@@ -1,6 +1,7 @@
 """The watch over the friction where the model and the encoder know the place: a hand that works at one place, a gear's ripple."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from rtctl.control.vocabulary import PlaceUse
 from rtctl.friction import artefact
 from rtctl.friction.drift_deployed import deployed
 from rtctl.friction.drift_place import of_conservative, of_place
+from rtctl.friction.drift_recorded import over_ticks, told
 from rtctl.friction.drift_watch import RigWatch
 from rtctl.friction.guarantee import guarantee
 from rtctl.rig_file.config import load
@@ -38,7 +40,8 @@ def placed():
     cells = len(row["conservative"])
     edge = 0.03 * np.sin(2 * np.pi * np.arange(cells + 1) / cells)
     row["conservative"][:, 0], row["conservative"][:, 1] = edge[:-1], np.diff(edge)
-    params["place_kind"], params["place_shift_rad"] = PlaceUse.GIVEN, SHIFT_RAD
+    params["place_kind"], params["place_shift_rad"] = PlaceUse.SEEN, SHIFT_RAD
+    params["conservative_judged"] = 1
     return params, model
 
 
@@ -77,21 +80,59 @@ def seen(rows, params, model):
 def test_a_hand_at_one_place_is_told_the_factor_of_the_model_by_place(placed, factor):
     joint = Joint(factor=factor, sines=((0.25, 0.5), (0.03, 1.3)))
     (rows,) = ticks_of([joint], 40.0)
+    rows["place_trust"] = 1.0
     axis = seen(at_their_place(rows, placed, factor), *placed)
     assert abs(axis.found.factor - factor) < 0.012
     assert (
         abs(axis.found.offset_nm - joint.offset) < 0.01
     )  # what the place pushes with is no offset of the sensor
     assert bool(axis.warning) == (factor != 1.0)
+    assert axis.found.place_trust == told(axis)["place_trust"] == 1.0
+    rows["place_trust"] = 0.0  # a place that the law does not trust: by speed alone
+    by_speed = seen(rows, *placed).found
+    assert abs(by_speed.factor - factor) > 0.05
+    assert by_speed.place_trust == 0.0
+
+
+def test_a_place_is_gone_by_as_far_as_it_is_trusted_and_what_is_left_is_in_the_doubt(placed):
+    (rows,) = ticks_of([Joint(sines=((0.25, 0.5), (0.03, 1.3)))], 90.0)
+    rows = at_their_place(rows, placed, 1.0)
+    rows["place_trust"][:, 0] = np.clip(
+        np.arange(len(rows)) / len(rows) * 3 - 1, 0, 1
+    )  # learned while it is watched
     params = placed[0].copy()
-    params["place_kind"] = PlaceUse.SEEN  # whose index the host does not know: by speed alone, as before
-    by_speed = seen(rows, params, placed[1])
-    assert abs(by_speed.found.factor - factor) > 0.05
+    params["friction_sliding_doubt_nm"], params["friction_place_doubt_nm"] = 0.06, 0.006
+    rig, found = RigWatch(params, placed[1], [DriftTable()]), []
+    (axis,) = rig.axes
+    for k in range(0, len(rows), 800):
+        rig.follow(rows[k : k + 800])
+        if axis.found is not None:
+            found.append((axis.found.place_trust, axis.found.factor))
+            doubt_nm = axis.by.doubt_of_sliding_nm(axis.found.place_trust)
+            assert doubt_nm == pytest.approx(0.06 - 0.054 * axis.found.place_trust)
+    trust, factor = np.array(found).T
+    assert (np.diff(trust) > -1e-9).all()
+    assert trust[0] == 0.0
+    assert trust[-1] > 0.99
+    assert abs(factor[-1] - 1.0) < 0.012 < abs(factor[0] - 1.0)
+    assert (np.abs(factor - 1.0) < (1.02 - trust) * abs(factor[0] - 1.0) + 0.02).all()
+
+
+def test_a_recording_of_before_the_trust_was_told_goes_by_what_was_given(placed):
+    (rows,) = ticks_of([Joint(sines=((0.25, 0.5), (0.03, 1.3)))], 40.0)
+    rows = at_their_place(rows, placed, 1.0)
+    for use, trust in ((PlaceUse.GIVEN, 1.0), (PlaceUse.SEEN, 0.0)):
+        params = placed[0].copy()
+        params["place_kind"] = use
+        (found,) = over_ticks(params, placed[1], ["joint"], [rows.copy()], DriftTable(), ["place_trust"])
+        assert found["place_trust"] == trust
+    (found,) = over_ticks(params, placed[1], ["joint"], [rows], DriftTable())
+    assert found["place_trust"] == 0.0
 
 
 def test_what_was_kept_by_another_place_is_of_another_joint(placed):
     here = deployed(*placed, 0).identity
-    for name, value in (("place_kind", PlaceUse.SEEN), ("place_shift_rad", 0.0)):
+    for name, value in (("place_kind", PlaceUse.OFF), ("place_shift_rad", 0.0)):
         params = placed[0].copy()
         params[name] = value
         assert deployed(params, placed[1], 0).identity != here
@@ -102,13 +143,9 @@ def test_the_doubt_of_a_watch_by_place_is_not_that_of_its_places():
     axis = load("configs/mock-places.toml").config.axis[0]
     model = artefact.load(SHIPPED)
     places_nm = float(model.place_spread_nm.max())
-    by_place = guarantee(axis, model)
-    by_speed = guarantee(
-        axis.model_copy(update={"friction": axis.friction.model_copy(update={"place": "seen"})}), model
-    )
-    assert by_speed.sliding_doubt_nm >= places_nm > 0.05
-    assert by_place.sliding_doubt_nm == pytest.approx(
-        axis.friction.drift_nm + float(model.error_max_nm.max())
-    )
-    assert by_place.doubt_nm == by_speed.doubt_nm  # what proofs rest on is as it was
-    assert by_place.floor_nm == by_speed.floor_nm
+    sure = guarantee(axis, model)
+    assert sure.sliding_doubt_nm >= places_nm > 0.05
+    assert sure.place_doubt_nm == pytest.approx(axis.friction.drift_nm + float(model.error_max_nm.max()))
+    assert sure.doubt_nm >= places_nm  # what proofs rest on has the places in it
+    plain = guarantee(axis, replace(model, place=None))
+    assert plain.place_doubt_nm == plain.sliding_doubt_nm

@@ -26,14 +26,15 @@ def with_its_bristles(name):
 
 def watched(plant, motion, seconds):
     found = drift.Sum()
-    drift.undrifted(drift.moved(with_its_bristles(plant), drift.MOTIONS[motion]), "", seconds, found)
+    rig = drift.Plant(drift.moved(with_its_bristles(plant), drift.MOTIONS[motion]), {})
+    drift.undrifted(rig, "", seconds, found)
     return found
 
 
 @pytest.mark.parametrize("i", range(len(PLANTS)), ids=PLANTS)
 def test_nothing_is_told_of_a_joint_that_is_as_it_was_learned(i):
     found = watched(PLANTS[i], PEOPLE[i % len(PEOPLE)], 50.0)
-    assert found.alarms == found.stops == []
+    assert found.alarms == found.stops == found.of_account == found.faults == []
     assert found.factors, "it was moved enough to be told"
     assert 0.95 < min(found.factors) <= max(found.factors) < 1.03
 

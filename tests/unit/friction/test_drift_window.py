@@ -23,7 +23,7 @@ def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
         kept = strokes[moved] = Strokes(200)
         for k in range(120):
             v = np.full(5, 0.3 if k % 2 else -0.3)
-            kept.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, moved)
+            kept.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, moved)
     assert strokes[5].rows == 200
     assert strokes[60].rows < 200  # two windows of motion: 400 rows of it, and never fewer than these
     assert len(strokes[60].table) == len(strokes[500].table) == KEPT_STROKES
@@ -31,7 +31,7 @@ def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
     again.take_up(strokes[5].table)
     v = np.full(5, 0.3)
     for k in range(3):
-        again.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), np.full(5, k)), by, 500)
+        again.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, 500)
     assert len(again.table) == KEPT_STROKES
 
 
@@ -51,6 +51,20 @@ def test_a_joint_that_hardly_slides_is_told_of_a_tenth_within_a_minute_of_motion
     assert axis.strokes.rows < 20 * axis.rate_hz  # of 60 s of motion
     assert told_s < 50.0
     assert abs(axis.found.factor - 1.1) < 0.02
+
+
+def test_a_joint_that_is_turned_one_way_only_is_not_told_by_what_it_was_before():
+    """Friction and an offset of the sensor are the same thing there, and the strokes back are forgotten after a window of sliding."""
+    to_and_fro, on = ticks_of([Joint(factor=1.12), Joint(sines=((60.0, 0.0008),), factor=0.7)], 50.0)
+    on["tick"] += len(to_and_fro)
+    rig = watch()
+    (axis,) = rig.axes
+    rig.follow(to_and_fro)
+    assert abs(axis.found.factor - 1.12) < 0.02
+    assert axis.warning
+    rig.follow(on)
+    assert axis.found is None
+    assert axis.warning, "nothing says that it is gone"
 
 
 def loaded(rows, load):

@@ -61,6 +61,7 @@ def test_a_warning_comes_and_goes_as_one_event_each_and_stands_in_health_between
         "offset_nm",
         "seconds",
         "strokes",
+        "place_trust",
         "followed",
         "adapting",
     }
