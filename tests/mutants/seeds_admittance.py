@@ -34,7 +34,7 @@ SEEDS = (
         "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",
         "        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]\n", "        s.mass_helped_share[axis] = 1.0\n",
         (
-            "tests/unit/control/test_disturbance_observer.py::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
+            "tests/unit/control/test_observer_at_rest.py::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
         ),
     ),
     Seed(

@@ -102,7 +102,7 @@ SEEDS = (
         "    if not is_resting(s, p, axis):\n        s.observer_end[axis] =",
         "    if True:\n        s.observer_end[axis] =",
         (
-            "tests/unit/control/test_disturbance_observer.py::test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved",
+            "tests/unit/control/test_observer_at_rest.py::test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved",
         ),
     ),
     Seed(

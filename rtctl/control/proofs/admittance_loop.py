@@ -211,8 +211,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         w1 = w1 + quick * (moved[:, V] - w1)
         behind = w1 - w2
         q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
-        w_q = 2 * math.pi * loop.observer_hz
-        inertia = (1 + loop.observer_excess) * loop.inertia_kgm2
+        w_q, inertia = 2 * math.pi * loop.observer_hz, (1 + loop.observer_excess) * loop.inertia_kgm2
         helps = loop.observer_gain * (q2 - inertia * w_q * behind - loop.viscous_nms_rad * w2)
     else:
         q1 = w1 = q2 = w2 = helps
@@ -220,11 +219,10 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     calms = np.where(at.bristle > 0, loop.rest_damping_nms_rad, 0.0)[:, None]
     weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + calms + b_e) + T * T * k_e
     share, quick = loop.feedforward, lowpass_alpha(loop.feedforward_lowpass_hz, T)
-    follow = lowpass_alpha(loop.rest_hz, T)
     for _ in range(n):
         v_before = v_r
         v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r + calms * calm)) / weight
-        x_r, calm = x_r + T * v_r, calm + follow * (v_r - calm)
+        x_r, calm = x_r + T * v_r, calm + lowpass_alpha(loop.rest_hz, T) * (v_r - calm)
         asked = loop.inertia_kgm2 * (v_r - v_before) / T + loop.told_viscous_nms_rad * v_r - felt
         ahead = ahead + quick * (asked - ahead)
         sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x)

@@ -12,12 +12,10 @@ from rtctl.control.disturbance_observer import (
     SLOW_SHARE,
     SMOOTHING,
     TARGET_AT_REST,
-    _beside_a_mass,
-    _turning,
     observer_torque,
 )
 from rtctl.control.velocity import lowpass_alpha
-from rtctl.control.vocabulary import Display, Fault, Policy, State
+from rtctl.control.vocabulary import Fault, Policy, State
 
 HZ = 20.0
 LATE = 3
@@ -294,31 +292,3 @@ def test_without_a_coefficient_it_is_off():
     rig = settled(observer_gain=0.0)
     assert rig["friction_observed_nm"] == pytest.approx(0.2, rel=1e-3), "it may watch without acting"
     assert rig["observer_torque_nm"] == 0.0
-
-
-def test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved():
-    """As a function of the bristles it would be a spring that comes late."""
-    rig = LawRig()
-    rig.state["bristle_share"] = -0.8
-    assert _turning(rig.state[0], rig.params[0], 0) == pytest.approx(0.8)
-    rig.state["rest_ticks"] = 100
-    for share in (0.1, -0.5, 1.0):
-        rig.state["bristle_share"] = share
-        assert _turning(rig.state[0], rig.params[0], 0) == pytest.approx(0.8)
-    rig.state["rest_ticks"] = 0
-    assert _turning(rig.state[0], rig.params[0], 0) == 1.0
-
-
-def test_where_a_virtual_mass_is_shown_it_goes_and_stays_away():
-    """What acts on a joint that sticks it would add to, as an integrator: mass and joint leapt to and fro."""
-    rig = LawRig(rest_alpha=lowpass_alpha(2.0, T))
-
-    def after(seconds, display):
-        rig.state["display_kind"] = int(display)
-        for _ in range(round(seconds / T)):
-            share = _beside_a_mass(rig.state[0], rig.params[0], 0)
-        return share
-
-    assert after(0.01, Display.IMPEDANCE) == 1.0
-    assert after(0.02, Display.ADMITTANCE) == pytest.approx(math.exp(-2 * math.pi * 2.0 * 0.02), rel=1e-4)
-    assert after(1.0, Display.ADMITTANCE) < 1e-4
