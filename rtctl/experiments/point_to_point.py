@@ -85,7 +85,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
         f"{case.name}: angle in mrad over time in s, PD and PID with each friction model. {order.shown_run}"
     )
     name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_mrad"
-    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
+    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0, order.motion))
 
 
 EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)

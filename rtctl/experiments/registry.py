@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from rtctl.errors import ConfigError
 from rtctl.experiments import on_rig
 from rtctl.experiments.order import Order
-from rtctl.experiments.report import Outcome
+from rtctl.experiments.report import Outcome, in_units_of
 
 Run = Callable[[Order], Outcome]
 
@@ -45,9 +45,9 @@ class Experiment:
                     f"{order.loaded.path}: {self.name} runs on the simulated rig alone; add --simulate. On the loop "
                     "of a rig run free-motion, spring, point-to-point and tracking"
                 )
-            return self.on_rig(order)
+            return in_units_of(self.on_rig(order), order.motion)
         found: Run = importlib.import_module(f"rtctl.experiments.{self.module}").run
-        return found(order)
+        return in_units_of(found(order), order.motion)
 
 
 EXPERIMENTS: dict[str, Experiment] = {

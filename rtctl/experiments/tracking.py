@@ -84,7 +84,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
         panels.append((f"{controller}: error [mrad]", lines))
     caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. {order.shown_run}"
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
-    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
+    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0, order.motion))
 
 
 EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)

@@ -10,8 +10,8 @@ SEEDS = (
     Seed(
         "a speed that is not a number is quiet",
         "rtctl/experiments/still_hand.py",
-        "not self.speed_rad_s <= SHAKES_RAD_S",
-        "self.speed_rad_s > SHAKES_RAD_S",
+        "not self.speed_rad_s <= most_rad_s",
+        "self.speed_rad_s > most_rad_s",
         POLICIES,
     ),
     Seed(
