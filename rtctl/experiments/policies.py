@@ -64,9 +64,7 @@ def tanh(speed_rad_s: float) -> Change:
 
     def change(simulation: Simulation) -> None:
         simulation.params["friction_policy"] = int(Policy.TANH)
-        simulation.params["friction_tanh_rad_s"] = sizes.own(
-            "tanh_rad_s", speed_rad_s, simulation.motion
-        )
+        simulation.params["friction_tanh_rad_s"] = sizes.own("tanh_rad_s", speed_rad_s, simulation.motion)
 
     return change
 
@@ -170,7 +168,9 @@ def _shown(pictures: list[Picture], tables: list[Table]) -> tuple[Picture | Tabl
 def _explanation(motion: str) -> str:
     stiff = [sizes.own("stiffness_nm_rad", k, motion) for k, _ in still_hand.HANDS]
     damped = [sizes.own("damping_nms_rad", b, motion) for _, b in still_hand.HANDS]
-    hunts, shakes = (1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, still_hand.SHAKES_RAD_S))
+    hunts, shakes = (
+        1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, still_hand.SHAKES_RAD_S)
+    )
     return (
         "Each policy gets the rig file's gain and model, and over each motion the reduction of the RMS torque of the hand "
         "against no compensation. Hands off: RMS speed 1 to 5 s after the hand let go at full speed; above "

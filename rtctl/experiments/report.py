@@ -127,10 +127,11 @@ def in_units_of(outcome: Outcome, motion: str) -> Outcome:
     return reworded(own, lambda text: words(text, motion))
 
 
-def _with_keys(document: Any, say: Callable[[str], str]) -> Any:
-    if isinstance(document, Mapping):
-        return {say(str(key)): _with_keys(value, say) for key, value in document.items()}
-    return document
+def _with_keys(numbers: Mapping[str, Any], say: Callable[[str], str]) -> dict[str, Any]:
+    return {
+        say(str(key)): _with_keys(value, say) if isinstance(value, Mapping) else value
+        for key, value in numbers.items()
+    }
 
 
 def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> Path:

@@ -27,8 +27,12 @@ STIFF_NMS_RAD = 2.0
 
 def led(simulation: Simulation) -> None:
     """Let a stiff hand lead the joint along its wish."""
-    simulation.plant_params["hand_stiffness_nm_rad"] = sizes.own("stiffness_nm_rad", STIFF_NM_RAD, simulation.motion)
-    simulation.plant_params["hand_damping_nms_rad"] = sizes.own("damping_nms_rad", STIFF_NMS_RAD, simulation.motion)
+    simulation.plant_params["hand_stiffness_nm_rad"] = sizes.own(
+        "stiffness_nm_rad", STIFF_NM_RAD, simulation.motion
+    )
+    simulation.plant_params["hand_damping_nms_rad"] = sizes.own(
+        "damping_nms_rad", STIFF_NMS_RAD, simulation.motion
+    )
 
 
 WAYS: dict[str, Change] = {"same hand": virtual.unchanged, "same path": led}

@@ -6,7 +6,8 @@ motion made smaller by one factor, in place and speed alike: periods stay.
 
 from __future__ import annotations
 
-from hw.motion import at_handle
+from hw.motion import at_handle, words
+from rtctl.errors import ConfigError
 from rtctl.rig_file.config import LoadedConfig
 
 USED_SHARE = 0.8
@@ -18,18 +19,25 @@ def own(name: str, number: float, motion: str) -> float:
     return number * at_handle(name) if motion == "linear" else number
 
 
-def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float, *, one_sided: bool = False) -> float:
-    """Factor of motions that reach so far from where the first axis starts, at this speed at most, on a joint with room for them.
+def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> float:
+    """Factor of motions that, on a joint with room for them, reach so far from where the first axis starts, at this speed at most.
 
-    Parameters
-    ----------
-    one_sided
-        They go to the positive side alone.
+    Raises
+    ------
+    ConfigError
+        It starts at an end of its travel.
     """
     axis = loaded.config.axis[0]
     start_rad = float(loaded.options["axis"][0]["start_position_rad"])
     up, down = axis.position_max_rad - start_rad, start_rad - axis.position_min_rad
+    if not min(up, down) > 0:
+        said = (
+            f"{loaded.path}: device[0].options.axis[0].start_position_rad {start_rad:g}: the experiments move to both sides of it, and position_min_rad to "
+            f"position_max_rad are {axis.position_min_rad:g} to {axis.position_max_rad:g} rad; let it start nearer to the middle"
+        )
+        raise ConfigError(words(said, axis.motion))
     factor = own("reach_rad", 1.0, axis.motion)
-    left_rad = USED_SHARE * (up if one_sided else min(up, down))
-    left_rad_s = USED_SHARE * axis.velocity_limit_rad_s
-    return min(factor, left_rad / reach_rad, left_rad_s / speed_rad_s)
+    left = [USED_SHARE * min(up, down) / reach_rad]
+    if speed_rad_s > 0:
+        left.append(USED_SHARE * axis.velocity_limit_rad_s / speed_rad_s)
+    return min(factor, *left)

@@ -134,7 +134,9 @@ def _loops(runs: dict[str, Run], motion: str) -> Picture:
         plot.plot(angle, one.truth["hand_torque_nm"][:, 0], linewidth=0.8, label=name)
     ends = np.array(plot.get_xlim())
     stiffness = _stiffness(next(iter(runs.values())).simulation)
-    plot.plot(ends, stiffness * ends, "k--", linewidth=1, label=words(f"desired, {stiffness:.3g} N m/rad", motion))
+    plot.plot(
+        ends, stiffness * ends, "k--", linewidth=1, label=words(f"desired, {stiffness:.3g} N m/rad", motion)
+    )
     figures.label(plot, "angle from rest [rad]", "torque of the hand [N m]")
     plot.legend(fontsize="small")
     caption = (

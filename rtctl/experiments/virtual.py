@@ -71,9 +71,7 @@ class Motion:
     def on(self, loaded: LoadedConfig) -> Motion:
         """The same motion on the first axis of a rig, as large as it has room for, with the same period."""
         factor = sizes.scale(loaded, abs(self.amplitude_rad), self.top_rad_s)
-        return replace(
-            self, amplitude_rad=factor * self.amplitude_rad, speed_rad_s=factor * self.speed_rad_s
-        )
+        return replace(self, amplitude_rad=factor * self.amplitude_rad, speed_rad_s=factor * self.speed_rad_s)
 
     def apply(self, simulation: Simulation) -> None:
         """Make the simulated hand do it, around where the joint starts."""

@@ -188,6 +188,4 @@ class Simulation:
             last = parts[-1][-1]
             if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
                 return np.concatenate(parts)
-        raise FaultError(
-            f"not armed after {ARM_PATIENCE_S:g} simulated s: state {state_and_cause(last)}"
-        )
+        raise FaultError(f"not armed after {ARM_PATIENCE_S:g} simulated s: state {state_and_cause(last)}")
