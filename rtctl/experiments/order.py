@@ -48,7 +48,7 @@ class Order:
 
     @property
     def motion(self) -> str:
-        """Of the first axis, "rotary" or "linear"."""
+        """Motion of the first axis, "rotary" or "linear"."""
         return self.loaded.config.axis[0].motion
 
     @property

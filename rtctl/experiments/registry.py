@@ -35,7 +35,7 @@ class Experiment:
     on_rig: Run | None = None
     in_papers: bool = True
     of_joints: bool = False
-    """Its numbers are those of a joint: it refuses a linear axis."""
+    """True of one whose numbers are those of a joint: it refuses a linear axis."""
     hands_off: bool = False
     """On the loop it moves by itself, with nobody at the handle."""
 

@@ -99,7 +99,7 @@ class Simulation:
             )
         self._loaded = loaded
         self.motion = loaded.config.axis[0].motion
-        """Of the first axis, "rotary" or "linear"."""
+        """Motion of the first axis, "rotary" or "linear"."""
         self.plan: Plan = build(loaded)
         plant_params, plant_state = plant_records(loaded.options, loaded.config.hardware())
         self.plant_params, self.plant_state = records(plant_params), records(plant_state)
