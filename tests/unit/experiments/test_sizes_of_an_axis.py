@@ -1,34 +1,26 @@
 """Experiments on a carriage and on a joint of short travel: motions that fit, units of the axis, errors that say why."""
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from rtctl.control.vocabulary import Fault, State, state_and_cause
 from rtctl.errors import ConfigError, DataError
 from rtctl.experiments import (
-    identification,
-    models,
     point_to_point,
     policies,
-    positioning,
     registry,
     sizes,
-    spring,
     still_hand,
     tracking,
     virtual,
 )
-from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.report import Outcome, Part, in_units_of
-from rtctl.experiments.virtual import FAST_SINE, PUSH, SLOW_TRIANGLE, Variant
+from rtctl.experiments.virtual import FAST_SINE, PUSH, SLOW_TRIANGLE
 from rtctl.friction.report.tables import Table
-from rtctl.identify.settings import Settings, settings_of
 from rtctl.plain_data import as_data
 from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
@@ -82,17 +74,6 @@ def test_a_rig_that_starts_at_an_end_is_refused_by_the_key(mock, carriage):
         PUSH.on(narrow(carriage, 0.0, 1.0))
 
 
-@pytest.mark.parametrize("rig", ["carriage", "short"])
-def test_every_motion_of_the_hand_is_measured_without_a_fault(mock, carriage, rig):
-    loaded = carriage if rig == "carriage" else narrow(mock, -0.2, 0.2)
-    for motion in MOTIONS:
-        run = virtual.measure(loaded, 0, motion, Variant("on"))
-        moved = float(np.ptp(run.truth["position_rad"][:, 0]))
-        assert 0.2 * motion.on(loaded).amplitude_rad < moved
-    assert not still_hand.held(loaded, 0, Variant("on"), 5.0, 0.1).stopped
-    assert np.isfinite(spring._figures(spring._measure(Order(loaded), 0, Variant("on")))["error_rms_nm"])
-
-
 def test_a_hand_nobody_told_holds_a_carriage_as_at_its_handle_and_a_told_one_as_told(carriage):
     told = virtual.make(carriage, 0).plant_params["hand_stiffness_nm_rad"][0, 0]
     table = carriage.config.device[0]
@@ -115,40 +96,10 @@ def test_thresholds_and_names_of_policies_are_those_of_the_axis():
     assert "500 to 50000 N m/rad" in policies._explanation("linear")
 
 
-@pytest.mark.parametrize("rig", ["carriage", "short"])
-@pytest.mark.parametrize("experiment", [point_to_point, tracking])
-def test_references_stay_within_the_travel_and_are_followed(mock, carriage, rig, experiment):
-    loaded = carriage if rig == "carriage" else narrow(mock, -0.2, 0.2)
-    order, axis = Order(loaded, seeds=1), loaded.config.axis[0]
-    none = Compared("none", np.zeros(1, models.MODEL), float("nan"), "-")
-    cases = experiment.cases_of(order)
-    assert all(
-        axis.position_min_rad < end < axis.position_max_rad for case in cases for end in case.range_rad
-    )
-    largest = max(cases, key=lambda case: case.range_rad[1])
-    run = positioning.follow_once(order, 0, "PID", largest, none)
-    assert np.abs(run.position_rad - largest.reference[:, 0])[-50:].max() < 0.5 * largest.range_rad[1]
-
-
 def test_steps_of_a_carriage_are_named_in_mm(carriage):
     names = [case.name for case in point_to_point.cases_of(Order(carriage))]
     assert names[0] == "step 1 mm"
     assert tracking.cases_of(Order(carriage))[-1].name == "triangle 50 mm/s"
-
-
-def test_an_identification_of_a_carriage_has_the_defaults_of_its_own(carriage, monkeypatch):
-    asked = []
-
-    def fewer(loaded, given):
-        asked.append(settings_of(loaded, given))
-        return replace(asked[-1], train_levels=3, test_levels=2, measurements=2, spots=2, warm_up_s=1.0)
-
-    monkeypatch.setattr(identification, "settings_of", fewer)
-    kept = identification.measured(carriage, 1)
-    assert asked[0].speed_max_rad_s == pytest.approx(0.2)
-    assert asked[0].speed_max_rad_s < Settings().speed_max_rad_s
-    assert (kept.of("train").motion, kept.of("test").motion) == ("linear", "linear")
-    assert kept.of("train").branch(1)[1].max() == pytest.approx(8.0, rel=0.2)
 
 
 def test_a_page_of_a_carriage_speaks_in_its_units_and_a_joint_s_is_left_alone():
