@@ -5,7 +5,9 @@ Integer enums, because compiled functions compare integers; every other place sh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum, IntFlag
+from typing import Any
 
 from rtctl.control.environments.kind import CENTER as CENTER
 from rtctl.control.environments.kind import STIFFNESS as STIFFNESS
@@ -153,6 +155,14 @@ class Fault(IntFlag):
     FORCE_CLIPPED = 1 << 29
     FORCE_OFFSET = 1 << 30
     OFF_AXIS = 1 << 31
+
+
+def state_and_cause(tick: Mapping[str, Any]) -> str:
+    """State of a tick for people, with the first fault that led there: "FAULT by JUMP"."""
+    state, first, now = State(int(tick["state"])).name, int(tick["fault_first"]), Fault(int(tick["faults"]))
+    if first >= 0:
+        return f"{state} by {Fault(1 << first).name}"
+    return f"{state}, faults {now!r}" if now else state
 
 
 class Reaction(IntEnum):

@@ -8,7 +8,8 @@ from functools import partial
 import numpy as np
 
 from rtctl.control.vocabulary import Environment
-from rtctl.experiments import admittance_findings, admittance_runs, admittance_tables, virtual
+from rtctl.errors import ConfigError
+from rtctl.experiments import admittance_findings, admittance_runs, admittance_tables, sizes, virtual
 from rtctl.experiments.admittance_findings import (
     CERTIFIED,
     DAMPING_SHARES,
@@ -29,11 +30,29 @@ from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.certificate import is_rigid, stiffest_hand_nm_rad
 
 TITLE = "Admittance display"
+LARGEST_RAD = 0.3
+"""Largest amplitude of a hand's wish: the fast sine's, and the slowest of `admittance_runs.FELT_HZ`."""
+
+
+def _require_joint(order: Order) -> None:
+    """Refuse an axis whose room its hands and worlds do not fit. Raises ConfigError."""
+    axis, path = order.loaded.config.axis[0], order.loaded.path
+    if axis.motion == "linear":
+        raise ConfigError(
+            f"{path}: axis[0].motion: the hands and worlds of this experiment are those of a joint; run free-motion, spring or policies on "
+            "a carriage, and rtctl check for its admittance"
+        )
+    if sizes.scale(order.loaded, LARGEST_RAD) < 1.0:
+        raise ConfigError(
+            f"{path}: axis[0].position_min_rad to position_max_rad: the hands of this experiment move by up to {LARGEST_RAD:g} rad to "
+            "either side of the start; give it a rig with more travel"
+        )
 
 
 def run(order: Order) -> Outcome:
     """Run it on the first axis of the simulated rig. Raises ConfigError, DataError."""
     order.require_simulated("admittance")
+    _require_joint(order)
     loaded, shown = order.loaded, admittance_runs.usual(order.loaded)
     light = replace(shown, damping_nms_rad=LIGHT_DAMPING * loaded.config.axis[0].viscous_nms_rad)
     left = _left(order, light)

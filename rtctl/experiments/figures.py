@@ -9,9 +9,11 @@ import numpy as np
 
 from rtctl import pictures
 from rtctl.experiments.statistics import Estimate
+from rtctl.friction.report.figures import speak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 WIDTH = 10.0
 
@@ -26,7 +28,15 @@ Lines = Mapping[str, tuple[np.ndarray, np.ndarray]]
 """Name of each line -> (x, y)."""
 
 
-def stacked(panels: Sequence[tuple[str, Lines]], x: str, height: float = 2.4) -> bytes:
+def png(figure: Figure, motion: str) -> bytes:
+    """The picture, its labels in the units of this motion."""
+    speak(figure, motion)
+    return pictures.png(figure)
+
+
+def stacked(
+    panels: Sequence[tuple[str, Lines]], x: str, height: float = 2.4, motion: str = "rotary"
+) -> bytes:
     """Draw panels above each other over one x axis; each is (y label with unit, lines)."""
     figure = pictures.blank(WIDTH, height * len(panels) + 0.6)
     plots = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
@@ -39,11 +49,16 @@ def stacked(panels: Sequence[tuple[str, Lines]], x: str, height: float = 2.4) ->
         name: handle for plot in plots for handle, name in zip(*plot.get_legend_handles_labels(), strict=True)
     }
     figure.legend(named.values(), named.keys(), loc="outside upper center", ncols=4, fontsize="small")
-    return pictures.png(figure)
+    return png(figure, motion)
 
 
 def bars(
-    groups: Mapping[str, Mapping[str, Estimate]], x: str, *, scale: float = 1.0, log: bool = False
+    groups: Mapping[str, Mapping[str, Estimate]],
+    x: str,
+    *,
+    scale: float = 1.0,
+    log: bool = False,
+    motion: str = "rotary",
 ) -> bytes:
     """Draw horizontal bars with confidence intervals, one panel per group: group -> bar -> estimate."""
     names = list(next(iter(groups.values())))
@@ -61,4 +76,4 @@ def bars(
             plot.set_xscale("log")
         label(plot, x, "", title)
     plots[0].invert_yaxis()
-    return pictures.png(figure)
+    return png(figure, motion)

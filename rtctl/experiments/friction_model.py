@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtctl.experiments import models
+from rtctl.experiments import identification, models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
@@ -63,6 +63,8 @@ def _tests(order: Order) -> list[FrictionPoints]:
 
 def other_points(loaded: LoadedConfig, seed: int) -> FrictionPoints:
     """Points of the simulated rig with this seed's noise, at speeds between those of the training points."""
+    if loaded.config.axis[0].motion == "linear":
+        return identification.measured(loaded, seed).of("test")
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed}})
     rows = [
         (p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count)
@@ -136,7 +138,7 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
     counts = {name: [len(one.limit) for one in evidence.of(name)] for name in families}
     said = ", ".join(f"{name} {' and '.join(map(str, count))}" for name, count in counts.items())
     text = (
-        f"{len(evidence.points.branch(1)[0])} training and {TEST_LEVELS + 1} other points in each direction, each the mean of "
+        f"{len(evidence.points.branch(1)[0])} training and {len(tests[0].branch(1)[0])} other points in each direction, each the mean of "
         f"100 measurements. Support vectors (v >= 0 and v < 0): {said}. Bi found 29 and 27 with the RBF and 10 and 9 with the "
         "spline kernel, of 54; the values of its tables are not published in a form that can be compared."
     )

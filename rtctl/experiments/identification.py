@@ -26,7 +26,7 @@ from rtctl.identify.bias import Bias
 from rtctl.identify.measurement_order import Known, Task
 from rtctl.identify.place_rows import Row
 from rtctl.identify.session import Point, identify
-from rtctl.identify.settings import Settings, rig_of, without_feedforward
+from rtctl.identify.settings import Settings, rig_of, settings_of, without_feedforward
 from rtctl.identify.simulated import drive
 from rtctl.identify.tick_readings import Measurement
 from rtctl.rig_file.config import LoadedConfig
@@ -54,6 +54,7 @@ class Kept:
     """Store of an identification that keeps its points and nothing else."""
 
     points: list[Point] = field(default_factory=list)
+    motion: str = "rotary"
 
     def has(self, _task: Task) -> bool:
         """Nothing is there before."""
@@ -99,7 +100,8 @@ class Kept:
             for one in self.points
             if one.use == use
         ]
-        return FrictionPoints.from_rows(rows, f"identified on the simulated rig, to {use}", "")
+        points = FrictionPoints.from_rows(rows, f"identified on the simulated rig, to {use}", "")
+        return replace(points, motion=self.motion)
 
 
 def run(order: Order) -> Outcome:
@@ -128,12 +130,17 @@ def run(order: Order) -> Outcome:
     return outcome(seeds, found)
 
 
-def measured(loaded: LoadedConfig, seed: int, settings: Settings) -> Kept:
-    """Points of one identification of the simulated rig, in this process."""
-    again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed}})
+def measured(loaded: LoadedConfig, seed: int, settings: Settings | None = None) -> Kept:
+    """Points of one identification of the simulated rig, in this process; by the defaults of `rtctl identify`, unless told otherwise.
+
+    Nobody holds the axis.
+    """
+    settings = settings or settings_of(loaded, {})
+    hands = [{**hand, "kind": "none"} for hand in loaded.options["hand"]]
+    again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed, "hand": hands}})
     again = without_feedforward(again)
     settings = replace(settings, seed=seed)
-    rig, kept = rig_of(again, settings), Kept()
+    rig, kept = rig_of(again, settings), Kept(motion=loaded.config.axis[0].motion)
     steps = identify(rig, settings, kept, lambda *_: None, lambda _text: None)
     drive(Simulation(again), steps, rig.axis)
     return kept
@@ -143,7 +150,7 @@ def repeat(
     loaded: LoadedConfig, seed: int, settings: Settings | None = None, families: Sequence[str] = FAMILIES
 ) -> list[dict[str, Any]]:
     """One identification and its ladder: a row per rung that was not refused, then one of the chosen rung."""
-    kept = measured(loaded, seed, settings or Settings())
+    kept = measured(loaded, seed, settings)
     train, test = kept.of("train"), kept.of("test")
     options = ladder.Options(
         families=tuple(families), strategy="full", symmetric="no", backend="sequential", n_jobs=1

@@ -11,6 +11,7 @@ import numpy as np
 
 from rtctl.control.records import MODEL
 from rtctl.errors import DataError
+from rtctl.experiments.identification import measured
 from rtctl.experiments.order import Order
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.ladder import Ladder
@@ -60,6 +61,8 @@ def points_of(order: Order) -> FrictionPoints:
             "points_train.csv with --points"
         )
     order.progress(0.0, "measuring friction")
+    if order.motion == "linear":
+        return measured(order.loaded, int(order.loaded.options.get("seed", 0))).of("train")
     rows = [
         (p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count)
         for p in mock_points.measure(order.loaded)

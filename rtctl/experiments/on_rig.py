@@ -70,7 +70,10 @@ def _outcome(
         "energy of the hand, mJ",
         "least energy of the port, mJ",
     )
-    shown = (_picture(name, runs, wanted), Table("Measured on the loop, one run.", header, rows))
+    shown = (
+        _picture(name, runs, wanted, order.motion),
+        Table("Measured on the loop, one run.", header, rows),
+    )
     numbers = {
         "phases": {
             phase: {"rms_nm": left[phase], "ticks": len(one["time_ns"])} for phase, one in runs.items()
@@ -95,7 +98,7 @@ def _row(phase: str, one: Columns, left_nm: float) -> tuple[str, ...]:
     )
 
 
-def _picture(name: str, runs: Runs, wanted: dict[str, np.ndarray]) -> Picture:
+def _picture(name: str, runs: Runs, wanted: dict[str, np.ndarray], motion: str) -> Picture:
     def time_s(one: Columns) -> np.ndarray:
         seconds: np.ndarray = 1e-9 * (one["time_ns"] - one["time_ns"][0])
         return seconds
@@ -108,7 +111,9 @@ def _picture(name: str, runs: Runs, wanted: dict[str, np.ndarray]) -> Picture:
         "Torque of the hand in N m (force sensor) and angle in rad over time in s since the phase began."
     )
     panels = [("hand torque [N m]", force), ("angle [rad]", place)]
-    return Picture(f"{name.replace('-', '_')}_on_rig", caption, figures.stacked(panels, "time [s]"))
+    return Picture(
+        f"{name.replace('-', '_')}_on_rig", caption, figures.stacked(panels, "time [s]", motion=motion)
+    )
 
 
 def _ticks(runs: Runs) -> dict[str, bytes]:

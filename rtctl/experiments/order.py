@@ -47,6 +47,11 @@ class Order:
     """Plant of the mock's family that stands in the rig file's place; empty: the rig file's own."""
 
     @property
+    def motion(self) -> str:
+        """Motion of the first axis, "rotary" or "linear"."""
+        return self.loaded.config.axis[0].motion
+
+    @property
     def repetitions(self) -> int:
         """Runs of everything."""
         return self.seeds if self.simulate else 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.motion import unit, words
 from rtctl.control.vocabulary import Shape
 from rtctl.experiments import comparison, figures, positioning
 from rtctl.experiments.models import Compared
@@ -15,7 +16,7 @@ from rtctl.friction.report.page import Picture
 
 TITLE = "Point-to-point positioning"
 STEPS_RAD = (0.01, 0.03, 0.1, 0.2, -0.03, -0.1)
-DRAWN = ("step 10 mrad", "step 100 mrad")
+DRAWN_RAD = (0.01, 0.1)
 SECONDS = 1.5
 REST_S = 0.2
 """The steady-state error is the mean over the last of these seconds."""
@@ -38,18 +39,28 @@ FIGURES = {
 
 def cases_of(order: Order) -> list[Case]:
     """Every step."""
-    return [_case(order, step) for step in STEPS_RAD]
+    factor = _factor(order)
+    return [_case(order, factor * step) for step in STEPS_RAD]
+
+
+def _factor(order: Order) -> float:
+    return positioning.scale(order, max(map(abs, STEPS_RAD)))
+
+
+def _name(order: Order, step_rad: float) -> str:
+    return words(f"step {1e3 * step_rad:g} mrad", order.motion)
 
 
 def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
-    pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN))
+    drawn = [_name(order, _factor(order) * step) for step in DRAWN_RAD]
+    pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, drawn))
     return comparison.outcome(WORDS, FIGURES, order, compared, found, Part("Step responses", shown=pictures))
 
 
 def _case(order: Order, step_rad: float) -> Case:
     reference = np.zeros((round(SECONDS * order.loaded.config.loop.rate_hz), 3))
     reference[:, 0] = step_rad
-    return Case(f"step {1e3 * step_rad:g} mrad", reference, Shape.STEP, step_rad)
+    return Case(_name(order, step_rad), reference, Shape.STEP, step_rad)
 
 
 def judge(case: Case, run: Followed) -> dict[str, float]:
@@ -84,8 +95,8 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
     caption = (
         f"{case.name}: angle in mrad over time in s, PD and PID with each friction model. {order.shown_run}"
     )
-    name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_mrad"
-    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
+    name = f"point_to_point_{abs(1e3 * case.reference[-1, 0]):g}_{unit('mrad', order.motion)}"
+    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0, order.motion))
 
 
 EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)

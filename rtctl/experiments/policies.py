@@ -11,9 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import words
 from rtctl.control.vocabulary import Policy
 from rtctl.errors import DataError
-from rtctl.experiments import figures, policies_on_family, still_hand, virtual
+from rtctl.experiments import figures, policies_on_family, report, sizes, still_hand, virtual
+from rtctl.experiments.free_motion import HUNTS_RAD_S
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.seeds import over_seeds
@@ -27,8 +29,8 @@ from rtctl.simulation.closed_loop import Simulation
 TITLE = "Policies of friction compensation"
 DEFAULT = "hybrid + observer (default)"
 COARSE = {8000: 32, 2000: 64}
-"""Counts per turn of coarse encoders, with the window that their velocity needs."""
-HUNTS_RAD_S = 1e-3
+"""Counts per turn of coarse encoders, with the window that their velocity needs; of a carriage as at its handle."""
+TANH_RAD_S = (".02", ".25")
 FED_J = -1e-6
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 
@@ -45,15 +47,16 @@ class Judged:
     figures: Measured
     still: Still
 
-    def faults(self) -> list[str]:
-        """What is wrong: speed by the mean over the seeds, energy by the worst of them; NaN: the rig was stopped."""
+    def faults(self, motion: str = "rotary") -> list[str]:
+        """What is wrong on an axis of this motion: speed by the mean over the seeds, energy by the worst of them; NaN: the rig was stopped."""
         speed, energy = self.figures["speed_after_release_rad_s"], self.figures["hand_energy_min_j"]
+        most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, motion)
         found = {
             "stopped by a fault": not np.isfinite(energy).all(),
-            "hunts or runs": not speed.mean() <= HUNTS_RAD_S,
+            "hunts or runs": not speed.mean() <= most_rad_s,
             "feeds the hand": energy.min() < FED_J,
         }
-        return [text for text, true in found.items() if true] + self.still.faults()
+        return [text for text, true in found.items() if true] + self.still.faults(motion)
 
 
 def tanh(speed_rad_s: float) -> Change:
@@ -61,7 +64,7 @@ def tanh(speed_rad_s: float) -> Change:
 
     def change(simulation: Simulation) -> None:
         simulation.params["friction_policy"] = int(Policy.TANH)
-        simulation.params["friction_tanh_rad_s"] = speed_rad_s
+        simulation.params["friction_tanh_rad_s"] = sizes.own("tanh_rad_s", speed_rad_s, simulation.motion)
 
     return change
 
@@ -78,8 +81,10 @@ POLICIES: dict[str, Change] = {
     "lugre observer": policies_on_family.lugre_observer,
     "sign": alone(Policy.SIGN),
     "deadband": alone(Policy.DEADBAND),
-    "tanh .02 rad/s": virtual.both(tanh(0.02), virtual.with_observer(0.0)),
-    "tanh .25 rad/s": virtual.both(tanh(0.25), virtual.with_observer(0.0)),
+    **{
+        f"tanh {text} rad/s": virtual.both(tanh(float(text)), virtual.with_observer(0.0))
+        for text in TANH_RAD_S
+    },
     "dither": alone(Policy.DITHER),
     "intent": alone(Policy.INTENT),
     "stop": alone(Policy.STOP),
@@ -96,7 +101,7 @@ def coarse(counts: int) -> Change:
     """Put a coarse encoder on the link."""
 
     def change(simulation: Simulation) -> None:
-        count_rad = 2 * math.pi / counts
+        count_rad = sizes.own("count_rad", 2 * math.pi / counts, simulation.motion)
         simulation.plant_params["count_rad"] = count_rad
         for name in ("count_rad", "velocity_band_rad"):
             simulation.params[name] = count_rad
@@ -121,7 +126,7 @@ def run(order: Order) -> Outcome:
     tables, pictures = [], []
     numbers: dict[str, Any] = {}
     quiet = {rig: set(POLICIES) for rig in RIGS}
-    end = 1.0 if order.plant else 1 - FAMILY_SHARE
+    end = 1.0 if order.plant or order.motion == "linear" else 1 - FAMILY_SHARE
     for at, (rig, change) in enumerate(RIGS.items()):
         part = order.part(end * at / len(RIGS), end * (at + 1) / len(RIGS))
         off = {motion.name: _hand(order, motion, Variant("off", 0.0, change)) for motion in MOTIONS}
@@ -129,30 +134,49 @@ def run(order: Order) -> Outcome:
         for number, (name, policy) in enumerate(POLICIES.items()):
             part(number / len(POLICIES), f"{rig}: {name}")
             found[name] = _policy(order, off, Variant(name, 1.0, virtual.both(change, policy)))
-        quiet[rig] -= {name for name, one in found.items() if one.faults()}
+        quiet[rig] -= {name for name, one in found.items() if one.faults(order.motion)}
         tables.append(_table(order, rig, found))
-        pictures.append(_picture(at, rig, found))
-        numbers[rig] = {name: _numbers(one) for name, one in found.items()}
-    parts = [Part("Side by side", (_explanation(),), _shown(pictures, tables))]
+        pictures.append(_picture(order, at, rig, found))
+        numbers[rig] = {name: _numbers(one, order.motion) for name, one in found.items()}
+    parts = [Part("Side by side", (_explanation(order.motion),), _shown(pictures, tables))]
     body: dict[str, Any] = {"rigs": numbers}
-    if not order.plant:
+    if not (order.plant or order.motion == "linear"):  # the plants are joints
         family, body["family"] = policies_on_family.part(order, order.part(end, 1.0))
         parts.append(family)
     order.progress(1.0, "policies")
-    return Outcome("policies", TITLE, _key(quiet, numbers), tuple(parts), (), body)
+    outcome = Outcome("policies", TITLE, _key(quiet, numbers), tuple(parts), (), body)
+    return report.reworded(outcome, lambda text: own_names(text, order.motion))
+
+
+def own_names(text: str, motion: str) -> str:
+    """A text with the names of policies and encoders as they are on an axis of this motion."""
+    if motion != "linear":
+        return text
+    for speed in TANH_RAD_S:
+        own_m_s = sizes.own("tanh_rad_s", float(speed), motion)
+        text = text.replace(f"tanh {speed} rad/s", words(f"tanh {own_m_s:g} m/s", motion))
+    for counts in COARSE:
+        step_m = sizes.own("count_rad", 2 * math.pi / counts, motion)
+        text = text.replace(f"encoder of {counts} counts", f"encoder with steps of {1e6 * step_m:.0f} um")
+    return text
 
 
 def _shown(pictures: list[Picture], tables: list[Table]) -> tuple[Picture | Table, ...]:
     return tuple(part for pair in zip(pictures, tables, strict=True) for part in pair)
 
 
-def _explanation() -> str:
+def _explanation(motion: str) -> str:
+    stiff = [sizes.own("stiffness_nm_rad", k, motion) for k, _ in still_hand.HANDS]
+    damped = [sizes.own("damping_nms_rad", b, motion) for _, b in still_hand.HANDS]
+    hunts, shakes = (
+        1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, still_hand.SHAKES_RAD_S)
+    )
     return (
         "Each policy gets the rig file's gain and model, and over each motion the reduction of the RMS torque of the hand "
         "against no compensation. Hands off: RMS speed 1 to 5 s after the hand let go at full speed; above "
-        f"{1e3 * HUNTS_RAD_S:g} mrad/s the joint hunts or runs. A hand that holds still: after two periods of the fast sine its wish "
-        f"stands still; the worst of {len(still_hand.HANDS)} hands (5 to 500 N m/rad, .1 and .3 N m s/rad): RMS speed 2 to 5 s later, above "
-        f"{1e3 * still_hand.SHAKES_RAD_S:g} mrad/s it is shaken, and the energy it was given in that time, at most "
+        f"{hunts:g} mrad/s the joint hunts or runs. A hand that holds still: after two periods of the fast sine its wish "
+        f"stands still; the worst of {len(still_hand.HANDS)} hands ({min(stiff):g} to {max(stiff):g} N m/rad, {min(damped):g} and {max(damped):g} N m s/rad): RMS speed 2 to 5 s later, above "
+        f"{shakes:g} mrad/s it is shaken, and the energy it was given in that time, at most "
         f"{1e3 * still_hand.FED_J:g} mJ. Energy: the least the hand has put in over a motion, worst seed; below zero the hand was fed. Policies "
         "without a force gate are capped at gain times the least friction, as the daemon does, except where the table says "
         "uncapped; but for the default and 'observer' none has the disturbance observer. All have the energy account, which "
@@ -185,9 +209,9 @@ def _policy(order: Order, off: dict[str, Measured], variant: Variant) -> Judged:
     return Judged(found, still_hand.worst(order, variant))
 
 
-def _numbers(one: Judged) -> dict[str, Any]:
+def _numbers(one: Judged, motion: str) -> dict[str, Any]:
     means = {figure: estimate(values) for figure, values in one.figures.items()}
-    return {**means, "still_hand": asdict(one.still), "faults": one.faults()}
+    return {**means, "still_hand": asdict(one.still), "faults": one.faults(motion)}
 
 
 def _table(order: Order, rig: str, found: dict[str, Judged]) -> Table:
@@ -197,7 +221,7 @@ def _table(order: Order, rig: str, found: dict[str, Judged]) -> Table:
         speed = estimate(one.figures["speed_after_release_rad_s"]).text(1e3, ".2g")
         still = (f"{1e3 * one.still.speed_rad_s:.2g}", f"{1e3 * one.still.fed_j:.3f}")
         least = f"{1e3 * float(one.figures['hand_energy_min_j'].min()):.3f}"
-        rows.append((name, *less, speed, *still, least, ", ".join(one.faults()) or "quiet"))
+        rows.append((name, *less, speed, *still, least, ", ".join(one.faults(order.motion)) or "quiet"))
     caption = f"{rig}: mean over {order.seeds} seeds ± half of the 95 % confidence interval."
     header = (
         "policy",
@@ -211,9 +235,12 @@ def _table(order: Order, rig: str, found: dict[str, Judged]) -> Table:
     return Table(caption, header, tuple(rows))
 
 
-def _picture(at: int, rig: str, found: dict[str, Judged]) -> Picture:
+def _picture(order: Order, at: int, rig: str, found: dict[str, Judged]) -> Picture:
     groups: dict[str, dict[str, Estimate]] = {
-        motion.name: {name: estimate(one.figures[f"reduction, {motion.name}"]) for name, one in found.items()}
+        motion.name: {
+            own_names(name, order.motion): estimate(one.figures[f"reduction, {motion.name}"])
+            for name, one in found.items()
+        }
         for motion in MOTIONS
     }
     caption = (

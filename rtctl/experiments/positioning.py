@@ -11,7 +11,7 @@ from rtctl.control.jit import records
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Shape
 from rtctl.errors import ConfigError
-from rtctl.experiments import models, virtual
+from rtctl.experiments import models, sizes, virtual
 from rtctl.experiments.models import SVR, Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.position_loop import GAINS, follow
@@ -75,8 +75,13 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
     g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
     g["inertia_kgm2"], g["friction_gain"] = inertia, FRICTION_GAIN
     g["alpha"] = lowpass_alpha(VELOCITY_HZ, order.loaded.config.period_s)
-    g["error_rad"] = axis.friction.stop_rad or ERROR_RAD
+    g["error_rad"] = axis.friction.stop_rad or sizes.own("error_rad", ERROR_RAD, axis.motion)
     return g
+
+
+def scale(order: Order, reach_rad: float, speed_rad_s: float = 0.0) -> float:
+    """Factor of the references, by `sizes.scale`; on the loop of a rig they are as they are, or refused (`positioning_on_rig`)."""
+    return sizes.scale(order.loaded, reach_rad, speed_rad_s) if order.simulate else 1.0
 
 
 def follow_once(order: Order, seed: int, controller: str, case: Case, model: Compared) -> Followed:

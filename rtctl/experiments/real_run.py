@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import State, state_and_cause
 from rtctl.errors import FaultError
 from rtctl.experiments.order import Order, Progress, silent
 from rtctl.host.supervisor import Host
@@ -106,8 +106,8 @@ class Comparison:
         self._ticks += len(rows)
         if self._ticks * self._period_s > ARM_PATIENCE_S:
             raise FaultError(
-                f"not armed after {ARM_PATIENCE_S:g} s: state {State(int(last['state'])).name}, faults "
-                f"{Fault(int(last['faults']))!r}; the hand must rest while the sensor is tared"
+                f"not armed after {ARM_PATIENCE_S:g} s: state {state_and_cause(last)}"
+                f"; the hand must rest while the sensor is tared"
             )
         if last["state"] == State.IDLE and time.monotonic() - self._asked > 0.2:
             self._asked = time.monotonic()
@@ -119,8 +119,8 @@ class Comparison:
             return
         first = rows[int(np.argmax(rows["state"] != State.ACTIVE))]
         raise FaultError(
-            f"the rig left ACTIVE for {State(int(first['state'])).name} in phase {self.phases[self._at].name}, "
-            f"faults {Fault(int(first['faults']))!r}; nothing was reported. Clear the cause and start again"
+            f"the rig left ACTIVE for {state_and_cause(first)}, "
+            f"in phase {self.phases[self._at].name}; nothing was reported. Clear the cause and start again"
         )
 
     def _take(self, phase: Phase, rows: np.ndarray) -> None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from rtctl.errors import ConfigError
 from rtctl.experiments import on_rig
 from rtctl.experiments.order import Order
-from rtctl.experiments.report import Outcome
+from rtctl.experiments.report import Outcome, in_units_of
 
 Run = Callable[[Order], Outcome]
 
@@ -34,6 +34,8 @@ class Experiment:
     weight: float
     on_rig: Run | None = None
     in_papers: bool = True
+    of_joints: bool = False
+    """True of one whose numbers are those of a joint: it refuses a linear axis."""
     hands_off: bool = False
     """On the loop it moves by itself, with nobody at the handle."""
 
@@ -45,9 +47,9 @@ class Experiment:
                     f"{order.loaded.path}: {self.name} runs on the simulated rig alone; add --simulate. On the loop "
                     "of a rig run free-motion, spring, point-to-point and tracking"
                 )
-            return self.on_rig(order)
+            return in_units_of(self.on_rig(order), order.motion)
         found: Run = importlib.import_module(f"rtctl.experiments.{self.module}").run
-        return found(order)
+        return in_units_of(found(order), order.motion)
 
 
 EXPERIMENTS: dict[str, Experiment] = {
@@ -64,7 +66,9 @@ EXPERIMENTS: dict[str, Experiment] = {
         ),
         Experiment("tracking", "tracking", "Tijani", 10.0, _positioning("tracking"), hands_off=True),
         Experiment("stability-map", "stability_map", "the impedances that can be rendered", 5.0),
-        Experiment("admittance", "admittance", "impedance and admittance on the same joint", 20.0),
+        Experiment(
+            "admittance", "admittance", "impedance and admittance on the same joint", 20.0, of_joints=True
+        ),
         Experiment("policies", "policies", "what decides the direction near rest", 60.0),
     )
 }
@@ -74,8 +78,12 @@ PAPERS = "papers"
 
 
 def papers(order: Order) -> list[Outcome]:
-    """Run every experiment on the simulated rig, one after the other; progress is that of the whole."""
-    together = [one for one in EXPERIMENTS.values() if one.in_papers]
+    """Run every experiment that the axis can do on the simulated rig, one after the other; progress is that of the whole."""
+    together = [
+        one
+        for one in EXPERIMENTS.values()
+        if one.in_papers and not (one.of_joints and order.motion == "linear")
+    ]
     total = sum(one.weight for one in together)
     done, outcomes = 0.0, []
     for one in together:

@@ -10,12 +10,13 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
+from hw.motion import named, words
 from rtctl import __version__
 from rtctl.experiments.statistics import Estimate
 from rtctl.friction.report.page import Picture, figure, rows_of, table_of
@@ -97,6 +98,40 @@ class Outcome:
     def pictures(self) -> list[Picture]:
         """Every figure of the outcome."""
         return [one for part in self.parts for one in part.shown if isinstance(one, Picture)]
+
+
+def reworded(outcome: Outcome, say: Callable[[str], str]) -> Outcome:
+    """The same outcome with every text through `say`, the keys of its numbers too."""
+
+    def shown(one: Table | Picture) -> Table | Picture:
+        if isinstance(one, Picture):
+            return replace(one, caption=say(one.caption))
+        rows = tuple(tuple(say(cell) for cell in row) for row in one.rows)
+        return Table(say(one.caption), tuple(map(say, one.header)), rows)
+
+    parts = tuple(
+        Part(say(one.heading), tuple(map(say, one.paragraphs)), tuple(map(shown, one.shown)))
+        for one in outcome.parts
+    )
+    targets = tuple(replace(one, text=say(one.text), unit=say(one.unit)) for one in outcome.targets)
+    return replace(
+        outcome, key=say(outcome.key), parts=parts, targets=targets, numbers=_with_keys(outcome.numbers, say)
+    )
+
+
+def in_units_of(outcome: Outcome, motion: str) -> Outcome:
+    """The same outcome in the units of this motion; it is written for a rotary axis (`hw.motion.words`, `named`)."""
+    if motion == "rotary":
+        return outcome
+    own = replace(outcome, numbers=cast("Mapping[str, Any]", named(as_data(outcome.numbers), motion)))
+    return reworded(own, lambda text: words(text, motion))
+
+
+def _with_keys(numbers: Mapping[str, Any], say: Callable[[str], str]) -> dict[str, Any]:
+    return {
+        say(str(key)): _with_keys(value, say) if isinstance(value, Mapping) else value
+        for key, value in numbers.items()
+    }
 
 
 def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> Path:

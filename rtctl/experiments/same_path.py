@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.experiments import virtual
+from rtctl.experiments import sizes, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
@@ -27,8 +27,12 @@ STIFF_NMS_RAD = 2.0
 
 def led(simulation: Simulation) -> None:
     """Let a stiff hand lead the joint along its wish."""
-    simulation.plant_params["hand_stiffness_nm_rad"] = STIFF_NM_RAD
-    simulation.plant_params["hand_damping_nms_rad"] = STIFF_NMS_RAD
+    simulation.plant_params["hand_stiffness_nm_rad"] = sizes.own(
+        "stiffness_nm_rad", STIFF_NM_RAD, simulation.motion
+    )
+    simulation.plant_params["hand_damping_nms_rad"] = sizes.own(
+        "damping_nms_rad", STIFF_NMS_RAD, simulation.motion
+    )
 
 
 WAYS: dict[str, Change] = {"same hand": virtual.unchanged, "same path": led}
@@ -64,16 +68,17 @@ def figures(off: np.ndarray, on: np.ndarray) -> tuple[float, float]:
     return 1.0 - left, rms(there - here) / rms(here)
 
 
-def table(found: dict[str, dict[str, Way]]) -> Table:
-    """Motion -> way -> figures, as a table of the page."""
+def table(found: dict[str, dict[str, Way]], motion: str = "rotary") -> Table:
+    """Motion of the hand -> way -> figures, as a table of the page."""
+    stiffness = sizes.own("stiffness_nm_rad", STIFF_NM_RAD, motion)
     rows = tuple(
-        (motion, name, way.reduction.text(100, ".1f"), way.path.text(100, ".2g"))
-        for motion, ways in found.items()
+        (moved, name, way.reduction.text(100, ".1f"), way.path.text(100, ".2g"))
+        for moved, ways in found.items()
         for name, way in ways.items()
     )
     caption = (
         "The rig file's compensation against none. 'Same hand': the experiment's own, whose wish is the same and whose path is not. 'Same path': "
-        f"a hand of {STIFF_NM_RAD:g} N m/rad leads the joint. Paths: RMS difference about the mean, in % of the path without compensation."
+        f"a hand of {stiffness:g} N m/rad leads the joint. Paths: RMS difference about the mean, in % of the path without compensation."
     )
     return Table(
         caption, ("motion", "what is the same", "reduction of the RMS torque, %", "paths differ by, %"), rows

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.motion import words
 from rtctl import pictures
 from rtctl.control.proofs import stability
 from rtctl.control.vocabulary import Environment, Policy
-from rtctl.experiments import figures, virtual
+from rtctl.experiments import figures, sizes, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.policies_on_family import hybrid_alone, observer_alone
 from rtctl.experiments.report import Outcome, Part, Target
@@ -79,7 +80,9 @@ def _measure(order: Order, seed: int, variant: Variant) -> Run:
         command = simulation.command
         if command["environment_kind"][0, 0] != int(Environment.SPRING):
             command["environment_kind"][0, 0] = int(Environment.SPRING)
-            command["environment_stiffness_nm_rad"][0, 0] = STIFFNESS_NM_RAD
+            command["environment_stiffness_nm_rad"][0, 0] = sizes.own(
+                "stiffness_nm_rad", STIFFNESS_NM_RAD, simulation.motion
+            )
             command["environment_center_rad"][0, 0] = simulation.plant_state["position_rad"][0, 0]
             virtual.with_policy(Policy.STOP_GATED)(simulation)
         variant.change(simulation)
@@ -118,12 +121,12 @@ def _pictures(order: Order) -> list[Picture]:
         "spring_time",
         "Torque of the virtual spring, desired and felt by the hand, in N m over time in s; without and with "
         "compensation (Bi, Figs. 8 and 9), and with local force feedback. Seed 0.",
-        figures.stacked(panels, "time [s]"),
+        figures.stacked(panels, "time [s]", motion=order.motion),
     )
-    return [over_time, _loops(runs)]
+    return [over_time, _loops(runs, order.motion)]
 
 
-def _loops(runs: dict[str, Run]) -> Picture:
+def _loops(runs: dict[str, Run], motion: str) -> Picture:
     figure = pictures.blank(8, 4.8)
     plot = figure.subplots()
     for name, one in runs.items():
@@ -131,13 +134,15 @@ def _loops(runs: dict[str, Run]) -> Picture:
         plot.plot(angle, one.truth["hand_torque_nm"][:, 0], linewidth=0.8, label=name)
     ends = np.array(plot.get_xlim())
     stiffness = _stiffness(next(iter(runs.values())).simulation)
-    plot.plot(ends, stiffness * ends, "k--", linewidth=1, label=f"desired, {stiffness:.3g} N m/rad")
+    plot.plot(
+        ends, stiffness * ends, "k--", linewidth=1, label=words(f"desired, {stiffness:.3g} N m/rad", motion)
+    )
     figures.label(plot, "angle from rest [rad]", "torque of the hand [N m]")
     plot.legend(fontsize="small")
     caption = (
         "The spring as the hand feels it: torque in N m over angle in rad. The width of a loop is friction."
     )
-    return Picture("spring_loop", caption, pictures.png(figure))
+    return Picture("spring_loop", caption, figures.png(figure, motion))
 
 
 def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:

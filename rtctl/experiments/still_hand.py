@@ -13,7 +13,7 @@ import numpy as np
 
 from hw.mock.records import Hand
 from rtctl.control.vocabulary import State
-from rtctl.experiments import virtual
+from rtctl.experiments import sizes, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
@@ -37,10 +37,11 @@ class Still:
     fed_j: float
     stopped: bool
 
-    def faults(self) -> list[str]:
-        """What is wrong, in words. NaN is wrong."""
+    def faults(self, motion: str = "rotary") -> list[str]:
+        """What is wrong on an axis of this motion, in words. NaN is wrong."""
+        most_rad_s = sizes.own("speed_rad_s", SHAKES_RAD_S, motion)
         found = {
-            "shakes a hand that holds still": not self.speed_rad_s <= SHAKES_RAD_S,
+            "shakes a hand that holds still": not self.speed_rad_s <= most_rad_s,
             "feeds a hand that holds still": not self.fed_j <= FED_J,
             "stopped by a fault in a hand that holds still": self.stopped,
         }
@@ -64,9 +65,10 @@ def worst(order: Order, variant: Variant) -> Still:
 def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, damping: float) -> Still:
     """One hand: the fast sine, then still; figures of the time from `SETTLE_S` on, true."""
     simulation = virtual.make(loaded, seed)
-    FAST_SINE.apply(simulation)
+    FAST_SINE.on(loaded).apply(simulation)
     p = simulation.plant_params
-    p["hand_stiffness_nm_rad"], p["hand_damping_nms_rad"] = stiffness, damping
+    p["hand_stiffness_nm_rad"] = sizes.own("stiffness_nm_rad", stiffness, simulation.motion)
+    p["hand_damping_nms_rad"] = sizes.own("damping_nms_rad", damping, simulation.motion)
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
     # a whole number of periods, two at least: the wish then stands where it began

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from hw.motion import words
 from rtctl.control.vocabulary import Shape
 from rtctl.experiments import comparison, figures, positioning
 from rtctl.experiments.models import Compared
@@ -16,7 +17,7 @@ from rtctl.friction.report.page import Picture
 TITLE = "Tracking"
 SINE_RAD, SINES_HZ = 0.3, (0.1, 0.25, 0.5, 1.0)
 TRIANGLE_RAD, TRIANGLES_RAD_S = 0.15, (0.02, 0.1, 0.5)
-DRAWN = ("sine 0.25 Hz", "triangle 0.1 rad/s")
+DRAWN_HZ, DRAWN_RAD_S = 0.25, 0.1
 
 WORDS = comparison.Words("tracking", TITLE, "error_rms_rad", "RMS error", "RMS tracking error", "references")
 
@@ -28,7 +29,8 @@ FIGURES = {
 
 
 def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: Found, look: Look) -> Outcome:
-    pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, DRAWN))
+    drawn = [_sine_name(DRAWN_HZ), _triangle_name(order, _factor(order) * DRAWN_RAD_S)]
+    pictures = tuple(_picture(order, case, compared, look) for case in positioning.to_draw(cases, drawn))
     return comparison.outcome(
         WORDS, FIGURES, order, compared, found, Part("Errors over time", shown=pictures)
     )
@@ -36,29 +38,46 @@ def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: F
 
 def cases_of(order: Order) -> list[Case]:
     """Sines and triangles, two periods each, from rest."""
+    factor = _factor(order)
+    sines = [_sine(order, hz, factor * SINE_RAD) for hz in SINES_HZ]
+    return sines + [_triangle(order, factor * v, factor * TRIANGLE_RAD) for v in TRIANGLES_RAD_S]
+
+
+def _factor(order: Order) -> float:
+    """By which the references are smaller than those of a joint with room; a sine goes two amplitudes away."""
+    top_rad_s = max(2 * np.pi * SINE_RAD * max(SINES_HZ), *TRIANGLES_RAD_S)
+    return positioning.scale(order, max(2 * SINE_RAD, TRIANGLE_RAD), top_rad_s)
+
+
+def _sine_name(hz: float) -> str:
+    return f"sine {hz:g} Hz"
+
+
+def _triangle_name(order: Order, speed_rad_s: float) -> str:
+    return words(f"triangle {speed_rad_s:g} rad/s", order.motion)
+
+
+def _sine(order: Order, hz: float, amplitude_rad: float) -> Case:
     rate_hz = order.loaded.config.loop.rate_hz
-    return [_sine(hz, rate_hz) for hz in SINES_HZ] + [_triangle(v, rate_hz) for v in TRIANGLES_RAD_S]
-
-
-def _sine(hz: float, rate_hz: float) -> Case:
     # A (1 - cos w t) / 2 starts at rest
     t, w = np.arange(round(2 / hz * rate_hz)) / rate_hz, 2 * np.pi * hz
-    half = 0.5 * SINE_RAD * 2
+    half = 0.5 * amplitude_rad * 2
     reference = np.column_stack(
         [half * (1 - np.cos(w * t)), half * w * np.sin(w * t), half * w * w * np.cos(w * t)]
     )
-    return Case(f"sine {hz:g} Hz", reference, Shape.SINE, half, w)
+    return Case(_sine_name(hz), reference, Shape.SINE, half, w)
 
 
-def _triangle(speed_rad_s: float, rate_hz: float) -> Case:
-    quarter_s = TRIANGLE_RAD / speed_rad_s
+def _triangle(order: Order, speed_rad_s: float, amplitude_rad: float) -> Case:
+    rate_hz = order.loaded.config.loop.rate_hz
+    quarter_s = amplitude_rad / speed_rad_s
     t = np.arange(round(8 * quarter_s * rate_hz)) / rate_hz
     phase = (t / quarter_s) % 4
     up = (phase < 1) | (phase >= 3)
     place = np.where(phase < 1, phase, np.where(phase < 3, 2 - phase, phase - 4))
     velocity = np.where(up, speed_rad_s, -speed_rad_s)
-    reference = np.column_stack([TRIANGLE_RAD * place, velocity, np.zeros(len(t))])
-    return Case(f"triangle {speed_rad_s:g} rad/s", reference, Shape.TRIANGLE, TRIANGLE_RAD, speed_rad_s)
+    reference = np.column_stack([amplitude_rad * place, velocity, np.zeros(len(t))])
+    return Case(_triangle_name(order, speed_rad_s), reference, Shape.TRIANGLE, amplitude_rad, speed_rad_s)
 
 
 def judge(_case: Case, run: Followed) -> dict[str, float]:
@@ -84,7 +103,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
         panels.append((f"{controller}: error [mrad]", lines))
     caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. {order.shown_run}"
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
-    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0))
+    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0, order.motion))
 
 
 EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)

@@ -9,15 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hw.mock.energy import stored_j
 from hw.mock.records import Hand
 from rtctl.control.velocity import lowpass_alpha
-from rtctl.control.vocabulary import Policy, State
+from rtctl.control.vocabulary import Policy, State, state_and_cause
 from rtctl.errors import DataError
+from rtctl.experiments import sizes
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.friction.guarantee import BANK_MOST_J
@@ -59,6 +60,18 @@ class Motion:
             return 1 / self.frequency_hz
         stroke_s = abs(self.amplitude_rad) / self.speed_rad_s
         return 4 * stroke_s if self.kind == Hand.TRIANGLE else 2 * stroke_s + self.hold_s + self.rest_s
+
+    @property
+    def top_rad_s(self) -> float:
+        """Highest speed of the hand's wish, rad/s."""
+        if self.kind == Hand.SINES:
+            return 2 * math.pi * self.frequency_hz * abs(self.amplitude_rad)
+        return self.speed_rad_s
+
+    def on(self, loaded: LoadedConfig) -> Motion:
+        """The same motion on the first axis of a rig, as large as it has room for, with the same period."""
+        factor = sizes.scale(loaded, abs(self.amplitude_rad), self.top_rad_s)
+        return replace(self, amplitude_rad=factor * self.amplitude_rad, speed_rad_s=factor * self.speed_rad_s)
 
     def apply(self, simulation: Simulation) -> None:
         """Make the simulated hand do it, around where the joint starts."""
@@ -154,6 +167,14 @@ def both(*changes: Change) -> Change:
     return change
 
 
+def _hand(loaded: LoadedConfig) -> tuple[float, float]:
+    """Factors of the hand's stiffness and damping: a carriage whose rig file tells none is held as a joint is, at its handle."""
+    table = loaded.config.device[0].options
+    told = [one for one in table.get("hand", ()) if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
+    motion = "rotary" if told else loaded.config.axis[0].motion
+    return sizes.own("stiffness_nm_rad", 1.0, motion), sizes.own("damping_nms_rad", 1.0, motion)
+
+
 def make(loaded: LoadedConfig, seed: int) -> Simulation:
     """Rig `seed` of the experiment, nothing run yet (see the module's text)."""
     options = dict(loaded.options)
@@ -166,8 +187,9 @@ def make(loaded: LoadedConfig, seed: int) -> Simulation:
     made = Simulation(loaded.model_copy(update={"options": options}))
     made.plant_state["position_rad"][0, 0] += place
     made.plant_params["hand_center_rad"][0, 0] += place
-    made.plant_params["hand_stiffness_nm_rad"][0, 0] *= stiffness
-    made.plant_params["hand_damping_nms_rad"][0, 0] *= damping
+    own_stiffness, own_damping = _hand(loaded)
+    made.plant_params["hand_stiffness_nm_rad"][0, 0] *= own_stiffness * stiffness
+    made.plant_params["hand_damping_nms_rad"][0, 0] *= own_damping * damping
     made.command["environment_center_rad"][0, 0] += place
     return made
 
@@ -193,7 +215,7 @@ def measure(loaded: LoadedConfig, seed: int, motion: Motion, variant: Variant) -
         The rig left ACTIVE: the figures would be of a rig without torque.
     """
     simulation = make(loaded, seed)
-    motion.apply(simulation)
+    motion.on(loaded).apply(simulation)
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
     simulation.run(max(SETTLE_S - simulation.time_s, simulation.plan.period_s))
@@ -210,8 +232,8 @@ def require_active(trace: np.ndarray, what: str) -> None:
         return
     first = trace[int(np.argmax(trace["state"] != State.ACTIVE))]
     raise DataError(
-        f"{what}: the rig left ACTIVE at tick {int(first['tick'])} for {State(int(first['state'])).name}, "
-        f"faults {int(first['faults']):#x}; lower the gains or look at it with rtctl run"
+        f"{what}: the rig left ACTIVE at tick {int(first['tick'])} for {state_and_cause(first)}"
+        f"; lower the gains or look at it with rtctl run"
     )
 
 
@@ -236,7 +258,7 @@ def speeds_after_release(order: Order, variant: Variant) -> list[float]:
 def speed_after_release(loaded: LoadedConfig, seed: int, variant: Variant) -> float:
     """RMS speed 1 to 5 s after the hand lets go at full speed of the fast sine, true, rad/s."""
     simulation = make(loaded, seed)
-    FAST_SINE.apply(simulation)
+    FAST_SINE.on(loaded).apply(simulation)
     variant.change(simulation)
     release_s = float(simulation.plant_params["hand_start_s"][0, 0]) + 2 * FAST_SINE.period_s
     simulation.plant_params["grip_count"][0, 0] = 1

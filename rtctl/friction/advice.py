@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from pathlib import Path
 
+from hw.motion import words
 from rtctl.control.compensation_limit import is_force_gated
 from rtctl.control.vocabulary import Policy
 from rtctl.friction import artefact
@@ -35,6 +36,7 @@ class Advice:
     cap_share_recommended: float
     temperature_min_c: float | None
     temperature_max_c: float | None
+    motion: str = "rotary"
 
     @property
     def ok(self) -> bool:
@@ -58,7 +60,8 @@ class Advice:
         if self.ok:
             return f"{set_to} passes the two-line test of its model; {advised}"
         gate = ". Until then the force gate and the account of the compensation keep a feed-forward of the wrong sign from driving the device"
-        failed = f"{set_to} fails the two-line test of its model by {-self.margin_nm:.4g} N m; {advised}"
+        short = words(f"{-self.margin_nm:.4g} N m", self.motion)
+        failed = f"{set_to} fails the two-line test of its model by {short}; {advised}"
         return failed + (gate if self.gated else "")
 
 
@@ -96,4 +99,5 @@ def _advise(model: FrictionModel, axis: AxisTable, T: float) -> Advice:
         cap_share_recommended=best.start_cap_share,
         temperature_min_c=model.temperature_min_c,
         temperature_max_c=model.temperature_max_c,
+        motion=axis.motion,
     )

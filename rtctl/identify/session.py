@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import State, state_and_cause
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.friction.points.presliding import presliding
 from rtctl.identify.bias import Bias, read_bias
@@ -203,17 +203,15 @@ def arm(motion: Motion) -> Steps[None]:
         if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
             return
         if int(motion.last["state"]) in (State.FAULT, State.ESTOP, State.LOCKOUT):
-            first = int(motion.last["fault_first"])
-            cause = Fault(1 << first).name if first >= 0 else "a stop"
             raise FaultError(
-                f"the rig went to {State(int(motion.last['state'])).name} by {cause} while it armed; remove the cause "
+                f"the rig went to {state_and_cause(motion.last)} while it armed; remove the cause "
                 "(rtctl events, rtctl doctor) and start again"
             )
         waited_s += len(rows) * motion.rig.period_s
         if waited_s > ARM_PATIENCE_S:
             raise FaultError(
-                f"not armed after {ARM_PATIENCE_S:g} s: state {State(int(motion.last['state'])).name}, "
-                f"faults {Fault(int(motion.last['faults']))!r}; the rig must stand still, untouched"
+                f"not armed after {ARM_PATIENCE_S:g} s: state {state_and_cause(motion.last)}; "
+                f"the rig must stand still, untouched"
             )
 
 

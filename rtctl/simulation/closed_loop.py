@@ -21,7 +21,7 @@ from rtctl.check.law_plan import Plan, build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
 from rtctl.control.records import state_dtype
-from rtctl.control.vocabulary import Fault, State
+from rtctl.control.vocabulary import State, state_and_cause
 from rtctl.errors import ConfigError, FaultError
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.tick import new_ticks
@@ -98,6 +98,8 @@ class Simulation:
                 f"{loaded.path}: device[0].kind: only 'mock' can be simulated, alone, not {', '.join(kinds)}"
             )
         self._loaded = loaded
+        self.motion = loaded.config.axis[0].motion
+        """Motion of the first axis, "rotary" or "linear"."""
         self.plan: Plan = build(loaded)
         plant_params, plant_state = plant_records(loaded.options, loaded.config.hardware())
         self.plant_params, self.plant_state = records(plant_params), records(plant_state)
@@ -186,7 +188,4 @@ class Simulation:
             last = parts[-1][-1]
             if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
                 return np.concatenate(parts)
-        raise FaultError(
-            f"not armed after {ARM_PATIENCE_S:g} simulated s: state {State(int(last['state'])).name}, "
-            f"faults {Fault(int(last['faults']))!r}"
-        )
+        raise FaultError(f"not armed after {ARM_PATIENCE_S:g} simulated s: state {state_and_cause(last)}")

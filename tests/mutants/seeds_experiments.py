@@ -5,13 +5,14 @@ from __future__ import annotations
 from seed import Seed
 
 POLICIES = ("tests/unit/experiments/test_policies.py",)
+SIZES = ("tests/unit/experiments/test_sizes_of_an_axis.py",)
 
 SEEDS = (
     Seed(
         "a speed that is not a number is quiet",
         "rtctl/experiments/still_hand.py",
-        "not self.speed_rad_s <= SHAKES_RAD_S",
-        "self.speed_rad_s > SHAKES_RAD_S",
+        "not self.speed_rad_s <= most_rad_s",
+        "self.speed_rad_s > most_rad_s",
         POLICIES,
     ),
     Seed(
@@ -41,5 +42,40 @@ SEEDS = (
         'simulation.params["observer_gain"] = gain',
         'simulation.params["observer_gain"] *= 1.0',
         POLICIES,
+    ),
+    Seed(
+        "a motion leaves the travel on its shorter side",
+        "rtctl/experiments/sizes.py",
+        "left = [USED_SHARE * min(up, down) / reach_rad]",
+        "left = [USED_SHARE * max(up, down) / reach_rad]",
+        SIZES,
+    ),
+    Seed(
+        "a carriage is wished as far away as a joint is turned",
+        "rtctl/experiments/sizes.py",
+        'factor = own("reach_rad", 1.0, axis.motion)',
+        "factor = 1.0",
+        SIZES,
+    ),
+    Seed(
+        "a hand holds a carriage as loosely as a joint",
+        "rtctl/experiments/virtual.py",
+        'motion = "rotary" if told else',
+        'motion = "rotary" if not told else',
+        SIZES,
+    ),
+    Seed(
+        "a page of a carriage tells N m",
+        "rtctl/experiments/report.py",
+        "return reworded(own, lambda text: words(text, motion))",
+        "return own",
+        SIZES,
+    ),
+    Seed(
+        "a rig that stopped is told without its first fault",
+        "rtctl/control/vocabulary.py",
+        "if first >= 0:\n        return f",
+        "if first > 99:\n        return f",
+        SIZES,
     ),
 )

@@ -86,6 +86,7 @@ class Rig:
     def __init__(self, loaded):
         self.plan = build(loaded)
         self.params, self.model = self.plan.params, self.plan.model
+        self.motion = loaded.config.axis[0].motion
 
 
 def test_an_observer_set_by_a_variant_is_the_one_the_plan_makes(loaded):
