@@ -28,6 +28,9 @@ _RIDGE = 1e-12
 FIT_SHARE = 0.5
 """A part that explains less than this share of what is seen does not fit, and nothing is compensated with it."""
 
+_ONWARD = 0.8
+"""Rows of either direction of which so many go on the same way are a sweep, in the order of its places."""
+
 _SHIFTS = 4096
 
 
@@ -122,8 +125,9 @@ def fit_cogging(
             f"a sweep of {len(x)} rows, at least 32 finite ones are needed; turn the joint slowly, both ways"
         )
     levels = _levels(sweep, friction_period_rad or period_rad, friction_orders)
-    ranked = _ranked(x, tau, levels, period_rad)
-    squares = _held_out(x, tau, levels, period_rad, [n for n in COUNTS if n <= len(ranked)])
+    places = _places(sweep, period_rad)
+    ranked = _ranked(x, tau, levels, period_rad, places)
+    squares = _held_out(x, tau, levels, period_rad, places, [n for n in COUNTS if n <= len(ranked)])
     tried = {n: float(np.sqrt(one.mean())) for n, one in squares.items()}
     best = min(tried, key=lambda n: tried[n])
     within = np.sqrt(squares[best].mean() + squares[best].std() / math.sqrt(len(x)))
@@ -134,9 +138,23 @@ def fit_cogging(
     return CoggingFit(found, friction, rmse, tried, two_way)
 
 
-def _ranked(x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float) -> np.ndarray:
+def _places(sweep: Sweep, period_rad: float) -> int:
+    """Places of a period that the rows tell apart.
+
+    A row of a sweep is a mean over the way to the next one. Its places scatter a little from lap to lap: counted one by one they would
+    be many, and a wave would be found at 3 x 16 + 1 waves a period, where 16 rows a period saw one.
+    """
+    found = len(np.unique(np.round((sweep.position_rad / period_rad) % 1.0, 4)))
+    ways = [np.diff(sweep.position_rad[sweep.direction == way]) for way in (1, -1)]
+    steps = np.concatenate([one * np.sign(np.median(one)) for one in ways if len(one)])
+    onward = steps[steps > 0]
+    if len(onward) < _ONWARD * len(steps):
+        return found
+    return min(found, max(1, round(period_rad / float(np.median(onward)))))
+
+
+def _ranked(x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, places: int) -> np.ndarray:
     """Orders by how much each takes off the residual, strongest first; as high as the rows can tell."""
-    places = len(np.unique(np.round((x / period_rad) % 1.0, 4)))
     highest = max(1, min(ORDER_MAX, places // 4, (len(x) - levels.shape[1]) // 4))
     orders = np.arange(1, highest + 1)
     base = _solve(levels, tau)
@@ -147,14 +165,14 @@ def _ranked(x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: floa
 
 
 def _held_out(
-    x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, counts: list[int]
+    x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, places: int, counts: list[int]
 ) -> dict[int, np.ndarray]:
     """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what trains are chosen."""
     fold = np.floor((x / period_rad) % 1.0 * _BLOCKS).astype(int) % FOLDS
     squares = {n: np.zeros(len(x)) for n in counts}
     for k in np.unique(fold):
         held = fold == k
-        ranked = _ranked(x[~held], tau[~held], levels[~held], period_rad)
+        ranked = _ranked(x[~held], tau[~held], levels[~held], period_rad, places)
         for n in counts:
             design = np.hstack([levels, _waves(x, period_rad, ranked[:n])])
             found = _solve(design[~held], tau[~held])

@@ -38,6 +38,18 @@ def test_friction_and_conservative_part_are_told_apart():
     assert found.rmse_nm < 0.01
 
 
+def test_means_over_a_sixteenth_of_a_period_see_no_wave_that_is_shorter():
+    """Their places scatter from lap to lap, so that they look like many; three periods and a wave more at a row fit such rows as well."""
+    rng = np.random.default_rng(5)
+    part = Harmonics(0.08, np.array([1.0, 2.0]), np.array([0.0, 0.006]), np.array([0.013, 0.003]))
+    x = np.tile(np.arange(800) * 0.005, 2) + 0.00002 * rng.normal(size=1600)
+    d = np.repeat((1.0, -1.0), 800)
+    found = fit_cogging(Sweep(x, 0.25 * d - part(x) + 0.002 * rng.normal(size=1600), d), 0.08).part
+    assert found.orders.max() <= 4
+    there = np.linspace(0, 0.08, 200)
+    assert np.abs(found(there) - part(there)).max() < 0.0015
+
+
 def test_a_joint_without_cogging_gets_no_harmonic():
     none = Harmonics(0.8, np.zeros(0), np.zeros(0), np.zeros(0))
     assert len(fit_cogging(two_way(none), 0.8, friction_period_rad=2 * math.pi).part.orders) == 0
