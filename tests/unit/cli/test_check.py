@@ -130,7 +130,7 @@ def test_a_passing_file_prints_ok_and_exits_0(rig, monkeypatch, capsys, tmp_path
     assert "energy account of the compensation" in out
     assert "OK: no test fails" in out
     assert "feed-forward of any sign (two-line)" in out.split("but not proved: ")[1]
-    assert "the help with friction gives a hand, over all time, on joint at most 5.32 mJ" in out
+    assert "the help with friction gives a hand, over all time, on joint at most 6.58 mJ" in out
     assert "sampled-data margin" in out
     assert picture.read_bytes().startswith(b"\x89PNG")
 
