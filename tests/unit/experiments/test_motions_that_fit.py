@@ -1,10 +1,10 @@
 """Experiments in motion on a carriage and on a joint of short travel, simulated."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from axes import MOTIONS, narrow
 
 from rtctl.experiments import (
     identification,
@@ -18,29 +18,8 @@ from rtctl.experiments import (
 )
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
-from rtctl.experiments.virtual import FAST_SINE, PUSH, SLOW_TRIANGLE, Variant
+from rtctl.experiments.virtual import Variant
 from rtctl.identify.settings import Settings, settings_of
-from rtctl.rig_file.config import load
-
-CONFIGS = Path(__file__).parents[3] / "configs"
-MOTIONS = (FAST_SINE, SLOW_TRIANGLE, PUSH)
-
-
-@pytest.fixture(scope="module")
-def mock():
-    return load(CONFIGS / "mock.toml")
-
-
-@pytest.fixture(scope="module")
-def carriage():
-    return load(CONFIGS / "mock-linear.toml")
-
-
-def narrow(loaded, least, most, **more):
-    axis = loaded.config.axis[0].model_copy(
-        update={"position_min_rad": least, "position_max_rad": most, **more}
-    )
-    return loaded.model_copy(update={"config": loaded.config.model_copy(update={"axis": (axis,)})})
 
 
 @pytest.mark.parametrize("rig", ["carriage", "short"])

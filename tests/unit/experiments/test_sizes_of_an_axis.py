@@ -1,9 +1,9 @@
 """Experiments on a carriage and on a joint of short travel: motions that fit, units of the axis, errors that say why."""
 
 import json
-from pathlib import Path
 
 import pytest
+from axes import MOTIONS, narrow
 
 from rtctl.control.vocabulary import Fault, State, state_and_cause
 from rtctl.errors import ConfigError, DataError
@@ -19,31 +19,10 @@ from rtctl.experiments import (
 from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.report import Outcome, Part, in_units_of
-from rtctl.experiments.virtual import FAST_SINE, PUSH, SLOW_TRIANGLE
+from rtctl.experiments.virtual import FAST_SINE, PUSH
 from rtctl.friction.report.tables import Table
 from rtctl.plain_data import as_data
-from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
-
-CONFIGS = Path(__file__).parents[3] / "configs"
-MOTIONS = (FAST_SINE, SLOW_TRIANGLE, PUSH)
-
-
-@pytest.fixture(scope="module")
-def mock():
-    return load(CONFIGS / "mock.toml")
-
-
-@pytest.fixture(scope="module")
-def carriage():
-    return load(CONFIGS / "mock-linear.toml")
-
-
-def narrow(loaded, least, most, **more):
-    axis = loaded.config.axis[0].model_copy(
-        update={"position_min_rad": least, "position_max_rad": most, **more}
-    )
-    return loaded.model_copy(update={"config": loaded.config.model_copy(update={"axis": (axis,)})})
 
 
 def test_a_joint_with_room_has_the_motions_as_they_were_written(mock):
