@@ -64,6 +64,8 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_units.ticks_to_full_torque,
     verdicts_of_units.time_constant,
     verdicts_of_units.viscous_torque,
+    verdicts_of_units.force_at_the_handle,
+    verdicts_of_units.dry_friction,
 )
 
 

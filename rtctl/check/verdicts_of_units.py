@@ -55,6 +55,10 @@ TIME_CONSTANT_S = Band(1e-3, 0.08, 1e2, 1e4)
 """J/b, s."""
 VISCOUS_SHARE = Band(0.0, 0.0, 0.5, 3.0)
 """Viscous torque at the velocity limit over the torque limit."""
+HANDLE_FORCE_N = Band(1e-2, 0.2, 2e3, 1e4)
+"""N at the handle at the torque limit: from a finger's device while it is commissioned to a whole arm's."""
+DRY_SHARE = Band(0.0, 0.0, 0.5, 1.0)
+"""Guaranteed dry friction over the torque limit: beyond it the motor could not move its own joint."""
 
 
 def _judge(
@@ -198,4 +202,38 @@ def viscous_torque(s: Subject) -> list[Verdict]:
         VISCOUS_SHARE,
         "viscous_nms_rad times velocity_limit_rad_s, as a share of torque_limit_nm",
         f"viscous_nms_rad: {b:g} is meant in N m s/rad at the link; velocity_limit_rad_s in rad/s",
+    )
+
+
+def force_at_the_handle(s: Subject) -> list[Verdict]:
+    """What the torque limit is in the hand, by the lever that turns the force sensor's newtons into torque."""
+    lever = math.hypot(*s.table.lever_m)
+    if lever == 0:  # only a torque about `axis_direction` counts
+        return []
+    slides = s.table.motion == "linear"
+    return _judge(
+        s,
+        "force at the handle at the torque limit",
+        s.table.torque_limit_nm / lever,
+        "N",
+        HANDLE_FORCE_N,
+        f"torque_limit_nm over the length of lever_m, {lever:.3g}",
+        f"lever_m: {list(s.table.lever_m)} is meant "
+        + ("as shares of the force, without a unit" if slides else "in m, from the joint to the handle (60 mm is 0.06)"),
+    )
+
+
+def dry_friction(s: Subject) -> list[Verdict]:
+    """The dry friction that the rig file vouches for: proofs count on it, so too much of it proves what is not so."""
+    f = s.table.dry_friction_nm
+    if f == 0:
+        return []
+    return _judge(
+        s,
+        "guaranteed dry friction over the torque limit",
+        f / s.table.torque_limit_nm,
+        "",
+        DRY_SHARE,
+        "dry_friction_nm, as a share of torque_limit_nm",
+        f"dry_friction_nm: {f:g} is meant in N m at the link, the least that the joint ever has",
     )

@@ -35,6 +35,12 @@ def rig(tmp_path, model):
         (("160000", "2000"), "steps of the encoder", "encoder_counts_per_rev"),
         (("torque_rate_nm_s = 200.0", "torque_rate_nm_s = 0.02"), "ticks to full torque", "torque_rate_nm_s"),
         (("viscous_nms_rad = 0.05", "viscous_nms_rad = 50.0"), "mechanical time constant", "viscous_nms_rad"),
+        (("[0.0, 0.1, 0.0]", "[0.0, 0.0001, 0.0]"), "force at the handle at the torque limit", "lever_m"),
+        (
+            ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.05\ndry_friction_nm = 200.0"),
+            "guaranteed dry friction over the torque limit",
+            "dry_friction_nm",
+        ),
     ],
 )
 def test_a_wrong_unit_is_refused_by_name_with_its_key(rig, monkeypatch, capsys, change, name, key):
