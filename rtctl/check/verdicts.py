@@ -66,6 +66,8 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_units.viscous_torque,
     verdicts_of_units.force_at_the_handle,
     verdicts_of_units.dry_friction,
+    verdicts_of_units.counts_of_the_travel,
+    verdicts_of_units.time_to_speed,
 )
 
 

@@ -60,6 +60,11 @@ HANDLE_FORCE_N = Band(1e-2, 0.2, 2e3, 1e4)
 DRY_SHARE = Band(0.0, 0.0, 0.5, 1.0)
 """Guaranteed dry friction over the torque limit: beyond it the motor could not move its own joint."""
 
+TRAVEL_COUNTS = Band(20.0, 500.0, 1e10, 1e13)
+"""Counts of the encoder over a turn or the travel: from Hall sensors of a motor (told) to 26 bits behind a gear."""
+TIME_TO_SPEED_S = Band(5e-5, 1.5e-3, 20.0, 1e3)
+"""s to the velocity limit at the torque limit."""
+
 
 def _judge(
     s: Subject, name: str, value: float, unit: str, band: Band, meaning: str, remedy: str
@@ -219,7 +224,11 @@ def force_at_the_handle(s: Subject) -> list[Verdict]:
         HANDLE_FORCE_N,
         f"torque_limit_nm over the length of lever_m, {lever:.3g}",
         f"lever_m: {list(s.table.lever_m)} is meant "
-        + ("as shares of the force, without a unit" if slides else "in m, from the joint to the handle (60 mm is 0.06)"),
+        + (
+            "as shares of the force, without a unit"
+            if slides
+            else "in m, from the joint to the handle (60 mm is 0.06)"
+        ),
     )
 
 
@@ -236,4 +245,36 @@ def dry_friction(s: Subject) -> list[Verdict]:
         DRY_SHARE,
         "dry_friction_nm, as a share of torque_limit_nm",
         f"dry_friction_nm: {f:g} is meant in N m at the link, the least that the joint ever has",
+    )
+
+
+def counts_of_the_travel(s: Subject) -> list[Verdict]:
+    """How finely the encoder divides what the joint moves over: also where no coupling turns a count into torque."""
+    table = s.table
+    travel = min(
+        table.position_max_rad - table.position_min_rad, 1.0 if table.motion == "linear" else 2 * math.pi
+    )
+    return _judge(
+        s,
+        "encoder counts over the travel",
+        travel / s.axis.count_rad,
+        "",
+        TRAVEL_COUNTS,
+        "a metre, or less travel" if table.motion == "linear" else "a turn, or less travel",
+        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per {_turn_of(table)}; see position_min_rad and "
+        "position_max_rad, too",
+    )
+
+
+def time_to_speed(s: Subject) -> list[Verdict]:
+    """How soon the torque limit brings the joint to its velocity limit: sooner than a few ticks, and any touch is a fault."""
+    table = s.table
+    return _judge(
+        s,
+        "time to the velocity limit",
+        table.velocity_limit_rad_s * table.inertia_kgm2 / table.torque_limit_nm,
+        "s",
+        TIME_TO_SPEED_S,
+        "velocity_limit_rad_s times inertia_kgm2 over torque_limit_nm",
+        f"velocity_limit_rad_s: {table.velocity_limit_rad_s:g} is meant in rad/s at the link; see inertia_kgm2 and torque_limit_nm, too",
     )

@@ -35,6 +35,8 @@ def rig(tmp_path, model):
         (("160000", "2000"), "steps of the encoder", "encoder_counts_per_rev"),
         (("torque_rate_nm_s = 200.0", "torque_rate_nm_s = 0.02"), "ticks to full torque", "torque_rate_nm_s"),
         (("viscous_nms_rad = 0.05", "viscous_nms_rad = 50.0"), "mechanical time constant", "viscous_nms_rad"),
+        (("160000", "16"), "encoder counts over the travel", "encoder_counts_per_rev"),
+        (("_rad_s = 2.0", "_rad_s = 0.002"), "time to the velocity limit", "velocity_limit_rad_s"),
         (("[0.0, 0.1, 0.0]", "[0.0, 0.0001, 0.0]"), "force at the handle at the torque limit", "lever_m"),
         (
             ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.05\ndry_friction_nm = 200.0"),
