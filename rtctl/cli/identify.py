@@ -66,7 +66,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
             "ramp_nm_s",
             positive,
             None,
-            "slope of the break-away ramp, N m/s; default a 40th of the torque limit in a second",
+            "steepest break-away ramp, N m/s; default a 40th of the torque limit in a second; slower where friction is small",
         ),
         (
             "--hand-limit",

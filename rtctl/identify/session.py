@@ -18,6 +18,7 @@ from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.points import collect, look_for_ripple
 from rtctl.identify.settings import Rig, Settings
+from rtctl.identify.slip import FAST_SHARE, RISE_S
 from rtctl.identify.sweep import sweep
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
@@ -94,7 +95,7 @@ def expected_s(motion: Motion, task: Task) -> float:
     settings = motion.settings
     turn_s = motion.rig.turn_rad / motion.jog_speed_rad_s()
     if task.speed_rad_s == 0:
-        return turn_s + settings.measurements * (0.5 + 0.16 / settings.ramp_nm_s)
+        return turn_s + settings.measurements * (0.5 + (1.0 - FAST_SHARE) * RISE_S)
     settle_s = 1.5 * steady_s(motion, task.speed_rad_s) + 0.3
     return turn_s + settings.spots * settle_s + settings.measurements * window_s(motion, task.speed_rad_s)
 

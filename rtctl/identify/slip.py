@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rtctl.control.vocabulary import Program, ProgramFlag
@@ -17,6 +19,8 @@ FAST_SHARE = 0.6
 """The ramp is quick up to this share of the smallest break-away torque seen."""
 SLOW_EVERY = 5
 """One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against damping too."""
+RISE_S = 4.0
+"""A ramp takes at least this long to the smallest break-away torque seen: the quicker it is, the more it adds while the joint gets under way."""
 SLIP_MAX_RAD = 0.2
 
 
@@ -28,13 +32,14 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     yield from go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()
     slow = len(got.measurements) % SLOW_EVERY == 0
-    least = 0.0 if slow else min(abs(m.torque_nm) for m in got.measurements)
-    limit_s = 2.0 * rig.torque_limit_nm / settings.ramp_nm_s
+    seen_nm = min((abs(m.torque_nm) for m in got.measurements), default=math.inf)
+    slope_nm_s = min(settings.ramp_nm_s, seen_nm / RISE_S)
+    limit_s = 2.0 * rig.torque_limit_nm / slope_nm_s
     fields = motion.order(
         Program.RAMP,
         limit_s,
-        ramp_nm_s=direction * settings.ramp_nm_s,
-        fast_nm=FAST_SHARE * least,
+        ramp_nm_s=direction * slope_nm_s,
+        fast_nm=0.0 if slow else FAST_SHARE * seen_nm,
         slip_rad=got.slip_rad,
     )
     parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
@@ -48,7 +53,9 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
             "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
         )
     ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
-    found = break_away(rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm, rig.radian)
+    found = break_away(
+        rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm, rig.inertia_kgm2, rig.radian
+    )
     if found is None and ProgramFlag.SLIPPED in flags:  # it only bent so far: bristles as soft as that
         got.slip_rad = min(2.0 * got.slip_rad, SLIP_MAX_RAD * rig.radian)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:

@@ -25,6 +25,12 @@ LOOK_BACK_S = 0.01
 Counts alone would find a fine encoder's joint sliding while its bristles still bend: a ramp of slope r on bristles of stiffness s0
 creeps at r / s0 / (1 - u) where it is the share u of the break-away torque.
 """
+PEAK_S = 0.02
+"""Break-away: least length of the windows through which the joint's acceleration is seen."""
+PEAK_NOISE_SHARE = 0.003
+"""Most that the steps of the encoder may make of the break-away torque by way of that acceleration: with a coarse one windows are longer."""
+PEAK_MOST_S = 0.3
+"""Longest window, and how long before the slide the peak is looked for."""
 REST_RMS = math.sqrt(0.5)
 """RMS of a sine, share of its amplitude."""
 
@@ -224,10 +230,40 @@ def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int
     return max(0, round(0.5 * speed / bend - 0.5 * (look_back - 1)))
 
 
+def peak_nm(
+    position_rad: np.ndarray, torque_nm: np.ndarray, period_s: float, count_rad: float, inertia_kgm2: float
+) -> float:
+    """Most of what is left of a ramp's torque without J a: the friction at break-away, signed as the last torque; NaN where none is seen.
+
+    Notes
+    -----
+    A ramp goes on while the joint gets faster, and by when it is seen to slide a share of the torque moves the inertia, on a light joint a tenth of it.
+    Torque means and accelerations are those of sliding windows, by the parabola that fits their positions best. A step of the
+    encoder is `count_rad`/sqrt(12) of noise, which such a parabola makes sqrt(720/n^5)/T^2 as large.
+    """
+    sign = math.copysign(1.0, float(torque_nm[-1]))
+    noise_nm = math.sqrt(720.0 / 12.0) * count_rad * inertia_kgm2 / period_s**2
+    size = max(abs(float(torque_nm[-1])), 1e-12)
+    n = round(max(PEAK_S / period_s, (noise_nm / (PEAK_NOISE_SHARE * size)) ** 0.4)) | 1
+    if n > min(len(position_rad), PEAK_MOST_S / period_s):
+        return math.nan
+    square = (np.arange(n) - 0.5 * (n - 1)) ** 2
+    square -= square.mean()
+    acceleration = np.convolve(position_rad, 2.0 * square / (square @ square) / period_s**2, "valid")
+    left = np.convolve(torque_nm, np.full(n, 1.0 / n), "valid") - inertia_kgm2 * acceleration
+    return sign * float(np.max(sign * left))
+
+
 def break_away(
-    rows: np.ndarray, axis: int, period_s: float, count_rad: float, bias_nm: float, radian: float = 1.0
+    rows: np.ndarray,
+    axis: int,
+    period_s: float,
+    count_rad: float,
+    bias_nm: float,
+    inertia_kgm2: float,
+    radian: float = 1.0,
 ) -> Measurement | None:
-    """Break-away torque of one ramp: mean motor torque over `LOOK_BACK_S` before the slip, or about the moment when it began.
+    """Break-away torque of one ramp: the most that friction held before the slide, or the mean over `LOOK_BACK_S` about its beginning.
 
     The last rows are those of the slip. None without one, and when the loop stood still about then.
     """
@@ -243,4 +279,10 @@ def break_away(
     if stood_still(rows[began - look_back : seen + look_back + 1]):
         return None
     last = rows[began - look_back + 1 : began + 1]
-    return _measurement(last, axis, float(np.mean(last["motor_torque_nm"][:, axis])) - bias_nm, 0.0, 0.0)
+    torque_nm = rows["motor_torque_nm"][:, axis] - bias_nm
+    first, half = max(0, began - round(PEAK_MOST_S / period_s)), round(0.5 * PEAK_S / period_s)
+    about = slice(first, began - look_back // 2 + half + 1)
+    held_nm = peak_nm(position_rad[about], torque_nm[about], period_s, count_rad, inertia_kgm2)
+    if not math.isfinite(held_nm) or stood_still(rows[about]):
+        held_nm = float(np.mean(last["motor_torque_nm"][:, axis])) - bias_nm
+    return _measurement(last, axis, held_nm, 0.0, 0.0)

@@ -80,6 +80,13 @@ SEEDS = (
         GIVEN_UP,
     ),
     Seed(
+        "what moves the inertia when a slide is seen is break-away",
+        "rtctl/identify/tick_readings.py",
+        'np.full(n, 1.0 / n), "valid") - inertia_kgm2 * acceleration',
+        'np.full(n, 1.0 / n), "valid")',
+        ("tests/unit/identify/test_signals.py",),
+    ),
+    Seed(
         "what damping takes when a slow slide is seen is break-away",
         "rtctl/identify/tick_readings.py",
         "max(look_back, seen - rows_before_seen(position_rad, seen, look_back))",

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.identify.tick_readings import break_away, break_away_row, is_steady, measure, stood_still
+from rtctl.identify.tick_readings import break_away, break_away_row, is_steady, measure, peak_nm, stood_still
 from rtctl.tick import new_ticks
 
 T = 1e-3
@@ -122,7 +122,7 @@ def ramp(slip_at_s=4.0, slope=0.05, creep_rad_s=0.0005, sign=1):
 def test_break_away_is_the_torque_where_the_joint_began_to_slide(sign):
     position, torque = ramp(sign=sign)
     rows = ticks(encoder(position), torque + 0.007)
-    found = break_away(rows, 0, T, COUNT, 0.007)
+    found = break_away(rows, 0, T, COUNT, 0.007, 0.0)
     assert found.torque_nm == pytest.approx(sign * 0.2, abs=2e-3)
 
 
@@ -143,8 +143,38 @@ def test_what_damping_takes_when_a_slow_slide_is_seen_is_no_break_away(damping_n
     seen = break_away_row(rows["position_rad"][:, 0], 10, 3e-4)
     late_nm = abs(torque[seen + 5]) - 2.0
     assert late_nm == pytest.approx(0.03 * damping_nms_rad, rel=0.05), "what the damping takes by then"
-    found = break_away(rows, 0, T, COUNT, 0.0)
+    found = break_away(rows, 0, T, COUNT, 0.0, 0.0)
     assert found.torque_nm == pytest.approx(sign * 2.0, abs=0.04 * late_nm + 2e-3)
+
+
+def light_slide(slope_nm_s, inertia_kgm2=0.0022, dry_nm=0.02):
+    """A quick ramp on a light joint that nothing but its inertia holds back once it slides, until it has gone .02 rad."""
+    time = np.arange(4000) * T
+    sliding_s = np.clip(time - dry_nm / slope_nm_s, 0, None)
+    position = slope_nm_s / inertia_kgm2 * sliding_s**3 / 6
+    ends = int(np.argmax(position > 0.02))
+    return position[:ends], slope_nm_s * time[:ends]
+
+
+@pytest.mark.parametrize("counts", [45_600, 160_000])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_what_moves_the_inertia_when_the_slide_is_seen_is_no_break_away(counts, sign):
+    position, torque = light_slide(0.025)
+    step = 2 * math.pi / counts
+    rows = ticks(sign * np.floor(position / step) * step, sign * torque)
+    late = break_away(rows, 0, T, step, 0.0, 0.0)
+    assert abs(late.torque_nm) > 1.05 * 0.02, "what it was without looking at the acceleration"
+    found = break_away(rows, 0, T, step, 0.0, 0.0022)
+    assert found.torque_nm == pytest.approx(sign * 0.02, rel=0.02)
+
+
+def test_an_encoder_too_coarse_for_accelerations_leaves_the_mean_before_the_slide():
+    position, torque = light_slide(0.025)
+    rows = ticks(encoder(position), torque)
+    assert math.isnan(peak_nm(position, torque, T, COUNT, 50.0))
+    seen = break_away_row(rows["position_rad"][:, 0], 10, 3e-4)
+    found = break_away(rows, 0, T, COUNT, 0.0, 50.0)
+    assert 0.02 < found.torque_nm <= np.mean(torque[seen - 9 : seen + 1])
 
 
 @pytest.mark.parametrize(("before_s", "found"), [(0.2, True), (-0.05, False)])
@@ -154,14 +184,14 @@ def test_the_loop_may_not_stand_still_between_the_beginning_of_a_slow_slide_and_
     position, torque = slide(10.0)
     at = round((2.0 / 0.5 - before_s) / T)
     rows = np.delete(ticks(encoder(position), torque), slice(at, at + 12))
-    assert (break_away(rows, 0, T, COUNT, 0.0) is not None) is found
+    assert (break_away(rows, 0, T, COUNT, 0.0, 0.0) is not None) is found
 
 
 @pytest.mark.parametrize(("slots", "found"), [(5, True), (12, False)])
 def test_a_slip_during_a_standstill_of_the_loop_gives_no_break_away(slots, found):
     position, torque = ramp()
     rows = np.delete(ticks(encoder(position), torque), slice(4005, 4005 + slots))
-    assert (break_away(rows, 0, T, COUNT, 0.0) is not None) is found
+    assert (break_away(rows, 0, T, COUNT, 0.0, 0.0) is not None) is found
 
 
 def test_creep_before_the_slip_is_not_taken_for_it():
@@ -172,20 +202,20 @@ def test_creep_before_the_slip_is_not_taken_for_it():
 
 def test_a_joint_that_never_slips_gives_no_break_away():
     position, torque = ramp(slip_at_s=9.0)
-    assert break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0) is None
+    assert break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0, 0.0) is None
 
 
 def test_a_joint_that_was_not_at_rest_gives_no_break_away():
     time = np.arange(500) * T
-    assert break_away(ticks(0.5 * time, 0.05 * time), 0, T, COUNT, 0.0) is None
+    assert break_away(ticks(0.5 * time, 0.05 * time), 0, T, COUNT, 0.0, 0.0) is None
 
 
 def test_a_ramp_of_a_few_ticks_gives_no_break_away():
-    assert break_away(ticks(np.zeros(5), np.zeros(5)), 0, T, COUNT, 0.0) is None
+    assert break_away(ticks(np.zeros(5), np.zeros(5)), 0, T, COUNT, 0.0, 0.0) is None
 
 
 def test_a_lurch_that_comes_to_rest_again_is_no_break_away():
     position, torque = ramp()
     position = position + np.where(np.arange(5000) > 1000, 0.002, 0.0)
-    found = break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0)
+    found = break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0, 0.0)
     assert found.torque_nm == pytest.approx(0.2, abs=2e-3)
