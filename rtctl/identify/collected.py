@@ -12,6 +12,7 @@ from rtctl.identify.motion import SLIP_RAD
 from rtctl.identify.tick_readings import Measurement
 
 DISCARDS_PER_MEASUREMENT = 3
+"""More tries than that in vain, and a point is given up; as many in vain as not, and another servo is tried while there is one."""
 IN_VAIN = 6
 """After so many tries in a row without a measurement, the point is given up."""
 
@@ -47,9 +48,16 @@ class Collected:
         self.discarded += 1
         self.in_vain += 1
 
-    def hopeless(self, wanted: int) -> bool:
-        """True after too many tries in vain, in a row or in all."""
-        return self.in_vain >= IN_VAIN or self.discarded > DISCARDS_PER_MEASUREMENT * wanted
+    def hopeless(self, wanted: int, *, last: bool) -> bool:
+        """True after too many tries in vain, in a row or in all; `last`: there is no other servo to try."""
+        return self.in_vain >= IN_VAIN or self.discarded > (DISCARDS_PER_MEASUREMENT if last else 1) * wanted
+
+    def begin_anew(self) -> None:
+        """Forget what was measured with the servo before: what passes where most does not is no sample of the friction."""
+        self.measurements.clear()
+        self.starts.clear()
+        self.in_vain = self.discarded = 0
+        self.servo += 1
 
     @property
     def weakest_nm(self) -> float:

@@ -138,7 +138,7 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
             got.starts.append(before)
             try:
                 yield from part(motion, task, got, spot, bias_nm)
-                if got.hopeless(settings.measurements):
+                if got.hopeless(settings.measurements, last=_no_other_servo(task, got)):
                     yield from _other_servo(motion, task, got)
             except HandSeen:
                 pauses = 0 if len(got.measurements) > before else pauses + 1
@@ -148,15 +148,19 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
     return got
 
 
+def _no_other_servo(task: Task, got: Collected) -> bool:
+    return task.speed_rad_s == 0 or got.servo + 1 == len(SERVOS)
+
+
 def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
     """Give a speed that does not become steady another chance with the next of `SERVOS`; then give it up. Raises UnsteadyError."""
-    if got.servo + 1 == len(SERVOS) or task.speed_rad_s == 0:
+    if _no_other_servo(task, got):
         yield from motion.rest()
         raise UnsteadyError(
             f"{task.name}: {got.discarded} tries gave only {len(got.measurements)} of {motion.settings.measurements} measurements; "
             "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too coarse for so slow a "
             "motion, backlash or a hard spot"
         )
-    got.servo, got.in_vain, got.discarded = got.servo + 1, 0, min(got.discarded, motion.settings.measurements)
+    got.begin_anew()
     stiffer, calmer = SERVOS[got.servo]
     motion.rig = replace(motion.rig, stiffer=stiffer, calmer=calmer)

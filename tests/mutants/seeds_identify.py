@@ -87,6 +87,20 @@ SEEDS = (
         ("tests/unit/identify/test_signals.py",),
     ),
     Seed(
+        "what passes where most jumps is kept when another servo is tried",
+        "rtctl/identify/collected.py",
+        "        self.measurements.clear()\n",
+        "",
+        ("tests/unit/identify/test_light_joint.py",),
+    ),
+    Seed(
+        "few fast speeds leave the viscous slope to the Stribeck peak",
+        "rtctl/friction/learn/fit.py",
+        "np.unique(speed)[-4:][0])",
+        "np.unique(speed)[0])",
+        ("tests/unit/friction/test_learning.py",),
+    ),
+    Seed(
         "what damping takes when a slow slide is seen is break-away",
         "rtctl/identify/tick_readings.py",
         "max(look_back, seen - rows_before_seen(position_rad, seen, look_back))",

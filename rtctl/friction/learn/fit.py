@@ -89,11 +89,10 @@ def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
     -----
     Theil-Sen: the median of the slopes between all pairs of points with different speeds in the upper half
     of the range, where the Stribeck part has died out; an outlier cannot tilt it. With fewer than 4 such
-    points, all points are used. A falling curve has no viscous part: 0.
+    speeds it is between the 4 fastest, so that few speeds do not make damping, which is left to the device, look like
+    dry friction, which is compensated. A falling curve has no viscous part: 0.
     """
-    upper = speed >= 0.5 * speed.max()
-    if len(np.unique(speed[upper])) < 4:
-        upper = np.ones(len(speed), dtype=bool)
+    upper = speed >= min(0.5 * speed.max(), np.unique(speed)[-4:][0])
     v, f = speed[upper], friction_nm[upper]
     i, j = np.triu_indices(len(v), 1)
     apart = v[j] != v[i]
