@@ -143,9 +143,8 @@ def _weight(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if abs(weight - 1) < 0.15 or (small.std() < SMALL_SHARE * large.std() and not thousand):
         return None  # of a torque that adds little the weight is mostly noise
     text = _weight_text(names, weight, other)
-    unit = max(
-        abs(weight), 1.0
-    )  # what was fitted is in the unit of the larger torque: back to that of the smaller
+    # what was fitted is in the unit of the larger torque: back to that of the smaller
+    unit = max(abs(weight), 1.0)
     return text, Fit(
         other.inertia / unit, other.viscous / unit, other.coulomb / unit, other.added, other.rest / unit
     )
