@@ -14,7 +14,26 @@ from rtctl.friction.truth import true_friction_nm
 from rtctl.rig_file.config import load
 
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
-SHORT = ["--train", "2", "--test", "0", "--measurements", "2", "--spots", "1", "--warm-up", "0.1", "--bias", "0.5", "--ramp", "0.2", "--speed-min", "0.2", "--speed-max", "0.5"]
+SHORT = [
+    "--train",
+    "2",
+    "--test",
+    "0",
+    "--measurements",
+    "2",
+    "--spots",
+    "1",
+    "--warm-up",
+    "0.1",
+    "--bias",
+    "0.5",
+    "--ramp",
+    "0.2",
+    "--speed-min",
+    "0.2",
+    "--speed-max",
+    "0.5",
+]
 LIMITS = "position_min_rad = -0.4\nposition_max_rad = 0.4\n"
 
 

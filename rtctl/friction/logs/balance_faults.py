@@ -49,7 +49,7 @@ PARTS, PART_ROWS = 3, 150
 """Parts of a log that are compared, and fewest rows of one."""
 
 CHANGES_WITHIN = "changes within"
-"""How a warning says so."""
+"""Words of a warning that something differs between the parts of a log: `log_checks` tells no drift of a scale beside it."""
 
 CHANGES = 0.2
 """Share by which Coulomb friction or inertia differ between parts of a log that is told."""
