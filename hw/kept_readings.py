@@ -24,9 +24,8 @@ def keep(tick: np.record, kept: np.record) -> None:
     """Keep the readings of a tick."""
     for field in literal_unroll(FIELDS):
         source, target = tick[field], kept[field]
-        for i in range(
-            len(source)
-        ):  # here, not in a function: a call for each field takes eight times as long
+        # here, not in a function: a call for each field takes eight times as long
+        for i in range(len(source)):
             target[i] = source[i]
 
 

@@ -46,9 +46,8 @@ SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
 
 _OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)
-_STACK_BYTES = (
-    256 * 1024
-)  # of a stopping thread: with locked memory the default 8 MB would be filled in first
+# of a stopping thread: with locked memory the default 8 MB would be filled in first
+_STACK_BYTES = 256 * 1024
 _NEVER = 1 << 40
 
 

@@ -9,9 +9,8 @@ import pytest
 import tiers
 from hypothesis import HealthCheck, settings
 
-os.environ.setdefault(
-    "OPENBLAS_NUM_THREADS", "1"
-)  # a second thread of so small sums only waits, and that burns a core
+# a second thread of so small sums only waits, and that burns a core
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 _FOLDER = tempfile.TemporaryDirectory(prefix="rtctl-state-")
 os.environ["RTCTL_STATE_DIR"] = _FOLDER.name
 

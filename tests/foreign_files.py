@@ -62,10 +62,10 @@ def rig_file(base, axes, folder, *, models=None, rate_hz=1000.0, device=None, **
 
 def fitted(base, axes, folder, share, **more):
     """The same with `share` of the stiffest coupling on each axis, softer and more gently helped as long as `check` refuses it; None where that is no use."""
-    report = stability_report.examine(rig_file(base, axes, folder, **more))
+    plain = rig_file(base, axes, folder, **more)
     axes = [dict(one) for one in axes]
-    for one, figures in zip(axes, report.axes, strict=True):
-        most = figures.sampled_data_k_max_nm_rad
+    for index, one in enumerate(axes):
+        most = stability_report.figures_alone(plain, index).sampled_data_k_max_nm_rad
         one["coupling"] = one["coupling"] | {"stiffness_nm_rad": min(share * max(most, 0.0), 1e6)}
     for _ in range(3):
         loaded = rig_file(base, axes, folder, **more)

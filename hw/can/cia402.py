@@ -218,9 +218,8 @@ class Cia402Axis:
         start = bus.outgoing(NMT, 2)
         start.buffer[start.offset : start.offset + 2] = bytes([START, self.node])
         for _ in range(5):
-            bus.send(
-                start
-            )  # again: nobody acknowledges it, and one that was lost leaves a drive that says nothing
+            # again: nobody acknowledges it, and one that was lost leaves a drive that says nothing
+            bus.send(start)
             bus.send(self._command)
             bus.send(self._sync)
             if wait_for(bus, self._heard, 0.2):

@@ -61,9 +61,10 @@ def encode_command(
 ) -> None:
     """Write the floats of a torque command into a frame made from `command_frame`."""
     nan = math.nan
+    # position and stop position "not set"; velocity, kp and kd scale 0
     COMMAND_FLOATS.pack_into(
         buffer, offset + len(COMMAND), nan, 0.0, torque_nm, 0.0, 0.0, torque_max_nm, nan, ttl_s
-    )  # position and stop position "not set"; velocity, kp and kd scale 0
+    )
 
 
 def command_frame() -> bytes:

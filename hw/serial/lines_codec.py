@@ -137,9 +137,8 @@ class LineWriter:
 
     def __init__(self, table: Options, units: Sequence[float]) -> None:
         self._checksum, life = table["checksum"], float(table["time_to_live_ms"])
-        self._parts = [
-            _Part(field, unit, life) for field, unit in zip(table["field"], units, strict=True)
-        ]  # in the order of the file
+        # in the order of the file
+        self._parts = [_Part(field, unit, life) for field, unit in zip(table["field"], units, strict=True)]
 
     def write(self, values: Sequence[float], *, enabled: bool) -> bytes:
         """The line for `values`, one per axis in SI; zeros when not enabled, or when any of them is not finite."""
@@ -174,7 +173,6 @@ class _Part:
         number = 0.0
         if on:
             value = min(max(values[self._axis], -self._limit), self._limit) / self._scale
-            number = (
-                int(min(max(value, -NUMBER_MAX), NUMBER_MAX) * self._steps) / self._steps
-            )  # cut off toward 0
+            # cut off toward 0
+            number = int(min(max(value, -NUMBER_MAX), NUMBER_MAX) * self._steps) / self._steps
         return self._prefix + b"%.*f" % (self._decimals, number + self._zero)

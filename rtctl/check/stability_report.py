@@ -149,8 +149,7 @@ def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None)
 
 
 def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
-    late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
-    found = _all_figures(loaded, index, axis, late, joint)
+    found, joint = figures_alone(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
     where, config = f"{loaded.path}: axis[{index}]", loaded.config
     subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
@@ -164,18 +163,17 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: Axis
     )
 
 
-def _all_figures(
-    loaded: LoadedConfig, index: int, axis: AxisTable, late: lateness.Lateness, joint: Joint
-) -> AxisFigures:
-    figures, b, dry, sure = _friction(loaded, axis, late)
+def figures_alone(loaded: LoadedConfig, index: int, pulse: AxisTiming | None = None) -> AxisFigures:
+    """Figures of axis `index` without a verdict: a verdict searches for what would pass, too, which takes far longer."""
+    late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
+    figures, b, dry, sure = _friction(loaded, loaded.config.axis[index], late)
     return _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
 
 
 def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
     """The loop that axis `index` closes as an admittance, as its certificate has it."""
-    axis, config = loaded.config.axis[index], loaded.config
-    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
-    return loop_of(_all_figures(loaded, index, axis, late, joint), axis, joint, config.period_s)
+    joint = lateness.joint_of_axis(loaded, index)
+    return loop_of(figures_alone(loaded, index), loaded.config.axis[index], joint, loaded.config.period_s)
 
 
 def _friction(

@@ -65,9 +65,8 @@ def command(
             n_jobs=jobs or -1,
             folds=hold_out.way_for(points),
         )
-        told = [
-            note.replace(f"{folder}/", "") for note in notes
-        ]  # a page is for others, who have other folders
+        # a page is for others, who have other folders
+        told = [note.replace(f"{folder}/", "") for note in notes]
         found.append(judge_set(one.name, one.source, points, told, options))
     text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")
     if out is not None:

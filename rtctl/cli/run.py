@@ -90,9 +90,8 @@ def _host(
         raise ConfigError(
             f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
         )
-    if all(
-        member.kind != "playback" for member in loaded.members()
-    ):  # else the host finds out what reads the log
+    # else the host finds out what reads the log
+    if all(member.kind != "playback" for member in loaded.members()):
         waiting.prepare(order_of(loaded))
     from rtctl.host.auto_arm import AutoArm
     from rtctl.host.notices import Notices

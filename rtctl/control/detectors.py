@@ -67,9 +67,8 @@ def _outside(s: Record, p: Record) -> bool:
             continue
         delay_s = p.declared_delay_s[axis]
         measured_s = s.answer_delay[axis] * p.period_s
-        if (
-            s.answer_count[axis] > 0 and not measured_s <= delay_s
-        ):  # a delay that is no number is covered by nothing
+        # a delay that is no number is covered by nothing
+        if s.answer_count[axis] > 0 and not measured_s <= delay_s:
             delay_s = measured_s
         if p.proof_delay_s[axis] > 0.0 and not delay_s + age_s <= p.proof_delay_s[axis]:
             return True

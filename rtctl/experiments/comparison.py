@@ -50,7 +50,7 @@ def outcome(
     told = (
         pictures,
         Part("Where SVR wins and where it does not", verdicts, (learned(compared),)),
-        *parts(found, shown, order.repetitions),
+        *parts(order, found, shown),
     )
     winner = positioning.best_of_all(found, "PD", words.key, 1e3, "mrad")
     said = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less {words.figure} with {best} than without, over all {words.runs}. {winner}"
@@ -64,12 +64,14 @@ def learned(compared: Sequence[Compared]) -> Table:
     return Table(caption, ("model", "held-out RMSE, mN m", "numbers per direction"), rows)
 
 
-def parts(found: Found, shown: Figures, seeds: int) -> list[Part]:
+def parts(order: Order, found: Found, shown: Figures) -> list[Part]:
     """Per controller: one picture of the first error figure over all cases, and a table per case."""
     made = []
     for controller, cases in found.items():
-        tables = [_table(case, of, shown, seeds) for case, of in cases.items()]
-        made.append(Part(f"{controller}: every case", shown=(_bars(found, controller, shown), *tables)))
+        tables = [_table(case, of, shown, order.repetitions) for case, of in cases.items()]
+        made.append(
+            Part(f"{controller}: every case", shown=(_bars(order, found, controller, shown), *tables))
+        )
     return made
 
 
@@ -98,7 +100,7 @@ def _cell(found: Estimate, scale: float, seeds: int) -> str:
     return found.text(scale) + (f" ({found.count})" if found.count < seeds else "")
 
 
-def _bars(found: Found, controller: str, shown: Figures) -> Picture:
+def _bars(order: Order, found: Found, controller: str, shown: Figures) -> Picture:
     error = next(name for name in shown if "error" in name)
     words, scale = shown[error]
     models = next(iter(found[controller].values()))
@@ -107,7 +109,7 @@ def _bars(found: Found, controller: str, shown: Figures) -> Picture:
     }
     name = f"{error}_{controller}".lower()
     caption = f"{controller}: {words}, mean over all cases, with 95 % confidence intervals over seeds where there are several."
-    return Picture(name, caption, figures.bars(groups, f"{words.replace(', ', ' [')}]", scale=scale))
+    return Picture(name, caption, figures.bars(groups, f"{words.replace(', ', ' [')}]", order.motion, scale))
 
 
 def numbers(found: Found) -> dict[str, Any]:

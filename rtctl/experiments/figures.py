@@ -34,9 +34,7 @@ def png(figure: Figure, motion: str) -> bytes:
     return pictures.png(figure)
 
 
-def stacked(
-    panels: Sequence[tuple[str, Lines]], x: str, height: float = 2.4, motion: str = "rotary"
-) -> bytes:
+def stacked(panels: Sequence[tuple[str, Lines]], x: str, motion: str, height: float = 2.4) -> bytes:
     """Draw panels above each other over one x axis; each is (y label with unit, lines)."""
     figure = pictures.blank(WIDTH, height * len(panels) + 0.6)
     plots = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
@@ -52,14 +50,7 @@ def stacked(
     return png(figure, motion)
 
 
-def bars(
-    groups: Mapping[str, Mapping[str, Estimate]],
-    x: str,
-    *,
-    scale: float = 1.0,
-    log: bool = False,
-    motion: str = "rotary",
-) -> bytes:
+def bars(groups: Mapping[str, Mapping[str, Estimate]], x: str, motion: str, scale: float = 1.0) -> bytes:
     """Draw horizontal bars with confidence intervals, one panel per group: group -> bar -> estimate."""
     names = list(next(iter(groups.values())))
     figure = pictures.blank(WIDTH, 0.9 + 0.3 * len(names))
@@ -72,8 +63,6 @@ def bars(
             range(len(names)), means, xerr=halves, capsize=2, color=colours, error_kw={"linewidth": 0.8}
         )
         plot.set_yticks(range(len(names)), names)
-        if log:
-            plot.set_xscale("log")
         label(plot, x, "", title)
     plots[0].invert_yaxis()
     return png(figure, motion)

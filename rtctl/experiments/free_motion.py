@@ -129,9 +129,7 @@ def _picture(order: Order, motion: Motion) -> Picture:
         f"free_motion_{motion.name.replace(' ', '_')}",
         f"{motion.name}: torque of the hand on the joint in N m, and angle in rad about its mean, over time in s; "
         "the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
-        figures.stacked(
-            [("hand torque [N m]", force), ("angle [rad]", place)], "time [s]", motion=order.motion
-        ),
+        figures.stacked([("hand torque [N m]", force), ("angle [rad]", place)], "time [s]", order.motion),
     )
 
 
@@ -206,7 +204,7 @@ def _outcome(
     pictures: list[Picture],
     ways: dict[str, dict[str, Way]],
 ) -> Outcome:
-    shown: list[Table | Picture] = [*pictures, _bars(found)]
+    shown: list[Table | Picture] = [*pictures, _bars(order, found)]
     tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]
     most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, order.motion)
     return Outcome(
@@ -236,14 +234,14 @@ def _sentence(found: dict[str, Measured], ways: dict[str, dict[str, Way]]) -> st
     )
 
 
-def _bars(found: dict[str, Measured]) -> Picture:
+def _bars(order: Order, found: dict[str, Measured]) -> Picture:
     """What each controller saves of the hand's torque."""
     bars = {motion.name: reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS}
     bars = {name: {v: e for v, e in one.items() if v != OFF.name} for name, one in bars.items()}
     return Picture(
         "free_motion_reduction",
         "Reduction of the RMS torque of the hand against no compensation, %, with 95 % confidence intervals.",
-        figures.bars(bars, "reduction [%]", scale=100),
+        figures.bars(bars, "reduction [%]", order.motion, 100),
     )
 
 

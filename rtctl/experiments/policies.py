@@ -246,7 +246,7 @@ def _picture(order: Order, at: int, rig: str, found: dict[str, Judged]) -> Pictu
     caption = (
         f"{rig}: reduction of the RMS torque of the hand in %, by policy, with 95 % confidence intervals."
     )
-    return Picture(f"policies_{at}", caption, figures.bars(groups, "reduction [%]", scale=100))
+    return Picture(f"policies_{at}", caption, figures.bars(groups, "reduction [%]", order.motion, 100))
 
 
 def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:

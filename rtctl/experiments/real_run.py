@@ -106,8 +106,8 @@ class Comparison:
         self._ticks += len(rows)
         if self._ticks * self._period_s > ARM_PATIENCE_S:
             raise FaultError(
-                f"not armed after {ARM_PATIENCE_S:g} s: state {state_and_cause(last)}"
-                f"; the hand must rest while the sensor is tared"
+                f"not armed after {ARM_PATIENCE_S:g} s: state {state_and_cause(last)}; "
+                "the hand must rest while the sensor is tared"
             )
         if last["state"] == State.IDLE and time.monotonic() - self._asked > 0.2:
             self._asked = time.monotonic()

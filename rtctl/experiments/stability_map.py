@@ -39,18 +39,19 @@ DRY_SPEEDS_RAD_S = (0.01, 0.1, 1.0)
 
 @dataclass(frozen=True)
 class Device:
-    """J, b and T of the rig's first axis."""
+    """J, b and T of the rig's first axis, and how it moves."""
 
     inertia: float
     damping: float
     period_s: float
+    motion: str
 
 
 def run(order: Order) -> Outcome:
     """Run the experiment: joint and hand are computed, the rig gives the figures. Raises ConfigError."""
     order.require_simulated("stability-map")
     axis = order.loaded.config.axis[0]
-    device = Device(axis.inertia_kgm2, axis.viscous_nms_rad, order.loaded.config.period_s)
+    device = Device(axis.inertia_kgm2, axis.viscous_nms_rad, order.loaded.config.period_s, axis.motion)
     found = {modes: _edge(device, modes) for modes in MODES}
     viscous = {gain: _edge(_compensated(device, gain), MODES[-1]) for gain in VISCOUS_GAINS}
     order.progress(0.5, "worst-case hands in time")
@@ -252,7 +253,7 @@ def _picture(device: Device, found: dict[int, list[float]], viscous: dict[float,
         "instability with worst-case hands. Left: without compensation of viscous friction, hands of 1 to 14 resonances. "
         "Right: what is left of the region when viscous friction is compensated, with the hand of 14."
     )
-    return Picture("stability_map", caption, pictures.png(figure))
+    return Picture("stability_map", caption, figures.png(figure, device.motion))
 
 
 def _table(device: Device, found: dict[int, list[float]]) -> Table:

@@ -59,13 +59,10 @@ def _triangle_name(order: Order, speed_rad_s: float) -> str:
 
 def _sine(order: Order, hz: float, amplitude_rad: float) -> Case:
     rate_hz = order.loaded.config.loop.rate_hz
-    # A (1 - cos w t) / 2 starts at rest
+    # A (1 - cos w t) starts at rest, and goes 2 A away
     t, w = np.arange(round(2 / hz * rate_hz)) / rate_hz, 2 * np.pi * hz
-    half = 0.5 * amplitude_rad * 2
-    reference = np.column_stack(
-        [half * (1 - np.cos(w * t)), half * w * np.sin(w * t), half * w * w * np.cos(w * t)]
-    )
-    return Case(_sine_name(hz), reference, Shape.SINE, half, w)
+    reference = amplitude_rad * np.column_stack([1 - np.cos(w * t), w * np.sin(w * t), w * w * np.cos(w * t)])
+    return Case(_sine_name(hz), reference, Shape.SINE, amplitude_rad, w)
 
 
 def _triangle(order: Order, speed_rad_s: float, amplitude_rad: float) -> Case:
@@ -103,7 +100,7 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
         panels.append((f"{controller}: error [mrad]", lines))
     caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. {order.shown_run}"
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
-    return Picture(name, caption, figures.stacked(panels, "time [s]", 3.0, order.motion))
+    return Picture(name, caption, figures.stacked(panels, "time [s]", order.motion, 3.0))
 
 
 EXPERIMENT = positioning.Experiment("tracking", cases_of, judge, _outcome)

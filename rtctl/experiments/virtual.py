@@ -232,8 +232,8 @@ def require_active(trace: np.ndarray, what: str) -> None:
         return
     first = trace[int(np.argmax(trace["state"] != State.ACTIVE))]
     raise DataError(
-        f"{what}: the rig left ACTIVE at tick {int(first['tick'])} for {state_and_cause(first)}"
-        f"; lower the gains or look at it with rtctl run"
+        f"{what}: the rig left ACTIVE at tick {int(first['tick'])} for {state_and_cause(first)}; "
+        "lower the gains or look at it with rtctl run"
     )
 
 

@@ -45,7 +45,7 @@ class Deployed:
     """Position where the model has its 0; None where it is used without places: friction is watched by speed alone."""
 
     pushes: bool = True
-    """Whether the watch goes by what place alone exerts: not where its waves are too quick to be seen, and nobody knows where they are."""
+    """Whether the watch takes off the torque that a place alone exerts (cogging); False where its waves are too quick for the law to see, and no encoder knows them."""
 
     @property
     def identity(self) -> str:

@@ -73,9 +73,8 @@ class AxisWatch:
             return
         self._judged = self.strokes.taken
         found = self.found = estimate(self.strokes, self.rate_hz)
-        if (
-            found is None
-        ):  # what was told is of motion that is forgotten; what was warned of is not known to be gone
+        # what was told is of motion that is forgotten; what was warned of is not known to be gone
+        if found is None:
             return
         self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
         if self.table.stop and not self.stopped:

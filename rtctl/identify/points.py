@@ -56,12 +56,16 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
     patience = round((SETTLE_S + SETTLE_RAD * rig.radian / speed) / rig.period_s) + window
     least = round(allowed.travel_rad / speed / rig.period_s)
     look_s = max(LOOK_S, 0.2 * window * rig.period_s)
-    seen = yield from motion.see(Order(motion.turn(velocity_rad_s).fields, look_s))
-    ticks = len(seen)
+
+    def read(rows: np.ndarray) -> np.ndarray:
+        return np.stack([rows["position_rad"][:, rig.axis], rows["motor_torque_nm"][:, rig.axis]])
+
+    seen = read((yield from motion.see(Order(motion.turn(velocity_rad_s).fields, look_s))))
+    ticks = seen.shape[1]
     while True:
-        seen = seen[-window:]
-        position, torque = seen["position_rad"][:, rig.axis], seen["motor_torque_nm"][:, rig.axis]
-        full = len(seen) == window and ticks >= least
+        seen = seen[:, -window:]
+        position, torque = seen
+        full = len(position) == window and ticks >= least
         if full and is_steady(
             position,
             torque,
@@ -75,9 +79,9 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
             return True
         if ticks > patience or motion.room_rad(direction) <= motion.stopping_rad(speed):
             return False
-        rows = yield from motion.see(Order(look_s=look_s))
-        ticks += len(rows)
-        seen = np.concatenate([seen, rows])
+        rows = read((yield from motion.see(Order(look_s=look_s))))
+        ticks += rows.shape[1]
+        seen = np.hstack([seen, rows])
 
 
 def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:

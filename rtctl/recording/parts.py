@@ -77,9 +77,8 @@ class Parts:
         self._folder, self._setup, self._limits = folder, setup, limits
         rate_hz = float(setup.about["rate_hz"])
         self._columns = rate_hz > ROWS_HZ and not rows
-        self._chosen = (
-            round(rate_hz / CHOSEN_HZ) if self._columns else 1
-        )  # of so many ticks one is a row, too
+        # of so many ticks one is a row, too
+        self._chosen = round(rate_hz / CHOSEN_HZ) if self._columns else 1
         if self._columns:  # compiled, or loaded, before the first chunk
             tick_blocks.encode(new_ticks(1, setup.n_axes), COLUMNS, 0, 0)
         self._level = (COLUMNS_LEVEL if self._columns else ROWS_LEVEL) if level is None else level

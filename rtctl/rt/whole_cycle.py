@@ -146,9 +146,8 @@ def _run(
         if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices
             return READ
         t_read = _clock(o, g, timespec)
-        mailbox.take(
-            header, slot_words, command_words
-        )  # 3 decide: newest command if there is a new one, law, gate
+        # 3 decide: newest command if there is a new one, law, gate
+        mailbox.take(header, slot_words, command_words)
         call(o.law_at, law_arguments)
         t_law = _clock(o, g, timespec)
         t.read_ns, t.law_ns, t.record_ns = t_read - g.woke_ns, t_law - t_read, g.record_ns

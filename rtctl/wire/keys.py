@@ -248,9 +248,8 @@ def _write(path: Path, values: dict[str, str], like: Path | None) -> None:
 def _read(path: Path, names: tuple[str, ...], *, private: bool) -> dict[str, str]:
     """The values of a key file, checked."""
     try:
-        fd = os.open(
-            path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
-        )  # a FIFO would wait for its writer
+        # a FIFO would wait for its writer
+        fd = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC)
         try:
             mode = os.fstat(fd).st_mode
             raw = os.read(fd, _MOST_BYTES) if stat.S_ISREG(mode) else b""

@@ -15,9 +15,8 @@ from rtctl.simulation.demo import shipped_config
 
 @pytest.fixture(scope="module")
 def rigs():
-    return [
-        certified_pairs.drawn(7, index) for index in (0, 2, 3)
-    ]  # of rig 1 the first hands swing the joint beyond its velocity limit
+    # of rig 1 the first hands swing the joint beyond its velocity limit
+    return [certified_pairs.drawn(7, index) for index in (0, 2, 3)]
 
 
 def test_certified_rigs_come_to_rest_in_the_hands_of_their_box(rigs):

@@ -53,9 +53,10 @@ def rig(
     def made():
         return loaded.model_copy(update={"config": Config.model_validate(table)})
 
-    most = stability_report.examine(made()).axes[0].sampled_data_k_max_nm_rad
+    most = stability_report.figures_alone(made(), 0).sampled_data_k_max_nm_rad
     table["axis"][0]["coupling"]["stiffness_nm_rad"] = share * most
-    return made() if most > 0.0 and stability_report.examine(made()).ok else None
+    rig_file = made()
+    return rig_file if most > 0.0 and stability_report.examine(rig_file).ok else None
 
 
 SEEN = {

@@ -129,9 +129,8 @@ def drawn(seed, folder):
         axes.append(told(luck, own, i, lag_hz, length, linear))
         models.append(model(own, name, motion, luck.one(1.0, 1.0, 1.2, 0.8)))
     timing = {"timing": {"sample_every_ticks": sample_ticks, "transport_delay_ticks": delay}}
-    rate_hz = luck.one(
-        1000.0, 2000.0, 4000.0, 500.0 if sample_ticks < 3 else 1000.0
-    )  # or it is not ready before the hand moves
+    # or it is not ready before the hand moves
+    rate_hz = luck.one(1000.0, 2000.0, 4000.0, 500.0 if sample_ticks < 3 else 1000.0)
     loaded = fitted(
         base, axes, folder, luck.one(0.5, 0.9, 0.995), models=models, device=timing, rate_hz=rate_hz
     )

@@ -26,9 +26,8 @@ from rtctl.recording.tick_cdr import MESSAGE_HEAD
 from rtctl.recording.topics import COLUMNS
 from rtctl.tick import new_ticks
 
-MEMORY_BYTES = (
-    3 << 30
-)  # address space of a child that reads a bomb: the libraries alone reserve a third of it
+# address space of a child that reads a bomb: the libraries alone reserve a third of it
+MEMORY_BYTES = 3 << 30
 ROOT = Path(__file__).parents[2]
 
 

@@ -157,9 +157,8 @@ def judge(seed: int, families: Sequence[str], *, sessions: bool = False) -> Judg
 def main(joints: int, first: int, kernels: str, *, sessions: bool) -> None:
     """Print each joint, and how often the choice is how good."""
     families = dict.fromkeys((*grids.families("formula"), *grids.families(kernels)))
-    rungs = [
-        name for name in families if not name.endswith("polynomial")
-    ]  # they seldom converge, and take the most time
+    # they seldom converge, and take the most time
+    rungs = [name for name in families if not name.endswith("polynomial")]
     times = []
     for seed in range(first, first + joints):
         one = judge(seed, rungs, sessions=sessions)

@@ -80,9 +80,8 @@ def rows(cycles: int) -> list[Row]:
             raise RtctlError(str(error)) from error
         finally:
             sim.stop()
-        more: dict[str, Any] = (
-            {"can_filters": FILTERS} if on_vcan else {}
-        )  # in software they are a trap for `recv(0)`
+        # in software they are a trap for `recv(0)`
+        more: dict[str, Any] = {"can_filters": FILTERS} if on_vcan else {}
         with can.Bus(interface=interface, channel=channel, ignore_config=True, **more) as plain:
             rounds = [
                 _interleaved(can, device, backend, plain, max(cycles // ROUNDS, 100)) for _ in range(ROUNDS)

@@ -59,9 +59,8 @@ class Beside:
             self.theirs += cyclictest.run(seconds, round(1e6 / self.rate_hz), loop.priority, self.core)
             ours = probe("loop", config, seconds, self.rate_hz, self.core)
             cost = _cost(self.rate_hz, loop.priority, self.core)
-        passed = np.diff(
-            ours[2], prepend=ours[2][:1]
-        )  # slots missed meanwhile: `wakeup_ns` counts from the last of them
+        # slots missed meanwhile: `wakeup_ns` counts from the last of them
+        passed = np.diff(ours[2], prepend=ours[2][:1])
         self.ours += Latencies.of(ours[0] + passed * round(1e9 / self.rate_hz))
         self.missed += int(ours[2][-1])
         self.cost.append(cost["share"])

@@ -14,6 +14,8 @@ from pathlib import Path
 
 import numpy as np
 import zmq
+from axis_bounds import BOUNDS as AXIS
+from axis_bounds import DISPLAY
 
 from rtctl.control import mailbox
 from rtctl.control.jit import records
@@ -29,17 +31,7 @@ from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader, words
 from rtctl.tick import new_ticks
 
 IPC_ONLY = Openings()
-BOUNDS = {
-    "stiffness_nm_rad": (0.0, 100.0),
-    "damping_nms_rad": (0.0, 10.0),
-    "center_rad": (-10.0, 10.0),
-    "pitch_rad": (0.001, 10.0),
-    "position_rad": (-3.0, 3.0),
-    "velocity_rad_s": (-20.0, 20.0),
-    "mass_kgm2": (0.01, 0.05),
-    "mass_damping_nms_rad": (0.1, 2.0),
-}
-
+BOUNDS = {**AXIS, **DISPLAY}
 
 FAULT_NS = 200_000_000
 """So long the cause of a fault is there."""

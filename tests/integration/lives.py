@@ -80,9 +80,8 @@ class Forked:
                         os.close(fd)
                     except OSError:
                         continue
-            with contextlib.suppress(
-                PermissionError
-            ):  # punctual; without the locked memory of a fork's 500 MB
+            # punctual; without the locked memory of a fork's 500 MB
+            with contextlib.suppress(PermissionError):
                 os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(10))
             signal.set_wakeup_fd(-1)  # of the host: a new program would not have it
             sys.argv = ["rtctl.rt", str(pass_fds[0]), str(os.getppid())]

@@ -9,26 +9,32 @@ from pathlib import Path
 import numpy as np
 import pytest
 from patience import PATIENCE_S, until
-from shipped_friction import law_nm
+
+from rtctl.friction.truth import true_friction_nm
+from rtctl.rig_file.config import load
 
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
 SHORT = [
-    *[
-        "--train",
-        "2",
-        "--test",
-        "0",
-        "--measurements",
-        "2",
-        "--spots",
-        "1",
-        "--warm-up",
-        "0.3",
-        "--bias",
-        "0.5",
-    ],
-    *["--ramp", "0.2", "--speed-min", "0.2", "--speed-max", "0.5"],
+    "--train",
+    "2",
+    "--test",
+    "0",
+    "--measurements",
+    "2",
+    "--spots",
+    "1",
+    "--warm-up",
+    "0.1",
+    "--bias",
+    "0.5",
+    "--ramp",
+    "0.2",
+    "--speed-min",
+    "0.2",
+    "--speed-max",
+    "0.5",
 ]
+LIMITS = "position_min_rad = -0.4\nposition_max_rad = 0.4\n"
 
 
 def rtctl(*arguments):
@@ -41,10 +47,16 @@ def call(*arguments):
 
 @pytest.fixture
 def narrow(tmp_path):
-    """The mock with a travel of .8 rad, so that moves are short."""
-    path = tmp_path / "rig.toml"
-    limits = "position_min_rad = -0.4\nposition_max_rad = 0.4\n"
-    path.write_text(CONFIG.read_text().replace("current_limit_a = 10.0", limits + "current_limit_a = 10.0"))
+    """The mock with a travel of .8 rad and a third of its friction, so that moves and ramps are short."""
+    path, text = tmp_path / "rig.toml", CONFIG.read_text()
+    for old, new in (
+        ("current_limit_a = 10.0", f"{LIMITS}current_limit_a = 10.0"),
+        ("coulomb_nm = 0.25 ", "coulomb_nm = 0.08 "),
+        ("breakaway_nm = 0.35 ", "breakaway_nm = 0.11 "),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    path.write_text(text)
     return path
 
 
@@ -75,9 +87,15 @@ def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_
     document = json.loads((out / "dataset.json").read_text())
     assert document["complete"]
     assert len(document["sessions"]) == 2
-    for point in document["points"]:
-        true = law_nm(abs(point["velocity_rad_s"]), point["direction"])
-        assert abs(point["friction_torque_nm"]) == pytest.approx(true, abs=0.02)
+    found = [
+        [point[name] for name in ("velocity_rad_s", "friction_torque_nm")] for point in document["points"]
+    ]
+    speed, torque = np.array(found).T
+    assert len(speed) == summary["points_wanted"]
+    moving = speed != 0.0
+    true_nm = true_friction_nm(load(narrow), 0, speed[moving])
+    assert np.abs(torque[moving]) == pytest.approx(true_nm, abs=0.01)
+    assert np.abs(torque[~moving]) == pytest.approx(0.11, abs=0.03)
     for point in document["points"]:
         with np.load(out / "ticks" / f"{point['name']}.npz", allow_pickle=False) as ticks:
             assert np.all(np.diff(ticks["tick"]) > 0)

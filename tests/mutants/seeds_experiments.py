@@ -44,6 +44,13 @@ SEEDS = (
         POLICIES,
     ),
     Seed(
+        "bars of a carriage are labelled in mrad",
+        "rtctl/experiments/comparison.py",
+        "order.motion, scale)",
+        '"rotary", scale)',
+        SIZES,
+    ),
+    Seed(
         "a motion leaves the travel on its shorter side",
         "rtctl/experiments/sizes.py",
         "left = [USED_SHARE * min(up, down) / reach_rad]",

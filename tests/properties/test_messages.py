@@ -2,6 +2,7 @@ import tracemalloc
 
 import msgpack
 import numpy as np
+from axis_bounds import BOUNDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,15 +15,7 @@ from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
 from rtctl.wire.protocol import Endpoints
 
-LIMITS = {
-    "stiffness_nm_rad": (0.0, 100.0),
-    "damping_nms_rad": (0.0, 10.0),
-    "center_rad": (-10.0, 10.0),
-    "pitch_rad": (0.001, 10.0),
-    "position_rad": (-3.0, 3.0),
-    "velocity_rad_s": (-20.0, 20.0),
-}
-RIG = RigDescription("mock", (AxisDescription("base", LIMITS), AxisDescription("tip", LIMITS)), 1000.0)
+RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", BOUNDS)), 1000.0)
 VALID = [
     msgpack.packb(
         {
@@ -60,8 +53,8 @@ key_names = sorted({key.name for op in OPERATIONS.values() for key in op.keys} |
 
 def within_bounds(request):
     for name, value in request.values.items():
-        if name in LIMITS:
-            low, high = LIMITS[name]
+        if name in BOUNDS:
+            low, high = BOUNDS[name]
             assert np.all((np.asarray(value) >= low) & (np.asarray(value) <= high))
     assert 0 <= request.values.get("share", 0) <= 1
     assert request.values.get("axis", 0) in (0, 1)

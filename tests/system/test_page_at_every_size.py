@@ -8,7 +8,7 @@ import json
 import pytest
 from made_up_rig import HELLO
 from page_in_chromium import Page
-from page_rig import ONE_AXIS, asked, at_a_desk, fault, opened, served
+from page_rig import ONE_AXIS, asked, fault, served
 from patience import until
 
 from rtctl.control.vocabulary import Environment, Fault, State
@@ -16,24 +16,6 @@ from rtctl.control.vocabulary import Environment, Fault, State
 pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
 
 LOOKS = [(size, theme) for size in ("desk", "phone") for theme in ("light", "dark")]
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with opened() as program:
-        yield program
-
-
-@pytest.fixture
-def rig():
-    with served() as made:
-        yield made
-
-
-@pytest.fixture
-def desk(chromium, rig):
-    with at_a_desk(chromium, rig) as looked_at:
-        yield looked_at
 
 
 @pytest.mark.parametrize(("size", "theme"), LOOKS)

@@ -2,31 +2,13 @@
 
 import pytest
 from page_in_chromium import Page
-from page_rig import ONE_AXIS, asked, at_a_desk, held_back, opened, served, serving
+from page_rig import ONE_AXIS, asked, held_back, served, serving
 from patience import until
 
 from rtctl.control.vocabulary import State
 from rtctl.view.server import ViewServer
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
-
-
-@pytest.fixture(scope="module")
-def chromium():
-    with opened() as program:
-        yield program
-
-
-@pytest.fixture
-def rig():
-    with served() as made:
-        yield made
-
-
-@pytest.fixture
-def desk(chromium, rig):
-    with at_a_desk(chromium, rig) as looked_at:
-        yield looked_at
 
 
 def test_buttons_follow_the_state_and_say_why_they_are_held_back(desk):

@@ -6,17 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_by_one import require_same, ticks_one_by_one
 
 from hw import registry
 from hw.fault_kinds import markdown_table
 from hw.interface import LinkLost
 from hw.member import Member
-from hw.mock.backend import MockBackend
 from hw.rig import compose
-from rtctl.check.law_plan import build
-from rtctl.control import law
 from rtctl.control.jit import records
-from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
@@ -48,18 +45,7 @@ def test_the_compiled_loop_gives_the_ticks_that_backend_and_law_give_one_by_one(
     trace = np.concatenate([simulation.run(0.8), simulation.run(1.2, arm_count=1)])
 
     options = registry.options_model("mock").model_validate({**loaded.options, "faults": MANY})
-    plan, backend = build(loaded), MockBackend(options.model_dump(mode="json"), loaded.config.hardware())
-    params, command, model = records(plan.params), records(plan.command), records(plan.model)
-    tick, state = records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1)))
-    for k in range(2000):
-        if k == 800:
-            command["arm_count"] = 1
-            command["seq"] += 1
-        tick["tick"], tick["time_ns"] = k, k * 1_000_000
-        backend.read(tick)
-        law.step(tick, state, params, command, model)
-        backend.write(tick)
-        assert tick.tobytes() == trace[k : k + 1].tobytes(), f"tick {k}"
+    require_same(ticks_one_by_one(loaded, options.model_dump(mode="json"), 2000, arm_at=800), trace)
     assert np.isnan(trace["position_rad"]).any()
     assert (trace["link_faults"] != 0).any()
 

@@ -4,17 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from one_by_one import require_same, ticks_one_by_one
 
-from hw.mock.backend import MockBackend
-from rtctl.check.law_plan import build
-from rtctl.control import law
-from rtctl.control.jit import records
-from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, FaultError
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.tick import new_ticks
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -28,18 +23,7 @@ def test_it_gives_the_ticks_that_backend_and_law_give_one_by_one(loaded):
     simulation = Simulation(loaded)
     trace = np.concatenate([simulation.run(0.8), simulation.run(1.2, arm_count=1)])
 
-    plan, backend = build(loaded), MockBackend(loaded.options, loaded.config.hardware())
-    params, command, model = records(plan.params), records(plan.command), records(plan.model)
-    tick, state = records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1)))
-    for k in range(2000):
-        if k == 800:
-            command["arm_count"] = 1
-            command["seq"] += 1
-        tick["tick"], tick["time_ns"] = k, k * 1_000_000
-        backend.read(tick)
-        law.step(tick, state, params, command, model)
-        backend.write(tick)
-        assert tick.tobytes() == trace[k : k + 1].tobytes(), f"tick {k}"
+    require_same(ticks_one_by_one(loaded, loaded.options, 2000, arm_at=800), trace)
     assert trace["state"][-1] == State.ACTIVE
     assert np.any(trace["torque_applied_nm"] != 0)
 

@@ -152,14 +152,12 @@ def damping_needed_between(
     return max(needed)
 
 
-def margin_sampled_data(
-    b: float, k_c: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0
-) -> float:
+def margin_sampled_data(b: float, k_c: float, b_c: float, T: float, d: float = 0.0) -> float:
     """Surplus of device damping over what the exact sampled-data two-port needs, N m s/rad.
 
     Raises ValueError as `damping_needed_sampled_data`.
     """
-    return b - damping_needed_sampled_data(k_c, b_c, T, d, lag_hz)
+    return b - damping_needed_sampled_data(k_c, b_c, T, d)
 
 
 def damping_needed_adams_hannaford(k_c: float, b_c: float, T: float) -> float:

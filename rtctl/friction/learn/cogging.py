@@ -31,6 +31,9 @@ FIT_SHARE = 0.5
 _ONWARD = 0.8
 """Rows of either direction of which so many go on the same way are a sweep, in the order of its places."""
 
+FRICTION_ORDERS = 4
+"""Waves of friction a period that are told apart from the conservative part."""
+
 _SHIFTS = 4096
 
 
@@ -92,27 +95,25 @@ def _waves(position_rad: np.ndarray, period_rad: float, orders: np.ndarray) -> n
     return np.hstack([np.cos(angle), np.sin(angle)])
 
 
-def _levels(sweep: Sweep, period_rad: float, friction_orders: int) -> np.ndarray:
+def _levels(sweep: Sweep, period_rad: float) -> np.ndarray:
     """Columns of friction: one level for each direction there is, and its waves with the sign of the motion."""
     ways = [(sweep.direction == way).astype(float) for way in (1, -1) if (sweep.direction == way).any()]
     columns = np.column_stack(ways)
-    if len(ways) == 2 and friction_orders:
-        waves = _waves(sweep.position_rad, period_rad, np.arange(1, friction_orders + 1))
+    if len(ways) == 2:
+        waves = _waves(sweep.position_rad, period_rad, np.arange(1, FRICTION_ORDERS + 1))
         columns = np.hstack([columns, sweep.direction[:, None] * waves])
     return columns
 
 
-def fit_cogging(
-    sweep: Sweep, period_rad: float, *, friction_period_rad: float | None = None, friction_orders: int = 4
-) -> CoggingFit:
+def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float | None = None) -> CoggingFit:
     """Learn the conservative part: as many of the strongest harmonics as held-out places ask for, the fewest within one standard error.
 
     Parameters
     ----------
     period_rad
         Period of the conservative part, of the joint's angle.
-    friction_period_rad, friction_orders
-        Friction's own waves, which are told apart when both directions are there.
+    friction_period_rad
+        Period of friction's own waves, which are told apart when both directions are there; None: the same.
 
     Raises
     ------
@@ -124,7 +125,7 @@ def fit_cogging(
         raise DataError(
             f"a sweep of {len(x)} rows, at least 32 finite ones are needed; turn the joint slowly, both ways"
         )
-    levels = _levels(sweep, friction_period_rad or period_rad, friction_orders)
+    levels = _levels(sweep, friction_period_rad or period_rad)
     places = _places(sweep, period_rad)
     ranked = _ranked(x, tau, levels, period_rad, places)
     squares = _held_out(x, tau, levels, period_rad, places, [n for n in COUNTS if n <= len(ranked)])
@@ -203,7 +204,7 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
         A part without harmonics, or rows too few for them.
     """
     x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
-    levels = _levels(sweep, friction_period_rad or part.period_rad, 4)
+    levels = _levels(sweep, friction_period_rad or part.period_rad)
     if not len(part.orders) or len(x) < 2 * len(part.orders) + 8:
         raise DataError(
             f"{len(x)} rows for {len(part.orders)} harmonics: too few to find a shift; sweep a whole turn"

@@ -261,7 +261,7 @@ def assemble(
     )
 
 
-def compile_error_nm(branch: Branch, n: int = 4001) -> float:
+def compile_error_nm(branch: Branch) -> float:
     """Largest difference of compiled and learned curve over the trained range, N m."""
-    speed = np.linspace(0, branch.speed_max_rad_s, n)
+    speed = np.linspace(0, branch.speed_max_rad_s, 4001)
     return float(np.max(np.abs(branch.curve(speed) - branch.kernel_sum(speed))))

@@ -141,11 +141,11 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     return fold
 
 
-def shared_out(units: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:
+def shared_out(units: np.ndarray) -> np.ndarray:
     """Fold of each point, shape (n,): whole units, neighbours together, the folds of about equally many points."""
     names, unit, count = np.unique(units, return_inverse=True, return_counts=True)
     middle = np.cumsum(count) - 0.5 * count
-    share = np.arange(len(names)) if len(names) <= n_folds else (middle * n_folds / count.sum()).astype(int)
+    share = np.arange(len(names)) if len(names) <= FOLDS else (middle * FOLDS / count.sum()).astype(int)
     fold: np.ndarray = np.unique(share, return_inverse=True)[1][unit]
     return fold
 
@@ -172,8 +172,8 @@ def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS, levels: np.ndarray |
     return fold
 
 
-def folds_by_time(time_s: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:
-    """Fold of each sample of a log, shape (n,): `n_folds` stretches of equally many samples.
+def folds_by_time(time_s: np.ndarray) -> np.ndarray:
+    """Fold of each sample of a log, shape (n,): `FOLDS` stretches of equally many samples.
 
     Raises
     ------
@@ -183,9 +183,9 @@ def folds_by_time(time_s: np.ndarray, n_folds: int = FOLDS) -> np.ndarray:
     time_s = np.asarray(time_s, dtype=float)
     if not np.isfinite(time_s).all() or not np.ptp(time_s) > 0:
         raise DataError("the times of the log are not finite or all the same; correct the time column")
-    if len(time_s) < n_folds:
-        raise DataError(f"{len(time_s)} samples, {n_folds} stretches of time are needed; use a longer log")
+    if len(time_s) < FOLDS:
+        raise DataError(f"{len(time_s)} samples, {FOLDS} stretches of time are needed; use a longer log")
     order = np.argsort(time_s, kind="stable")
     fold = np.empty(len(time_s), dtype=int)
-    fold[order] = np.arange(len(time_s)) * n_folds // len(time_s)
+    fold[order] = np.arange(len(time_s)) * FOLDS // len(time_s)
     return fold

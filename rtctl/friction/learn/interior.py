@@ -136,9 +136,8 @@ def _solved(
         off = np.concatenate([curve, -curve]) + cost + equations.T @ at.of_equations - at.low + at.high
         short = equations @ at.x - wanted
         objective = 0.5 * float(beta @ curve) + float(cost @ at.x)
-        vector = (
-            at.x * reach > at.low
-        )  # what it moves the curve by, against its way to the edge of the tube: one of both goes to 0
+        # what it moves the curve by, against its way to the edge of the tube: one of both goes to 0
+        vector = at.x * reach > at.low
         alpha = np.where(vector, at.x, 0.0)
         rest = beta - alpha[:n] + alpha[n:]
         beta = beta - rest

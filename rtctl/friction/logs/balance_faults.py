@@ -49,7 +49,7 @@ PARTS, PART_ROWS = 3, 150
 """Parts of a log that are compared, and fewest rows of one."""
 
 CHANGES_WITHIN = "changes within"
-"""How a warning says so."""
+"""Words of a warning that something differs between the parts of a log: `log_checks` tells no drift of a scale beside it."""
 
 CHANGES = 0.2
 """Share by which Coulomb friction or inertia differ between parts of a log that is told."""
@@ -143,9 +143,8 @@ def _weight(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if abs(weight - 1) < 0.15 or (small.std() < SMALL_SHARE * large.std() and not thousand):
         return None  # of a torque that adds little the weight is mostly noise
     text = _weight_text(names, weight, other)
-    unit = max(
-        abs(weight), 1.0
-    )  # what was fitted is in the unit of the larger torque: back to that of the smaller
+    # what was fitted is in the unit of the larger torque: back to that of the smaller
+    unit = max(abs(weight), 1.0)
     return text, Fit(
         other.inertia / unit, other.viscous / unit, other.coulomb / unit, other.added, other.rest / unit
     )

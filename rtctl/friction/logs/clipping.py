@@ -162,7 +162,9 @@ def _compared(
     if at_top.sum() < RUN:
         return None
     if top <= 0 or below.sum() < max(ROWS_LEAST, BELOW_LEAST * len(below)):
-        return _Top(side * top + middle, math.nan, 0.0, math.inf, 0.0, 1.0, 1.0, 1.0, judged=False)
+        return _Top(
+            level_nm=side * top + middle, wanted_nm=math.nan, short=0.0, error=math.inf, beyond=0.0, slope=1.0, scatter=1.0, better=1.0, judged=False
+        )  # fmt: skip
     matrix = np.hstack([balance.motion, balance.nuisance])
     found = np.linalg.lstsq(matrix[below], balance.torque[below], rcond=1e-9)[0]
     wanted = side * (matrix @ found - others - middle)

@@ -18,6 +18,7 @@ CONDITION_MAX = 200.0
 
 
 Columns = dict[str, np.ndarray]
+"""Columns of a regression on every row (n,), by the name of their parameter."""
 
 
 def columns_of(signals: Regressors, offset: OffsetColumns) -> tuple[Columns, Columns]:

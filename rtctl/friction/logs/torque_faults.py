@@ -134,9 +134,8 @@ def _dropouts(signal: np.ndarray, where: str) -> list[str]:
 
 def _spikes(signal: np.ndarray, where: str) -> list[str]:
     up, down = np.diff(signal)[:-1], -np.diff(signal)[1:]
-    off = np.zeros(
-        len(signal)
-    )  # how far a row is beyond both its neighbours; a quick change that stays is none
+    # how far a row is beyond both its neighbours; a quick change that stays is none
+    off = np.zeros(len(signal))
     off[1:-1] = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
     scale = 1.4826 * (float(np.median(off[off > 0])) if off.any() else 0.0)
     around = np.stack([signal[:-4], signal[1:-3], signal[3:-1], signal[4:]])

@@ -17,7 +17,6 @@ import itertools
 import struct
 import time
 from collections import deque
-from collections.abc import Callable
 
 import zmq
 
@@ -53,10 +52,9 @@ class Connections:
         self,
         context: zmq.Context[zmq.Socket[bytes]],
         socket: zmq.Socket[bytes],
-        clock_s: Callable[[], float] = time.monotonic,
         places: int = CONNECTIONS,
     ) -> None:
-        self._clock_s, self._places = clock_s, places
+        self._places = places
         self._watched = socket
         self._opened: dict[int, float] = {}
         self._peers: dict[int, str | None] = {}
@@ -72,7 +70,7 @@ class Connections:
     def count(self) -> int:
         """Clients connected, at most (Notes of the module)."""
         self.take()
-        old = self._clock_s() - CERTAIN_S
+        old = time.monotonic() - CERTAIN_S
         while self._permitted and self._permitted[0] <= old:
             self._permitted.popleft()
         young = sum(opened > old for opened in self._opened.values())
@@ -83,7 +81,7 @@ class Connections:
         places = self._places if role == "operator" else self._places - RESERVED
         if self.count >= places or (peer is not None and self._held_by(peer) > SHARE * self._places):
             return False
-        self._permitted.append(self._clock_s())
+        self._permitted.append(time.monotonic())
         return True
 
     def _held_by(self, peer: str) -> int:
@@ -96,7 +94,7 @@ class Connections:
 
     def strangers(self) -> list[int]:
         """File descriptors of the connections that may not be authenticated yet, the oldest first."""
-        old = self._clock_s() - CERTAIN_S
+        old = time.monotonic() - CERTAIN_S
         return [descriptor for descriptor, opened in self._opened.items() if opened > old]
 
     def take(self) -> None:
@@ -109,7 +107,7 @@ class Connections:
             event, fd = _EVENT.unpack(head)
             if event == zmq.EVENT_ACCEPTED:
                 self._opened.pop(fd, None)  # in the order of arrival
-                self._opened[fd] = self._clock_s()
+                self._opened[fd] = time.monotonic()
                 self._peers[fd] = local_peer(fd)
             else:
                 self._opened.pop(fd, None)

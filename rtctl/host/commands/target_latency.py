@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import time
 from collections import deque
-from collections.abc import Callable
 
 import numpy as np
 
@@ -22,9 +20,8 @@ class TargetLatency:
         The loop runs on a virtual clock: its times are no times of this machine, and nothing is measured.
     """
 
-    def __init__(self, *, virtual: bool, clock_ns: Callable[[], int] = time.monotonic_ns) -> None:
+    def __init__(self, *, virtual: bool) -> None:
         self._virtual = virtual
-        self._clock_ns = clock_ns
         self._waiting: deque[tuple[int, int]] = deque(maxlen=_MOST_WAITING)
         self._taken_ns: deque[int] = deque(maxlen=_MOST_WAITING)
 

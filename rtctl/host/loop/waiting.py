@@ -71,9 +71,8 @@ class WaitingLoop:
         self._began = True
 
     def _tell(self, text: bytes, *descriptors: int) -> None:
-        with contextlib.suppress(
-            BrokenPipeError, ConnectionResetError
-        ):  # has it died, its end is told as any other
+        # has it died, its end is told as any other
+        with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             sent = socket.send_fds(self._line, [text], descriptors)
             self._line.sendall(text[sent:])
 

@@ -127,9 +127,8 @@ def _own(late: LateTick, rise: Rise, needed: float) -> list[tuple[str, str, floa
         return []
     if rise.major_faults > 0 or _fault_ns(rise) >= EXPLAINS * needed:
         return [("page fault", late.phase, needed)]
-    if (
-        late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns
-    ):  # at the clock of before it would have taken as much less
+    # at the clock of before it would have taken as much less
+    if late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns:
         return [("frequency change", _of_clock(rise), needed)]
     counted = (_counted(rise.softirqs)[1], _counted(rise.interrupts)[1])
     others = (rise.run_delay_ns, rise.steal_ns, rise.smis * SMI_NS, *counted)

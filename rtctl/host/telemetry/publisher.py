@@ -121,9 +121,8 @@ class Publisher:
             b"\1",
         ):  # subscribers have nothing to say: no client does this
             return True
-        if (
-            data[:1] == b"\1" and data[1:] not in self._beginnings
-        ):  # libzmq itself ends those of one that has gone
+        # libzmq itself ends those of one that has gone
+        if data[:1] == b"\1" and data[1:] not in self._beginnings:
             self._wrong[sender] = self._wrong.get(sender, 0) + 1
         return self._wrong.get(sender, 0) > WRONG_TOPICS
 

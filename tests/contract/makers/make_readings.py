@@ -59,9 +59,8 @@ def moteus_reader():
     def _read(data):
         strict.plain, replies = True, []
         try:
-            for one in multiplex.parse_frame(
-                data + b"\x21\x7f\x55"
-            ):  # a list of them all may take hours: READ of 2**35
+            # a list of them all may take hours: READ of 2**35
+            for one in multiplex.parse_frame(data + b"\x21\x7f\x55"):
                 if one.type != multiplex.SubframeType.RESPONSE:
                     return NOTHING
                 replies.append(one)

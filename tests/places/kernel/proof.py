@@ -30,7 +30,7 @@ def points(tmp_path):
 
 def test_it_is_fitted_compiled_and_judged(monkeypatch, capsys, tmp_path, points):
     model = tmp_path / "model.json"
-    chosen = ["--search", "full", "--kernel", "waves", "--backend", "sequential", "--rig", "mock"]
+    chosen = ["--kernel", "waves", "--backend", "sequential", "--rig", "mock"]
     code, out, err = run(monkeypatch, capsys, "fit", points, *chosen, "--out", model)
     assert code == 0, out + err
     assert json.loads(model.read_text())["kind"] == "waves"

@@ -225,7 +225,7 @@ def test_a_slow_carriage_is_reported_in_mm_s(monkeypatch, capsys, tmp_path):
         "--rig",
         "slide",
         "--kernel",
-        "rbf",
+        "formula",
         "--backend",
         "sequential",
     )

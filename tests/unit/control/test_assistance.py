@@ -192,9 +192,8 @@ def test_the_law_sends_the_share_of_feed_forward_and_observer_alike_and_charges_
     assert rig["assistance_share"] == 1.0
     assert min(full.values()) > 0.02
     rig.state["assistance_energy_j"] = -0.5 * BANK - 1e-6
-    rig.state["compensation_nm"] = (
-        0.35 + 0.1 * math.exp(-25) - 0.1
-    )  # friction pays for exactly that: share .5
+    # friction pays for exactly that: share .5
+    rig.state["compensation_nm"] = 0.35 + 0.1 * math.exp(-25) - 0.1
     rig.tick(rig.position[0] + 0.5 * T)
     share = rig["assistance_share"]
     assert 0.3 < share < 0.7

@@ -45,9 +45,8 @@ def test_nothing_is_granted_that_was_not_paid():
         0.0,
         0.0,
     )
-    state = rows(
-        [0.01], [0.0], budget_j=0.01 / FREE_SHARE
-    )  # an encoder count: it may rise, unpaid and not granted
+    # an encoder count: it may rise, unpaid and not granted
+    state = rows([0.01], [0.0], budget_j=0.01 / FREE_SHARE)
     assert (state["authority"], state["authority_grant_j"][0], state["renderer_store_j"][0]) == (
         0.1,
         0.0,

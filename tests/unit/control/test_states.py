@@ -115,9 +115,8 @@ def test_exhaustive_every_state_under_every_set_of_events():
         for events in every_set_of_events():
             to = State(next_state(int(state), events))
             reached_somewhere.add(to)
-            if (
-                to is State.ARMING and state is not State.ARMING
-            ):  # 6, 7: only a fresh ARM in IDLE leads to power
+            # 6, 7: only a fresh ARM in IDLE leads to power
+            if to is State.ARMING and state is not State.ARMING:
                 assert state is State.IDLE
                 assert events & Event.ARM
                 assert not events & (Event.STOP | Event.ESTOP | Event.LOCKOUT | Event.LATCH | Event.TERMINATE)

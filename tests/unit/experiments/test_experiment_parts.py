@@ -57,9 +57,8 @@ def test_a_figure_may_be_asked_for_from_above():
 
 
 def outcome(title="A <b>title</b>"):
-    picture = Picture(
-        "curve", "a caption", figures.stacked([("y [N]", {"a": (np.arange(3), np.arange(3))})], "t [s]")
-    )
+    lines = {"a": (np.arange(3), np.arange(3))}
+    picture = Picture("curve", "a caption", figures.stacked([("y [N]", lines)], "t [s]", "rotary"))
     table = Table("cap", ("a",), (("<script>",),))
     target = Target("more <than>", Estimate(0.4, 0.01, 3), 0.5)
     numbers = {"value": np.float64(math.nan), "list": np.arange(2), "estimate": Estimate(1.0, math.nan, 2)}
@@ -81,7 +80,7 @@ def test_the_page_is_whole_escaped_and_asks_for_nothing(tmp_path):
 
 def test_bars_are_drawn_for_every_group():
     groups = {name: {"a": Estimate(1, 0.1, 3), "b": Estimate(2, 0, 1)} for name in ("x", "y")}
-    assert figures.bars(groups, "z [%]").startswith(b"\x89PNG")
+    assert figures.bars(groups, "z [%]", "rotary").startswith(b"\x89PNG")
 
 
 class FakeHost:

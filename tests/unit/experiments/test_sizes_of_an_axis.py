@@ -2,16 +2,20 @@
 
 import json
 
+import numpy as np
 import pytest
 from axes import MOTIONS, narrow
 
+from rtctl import pictures
 from rtctl.control.vocabulary import Fault, State, state_and_cause
 from rtctl.errors import ConfigError, DataError
 from rtctl.experiments import (
+    comparison,
     point_to_point,
     policies,
     registry,
     sizes,
+    stability_map,
     still_hand,
     tracking,
     virtual,
@@ -94,6 +98,21 @@ def test_a_page_of_a_carriage_speaks_in_its_units_and_a_joint_s_is_left_alone():
         ("torque, mN",),
         (("as hand_rms_n",),),
     )
+
+
+def test_pictures_of_a_carriage_are_labelled_in_its_units(carriage, monkeypatch):
+    labels = []
+    monkeypatch.setattr(
+        pictures,
+        "png",
+        lambda figure: labels.extend((one.get_xlabel(), one.get_ylabel()) for one in figure.axes),
+    )
+    once = {"PD": {"a sine": {"none": {name: np.ones(2) for name in tracking.FIGURES}}}}
+    comparison.parts(Order(carriage), once, tracking.FIGURES)
+    device = stability_map.Device(2.0, 8.0, 1e-3, "linear")
+    edges = [1e4] * len(stability_map.SHARES)
+    stability_map._picture(device, {1: edges}, {0.5: edges})
+    assert labels == [("RMS error [mm]", ""), *[("b_c [N s/m]", "k_c [N/m]")] * 2]
 
 
 def test_the_admittance_experiment_refuses_what_its_hands_do_not_fit(mock, carriage):

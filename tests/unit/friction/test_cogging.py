@@ -106,9 +106,8 @@ def test_measured_maps_of_a_motor_are_found_half_a_turn_off():
     )
     assert trap.rmse_nm < 0.15  # .12 A between index searches; .06 between maps without one
     anew = changed_since(learned.part, odrive("map_c_half_turn_off.csv.gz"), trap)
-    assert (
-        anew.tried[len(anew.part.orders)] <= 0.06
-    )  # at held-out places, with the waves of the restart told anew
+    # at held-out places, with the waves of the restart told anew
+    assert anew.tried[len(anew.part.orders)] <= 0.06
     forward, backward = trap.level_nm[0], back.level_nm[0]
     assert forward > 0 > backward  # friction, told apart: it has the sign of the motion
 

@@ -83,9 +83,8 @@ def test_a_hand_at_one_place_is_told_the_factor_of_the_model_by_place(placed, fa
     rows["place_trust"] = 1.0
     axis = seen(at_their_place(rows, placed, factor), *placed)
     assert abs(axis.found.factor - factor) < 0.012
-    assert (
-        abs(axis.found.offset_nm - joint.offset) < 0.01
-    )  # what the place pushes with is no offset of the sensor
+    # what the place pushes with is no offset of the sensor
+    assert abs(axis.found.offset_nm - joint.offset) < 0.01
     assert bool(axis.warning) == (factor != 1.0)
     assert axis.found.place_trust == told(axis)["place_trust"] == 1.0
     rows["place_trust"] = 0.0  # a place that the law does not trust: by speed alone
@@ -97,9 +96,8 @@ def test_a_hand_at_one_place_is_told_the_factor_of_the_model_by_place(placed, fa
 def test_a_place_is_gone_by_as_far_as_it_is_trusted_and_what_is_left_is_in_the_doubt(placed):
     (rows,) = ticks_of([Joint(sines=((0.25, 0.5), (0.03, 1.3)))], 90.0)
     rows = at_their_place(rows, placed, 1.0)
-    rows["place_trust"][:, 0] = np.clip(
-        np.arange(len(rows)) / len(rows) * 3 - 1, 0, 1
-    )  # learned while it is watched
+    # learned while it is watched
+    rows["place_trust"][:, 0] = np.clip(np.arange(len(rows)) / len(rows) * 3 - 1, 0, 1)
     params = placed[0].copy()
     params["friction_sliding_doubt_nm"], params["friction_place_doubt_nm"] = 0.06, 0.006
     rig, found = RigWatch(params, placed[1], [DriftTable()]), []

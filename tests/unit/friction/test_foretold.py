@@ -58,6 +58,5 @@ def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
     band = ladder.learn(worn, wearing, rig="made").branches[0].band
     assert band is not None
     assert band.units == 3  # of the sessions that were foretold, since the errors there are the larger ones
-    assert (
-        band.widest_nm > 0.95 * 0.05 * 3 * 0.5
-    )  # of the last one: three steps of a friction of up to .5 N m
+    # of the last one: three steps of a friction of up to .5 N m
+    assert band.widest_nm > 0.95 * 0.05 * 3 * 0.5

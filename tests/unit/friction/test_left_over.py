@@ -30,9 +30,8 @@ def test_a_command_that_is_held_is_put_back_and_a_current_of_the_same_instant_is
     held = simulate(replace(CLEAN["motor"], rate_hz=100.0))  # its motor torque is what was held until the row
     signals = signals_of(held, tmp_path)
     assert not of_the_position(signals, 0.005)
-    together = replace(
-        held, motor=np.interp(held.time + 0.005, held.time, held.motor), time=held.time
-    )  # as if measured at the row
+    # as if measured at the row
+    together = replace(held, motor=np.interp(held.time + 0.005, held.time, held.motor), time=held.time)
     early = signals_of(together, tmp_path)
     assert of_the_position(early, 0.005)
     found = joint_fit(signals_of(together, tmp_path, 0.0)).symmetric.parameters

@@ -180,9 +180,8 @@ def test_check_bounds_what_the_compensation_of_load_feeds_back(tmp_path):
     assert some.load_share == pytest.approx(0.4 * part.share(2.0))
     assert some.feedforward_max_nm > off.feedforward_max_nm
     assert some.gain_max < off.gain_max  # the coupling acts by so much more
-    assert some.secant_damping_nms_rad == pytest.approx(
-        off.secant_damping_nms_rad
-    )  # friction is credited as without load
+    # friction is credited as without load
+    assert some.secant_damping_nms_rad == pytest.approx(off.secant_damping_nms_rad)
     much, (row,) = judged_with(out, load_gain=1.0, gain=0.5)
     assert much.load_share > LOOP_MOST
     assert row.outcome == Outcome.FAIL

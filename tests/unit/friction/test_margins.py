@@ -54,9 +54,8 @@ def test_a_model_of_places_is_judged_at_its_weakest_and_its_strongest_place():
     by_place, of_speed = (
         margins.friction_figures(model, Path("m"), one, 1e-3, 4e-5) for one in (axis, without)
     )
-    assert (
-        by_place.secant_damping_nms_rad > 0 > of_speed.secant_damping_nms_rad
-    )  # .95 of the mean is too much at the weakest
+    # .95 of the mean is too much at the weakest
+    assert by_place.secant_damping_nms_rad > 0 > of_speed.secant_damping_nms_rad
     steepest = model.conservative.steepest_nm_rad + model.place_steepest_nm_rad
     assert by_place.place_stiffness_nm_rad == pytest.approx(0.95 * steepest)
     assert of_speed.place_stiffness_nm_rad == of_speed.conservative_most_nm == 0.0

@@ -43,9 +43,8 @@ def test_a_session_held_out_trains_nothing_even_where_it_has_the_fastest_point(m
         ladder, "ascend", lambda points, options: seen.append(points) or ascend(points, options)
     )
     v = np.geomspace(0.01, 2, 12)
-    speeds = np.concatenate(
-        [np.r_[v, -v] * scale for scale in (1.2, 1.0, 0.9, 1.1)]
-    )  # each session has its own
+    # each session has its own
+    speeds = np.concatenate([np.r_[v, -v] * scale for scale in (1.2, 1.0, 0.9, 1.1)])
     f = friction(np.abs(speeds))
     rows = [(x, y, np.sign(x), np.nan, np.nan) for x, y in zip(speeds, f, strict=True)]
     log = np.repeat(np.arange(4.0), 24)

@@ -16,9 +16,8 @@ from rtctl.friction.logs.turns import stop_operator
 @pytest.mark.parametrize("bristles", [stop, lugre, maxwell_slip])
 def test_the_length_is_break_away_over_stiffness_whatever_the_bristles(bristles, stribeck, length_rad):
     found = presliding_of_logs([log(bristles, length_rad, stribeck=stribeck)])
-    true = length_rad * (
-        1 + stribeck
-    )  # of break-away, which is the peak; of a quick turn it is that of Coulomb friction
+    # of break-away, which is the peak; of a quick turn it is that of Coulomb friction
+    true = length_rad * (1 + stribeck)
     assert 0.7 * length_rad < found.length_rad < 1.45 * true
     assert 1.5 * (found.length_rad + 2 * found.spread_rad) > true, "what is credited is no shorter"
     assert found.ramps >= 20

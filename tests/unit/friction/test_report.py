@@ -149,9 +149,8 @@ def test_a_symmetric_ladder_is_told_apart_by_direction(points):
     (score,) = found.choice.chosen.scores
     both = np.concatenate([forward.held_out.error_nm, backward.held_out.error_nm])
     np.testing.assert_array_equal(both, score.errors)
-    assert (
-        forward.held_out.error_nm.mean() > 0 > backward.held_out.error_nm.mean()
-    )  # mock: more friction below 0
+    # mock: more friction below 0
+    assert forward.held_out.error_nm.mean() > 0 > backward.held_out.error_nm.mean()
 
 
 def test_test_points_give_the_prediction_errors(points, model):

@@ -13,9 +13,8 @@ from rtctl.friction.learn.search import Score
 
 def score(family, rmse, terms, direction=1, se_share=0.1):
     machine, _, kind = family.rpartition("-")
-    sign = np.where(
-        np.arange(50) % 2 == bool(machine), 1 + se_share, 1 - se_share
-    )  # hard places of their own
+    # hard places of their own
+    sign = np.where(np.arange(50) % 2 == bool(machine), 1 + se_share, 1 - se_share)
     return Score(Candidate(machine or "formula", kind), direction, rmse * sign, terms)
 
 

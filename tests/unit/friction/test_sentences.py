@@ -37,9 +37,8 @@ def model(**mnm):
 
 def rung(family, rmse_mnm, terms):
     machine, _, kind = family.rpartition("-")
-    errors = (
-        1e-3 * rmse_mnm * np.where(np.arange(50) % 2 == bool(machine), 1.1, 0.9)
-    )  # hard places of their own
+    # hard places of their own
+    errors = 1e-3 * rmse_mnm * np.where(np.arange(50) % 2 == bool(machine), 1.1, 0.9)
     return selection.Rung(family, (Score(Candidate(machine or "formula", kind), 1, errors, terms),))
 
 

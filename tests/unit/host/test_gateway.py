@@ -4,53 +4,23 @@ import time
 import msgpack
 import pytest
 import zmq
-from patience import PATIENCE_S, until
+from gateway_desk import GatewayDesk
+from patience import PATIENCE_S
 
 from rtctl.control.vocabulary import State
-from rtctl.host.commands.gateway import REQUESTS_PER_CALL, Gateway
+from rtctl.host.commands.gateway import REQUESTS_PER_CALL
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.rt.shared_memory import CommandWriter, Memory
-from rtctl.tick import new_ticks
-from rtctl.wire.protocol import Endpoints
 
 RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0)
 
 
-class Desk:
+class Desk(GatewayDesk):
     def __init__(self, folder):
-        self.context = zmq.Context()
-        self.endpoints = Endpoints(f"ipc://{folder}/t", f"ipc://{folder}/c", f"ipc://{folder}/x")
-        self.memory = Memory.create(1, 8, 1_000_000)
-        self.writer = CommandWriter(self.memory)
-        self.row = new_ticks(1, 1)
-        self.row["time_ns"], self.row["state"], self.row["epoch"] = time.monotonic_ns(), State.IDLE, 3
-        self.gateway = Gateway(self.context, self.endpoints, self.writer, RIG, lambda: self.row)
-        self.poller = zmq.Poller()
-        self.gateway.register(self.poller)
-        self.sockets = []
-
-    def client(self, kind=zmq.DEALER):
-        socket = self.context.socket(kind)
-        socket.setsockopt(zmq.LINGER, 0)
-        socket.connect(self.endpoints.command)
-        self.sockets.append(socket)
-        return socket
+        super().__init__(folder, RIG, State.IDLE)
 
     def serve(self, received):
         """Serve until `received` messages have come in."""
-        until(lambda: self._turn() or self.gateway.counters.received >= received, "messages")
-        assert self.gateway.counters.received == received
-
-    def _turn(self):
-        self.poller.poll(20)
-        self.gateway.serve()
-
-    def close(self):
-        for socket in self.sockets:
-            socket.close(linger=0)
-        self.gateway.close()
-        self.context.term()
-        self.memory.close()
+        self.until_received(self.gateway.counters, received, "messages")
 
 
 @pytest.fixture
@@ -70,7 +40,7 @@ def reply(socket, wait_ms=PATIENCE_S * 1000):
 
 
 def test_dealer_and_req_clients_are_answered_in_their_own_framing(desk):
-    dealer, req = desk.client(), desk.client(zmq.REQ)
+    dealer, req = desk.open(), desk.open(kind=zmq.REQ)
     dealer.send(msgpack.packb({"id": 1, "op": "hello"}))
     req.send(msgpack.packb({"id": "r", "op": "hello"}))
     desk.serve(2)
@@ -84,7 +54,7 @@ def test_dealer_and_req_clients_are_answered_in_their_own_framing(desk):
 
 
 def test_every_reply_tells_id_operation_state_and_epoch(desk):
-    client = desk.client()
+    client = desk.open()
     client.send(msgpack.packb({"id": 5, "op": "stop"}))
     client.send(msgpack.packb({"id": 6, "op": "reset"}))
     desk.serve(2)
@@ -103,7 +73,7 @@ def test_every_reply_tells_id_operation_state_and_epoch(desk):
 
 
 def test_malformed_messages_change_a_counter_and_nothing_else(desk):
-    client = desk.client()
+    client = desk.open()
     good = msgpack.packb({"id": 1, "op": "stop"})
     bad = [[b""], [b"\xc1"], [good, good], [b"", good, good], [b"", b"", good], [good[:-1]], [b"x" * 4096]]
     for frames in bad:
@@ -117,7 +87,7 @@ def test_malformed_messages_change_a_counter_and_nothing_else(desk):
 
 
 def test_a_frame_above_the_limit_never_reaches_the_gateway_and_others_are_served(desk):
-    bad, good = desk.client(), desk.client()
+    bad, good = desk.open(), desk.open()
     bad.send(b"x" * 4097)
     time.sleep(0.1)
     good.send(msgpack.packb({"id": 1, "op": "hello"}))
@@ -126,7 +96,7 @@ def test_a_frame_above_the_limit_never_reaches_the_gateway_and_others_are_served
 
 
 def test_one_turn_handles_a_bounded_number_of_requests_and_tells_that_more_wait(desk):
-    clients = [desk.client() for _ in range(8)]  # as many as one process may have
+    clients = [desk.open() for _ in range(8)]  # as many as one process may have
     turns = []
     for burst in range(20):  # how many of a burst have arrived at the first turn is up to libzmq's thread
         for client in clients:
@@ -145,7 +115,7 @@ def test_one_turn_handles_a_bounded_number_of_requests_and_tells_that_more_wait(
 
 
 def test_a_client_that_never_reads_costs_lost_replies_only(desk):
-    deaf = desk.client()
+    deaf = desk.open()
     deaf.setsockopt(zmq.RCVHWM, 1)
     deaf.send(msgpack.packb({"id": 0, "op": "hello"}))
     desk.serve(1)
@@ -159,7 +129,7 @@ def test_a_client_that_never_reads_costs_lost_replies_only(desk):
 
 
 def test_a_message_without_an_id_is_not_answered(desk):
-    client = desk.client()
+    client = desk.open()
     client.send(msgpack.packb({"op": "stop"}))
     client.send(msgpack.packb({"id": 2, "op": "hello"}))
     desk.serve(2)

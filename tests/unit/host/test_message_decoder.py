@@ -2,20 +2,13 @@ import math
 
 import msgpack
 import pytest
+from axis_bounds import BOUNDS
 
 from rtctl.host.commands.messages import MAX_ID, Refusal, Request, decode, decode_target
 from rtctl.host.commands.operations import OPERATIONS
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
 from rtctl.wire.encoding import encode
 
-BOUNDS = {
-    "stiffness_nm_rad": (0.0, 100.0),
-    "damping_nms_rad": (0.0, 10.0),
-    "center_rad": (-10.0, 10.0),
-    "pitch_rad": (0.001, 10.0),
-    "position_rad": (-3.0, 3.0),
-    "velocity_rad_s": (-20.0, 20.0),
-}
 TIGHT = {**BOUNDS, "position_rad": (-0.5, 0.5), "stiffness_nm_rad": (0.0, 1.0)}
 RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", TIGHT)), 1000.0)
 TARGET = {"id": 1, "op": "target", "epoch": 3, "lease": "00000000000000ab", "position_rad": [0.1, 0.2]}

@@ -194,9 +194,8 @@ def test_a_display_is_taken_where_the_rig_file_lets_it_change(desk):
     desk.requests = Requests(desk.writer, rig, Endpoints("ipc://t", "ipc://c"), lambda: desk.row)
     told = desk.ask("display", axis=0, display="admittance", mass_kgm2=0.03, mass_damping_nms_rad=0.4)
     assert told["display"] == {"kind": "admittance", "mass_kgm2": 0.03, "mass_damping_nms_rad": 0.4}
-    assert (
-        desk.ask("display", axis=0, display="impedance")["display"]["mass_kgm2"] == 0.03
-    )  # what is left out stays
+    # what is left out stays
+    assert desk.ask("display", axis=0, display="impedance")["display"]["mass_kgm2"] == 0.03
     assert desk.sent["mass_kgm2"].tolist() == [0.03, 0.0]
     assert "display_change = true" in desk.refused("out_of_bounds", "display", axis=1, display="admittance")
     desk.caller = Caller("key:r", "r", "renderer")

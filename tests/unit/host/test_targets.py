@@ -3,73 +3,37 @@ import time
 
 import msgpack
 import pytest
-import zmq
-from patience import until
+from gateway_desk import GatewayDesk
 
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.commands.gateway import BURST, Gateway
+from rtctl.host.commands.gateway import BURST
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.rt.shared_memory import CommandWriter, Memory
-from rtctl.tick import new_ticks
-from rtctl.wire.protocol import Endpoints
 
 BOUNDS = {"position_rad": (-3.0, 3.0), "velocity_rad_s": (-20.0, 20.0)}
 RIG = RigDescription("mock", (AxisDescription("a", BOUNDS),), 1000.0)
 
 
-class Desk:
+class Desk(GatewayDesk):
     def __init__(self, folder):
-        self.context = zmq.Context()
-        self.endpoints = Endpoints(f"ipc://{folder}/t", f"ipc://{folder}/c", f"ipc://{folder}/x")
-        self.memory = Memory.create(1, 8, 1_000_000)
-        self.writer = CommandWriter(self.memory)
-        self.writer.command["environment_kind"] = Environment.REMOTE
-        self.row = new_ticks(1, 1)
-        self.row["time_ns"], self.row["state"], self.row["epoch"] = time.monotonic_ns(), State.ACTIVE, 3
         self.now_s = 50.0
-        self.gateway = Gateway(
-            self.context, self.endpoints, self.writer, RIG, lambda: self.row, clock_s=lambda: self.now_s
-        )
-        self.poller = zmq.Poller()
-        self.gateway.register(self.poller)
-        self.command = self.open("command")
-        self.sockets = [self.command]
-
-    def open(self, name, **options):
-        socket = self.context.socket(zmq.DEALER)
-        socket.setsockopt(zmq.LINGER, 0)
-        for option, value in options.items():
-            socket.setsockopt(getattr(zmq, option), value)
-        socket.connect(getattr(self.endpoints, name))
-        return socket
+        super().__init__(folder, RIG, State.ACTIVE, clock_s=lambda: self.now_s)
+        self.writer.command["environment_kind"] = Environment.REMOTE
+        self.command = self.open()
 
     def renderer(self, **options):
-        self.sockets.append(self.open("targets", **options))
-        return self.sockets[-1]
+        return self.open("targets", **options)
 
     def ask(self, op, **keys):
         self.command.send(msgpack.packb({"id": 1, "op": op, **keys}))
         while not self.command.poll(0):
-            self.poller.poll(20)
-            self.gateway.serve()
+            self.turn()
         return msgpack.unpackb(self.command.recv())
 
     def serve(self, received):
+        """Serve until `received` targets have come in; what was counted of them."""
         counters = self.gateway.inbox.counters
-        until(lambda: self._turn() or counters.received >= received, "targets")
-        assert counters.received == received
+        self.until_received(counters, received, "targets")
         return counters
-
-    def _turn(self):
-        self.poller.poll(20)
-        self.gateway.serve()
-
-    def close(self):
-        for socket in self.sockets:
-            socket.close(linger=0)
-        self.gateway.close()
-        self.context.term()
-        self.memory.close()
 
 
 @pytest.fixture

@@ -5,10 +5,9 @@ import tomllib
 from pathlib import Path
 
 import numpy as np
+from board_wire import BoardWire
 from hardware import rig
 
-from hw.interface import LinkFault
-from hw.serial import link
 from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
 from hw.simulators.serial_described_board import DescribedBoard
@@ -36,7 +35,7 @@ def options(**changes):
     return out
 
 
-class Wire:
+class Wire(BoardWire):
     """A described backend that gets its bytes from the test, and the board that makes them."""
 
     def __init__(self, table=None, n_axes=1):
@@ -49,20 +48,3 @@ class Wire:
 
     def frame(self):
         return self.board.state_packet(self.measured, self.counts, 0)
-
-    def feed(self, data, end=link.DRAINED):
-        self.backend.chunk[: len(data)] = np.frombuffer(data, np.uint8)
-        self.backend.meta[:] = len(data), end
-        self.backend._receive()
-        return self.tick
-
-    def sent(self):
-        return self.backend.packet[: self.backend._send()].tobytes()
-
-    @property
-    def count(self):
-        return int(self.tick["sample_count"][0])
-
-    @property
-    def faults(self):
-        return LinkFault(int(self.tick["link_faults"][0]))

@@ -1,10 +1,8 @@
 """A backend of lines of text that gets its bytes from the test."""
 
-import numpy as np
+from board_wire import BoardWire
 from hardware import rig
 
-from hw.interface import LinkFault
-from hw.serial import link
 from hw.serial.lines_backend import LinesBackend
 from hw.serial.lines_options import LinesOptions
 from rtctl.control.jit import records
@@ -24,7 +22,7 @@ def options(command=None, sample=(), **more):
     return {"port": "/dev/x", "sample": table, **({"command": command} if command else {}), **more}
 
 
-class Wire:
+class Wire(BoardWire):
     """A backend that gets its bytes from the test."""
 
     def __init__(self, table=None, n_axes=1):
@@ -35,25 +33,11 @@ class Wire:
         self.backend.warm_up(self.tick)
         self.feed(b"\n")
 
-    def feed(self, data, end=link.DRAINED):
-        self.backend.chunk[: len(data)] = np.frombuffer(data, np.uint8)
-        self.backend.meta[:] = len(data), end
-        self.backend._receive()
-        return self.tick
-
     def sent(self, *, enabled=1, torque=0.0, current=0.0):
         self.tick["enabled"], self.tick["torque_applied_nm"] = enabled, torque
         self.tick["current_command_a"] = current
-        return self.backend.packet[: self.backend._send()].tobytes()
+        return super().sent()
 
     @property
     def position(self):
         return float(self.tick["position_rad"][0, 0])
-
-    @property
-    def count(self):
-        return int(self.tick["sample_count"][0])
-
-    @property
-    def faults(self):
-        return LinkFault(int(self.tick["link_faults"][0]))

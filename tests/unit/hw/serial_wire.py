@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
+from board_wire import BoardWire
 from hardware import rig
 
-from hw.interface import LinkFault
-from hw.serial import link
 from hw.serial.frame_backend import SerialBackend
 from hw.serial.options import SerialOptions
 from hw.simulators.serial_firmware import Board
@@ -16,7 +15,7 @@ from rtctl.tick import new_ticks
 COUNTS = 160_000
 
 
-class Wire:
+class Wire(BoardWire):
     """A backend that gets its bytes from the test instead of a port."""
 
     def __init__(self, n_axes=1, *, velocity=False, **options):
@@ -33,22 +32,3 @@ class Wire:
     def packet(self, step_us=1000):
         self.time_us += step_us
         return self.board.state_packet(self.measured, self.counts, self.time_us)
-
-    def feed(self, data, end=link.DRAINED):
-        backend = self.backend
-        backend.chunk[: len(data)] = np.frombuffer(data, np.uint8)
-        backend.meta[:] = len(data), end
-        backend._receive()
-        return self.tick
-
-    def sent(self):
-        n = self.backend._send()
-        return self.backend.packet[:n].tobytes()
-
-    @property
-    def count(self):
-        return int(self.tick["sample_count"][0])
-
-    @property
-    def faults(self):
-        return LinkFault(int(self.tick["link_faults"][0]))

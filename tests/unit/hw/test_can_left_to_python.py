@@ -4,23 +4,10 @@ import socket
 import struct
 
 import pytest
-from can_pair import KINDS, Paired, Talker, settled
+from can_pair import KINDS, Talker, settled
 
 from hw.can.board_backend import BoardBackend
 from hw.interface import LinkFault, LinkLost
-
-
-@pytest.fixture
-def pair(monkeypatch):
-    made = []
-
-    def _pair(*names, compiled_half=True, **more):
-        made.append(Paired(monkeypatch, *names, compiled_half=compiled_half, **more))
-        return made[-1]
-
-    yield _pair
-    for one in made:
-        one.close()
 
 
 def test_frames_behind_one_for_python_are_kept_and_decoded_once(pair):

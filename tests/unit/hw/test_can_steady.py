@@ -8,7 +8,7 @@ import struct
 import numpy as np
 import pytest
 from can_buses import LineBus, PairBus
-from can_pair import KINDS, Paired, Talker, identifiers, noise, settled
+from can_pair import KINDS, Talker, identifiers, noise, settled
 
 from hw.can import slcan
 from hw.can.batch import STRIDE
@@ -19,19 +19,6 @@ from hw.interface import LinkFault, LinkLost
 from hw.jit import JIT_DISABLED
 
 LINES = [(*names, LineBus) for names in KINDS if names[1] != "moteus"]  # CAN FD is not for lines
-
-
-@pytest.fixture
-def pair(monkeypatch):
-    made = []
-
-    def _pair(*names, compiled_half=True, **more):
-        made.append(Paired(monkeypatch, *names, compiled_half=compiled_half, **more))
-        return made[-1]
-
-    yield _pair
-    for one in made:
-        one.close()
 
 
 def story(device, cycles, noisy):

@@ -257,9 +257,8 @@ def test_a_stall_blocks_the_backend_for_the_slots_it_costs_and_half_a_period(mon
 def test_every_kind_there_is_has_its_test():
     tested = {*READINGS, *(("link", kind) for kind in (*LINK, "raise_read", "raise_write"))}
     tested |= {("actuator", kind) for kind in (*ACTUATOR, "limp")} | {("estop", "pressed"), ("loop", "stall")}
-    tested |= {
-        (channel, kind) for channel in BEYOND for kind in ("nan", "frozen", "offset", "out_of_range")
-    }  # test_channels
+    # test_channels
+    tested |= {(channel, kind) for channel in BEYOND for kind in ("nan", "frozen", "offset", "out_of_range")}
     assert tested == set(KINDS)
 
 

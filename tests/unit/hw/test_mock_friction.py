@@ -112,9 +112,8 @@ def test_steady_sliding_gives_the_static_curve(model, speed):
     v, z, force = speed, 0.0, 0.0
     h = min(1e-3, 1e-4 / abs(speed))
     for _ in range(round(0.03 / abs(speed) / h)):
-        v, z, _, force = coupled_step(
-            v, z, 0.0, 0.0, 0.0, 0.0, 1e9, h, 0.5, p, 0
-        )  # so heavy that it keeps its speed
+        # so heavy that it keeps its speed
+        v, z, _, force = coupled_step(v, z, 0.0, 0.0, 0.0, 0.0, 1e9, h, 0.5, p, 0)
     assert v == pytest.approx(speed, rel=1e-6)
     assert force == pytest.approx(static_friction(speed, 0.0, p, 0), rel=1e-6)
 

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -32,6 +33,18 @@ ELASTO_PLASTIC = (
     ('model = "lugre" ', 'model = "elasto_plastic" '),
     ("bristle_stiffness_nm_rad = 250.0", "bristle_stiffness_nm_rad = 2000.0"),
 )
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """The rig file with these changes, and what a hard identification kept of it: one for all tests that only look at it."""
+
+    @cache
+    def with_changes(*changes):
+        path = variant(tmp_path_factory.mktemp("rig"), *changes)
+        return path, run(path, HARD)
+
+    return with_changes
 
 
 def _moving_errors(path, points):
@@ -65,16 +78,15 @@ def test_break_away_of_a_joint_with_much_damping_is_its_dry_friction(tmp_path):
         "steep peak, strong stiction",
     ],
 )
-def test_a_joint_that_is_hard_to_turn_evenly_is_identified_within_two_percent(tmp_path, changes):
-    path = variant(tmp_path, *changes)
-    kept = run(path, HARD)
+def test_a_joint_that_is_hard_to_turn_evenly_is_identified_within_two_percent(identified, changes):
+    path, kept = identified(*changes)
     assert kept.skipped == []
     assert np.abs(_moving_errors(path, kept.points)).max() < 0.02
     assert np.sqrt(np.mean(_moving_errors(path, kept.points) ** 2)) < 0.01
 
 
-def test_a_peak_below_the_lowest_speed_is_followed(tmp_path):
-    kept = run(variant(tmp_path, *STRIBECK), HARD)
+def test_a_peak_below_the_lowest_speed_is_followed(identified):
+    _, kept = identified(*STRIBECK)
     lowest = min(abs(point.target_rad_s) for point in kept.points if point.target_rad_s)
     assert lowest == pytest.approx(0.0079 / 4)
     shallow = run(settings=replace(HARD, train_levels=4))
