@@ -42,7 +42,9 @@ def read_hdf(path: Path, raw: bytes, most: int) -> dict[str, Any]:
                 if not name.startswith("#"):
                     reader.put(name, reader.inside(file, name), DEPTH)
     except RuntimeError as error:
-        raise BackendError(f"{path}: not a sound .mat file ({str(error)[:200]}); copy or save it again") from error
+        raise BackendError(
+            f"{path}: not a sound .mat file ({str(error)[:200]}); copy or save it again"
+        ) from error
     if reader.objects and not reader.found:
         raise BackendError(
             f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB alone can read; "
@@ -87,7 +89,9 @@ class _Reader:
     def _array(self, name: str, item: Any) -> None:
         if "MATLAB_object_decode" in item.attrs:
             self.objects = True
-        elif item.dtype.kind in "fiub" and _class(item) not in NO_NUMBERS and "MATLAB_empty" not in item.attrs:
+        elif (
+            item.dtype.kind in "fiub" and _class(item) not in NO_NUMBERS and "MATLAB_empty" not in item.attrs
+        ):
             array = self._taken(item).T
             self.found[name] = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
 

@@ -46,6 +46,7 @@ def diagnose(
     """
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        _require_levels(logs, signals)
         return ()  # the fit itself says what is missing
     balance = Balance.of(signals, _external(logs, signals.cutoff_hz, speed_min_rad_s))
     seen = [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
@@ -99,6 +100,17 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
     noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
     return max(short, min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300)))
+
+
+def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> None:
+    """Refuse a position of few levels: between them it rests, and hardly a row slides."""
+    for stretch in (one for stretches in logs for one in stretches):
+        step, range_rad = _step(stretch), float(np.ptp(stretch.position_rad))
+        if step > COARSE_STEP * range_rad:
+            raise DataError(
+                f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of {step:.3g} rad are all its range, so that it seems to rest between them; record "
+                "more digits, or a velocity too"
+            )
 
 
 def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:

@@ -247,7 +247,10 @@ def _motion(
         return v, a, ()
     recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
     step_rad = log.step_rad or quantum(log.position_rad)
-    v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad)
+    try:
+        v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad)
+    except DataError as error:  # what was found in the rows may be why
+        raise DataError("; besides: ".join([str(error), *log.notes])) from error
     return v, derivatives(v, step)[0], notes
 
 

@@ -64,7 +64,7 @@ def test_a_link_to_another_file_is_not_followed(tmp_path):
         put(file, "t", T)
         file["secret"] = h5py.ExternalLink(str(tmp_path / "other.mat"), "/secret")
 
-    with pytest.raises(BackendError, match="no column 'secret'; the file has: t$"):
+    with pytest.raises(BackendError, match=r"no column 'secret'; the file has: t$"):
         read_table(written(tmp_path / "a.mat", fill), ("secret",))
 
 
