@@ -1,3 +1,4 @@
+# ruff: noqa: ANN401 - what h5py gives has no types without it
 """Arrays of a MATLAB file of version 7.3, an HDF5 file: structures are groups, arrays lie transposed, several structures of one name and cells are references."""
 
 from __future__ import annotations

@@ -104,7 +104,7 @@ def _unexplained(source: str, left: float, most: float) -> str:
     return (
         f"{source}: the motion explains too little of the torque: {100 * left:.0f} % of it, RMS about its mean, is something else "
         f"(at most {100 * most:.0f} %); map the torque of the same axis and every torque on the joint, look at the sensor's zero, "
-        "and leave out what is not free motion"
+        "and leave out what is not free motion; a hand, play, an elastic shaft and counts or torques that wrapped look like that, too"
     )
 
 

@@ -120,7 +120,7 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         return []
     step = max(_step(stretch) for stretches in logs for stretch in stretches)
     text = (
-        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in it, make the inertia {100 * short:.0f} % too small, or "
+        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in it (play that rattles, an encoder that interpolates), make the inertia {100 * short:.0f} % too small, or "
         "more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
     lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)

@@ -40,14 +40,7 @@ MARGIN_PERIODS = 1.0
 STRETCH_PERIODS = 10
 """Least length of a log without gaps, periods of the cut-off."""
 
-_SIGNALS = (
-    "position_rad",
-    "velocity_rad_s",
-    "acceleration_rad_s2",
-    "jerk_rad_s3",
-    "direction",
-    "torque_nm",
-)
+_SIGNALS = ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "direction", "torque_nm")
 
 FALLBACK_PERIODS = 0.5
 """Taken with a warning where the usual margin leaves no slow rows: a brisk log has only short strokes."""
