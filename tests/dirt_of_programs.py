@@ -241,6 +241,7 @@ MORE = {
     "torque of a device whose clock gains 150 ms": Case("hand", column("hand", of_another_clock(0.15)), r"two clocks"),
     "torque of a device whose clock loses 100 ms": Case("motor", column("motor", of_another_clock(-0.1)), r"two clocks"),
     "position of sixty levels, slow": Case("hand", lambda log: replace(clean("hand"), position=of_levels(log.position, 60)), r"column position: too coarse"),
+    "position of eighty levels": Case("hand", column("position", lambda x, _: of_levels(x, 80)), r"column position: too coarse"),
     "moves of even accelerations": Case("motor", moves, SAME),
     "moves of even accelerations, coarse current": Case("motor", lambda log: replace(moves(log), motor=np.round(moves(log).motor / 0.004) * 0.004), SAME),
     "moves, clipped": Case("motor", lambda log: replace(moves(log), motor=np.clip(moves(log).motor, -0.45, 0.45)), r"clipped"),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from rtctl.friction.logs.balance import Balance, Fit
+from rtctl.friction.logs.balance import ROWS_ALIKE, Balance, Fit
 
 LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
 """Delays of the torque that are tried, and the least that is told."""
@@ -14,39 +14,44 @@ LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
 CLOCK_MOST_S, CLOCK_STEP_S, CLOCK_FINE_S = 0.3, 0.03, 0.006
 """Delays at the first and the last row that are tried of two clocks, with one step and then a finer one about the best."""
 
+CLOCKS_LEAVE = 0.05
+"""Share of the torque that one delay must leave over for two clocks to be looked for."""
+
 CLOCKS_BETTER = 0.75
 """What two clocks leave over, RMS, share of what one delay does, from which on they are told."""
 
 
-def late(balance: Balance, first_s: float, last_s: float) -> np.ndarray:
-    """The torque as it was recorded so much later, at the first row of each log and at its last, on the sliding rows."""
+def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.ndarray:
+    """The torque as it was recorded so much later, at the first row of each log and at its last, on the sliding rows (every so many of them)."""
     signals = balance.signals
-    found = np.empty(len(signals.torque_nm))
+    rows = np.flatnonzero(signals.sliding)[::every]
+    found = np.empty(len(rows))
     for k in range(len(signals.sources)):
-        mine = signals.log == k
-        time_s = signals.time_s[mine]
-        along = (time_s - time_s[0]) / max(float(time_s[-1] - time_s[0]), 1e-12)
+        of_log, mine = signals.log == k, signals.log[rows] == k
+        time_s, at_s = signals.time_s[of_log], signals.time_s[rows[mine]]
+        along = (at_s - time_s[0]) / max(float(time_s[-1] - time_s[0]), 1e-12)
         found[mine] = np.interp(
-            time_s + first_s + (last_s - first_s) * along, time_s, signals.torque_nm[mine]
+            at_s + first_s + (last_s - first_s) * along, time_s, signals.torque_nm[of_log]
         )
-    return np.asarray(found[signals.sliding])
+    return found
 
 
 def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The delay of the torque that leaves least over; two clocks where these leave far less."""
-    basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance]))[0]
+    basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance])[::ROWS_ALIKE])[0]
 
     def left(first_s: float, last_s: float) -> float:
-        torque = late(balance, first_s, last_s)
-        return float(torque @ torque - np.sum((basis.T @ torque) ** 2))
+        torque = late(balance, first_s, last_s, ROWS_ALIKE)
+        return float(np.sqrt(np.mean((torque - basis @ (basis.T @ torque)) ** 2)))
 
     delays = np.arange(-LATE_MOST_S, LATE_MOST_S + LATE_STEP_S / 2, LATE_STEP_S)
     tried = [left(float(each), float(each)) for each in delays]
     best = int(np.argmin(tried))
-    first_s, last_s = _clocks(left)
-    two = balance.fit(torque=late(balance, first_s, last_s))
-    if left(first_s, last_s) < CLOCKS_BETTER**2 * tried[best] and _sound(two):
-        return _two_clocks(balance, plain, two, first_s, last_s), two
+    if tried[best] > CLOCKS_LEAVE * balance.spread:
+        first_s, last_s = _clocks(left)
+        two = balance.fit(torque=late(balance, first_s, last_s))
+        if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):
+            return _two_clocks(balance, plain, two, first_s, last_s), two
     delay = float(delays[best])
     one = balance.fit(torque=late(balance, delay, delay))
     if abs(delay) < LATE_TOLD_S or not _sound(one):

@@ -29,6 +29,7 @@ MENDED = (
     "a torque constant off by 30 %, with the rig file",
     "torque of a device whose clock gains 150 ms",
     "position of sixty levels, slow",
+    "position of eighty levels",
 )
 
 
