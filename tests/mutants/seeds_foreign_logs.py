@@ -42,7 +42,7 @@ SEEDS = (
         "rtctl/friction/logs/log_checks.py",
         "        _require_levels(logs, signals)\n",
         "",
-        DIRT,
+        ("tests/unit/friction/test_log_input.py",),
     ),
     Seed(
         "a torque rounded to 0 is a motor that is off",
