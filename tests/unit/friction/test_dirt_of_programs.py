@@ -81,7 +81,7 @@ def test_a_motor_whose_torque_is_coarse_is_not_off_where_it_is_rounded_to_zero()
 def test_a_joint_that_coasts_is_not_called_moved_by_another():
     """No torque, and the joint runs out: that is friction, and belongs into the log."""
     t = np.arange(2000) / 500
-    motor = np.where(t % 2 < 1, 0.5, 0.0)
+    motor = np.where(t % 2 < 1, 0.5 + 0.01 * np.sin(9 * t), 0.0)
     require_on(motor, np.cumsum(np.where(t % 2 < 1, 1.0, 2 - t % 2)) / 500, 500.0, "log")
     t = np.arange(5000) / 500
     with pytest.raises(DataError, match=r"about 0 for .* from row 2001 on"):
