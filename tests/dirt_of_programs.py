@@ -66,6 +66,16 @@ def held_torque(rows):
     return lambda signal, log: signal[(np.arange(len(signal)) // rows) * rows]
 
 
+def of_another_clock(seconds):
+    """Late by so much at the last row, and not at the first."""
+    return lambda signal, log: np.interp(log.time - seconds * log.time / log.time[-1], log.time, signal)
+
+
+def of_levels(position, count):
+    step = np.ptp(position) / count
+    return np.round(position / step) * step
+
+
 def averaged(rows):
     """The mean of the last rows."""
     return lambda signal, log: np.convolve(signal, np.ones(rows) / rows)[: len(signal)]
@@ -171,8 +181,8 @@ MORE = {
     "rows held by ten": Case("hand, 100 Hz", lambda log: log, SAME),
     "a log of 50 Hz held to 500": Case("hand", held_up(10), r"stands 10 times"),
     "a log of 250 Hz held to 500": Case("hand", held_up(2), r"stands 2 times"),
-    "torque of a bus of 20 Hz": Case("hand", column("hand", held_torque(25)), r"torque looks .* late"),
-    "torque of a bus of 50 Hz, motor": Case("motor", column("motor", held_torque(10)), r"torque looks .* late"),
+    "torque of a bus of 20 Hz": Case("hand", column("hand", held_torque(25)), r"external torque: nearly every value stands for 25 rows"),
+    "torque of a bus of 50 Hz, motor": Case("motor", column("motor", held_torque(10)), r"motor torque: nearly every value stands for 10 rows"),
     "12 bits of torque": Case("hand", column("hand", quantised(20 / 4096)), SAME),
     "8 bits of torque": Case("hand", column("hand", quantised(20 / 256)), r"coarse|levels"),
     "friction is compensated already": Case("motor", compensated, r"taken off"),
@@ -227,6 +237,11 @@ MORE = {
     "scale of the torque drifts by a quarter": Case("motor", column("motor", lambda s, log: s * (1 + 0.25 * log.time / log.time[-1])), r"scale of the torque drifts|changes within"),
     "position drifts against its velocity": Case("motor", lambda log: replace(log, position=log.position * (1 + 0.15 * log.time / log.time[-1]), extra={"v": log.velocity}), r"drifts|changes|times the derivative", ("--column", "velocity=v")),
     "half the gear ratio, with the rig file": Case("motor", column("position", lambda x, _: 2 * x), r"inertia_kgm2.*unit", RIG),
+    "a torque constant off by 30 %, with the rig file": Case("motor", column("motor", lambda s, _: 1.3 * s), r"inertia_kgm2.*unit or a scale", RIG),
+    "torque of a device whose clock gains 150 ms": Case("hand", column("hand", of_another_clock(0.15)), r"two clocks"),
+    "torque of a device whose clock loses 100 ms": Case("motor", column("motor", of_another_clock(-0.1)), r"two clocks"),
+    "position of sixty levels, slow": Case("hand", lambda log: replace(clean("hand"), position=of_levels(log.position, 60)), r"column position: too coarse"),
+    "position of eighty levels": Case("hand", column("position", lambda x, _: of_levels(x, 80)), r"column position: too coarse"),
     "moves of even accelerations": Case("motor", moves, SAME),
     "moves of even accelerations, coarse current": Case("motor", lambda log: replace(moves(log), motor=np.round(moves(log).motor / 0.004) * 0.004), SAME),
     "moves, clipped": Case("motor", lambda log: replace(moves(log), motor=np.clip(moves(log).motor, -0.45, 0.45)), r"clipped"),

@@ -11,11 +11,9 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback.matlab_hdf import MOST_ENTRIES, read_hdf
 
 HDF = b"MATLAB 7.3"
-
-MOST_ENTRIES = 200
-"""Most structures of one name that are looked at."""
 
 
 def read_matlab(path: Path, raw: bytes, most: int) -> Mapping[str, Any]:
@@ -24,12 +22,12 @@ def read_matlab(path: Path, raw: bytes, most: int) -> Mapping[str, Any]:
     Raises
     ------
     BackendError
-        A file of version 7.3, a bomb.
+        Of version 7.3 what `hw.playback.matlab_hdf.read_hdf` says; a bomb.
     """
     from scipy.io import loadmat, whosmat
 
     if raw.startswith(HDF) or raw[:8] == b"\x89HDF\r\n\x1a\n":
-        raise BackendError(f"{path}: a MATLAB file of version 7.3 is not read; save it with save(..., '-v7')")
+        return read_hdf(path, raw, most)
     size = 8 * sum(math.prod(shape) for _, shape, _ in whosmat(io.BytesIO(raw)))
     if size > most:
         raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")

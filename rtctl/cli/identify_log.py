@@ -178,9 +178,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
     lines += [f"cannot be told: {text}" for text in untold]
-    told_as = (
-        json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(mapped, config)])
-    )
+    told_as = json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(mapped)])
     click.echo(told_as)
 
 

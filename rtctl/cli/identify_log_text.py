@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hw.motion import name
@@ -31,21 +30,23 @@ def units_of(mapped: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     }
 
 
-def units_line(mapped: Mapping[str, Mapping[str, Any]], config: Path | None) -> str:
-    """The units taken, and that nothing in a log tells a wrong one of its only torque."""
-    told = ", ".join(f"{name} in {unit}" for name, unit in units_of(mapped).items())
-    torques = {"motor_torque", "current", "hand_torque"} & set(mapped)
-    unseen = len(torques) == 1 and config is None
-    return f"units: {told}" + (
-        "; a wrong unit or torque constant of the only torque is seen with --config only" if unseen else ""
-    )
+def units_line(mapped: Mapping[str, Mapping[str, Any]]) -> str:
+    """The units taken."""
+    return "units: " + ", ".join(f"{name} in {unit}" for name, unit in units_of(mapped).items())
 
 
 def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
-    """That nothing holds the scale of the position, where no velocity is mapped (and no rig file given)."""
+    """What nothing in a log holds, without a rig file: the scale of its only torque, and of the position where no velocity is mapped."""
+    told: tuple[str, ...] = ()
+    if len({"motor_torque", "current", "hand_torque"} & set(mapped)) == 1:
+        told = (
+            "whether the scale of the only torque is right (its unit, a torque constant, a gear): inertia, viscous and Coulomb friction are all wrong by a factor in it; "
+            "--config, or a second torque, holds it",
+        )
     if "velocity" in mapped:
-        return ()
+        return told
     return (
+        *told,
         "whether the scale of the position is right (a gear ratio, counts a turn): a factor in it goes into inertia and viscous friction; a velocity of another source, "
         "or --config, holds it",
     )

@@ -14,6 +14,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.logs.balance import Balance, Fit
+from rtctl.friction.logs.late_torques import delayed
 
 TOLD_RATIO = 0.75
 """A cause is told when what is left over, RMS, falls to this share of it or less,"""
@@ -38,9 +39,6 @@ ALIKE = 1.5
 
 SMALL_SHARE = 0.1
 """Least size of a torque, share of the other, whose weight is looked at."""
-
-LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
-"""Delays of the torque that are tried, and the least that is told."""
 
 DOUBTFUL_SHARE, UNEXPLAINED_SHARE = 0.3, 0.5
 """Share of the torque about its mean, RMS, that the motion does not explain: worth a word, and refused. Sound logs have .02 to .25."""
@@ -76,7 +74,7 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
     """
     plain, source = balance.fit(), balance.signals.source
     refusals, warnings = [], []
-    searched = (_velocity_as_position, _weight, _delay, _position)
+    searched = (_velocity_as_position, _weight, delayed, _position)
     for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
         found = find(balance, plain)
         if found is None:
@@ -106,7 +104,7 @@ def _unexplained(source: str, left: float, most: float) -> str:
     return (
         f"{source}: the motion explains too little of the torque: {100 * left:.0f} % of it, RMS about its mean, is something else "
         f"(at most {100 * most:.0f} %); map the torque of the same axis and every torque on the joint, look at the sensor's zero, "
-        "and leave out what is not free motion"
+        "and leave out what is not free motion; a hand, play, an elastic shaft and counts or torques that wrapped look like that, too"
     )
 
 
@@ -162,36 +160,6 @@ def _weight_text(names: tuple[str, str], weight: float, other: Fit) -> str:
     return (
         f"{small}: enters the balance with the weight {weight:.3g} against the {large}, 1 is wanted; correct the unit or the scale of one of them "
         "(a current as N m? torque constant, gear ratio, lever?)"
-    )
-
-
-def _late(balance: Balance, seconds: float) -> np.ndarray:
-    """The torque as it was recorded so much later, on the sliding rows."""
-    signals = balance.signals
-    found = np.empty(len(signals.torque_nm))
-    for k in range(len(signals.sources)):
-        mine = signals.log == k
-        time_s = signals.time_s[mine]
-        found[mine] = np.interp(time_s + seconds, time_s, signals.torque_nm[mine])
-    return np.asarray(found[signals.sliding])
-
-
-def _delay(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
-    """The delay of the torque that leaves least over."""
-    delays = np.arange(-LATE_MOST_S, LATE_MOST_S + LATE_STEP_S / 2, LATE_STEP_S)
-    basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance]))[0]
-    tried = [_late(balance, float(delay)) for delay in delays]
-    left = [float(np.sum((torque - basis @ (basis.T @ torque)) ** 2)) for torque in tried]
-    best = int(np.argmin(left))
-    delay, found = float(delays[best]), balance.fit(torque=tried[best])
-    if abs(delay) < LATE_TOLD_S or not (found.inertia > 0 and found.coulomb > 0):
-        return None
-    word = "late" if delay > 0 else "early"
-    return (
-        f"the torque looks {1e3 * abs(delay):.0f} ms {word} against the position (or the position was filtered): with that, "
-        f"{100 * found.rest / balance.spread:.2g} % of it is left over instead of {100 * plain.rest / balance.spread:.2g} %; record both at one time, or "
-        f"put the column right by it (--torque-delay does, of the motor torque: {delay:+.3f} s besides what it is now)",
-        found,
     )
 
 

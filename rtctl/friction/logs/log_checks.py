@@ -27,6 +27,9 @@ BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
 COARSE_STEP = 2e-3
 """Share of the range of the position from which on its steps are those of lost digits, not of an encoder."""
 
+FEW_LEVELS = 0.01
+"""Step of a position without a velocity, share of its range, that is told whatever it makes of the inertia."""
+
 SURE = 0.05
 """Largest standard error of an inertia that another is compared with, share of it."""
 
@@ -46,6 +49,7 @@ def diagnose(
     """
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        _require_levels(logs, signals)
         return ()  # the fit itself says what is missing
     balance = Balance.of(signals, _external(logs, signals.cutoff_hz, speed_min_rad_s))
     seen = [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
@@ -101,20 +105,45 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     return max(short, min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300)))
 
 
+def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> None:
+    """Refuse a position of few levels: between them it rests, and hardly a row slides."""
+    for stretch in (one for stretches in logs for one in stretches):
+        step, range_rad = _step(stretch), float(np.ptp(stretch.position_rad))
+        if step > COARSE_STEP * range_rad:
+            raise DataError(
+                f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of {step:.3g} rad are all its range, so that it seems to rest between them; record "
+                "more digits, or a velocity too"
+            )
+
+
 def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
     """What is to be said of positions whose steps make the inertia too small."""
     short = signals.inertia_short
     if short <= BIAS_TOLD:
-        return []
+        return _few_levels(logs, signals)
     step = max(_step(stretch) for stretches in logs for stretch in stretches)
     text = (
-        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in it, make the inertia {100 * short:.0f} % too small, or "
+        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in it (play that rattles, an encoder that interpolates), make the inertia {100 * short:.0f} % too small, or "
         "more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
     lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)
     if lost and short > BIAS_REFUSED:
         raise DataError(text)
     return [text]  # of an encoder's steps friction is right, and the interval of the inertia is as wide
+
+
+def _few_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
+    """What is to be said of a position of few levels although the inertia comes out of it: velocity and its sign are of the steps."""
+    stretches = [one for stretches in logs for one in stretches if one.velocity_rad_s is None]
+    step, range_rad = max(
+        ((_step(one), float(np.ptp(one.position_rad))) for one in stretches), default=(0.0, 0.0)
+    )
+    if step <= FEW_LEVELS * range_rad:
+        return []
+    return [
+        f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of {step:.3g} rad are all its range: viscous friction, and a delay, are those of the steps; record "
+        "more digits, or a velocity too"
+    ]
 
 
 def _gained_by_lower_cutoff(

@@ -35,8 +35,8 @@ RATE_LEAST_HZ, RATE_MOST_HZ = 4.0, 2e5
 COUNTS_LEAST = 50
 """Whole numbers over a range of twice as many are no radians."""
 
-INERTIA_FACTOR = 1.5
-"""An inertia further from that of the rig file is worth a word."""
+INERTIA_FACTOR, INERTIA_SURELY = 1.5, 1.15
+"""An inertia further from that of the rig file is worth a word: whatever its interval, and where that leaves the rig file's out."""
 
 
 HARDLY_KNOWN = 0.5
@@ -192,10 +192,11 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
     found, notes = fit.symmetric.parameters, []
     inertia, viscous = found["inertia_kgm2"], found["viscous_nms_rad"]
     ratio = inertia.value / axis.inertia_kgm2
-    if not 1 / INERTIA_FACTOR <= ratio <= INERTIA_FACTOR:
+    far = max(ratio, 1 / ratio) if ratio > 0 else np.inf
+    if far > INERTIA_FACTOR or (far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)):
         notes.append(
-            f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit of the log "
-            "(torque, position or time) or the rig file is wrong"
+            f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit or a scale of the log "
+            "(torque, torque constant, gear ratio, position, time) or the rig file is wrong"
         )
     if viscous.high < axis.viscous_nms_rad:
         notes.append(

@@ -40,14 +40,7 @@ MARGIN_PERIODS = 1.0
 STRETCH_PERIODS = 10
 """Least length of a log without gaps, periods of the cut-off."""
 
-_SIGNALS = (
-    "position_rad",
-    "velocity_rad_s",
-    "acceleration_rad_s2",
-    "jerk_rad_s3",
-    "direction",
-    "torque_nm",
-)
+_SIGNALS = ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "direction", "torque_nm")
 
 FALLBACK_PERIODS = 0.5
 """Taken with a warning where the usual margin leaves no slow rows: a brisk log has only short strokes."""
@@ -247,7 +240,10 @@ def _motion(
         return v, a, ()
     recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
     step_rad = log.step_rad or quantum(log.position_rad)
-    v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad)
+    try:
+        v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad)
+    except DataError as error:  # what was found in the rows may be why
+        raise DataError("; besides: ".join([str(error), *log.notes])) from error
     return v, derivatives(v, step)[0], notes
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.rows_in_turn import held, require_one_axis
+from rtctl.friction.logs.torque_faults import LEVELS_MIN
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
 """Length of the running median, s and rows."""
@@ -42,6 +43,9 @@ LOST_LEAST, LOST_MOST = 0.6, 20.0
 
 MOST_JUMPS = 10
 """Most jumps of the position that are bridged."""
+
+HELD_TOLD = 4
+"""Rows for which each value of a torque stands, from which on it is one of a slower bus."""
 
 REPEATS_MIN, REPEATS_MOST = 5, 0.1
 """Fewest repeated rows worth a word, and the largest share that is mended."""
@@ -82,6 +86,7 @@ def mended(rows: Rows) -> Rows:
         return rows
     require_one_axis(rows.where, rows.position_rad)
     _mend_held(rows)
+    _mend_held_torques(rows)
     _mend_repeats(rows)
     _mend_position(rows)
     return rows
@@ -97,6 +102,20 @@ def _mend_held(rows: Rows) -> None:
         f"{rows.where}: nearly every row stands {times} times, in every column: a slower log whose rows were held: straight lines between the first of each; give the log as "
         "it was recorded, one row of each"
     )
+
+
+def _mend_held_torques(rows: Rows) -> None:
+    """A torque of a slower bus beside a position that is new in every row: straight lines between its values, each of the time of its first row."""
+    for name, torque in rows.torques.items():
+        repeats, times = held([torque])
+        if times < HELD_TOLD or len(np.unique(torque)) < LEVELS_MIN:
+            continue
+        at = np.cumsum(np.concatenate([[0.0], rows.step]))
+        torque[repeats] = np.interp(at[repeats], at[~repeats], torque[~repeats])
+        rows.notes.append(
+            f"{rows.where}: {name}: nearly every value stands for {times} rows while the position changes: it is of a slower bus, and held: straight lines between the first row of "
+            "each; it may be late besides"
+        )
 
 
 def _interpolate(rows: Rows, bad: np.ndarray, *, torques: bool) -> None:

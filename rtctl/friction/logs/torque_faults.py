@@ -93,6 +93,8 @@ def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: s
     DataError
         Names row and time.
     """
+    if len(np.unique(motor)) < LEVELS_MIN:
+        return  # 0 is a level as any other
     off = np.abs(motor) <= OFF_SHARE * float(np.quantile(np.abs(motor), 0.95))
     begin, length = longest_run(off)
     if length < max(OFF_S * rate_hz, FROZEN_SHARE * len(motor)):

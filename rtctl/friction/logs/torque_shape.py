@@ -165,7 +165,7 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
         text = (
             f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- {2 * share.error:.1g}): it differs where the torque drives the joint and where it "
             "brakes it, as through a gear or a screw; that share is fitted as torque_share, Coulomb and viscous friction are what is left without torque, and the points hold it at "
-            "the torques of this log"
+            "the torques of this log; play between motor and load looks alike: turn the load by hand at rest"
         )
         return replace(signals, share_nm=share.column), (text,), ()
     if known:
@@ -187,9 +187,9 @@ def bent(signals: Regressors) -> tuple[str, ...]:
         return ()
     short = found.value > 0
     text = (
-        "its sensor or drive saturates softly"
+        "its sensor or drive saturates softly, or there is play"
         if short
-        else "the motor saturates, so that its current makes less torque than its constant says"
+        else "the motor saturates, so that its current makes less torque than its constant says, or there is play"
     )
     return (
         f"{signals.source}: the torque is not proportional to what the motion wants: at its largest it is {100 * abs(found.value):.0f} % too {'small' if short else 'large'} against "

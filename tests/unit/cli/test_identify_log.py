@@ -188,11 +188,14 @@ def test_the_help_of_identify_names_logs(monkeypatch, capsys):
 def test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells(monkeypatch, capsys, log):
     code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED)
     assert code == 0
-    assert "units: angle in deg, milli in mN m; a wrong unit or torque constant of the only torque" in text
+    assert "units: angle in deg, milli in mN m\n" in text
+    assert "cannot be told: whether the scale of the only torque is right" in text
+    assert "cannot be told: whether the scale of the position is right" in text
     code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--config", CONFIG)
     assert "units: angle in deg, milli in mN m\n" in text
     code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--json")
     assert json.loads(text)["units"] == {"angle": "deg", "milli": "mN m"}
+    assert any("the only torque" in each for each in json.loads(text)["cannot_tell"])
 
 
 def test_a_decimal_comma_and_a_delimiter_may_be_given(monkeypatch, capsys, log):

@@ -8,7 +8,11 @@ import pytest
 from dirty_changes import clean, moves, softly
 from dirty_logs import identified
 
-from rtctl.friction.logs.clipping import plateaus
+from rtctl.errors import DataError
+from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.clipping import plateaus, require_unclipped
+from rtctl.friction.logs.dynamics import AxisLog, Plateau
+from rtctl.friction.logs.regressors import regressors
 
 
 def test_runs_of_equal_extremes_are_seen_but_not_those_of_a_slow_bus():
@@ -39,6 +43,19 @@ def test_moves_that_are_clipped_are_refused(limit, tmp_path):
     log = moves(clean("motor"))
     found = identified(replace(log, motor=np.clip(log.motor, -limit, limit)), tmp_path)
     assert re.search("motor torque.*clipped", found.said), found
+
+
+def test_a_run_of_equal_largest_torques_is_refused_only_where_the_balance_wants_more():
+    log = moves(clean("motor"))
+
+    def judge(motor):
+        balance = Balance.of(regressors(AxisLog(500.0, log.position, motor, "log", "0" * 64)), None)
+        level = float(np.quantile(balance.torque, 0.99))
+        require_unclipped(balance, [(0, Plateau("log: motor torque", level, 1.0, 7, 40))], "log")
+
+    judge(log.motor)
+    with pytest.raises(DataError, match=r"clipped at .* for 40 samples from row 7 on: the motion wants"):
+        judge(np.clip(log.motor, -0.45, 0.45))
 
 
 def test_a_torque_that_the_motion_follows_is_not_clipped(tmp_path):

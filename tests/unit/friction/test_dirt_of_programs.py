@@ -25,6 +25,11 @@ MENDED = (
     "torque saturates softly, brisk",
     "scale of the position drifts by a fifth",
     "half the gear ratio, with the rig file",
+    "torque of a bus of 50 Hz, motor",
+    "a torque constant off by 30 %, with the rig file",
+    "torque of a device whose clock gains 150 ms",
+    "position of sixty levels, slow",
+    "position of eighty levels",
 )
 
 
@@ -67,10 +72,16 @@ def test_rows_are_held_only_where_nearly_all_stand_equally_often():
     assert marks.tolist()[:8] == [False, True, True, True] * 2
 
 
+def test_a_motor_whose_torque_is_coarse_is_not_off_where_it_is_rounded_to_zero():
+    t = np.arange(5000) / 500
+    torque = np.where((t < 4) | (t > 7), 0.5 * np.sin(9 * t) + 0.6, 0.02)
+    require_on(np.round(torque / 0.2) * 0.2, np.sin(3 * t), 500.0, "log")
+
+
 def test_a_joint_that_coasts_is_not_called_moved_by_another():
     """No torque, and the joint runs out: that is friction, and belongs into the log."""
     t = np.arange(2000) / 500
-    motor = np.where(t % 2 < 1, 0.5, 0.0)
+    motor = np.where(t % 2 < 1, 0.5 + 0.01 * np.sin(9 * t), 0.0)
     require_on(motor, np.cumsum(np.where(t % 2 < 1, 1.0, 2 - t % 2)) / 500, 500.0, "log")
     t = np.arange(5000) / 500
     with pytest.raises(DataError, match=r"about 0 for .* from row 2001 on"):

@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.log_checks import diagnose
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
+from rtctl.friction.logs.regressors import regressors
 
 COLUMNS = {
     "time": {"column": "t"},
@@ -65,3 +68,12 @@ def test_a_delay_of_many_samples_is_exact_and_what_it_leaves_open_is_cut_off(tmp
 def test_a_log_that_cannot_be_used_is_refused(tmp_path, change, message):
     with pytest.raises(DataError, match=message):
         read(tmp_path, *change(*signals()))
+
+
+def test_a_position_that_seems_to_rest_between_its_few_levels_is_told_so():
+    t = np.arange(0, 40, 1 / 500)
+    position = np.round(10 * np.sin(2 * np.pi * 0.05 * t)) / 20
+    torque = 0.2 * np.sign(np.cos(2 * np.pi * 0.05 * t)) + 0.01 * np.sin(t)
+    log = AxisLog(500.0, position, torque, "log", "0" * 64)
+    with pytest.raises(DataError, match=r"column position: too coarse: 20 steps of 0\.05 rad"):
+        diagnose([(log,)], regressors(log, speed_min_rad_s=50.0), 50.0)

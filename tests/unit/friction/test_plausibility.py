@@ -69,9 +69,9 @@ def test_a_position_outside_the_travel_is_refused(tmp_path, axis):
         read(tmp_path, narrow, motion(), torque())
 
 
-def fit(inertia, viscous):
+def fit(inertia, viscous, half=0.0):
     found = {
-        "inertia_kgm2": Estimate(inertia, 1e-5, inertia, inertia),
+        "inertia_kgm2": Estimate(inertia, 1e-5, inertia - half, inertia + half),
         "viscous_nms_rad": Estimate(viscous, 1e-3, viscous - 0.002, viscous + 0.002),
     }
     return SimpleNamespace(symmetric=SimpleNamespace(parameters=found))
@@ -81,5 +81,8 @@ def test_parameters_that_contradict_the_rig_file_are_said(axis):
     assert against_rig(fit(0.013, 0.055), axis, "rig.toml") == ()
     (inertia,) = against_rig(fit(0.7, 0.055), axis, "rig.toml")
     assert "inertia_kgm2 = 0.012, the log says 0.7" in inertia
+    (sure,) = against_rig(fit(0.0145, 0.055), axis, "rig.toml")
+    assert "inertia_kgm2 = 0.012, the log says 0.0145: a unit or a scale" in sure
+    assert against_rig(fit(0.0145, 0.055, 0.003), axis, "rig.toml") == (), "the interval holds it"
     (viscous,) = against_rig(fit(0.012, 0.03), axis, "rig.toml")
     assert "promises more damping than the log shows (at most 0.032)" in viscous

@@ -9,7 +9,7 @@ from moved_joint import CLEAN
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
-from rtctl.friction.logs.torque_shape import bent, drifting, with_share
+from rtctl.friction.logs.torque_shape import Effect, bent, drifting, with_share
 
 RATE_HZ = 500.0
 INERTIA, VISCOUS, COULOMB = 0.02, 0.05, 0.2
@@ -62,6 +62,22 @@ def test_a_torque_in_proportion_has_no_share_no_bend_and_no_drift():
         assert with_share(signals)[0].share_nm is None
         assert bent(signals) == ()
         assert drifting(signals) == ()
+
+
+@pytest.mark.parametrize(
+    ("value", "error", "beside", "beside_error", "rest", "sure"),
+    [
+        (0.1, 0.02, 0.1, 0.02, 0.9, True),
+        (0.1, 0.03, 0.1, 0.02, 0.9, False),
+        (0.1, 0.02, 0.1, 0.04, 0.9, False),
+        (0.1, 0.02, -0.1, 0.02, 0.9, False),
+        (0.1, 0.02, 0.1, 0.02, 0.99, False),
+    ],
+)
+def test_an_effect_is_sure_by_its_errors_alone_and_beside_others_and_by_what_it_explains(
+    value, error, beside, beside_error, rest, sure
+):
+    assert Effect(np.zeros(1), value, error, beside, beside_error, rest, 1.0).sure() is sure
 
 
 @pytest.mark.parametrize(("missing", "word"), [(0.2, "too small"), (-0.2, "too large")])

@@ -1,0 +1,108 @@
+# ruff: noqa: ANN401 - what h5py gives has no types without it
+"""Arrays of a MATLAB file of version 7.3, an HDF5 file: structures are groups, arrays lie transposed, several structures of one name and cells are references."""
+
+from __future__ import annotations
+
+import io
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.interface import BackendError
+
+MOST_ENTRIES = 200
+"""Most structures of one name, and cells, that are looked at."""
+
+DEPTH = 6
+"""Most structures within each other."""
+
+NO_NUMBERS = ("char", "string", "function_handle", "FileWrapper__")
+"""Classes of MATLAB whose arrays are integers and no numbers."""
+
+
+def read_hdf(path: Path, raw: bytes, most: int) -> dict[str, Any]:
+    """Arrays of a file of at most `most` bytes, unpacked, by their path as `hw.playback.matlab` has them.
+
+    Raises
+    ------
+    BackendError
+        h5py is not installed, no sound file, a bomb, objects only.
+    """
+    if find_spec("h5py") is None:
+        raise BackendError(
+            f"{path}: a MATLAB file of version 7.3 needs h5py: install rtctl with its extra `matlab73` (pip install 'rtctl[matlab73]'), or save it with save(..., '-v7')"
+        )
+    h5py: Any = import_module("h5py")
+    try:
+        with h5py.File(io.BytesIO(raw), "r") as file:
+            reader = _Reader(path, file, h5py, most)
+            for name in file:
+                if not name.startswith("#"):
+                    reader.put(name, reader.inside(file, name), DEPTH)
+    except RuntimeError as error:
+        raise BackendError(
+            f"{path}: not a sound .mat file ({str(error)[:200]}); copy or save it again"
+        ) from error
+    if reader.objects and not reader.found:
+        raise BackendError(
+            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB alone can read; "
+            "save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x')"
+        )
+    return reader.found
+
+
+class _Reader:
+    def __init__(self, path: Path, file: Any, h5py: Any, most: int) -> None:
+        self.path, self.file, self.h5py, self.left = path, file, h5py, most
+        self.found: dict[str, Any] = {}
+        self.objects = False
+
+    def inside(self, group: Any, name: str) -> Any:
+        """A member of a group that lies in this file, else None: a link may lead to any other."""
+        return group[name] if isinstance(group.get(name, getlink=True), self.h5py.HardLink) else None
+
+    def put(self, name: str, item: Any, depth: int) -> None:
+        """Arrays of one variable, field or entry."""
+        if item is None or not depth:
+            return
+        if isinstance(item, self.h5py.Group):
+            for field in item:
+                self.put(f"{name}.{field}", self.inside(item, field), depth - 1)
+        elif item.dtype == self.h5py.ref_dtype:
+            self._entries(name, item, depth)
+        else:
+            self._array(name, item)
+
+    def _entries(self, name: str, item: Any, depth: int) -> None:
+        """Cells, `name{k}`; or a field of several structures: `s.x` is that of `s(k)`."""
+        entries = self._taken(item).reshape(-1)[:MOST_ENTRIES]
+        stem, dot, field = name.rpartition(".")
+        for k, reference in enumerate(entries):
+            own = name if len(entries) == 1 else f"{name}{{{k + 1}}}"
+            if _class(item) != "cell" and dot:
+                own = f"{stem}({k + 1}).{field}" if len(entries) > 1 else name
+            if reference:
+                self.put(own, self.file[reference], depth - 1)
+
+    def _array(self, name: str, item: Any) -> None:
+        if "MATLAB_object_decode" in item.attrs:
+            self.objects = True
+        elif (
+            item.dtype.kind in "fiub" and _class(item) not in NO_NUMBERS and "MATLAB_empty" not in item.attrs
+        ):
+            array = self._taken(item).T
+            self.found[name] = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
+
+    def _taken(self, item: Any) -> np.ndarray:
+        self.left -= item.size * item.dtype.itemsize
+        if self.left < 0:
+            raise BackendError(f"{self.path}: unpacks to more than a log does; cut it into parts")
+        return np.asarray(item[()])
+
+
+def _class(item: Any) -> str:
+    told = item.attrs.get("MATLAB_class", b"")
+    return told.decode() if isinstance(told, bytes) else str(told)

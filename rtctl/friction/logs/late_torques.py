@@ -1,0 +1,94 @@
+"""A torque that is not of the time of the position: late or early by one delay, or of a device whose clock runs at another rate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from rtctl.friction.logs.balance import ROWS_ALIKE, Balance, Fit
+
+LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
+"""Delays of the torque that are tried, and the least that is told."""
+
+CLOCK_MOST_S, CLOCK_STEP_S, CLOCK_FINE_S = 0.3, 0.03, 0.006
+"""Delays at the first and the last row that are tried of two clocks, with one step and then a finer one about the best."""
+
+CLOCKS_LEAVE = 0.05
+"""Share of the torque that one delay must leave over for two clocks to be looked for."""
+
+CLOCKS_BETTER = 0.75
+"""What two clocks leave over, RMS, share of what one delay does, from which on they are told."""
+
+
+def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.ndarray:
+    """The torque as it was recorded so much later, at the first row of each log and at its last, on the sliding rows (every so many of them)."""
+    signals = balance.signals
+    rows = np.flatnonzero(signals.sliding)[::every]
+    found = np.empty(len(rows))
+    for k in range(len(signals.sources)):
+        of_log, mine = signals.log == k, signals.log[rows] == k
+        time_s, at_s = signals.time_s[of_log], signals.time_s[rows[mine]]
+        along = (at_s - time_s[0]) / max(float(time_s[-1] - time_s[0]), 1e-12)
+        found[mine] = np.interp(
+            at_s + first_s + (last_s - first_s) * along, time_s, signals.torque_nm[of_log]
+        )
+    return found
+
+
+def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
+    """The delay of the torque that leaves least over; two clocks where these leave far less."""
+    basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance])[::ROWS_ALIKE])[0]
+
+    def left(first_s: float, last_s: float) -> float:
+        torque = late(balance, first_s, last_s, ROWS_ALIKE)
+        return float(np.sqrt(np.mean((torque - basis @ (basis.T @ torque)) ** 2)))
+
+    delays = np.arange(-LATE_MOST_S, LATE_MOST_S + LATE_STEP_S / 2, LATE_STEP_S)
+    tried = [left(float(each), float(each)) for each in delays]
+    best = int(np.argmin(tried))
+    if tried[best] > CLOCKS_LEAVE * balance.spread:
+        first_s, last_s = _clocks(left)
+        two = balance.fit(torque=late(balance, first_s, last_s))
+        if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):
+            return _two_clocks(balance, plain, two, first_s, last_s), two
+    delay = float(delays[best])
+    one = balance.fit(torque=late(balance, delay, delay))
+    if abs(delay) < LATE_TOLD_S or not _sound(one):
+        return None
+    return (
+        f"the torque looks {1e3 * abs(delay):.0f} ms {_word(delay)} against the position (or the position was filtered): with that, "
+        f"{_left(balance, one)} of it is left over instead of {_left(balance, plain)}; record both at one time, or "
+        f"put the column right by it (--torque-delay does, of the motor torque: {delay:+.3f} s besides what it is now)",
+        one,
+    )
+
+
+def _clocks(left: Callable[[float, float], float]) -> tuple[float, float]:
+    """Delays at the first and the last row that leave least over, s."""
+    first_s = last_s = 0.0
+    for reach_s, step_s in ((CLOCK_MOST_S, CLOCK_STEP_S), (CLOCK_STEP_S, CLOCK_FINE_S)):
+        steps = np.arange(-reach_s, reach_s + step_s / 2, step_s)
+        tried = [(left(first_s + a, last_s + b), first_s + a, last_s + b) for a in steps for b in steps]
+        _, first_s, last_s = min(tried)
+    return float(first_s), float(last_s)
+
+
+def _two_clocks(balance: Balance, plain: Fit, two: Fit, first_s: float, last_s: float) -> str:
+    return (
+        f"torque and position look as if they were stamped by two clocks: the torque is {1e3 * abs(first_s):.0f} ms {_word(first_s)} against the position at the first row and "
+        f"{1e3 * abs(last_s):.0f} ms {_word(last_s)} at the last; with that, {_left(balance, two)} of it is left over instead of {_left(balance, plain)}; stamp both by one clock, or "
+        "stretch the time of one of them by it"
+    )
+
+
+def _sound(fit: Fit) -> bool:
+    return fit.inertia > 0 and fit.coulomb > 0
+
+
+def _left(balance: Balance, fit: Fit) -> str:
+    return f"{100 * fit.rest / balance.spread:.2g} %"
+
+
+def _word(delay_s: float) -> str:
+    return "late" if delay_s > 0 else "early"

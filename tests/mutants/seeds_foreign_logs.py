@@ -1,0 +1,68 @@
+"""Seeded bugs in what is told of logs of other makes: clocks, buses, rig files, MATLAB files of version 7.3."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
+PLAUSIBLE = ("tests/unit/friction/test_plausibility.py",)
+HDF = ("tests/unit/hw/test_matlab_hdf.py",)
+
+SEEDS = (
+    Seed(
+        "two clocks are never looked for",
+        "rtctl/friction/logs/late_torques.py",
+        "if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):",
+        "if left(first_s, last_s) < 0 and _sound(two):",
+        DIRT,
+    ),
+    Seed(
+        "a torque of a slower bus is taken as new in every row",
+        "rtctl/friction/logs/row_faults.py",
+        "if times < HELD_TOLD or",
+        "if times < 1000 * HELD_TOLD or",
+        DIRT,
+    ),
+    Seed(
+        "an inertia that the log surely contradicts stands in the rig file",
+        "rtctl/friction/logs/plausibility.py",
+        "far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
+        "far > 10 * INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
+        PLAUSIBLE,
+    ),
+    Seed(
+        "an inertia that the log does not contradict is told all the same",
+        "rtctl/friction/logs/plausibility.py",
+        "far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
+        "far > INERTIA_SURELY",
+        PLAUSIBLE,
+    ),
+    Seed(
+        "a position of few levels is one that rests",
+        "rtctl/friction/logs/log_checks.py",
+        "        _require_levels(logs, signals)\n",
+        "",
+        ("tests/unit/friction/test_log_input.py",),
+    ),
+    Seed(
+        "a torque rounded to 0 is a motor that is off",
+        "rtctl/friction/logs/torque_faults.py",
+        "    if len(np.unique(motor)) < LEVELS_MIN:\n        return  # 0",
+        "    if len(np.unique(motor)) < 0:\n        return  # 0",
+        DIRT,
+    ),
+    Seed(
+        "a link in a MATLAB file leads to any other file",
+        "hw/playback/matlab_hdf.py",
+        "return group[name] if isinstance(group.get(name, getlink=True), self.h5py.HardLink) else None",
+        "return group[name]",
+        HDF,
+    ),
+    Seed(
+        "a MATLAB file may unpack to anything",
+        "hw/playback/matlab_hdf.py",
+        "if self.left < 0:",
+        "if self.left < -(10**12):",
+        HDF,
+    ),
+)
