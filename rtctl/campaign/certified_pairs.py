@@ -143,8 +143,6 @@ def _certified(loop: AdmittanceLoop) -> bool:
     """
     if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
         return False
-    if not all(admittance_margin.judge_stiffest(one).ok for one in admittance_margin.less_help(loop)):
-        return False
     if not all(admittance_margin.judge_stiffest(one).ok for one in quicker_sensors(loop)):
         return False
     return loop.sample_ticks > 1 or admittance_margin.proof(loop).proved

@@ -9,9 +9,9 @@ Rows of the impedance display that such an axis does not get, unless its display
 - `feed-forward of any sign (two-line)`: it compares the feed-forward with friction, for a port that nothing else drives. Here
   a torque that is wrong is one against a velocity loop: the certificate is asked with the damping that the feed-forward
   leaves, and its work is bounded by the account, as everywhere;
-- `disturbance observer in a hand`: that loop has a coupling; here the observer is inside the certificate's.
+- `disturbance observer in a hand`, and its steps and bias: it sends nothing beside a virtual mass.
 
-The rows of account, policy, intent, places, observer's steps and bias, and units hold as they are.
+The rows of account, policy, intent, places and units hold as they are.
 """
 
 from __future__ import annotations
@@ -141,18 +141,34 @@ def _rest_remedy(one: AdmittanceFigures) -> str:
     return ways
 
 
+def _help_remedy(s: Subject, one: AdmittanceFigures) -> str:
+    """Less help, where that is enough."""
+    present = _help_share(s)
+    if not 0 < one.help_share_max < present:
+        return ""
+    share = s.table.admittance.compensation_share * one.help_share_max / present
+    return f"compensation_share = {_down(share)} (the help turns as the virtual mass does, before the joint), or "
+
+
+def _help_share(s: Subject) -> float:
+    """Share of the dry friction that is helped with at most while the mass is shown."""
+    return loop_of(s.axis, s.table, s.joint, s.period_s).help_share
+
+
 def dry_friction(s: Subject) -> list[Verdict]:
     """Dry friction in the joint: does it keep a hand, the mass and the servo's spring swinging?"""
     one, table = found(s), s.table.admittance
     passes = not one.rubbing_worst
-    meaning = "dry friction, as damping of every size, lets nothing swing on"
+    meaning = "dry friction, as damping of every size, and the help with it let nothing swing on"
+    key, value = "position_gain_nm_rad", table.position_gain_nm_rad
     if not passes:
-        meaning = (
-            f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
-            "less position_gain_nm_rad, or more velocity_gain_nms_rad or damping_nms_rad"
-        )
+        meaning = f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
+        helped = _help_remedy(s, one)
+        if helped:
+            key, value = "compensation_share", table.compensation_share
+        meaning += f"{helped}less position_gain_nm_rad, or more velocity_gain_nms_rad or damping_nms_rad"
     refusal = (
-        f"{s.where}.admittance.position_gain_nm_rad: axis {s.axis.name}: {table.position_gain_nm_rad:g} with velocity_gain_nms_rad = "
+        f"{s.where}.admittance.{key}: axis {s.axis.name}: {value:g} with velocity_gain_nms_rad = "
         f"{table.velocity_gain_nms_rad:g}: {meaning}"
     )
     outcome = Outcome.PASS if passes else Outcome.FAIL

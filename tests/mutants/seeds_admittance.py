@@ -53,14 +53,6 @@ SEEDS = (
         (f"{STICKING}::test_spring_and_loss_are_the_first_harmonic_of_a_spring_that_slides_at_its_end",),
     ),
     Seed(
-        "an admittance is certified with its help in force only", "rtctl/control/proofs/admittance_margin.py",
-        "return (loop, *less_help(loop)[:1])", "return (loop,)",
-        (
-            f"{MARGIN}::test_a_hand_may_turn_the_help_off_and_the_certificate_holds_then_too",
-            f"{MARGIN}::test_a_joint_that_sticks_is_judged_without_an_observer_that_is_slow_there",
-        ),
-    ),
-    Seed(
         "help with friction at rest goes by the hand while a mass is shown", "rtctl/control/feedforward.py",
         "return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]", "pass",
         (f"{EXPERIMENT}::test_help_with_friction_goes_by_the_mass_and_does_not_push_the_joint_into_a_wall",),

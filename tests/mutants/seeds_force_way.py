@@ -171,13 +171,6 @@ SEEDS = (
         (f"{IN_TIME}::test_the_largest_eigenvalue_is_the_growth_in_time",),
     ),
     Seed(
-        "the certificate's observer is delayed in the matrices alone",
-        "rtctl/control/proofs/admittance_spectrum.py",
-        "behind * then * back",
-        "behind * back",
-        (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),
-    ),
-    Seed(
         "the observer is tuned for the slowest sensor alone",
         "rtctl/control/proofs/observer_match.py",
         "for one in (loop, *quicker_sensors(loop)):",

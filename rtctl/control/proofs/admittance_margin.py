@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -36,6 +35,9 @@ DAMPED_1_S = 20.0
 
 RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
 """Dry friction as damping, in velocity gains: a friction of .25 N m on a gain of 2 N m s/rad at 1.6 to .016 rad/s."""
+
+HELPS = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
+"""Shares of the present help that are tried where it is too much."""
 
 _HEAVIEST = 64.0
 _STEPS = 18
@@ -68,19 +70,6 @@ def edge(loop: AdmittanceLoop) -> float:
     return 1 + max(GROWS_1_S * loop.period_s, _ROUNDING)
 
 
-def less_help(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with none and with half of its observer: a hand may turn the help down while it runs."""
-    gain = loop.observer_gain
-    return [replace(loop, observer_gain=share * gain) for share in (0.0, 0.5)] if gain > 0 else []
-
-
-def at_helps(loop: AdmittanceLoop) -> tuple[AdmittanceLoop, ...]:
-    """The loop with its observer whole and with none of it: on a joint that rests, or at a friction beyond its cap, an observer
-    does little, whatever the hand has asked for.
-    """
-    return (loop, *less_help(loop)[:1])
-
-
 def judge(loop: AdmittanceLoop) -> Finding:
     """The worst of the grid, a joint that slides."""
     at = grid(replace(loop, bristle_nm_rad=0.0))
@@ -88,24 +77,31 @@ def judge(loop: AdmittanceLoop) -> Finding:
 
 
 def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
-    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad.
+    """The worst with dry friction taken for damping of every size, helped with and not, and that damping, N m s/rad.
 
     Notes
     -----
     Dry friction F takes out of a sine of speed amplitude V as much as a damping 4 F/(pi V) does (its describing function), from
     nothing at high speeds to all where it nearly stops. Where the loop grows at one of them, a slower motion grows and a
     quicker one dies: joint, mass and hand swing on at that V. Only speeds are left out at which that is more than ten
-    velocity gains.
+    velocity gains. Help with a share s of it turns as the mass does, before the joint: s 4 F/(pi V) of the mass's speed.
     """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
-    worst, damping = None, 0.0
-    for one, by in product(at_helps(loop), RUBS):
-        more = by * loop.velocity_gain_nms_rad
-        found = worst_of(replace(one, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
-        if worst is None or found.radius > worst.radius:
-            worst, damping = found, more
-    assert worst is not None
-    return worst, damping
+    tried = [
+        replace(loop, help_share=share, rubs_nms_rad=by * loop.velocity_gain_nms_rad, bristle_nm_rad=0.0)
+        for share in sorted({0.0, loop.help_share})
+        for by in RUBS
+    ]
+    found = [(worst_of(one, at), one.rubs_nms_rad) for one in tried]
+    return max(found, key=lambda one: math.inf if math.isnan(one[0].radius) else one[0].radius)
+
+
+def largest_help(loop: AdmittanceLoop) -> float:
+    """Largest share of the dry friction, of those tried up to the present, that may be helped with; 0 if none."""
+    for part in HELPS:
+        if judge_rubbing(replace(loop, help_share=part * loop.help_share))[0].ok:
+            return part * loop.help_share
+    return 0.0
 
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:
@@ -135,24 +131,18 @@ def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
 
 
 def proof(loop: AdmittanceLoop) -> Proof:
-    """That it is stable between the points, too, as long as the joint slides, helped and not."""
-    cells, found = 0, Proof(False, 0)
-    for one in at_helps(replace(loop, bristle_nm_rad=0.0)):
-        found = admittance_proof.prove(one)
-        cells += found.cells
-        if not found.proved:
-            break
-    return replace(found, cells=cells)
+    """That it is stable between the points, too, as long as the joint slides."""
+    return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
 
 
 def _passes(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
-    """Stable with the stiffest hands, that have no damping, in some worlds or in none, helped and not: a search goes by these, as
-    they decide most, and what it finds is confirmed by more worlds and by `judge`.
+    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide most, and
+    what it finds is confirmed by more worlds and by `judge`.
     """
     slides = replace(loop, bristle_nm_rad=0.0)
     at = fine_worlds(slides, only_stiffest=True, count=worlds)
     at = at if world else at[np.flatnonzero(at.k_e == 0)]
-    return all(bool(spectral_radii(one, at).max() <= edge(loop)) for one in at_helps(slides))
+    return bool(spectral_radii(slides, at).max() <= edge(loop))
 
 
 def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
@@ -251,7 +241,7 @@ def _confirmed(
     """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
     for _ in range(_CONFIRMS):
         one = with_value(loop, value)
-        if _passes(one, worlds=_FINE_WORLDS) and all(judge(helped).ok for helped in at_helps(one)):
+        if _passes(one, worlds=_FINE_WORLDS) and judge(one).ok:
             return value
         value *= step
     return 0.0
