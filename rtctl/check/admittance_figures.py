@@ -12,6 +12,7 @@ from rtctl.control.proofs.quicker_sensors import quicker_sensors
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
+    from rtctl.control.proofs.admittance_help import Helped
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
     from rtctl.control.proofs.admittance_sticking import Sticking
@@ -56,8 +57,9 @@ class AdmittanceFigures:
     """The damping at which that is."""
     rubbing_worst: str
     """Hand, joint and world there; empty where nothing grows."""
+    helped: Helped
+    """The swing that help with dry friction feeds most; the next: share of the friction up to which help leaves nothing growing."""
     help_share_max: float
-    """Share of the dry friction up to which help leaves that so; the loop's own where it does."""
     damping_kept: float
     """Least share of its ideal damping that a vibration keeps."""
     hand_stiffness_max_nm_rad: float
@@ -99,6 +101,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         feedforward=a.sent_ahead(table.inertia_kgm2),
         feedforward_lowpass_hz=a.feedforward_lowpass_hz,
         help_share=_help_share(figures, a.compensation_share),
+        help_turns_rad=figures.friction.presliding_rad if figures.friction else 0.0,
         told_viscous_nms_rad=table.viscous_nms_rad,
         delay=figures.delay_ticks,
         lag_hz=figures.current_loop_hz,
@@ -137,19 +140,17 @@ def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
 @lru_cache(maxsize=64)
 def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
+    from rtctl.control.proofs import admittance_help
     from rtctl.control.proofs import admittance_margin as margin
 
     found = margin.judge(loop)
-    others = (
-        (*faster(loop), *quicker_sensors(loop), *fading(loop), *heavier(loop))
-        if found.ok
-        else ()
-    )
+    others = (*faster(loop), *quicker_sensors(loop), *fading(loop), *heavier(loop)) if found.ok else ()
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
     masses = (loop, *heavier(loop))
     stuck = _sticking(masses) if loop.bristle_nm_rad > 0 else None
     rubbing, damping = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
+    helped = max(map(admittance_help.judge_help, masses), key=lambda one: one.growth_1_s)
     stable = found.ok and not (proof and proof.unstable)
     return AdmittanceFigures(
         radius=found.radius,
@@ -166,7 +167,8 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
         rubbing_radius=rubbing.radius,
         rubbing_damping_nms_rad=damping,
         rubbing_worst="" if rubbing.ok else rubbing.at,
-        help_share_max=loop.help_share if rubbing.ok else min(map(margin.largest_help, masses)),
+        helped=helped,
+        help_share_max=loop.help_share if helped.ok else min(map(admittance_help.largest_help, masses)),
         damping_kept=found.kept,
         hand_stiffness_max_nm_rad=margin.largest_hand(loop),
         hand_stiffness_max_free_nm_rad=margin.largest_hand(loop, world=False),

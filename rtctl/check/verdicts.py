@@ -41,6 +41,7 @@ ADMITTANCE: tuple[Test, ...] = (
     verdicts_of_admittance.closed_loop,
     verdicts_of_admittance.stuck_joint,
     verdicts_of_admittance.dry_friction,
+    verdicts_of_admittance.help_with_friction,
     verdicts_of_admittance.other_worlds,
     verdicts_of_admittance.any_hand,
     verdicts_of_admittance.vibrations,

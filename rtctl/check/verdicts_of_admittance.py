@@ -141,34 +141,18 @@ def _rest_remedy(one: AdmittanceFigures) -> str:
     return ways
 
 
-def _help_remedy(s: Subject, one: AdmittanceFigures) -> str:
-    """Less help, where that is enough."""
-    present = _help_share(s)
-    if not 0 < one.help_share_max < present:
-        return ""
-    share = s.table.admittance.compensation_share * one.help_share_max / present
-    return f"compensation_share = {_down(share)} (the help turns as the virtual mass does, before the joint), or "
-
-
-def _help_share(s: Subject) -> float:
-    """Share of the dry friction that is helped with at most while the mass is shown."""
-    return loop_of(s.axis, s.table, s.joint, s.period_s).help_share
-
-
 def dry_friction(s: Subject) -> list[Verdict]:
     """Dry friction in the joint: does it keep a hand, the mass and the servo's spring swinging?"""
     one, table = found(s), s.table.admittance
     passes = not one.rubbing_worst
-    meaning = "dry friction, as damping of every size, and the help with it let nothing swing on"
-    key, value = "position_gain_nm_rad", table.position_gain_nm_rad
+    meaning = "dry friction, as damping of every size, lets nothing swing on"
     if not passes:
-        meaning = f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
-        helped = _help_remedy(s, one)
-        if helped:
-            key, value = "compensation_share", table.compensation_share
-        meaning += f"{helped}less position_gain_nm_rad, or more velocity_gain_nms_rad or damping_nms_rad"
+        meaning = (
+            f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
+            "less position_gain_nm_rad, or more velocity_gain_nms_rad or damping_nms_rad"
+        )
     refusal = (
-        f"{s.where}.admittance.{key}: axis {s.axis.name}: {value:g} with velocity_gain_nms_rad = "
+        f"{s.where}.admittance.position_gain_nm_rad: axis {s.axis.name}: {table.position_gain_nm_rad:g} with velocity_gain_nms_rad = "
         f"{table.velocity_gain_nms_rad:g}: {meaning}"
     )
     outcome = Outcome.PASS if passes else Outcome.FAIL
@@ -180,6 +164,34 @@ def dry_friction(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             one.rubbing_radius,
+            "" if passes else refusal,
+        )
+    ]
+
+
+def help_with_friction(s: Subject) -> list[Verdict]:
+    """The help turns with the mass, friction with the joint: does that keep a hand swinging?"""
+    present = loop_of(s.axis, s.table, s.joint, s.period_s).help_share
+    if present == 0:
+        return []
+    one, share = found(s), s.table.admittance.compensation_share
+    helped, passes = one.helped, one.helped.ok
+    meaning = "no swing, of any amplitude that was tried, is fed by it"
+    if not passes:
+        least = _down(share * one.help_share_max / present) if one.help_share_max > 0 else "0"
+        meaning = (
+            f"it turns with the mass, before the joint, and may keep up a swing of {helped.speed_rad_s:.2g} rad/s RMS with a {helped.at}: "
+            f"compensation_share = {least}, or more damping_nms_rad or velocity_gain_nms_rad"
+        )
+    refusal = f"{s.where}.admittance.compensation_share: axis {s.axis.name}: {share:g} of the learned help: {meaning}"
+    return [
+        s.row(
+            "admittance, help with friction",
+            f"{helped.growth_1_s:+.3g}/s",
+            "<= +0.02/s",
+            Outcome.PASS if passes else Outcome.FAIL,
+            meaning,
+            1.0 + helped.growth_1_s if not passes else 0.0,
             "" if passes else refusal,
         )
     ]

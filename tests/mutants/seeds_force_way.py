@@ -13,6 +13,13 @@ IN_TIME = "tests/unit/control/test_observer_of_a_late_force.py"
 
 SEEDS = (
     Seed(
+        "the observer is tuned for a rigid joint whatever the joint is",
+        "rtctl/check/observer_tuning.py",
+        "if joint.stiffness_nm_rad > 0 else (RIGID,)",
+        "if False else (RIGID,)",
+        (f"{CHECK}::test_the_default_observer_of_an_elastic_joint_passes_behind_a_late_sensor",),
+    ),
+    Seed(
         "the certificate does not know the force sensor's own low-pass",
         "rtctl/check/admittance_figures.py",
         "        sensor_hz=figures.force_way.sensor_hz,\n",

@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -91,10 +91,10 @@ class AdmittanceLoop:
     """Share z of J a_r + b v_r - tau_f that is sent, behind a low-pass."""
     feedforward_lowpass_hz: float = 0.0
     help_share: float = 0.0
-    """Share of the dry friction that is helped with at most, in the direction of the virtual mass; the next: the damping that dry friction
-    is taken for, N m s/rad (`admittance_margin.judge_rubbing`).
+    """Share of the dry friction that is helped with at most, in the direction of the virtual mass; the next: the way of the mass over which
+    that turns, rad (`admittance_help`).
     """
-    rubs_nms_rad: float = 0.0
+    help_turns_rad: float = 0.0
     told_viscous_nms_rad: float = 0.0
     """b of the joint as it stands in there, with whatever is compensated of it."""
     delay: float = 0.0
@@ -175,7 +175,16 @@ def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -
     return points([(*hand, one, 0.0) for hand, one in product(hands, k_e)])
 
 
-def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+@dataclass(frozen=True)
+class Swing:
+    """What dry friction and the help with it are in a swing, of every point: damping of the joint, spring and damping along the motion of the mass."""
+
+    rubs: np.ndarray
+    helps_nm_rad: np.ndarray
+    helps_nms_rad: np.ndarray
+
+
+def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """The closed loop from one fresh sample to the next, a matrix for every point, shape (points, N, N).
 
     Notes
@@ -185,7 +194,7 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     running one frame from every unit state, all points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
-    A, hand, _ = plant(replace(loop, viscous_nms_rad=loop.viscous_nms_rad + loop.rubs_nms_rad), at)
+    A, hand, _ = plant(loop, at, 0.0 if swing is None else swing.rubs)
     whole = math.floor(loop.delay + 1e-9)
     rest = max(loop.delay - whole, 0.0)
     D, L = whole + 2, math.ceil(loop.sensor_ticks / n)
@@ -204,7 +213,6 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     calms = np.where(at.bristle > 0, loop.rest_damping_nms_rad, 0.0)[:, None]
     weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + calms + b_e) + T * T * k_e
     share, quick = loop.feedforward, lowpass_alpha(loop.feedforward_lowpass_hz, T)
-    helps = loop.help_share * loop.rubs_nms_rad
     for _ in range(n):
         v_before = v_r
         v_r = (loop.mass_kgm2 * v_r + T * (felt - k_e * x_r + calms * calm)) / weight
@@ -212,7 +220,9 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         asked = loop.inertia_kgm2 * (v_r - v_before) / T + loop.told_viscous_nms_rad * v_r - felt
         ahead = ahead + quick * (asked - ahead)
         sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x)
-        sent = sent + share * ahead + helps * v_r
+        sent = sent + share * ahead
+        if swing is not None:
+            sent = sent + swing.helps_nms_rad[:, None] * v_r + swing.helps_nm_rad[:, None] * x_r
         commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
         for step, older in ((early, whole + 1), (late, whole)):
             p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
@@ -231,9 +241,9 @@ def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     return np.asarray(np.abs(eigenvalues(loop, at)).max(axis=1))
 
 
-def eigenvalues(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no number."""
-    M = matrices(loop, at)
+    M = matrices(loop, at, swing)
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():

@@ -36,9 +36,6 @@ DAMPED_1_S = 20.0
 RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
 """Dry friction as damping, in velocity gains: a friction of .25 N m on a gain of 2 N m s/rad at 1.6 to .016 rad/s."""
 
-HELPS = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1)
-"""Shares of the present help that are tried where it is too much."""
-
 _HEAVIEST = 64.0
 _STEPS = 18
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
@@ -77,31 +74,22 @@ def judge(loop: AdmittanceLoop) -> Finding:
 
 
 def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
-    """The worst with dry friction taken for damping of every size, helped with and not, and that damping, N m s/rad.
+    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad.
 
     Notes
     -----
     Dry friction F takes out of a sine of speed amplitude V as much as a damping 4 F/(pi V) does (its describing function), from
     nothing at high speeds to all where it nearly stops. Where the loop grows at one of them, a slower motion grows and a
     quicker one dies: joint, mass and hand swing on at that V. Only speeds are left out at which that is more than ten
-    velocity gains. Help with a share s of it turns as the mass does, before the joint: s 4 F/(pi V) of the mass's speed.
+    velocity gains.
     """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
+    dampings = [by * loop.velocity_gain_nms_rad for by in RUBS]
     tried = [
-        replace(loop, help_share=share, rubs_nms_rad=by * loop.velocity_gain_nms_rad, bristle_nm_rad=0.0)
-        for share in sorted({0.0, loop.help_share})
-        for by in RUBS
+        replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0) for more in dampings
     ]
-    found = [(worst_of(one, at), one.rubs_nms_rad) for one in tried]
+    found = [(worst_of(one, at), more) for one, more in zip(tried, dampings, strict=True)]
     return max(found, key=lambda one: math.inf if math.isnan(one[0].radius) else one[0].radius)
-
-
-def largest_help(loop: AdmittanceLoop) -> float:
-    """Largest share of the dry friction, of those tried up to the present, that may be helped with; 0 if none."""
-    for part in HELPS:
-        if judge_rubbing(replace(loop, help_share=part * loop.help_share))[0].ok:
-            return part * loop.help_share
-    return 0.0
 
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:

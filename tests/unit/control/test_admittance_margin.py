@@ -11,6 +11,7 @@ from rtctl.control import virtual_mass
 from rtctl.control.jit import records
 from rtctl.control.proofs import admittance_margin
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box, points, spectral_radii
+from rtctl.control.proofs.admittance_sticking import judge_stuck
 from rtctl.control.proofs.drive_in_hand import resonance
 from rtctl.control.records import new_records
 from rtctl.control.velocity import lowpass_alpha
@@ -261,69 +262,3 @@ def test_the_largest_eigenvalue_is_the_growth_of_the_law(changes, hand):
     k_h, m_h, k_e = hand
     at = points([(k_h, 0.0, m_h, 0.0, 0.0, k_e, 0.0)])
     assert _growth_of_the_law(loop, k_h, m_h, k_e) == pytest.approx(spectral_radii(loop, at)[0], abs=2e-3)
-
-
-HELPED = replace(
-    RIG, mass_kgm2=0.0455, virtual_damping_nms_rad=0.057, velocity_gain_nms_rad=1.57, delay=0.0, force_lowpass_hz=176.0, sensor_ticks=4, feedforward=1.0,
-    feedforward_lowpass_hz=24.6, told_viscous_nms_rad=0.05, box=Box(90.0, 0.37, 0.0064), help_share=0.67,
-)  # fmt: skip
-"""By a campaign, on bristles of 2000 N m/rad: a hand of 90 N m/rad swung on by 16 to 20 mrad, 6.6 Hz, .27 rad/s, with the help of a learned model."""
-
-
-def test_help_that_turns_with_the_mass_before_the_joint_keeps_a_hand_swinging():
-    bare = replace(HELPED, help_share=0.0)
-    assert admittance_margin.judge_rubbing(bare)[0].ok
-    found, damping = admittance_margin.judge_rubbing(HELPED)
-    assert not found.ok
-    assert damping > HELPED.velocity_gain_nms_rad / 2
-    most = admittance_margin.largest_help(HELPED)
-    assert 0 < most < 0.5
-    assert admittance_margin.judge_rubbing(replace(HELPED, help_share=most))[0].ok
-
-
-class Coulomb:
-    """The law's lines written anew beside a rigid joint of dry friction F, in parts of a period; the help turns over `TURNS_RAD` of the mass's motion."""
-
-    TURNS_RAD = 1.15e-3
-
-    def __init__(self, loop, hand, friction_nm, speed_rad_s):
-        self.loop, (self.k_h, self.m_h), self.F = loop, hand, friction_nm
-        self.v_r = self.v = speed_rad_s
-        self.x = self.a = self.turned = self.before = self.ahead = self.felt = self.v_hat = 0.0
-        self.forces = [0.0] * (loop.sensor_ticks + 1)
-
-    def tick(self):
-        """Torque that is sent."""
-        loop, T = self.loop, self.loop.period_s
-        self.forces = [*self.forces[1:], -self.k_h * self.x - self.m_h * self.a]
-        self.felt += lowpass_alpha(loop.force_lowpass_hz, T) * (self.forces[0] - self.felt)
-        self.v_hat += lowpass_alpha(loop.velocity_lowpass_hz, T) * ((self.x - self.before) / T - self.v_hat)
-        self.before, last = self.x, self.v_r
-        self.v_r = (loop.mass_kgm2 * last + T * self.felt) / (loop.mass_kgm2 + T * loop.virtual_damping_nms_rad)
-        asked = loop.inertia_kgm2 * (self.v_r - last) / T + loop.told_viscous_nms_rad * self.v_r - self.felt
-        self.ahead += lowpass_alpha(loop.feedforward_lowpass_hz, T) * (asked - self.ahead)
-        self.turned = np.clip(self.turned + T * self.v_r / self.TURNS_RAD, -1, 1)
-        helped = loop.help_share * self.F * self.turned
-        return loop.velocity_gain_nms_rad * (self.v_r - self.v_hat) + loop.feedforward * self.ahead + helped
-
-    def run(self, seconds, parts=40):
-        """Largest speed in the last half second."""
-        loop, speeds = self.loop, []
-        h, inertia = loop.period_s / parts, loop.inertia_kgm2 + self.m_h
-        for _ in range(round(seconds / loop.period_s)):
-            sent = self.tick()
-            for _ in range(parts):
-                v = self.v + h * (sent - self.k_h * self.x - loop.viscous_nms_rad * self.v) / inertia
-                v -= np.clip(v, -h * self.F / inertia, h * self.F / inertia)
-                self.a, self.v = (v - self.v) / h, v
-                self.x += h * self.v
-            speeds.append(abs(self.v))
-        return max(speeds[-round(0.5 / loop.period_s) :])
-
-
-def test_less_help_lets_it_come_to_rest_and_the_present_does_not():
-    """Help that turns as soon as the mass does would let it rest, too: the way over which it turns is what keeps it swinging."""
-    most = admittance_margin.largest_help(HELPED)
-    swings = {share: Coulomb(replace(HELPED, help_share=share), (90.0, 0.0064), 0.3, 0.6) for share in (HELPED.help_share, most)}  # fmt: skip
-    assert swings[HELPED.help_share].run(3.0) > 0.5
-    assert swings[most].run(3.0) < 0.1
