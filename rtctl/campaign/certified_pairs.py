@@ -12,7 +12,7 @@ from hw.mock.family import FAMILY
 from rtctl.campaign.draws import log_uniform
 from rtctl.check import stability_report
 from rtctl.control.environments.table import Environment
-from rtctl.control.proofs import admittance_margin, admittance_sticking
+from rtctl.control.proofs import admittance_help, admittance_margin, admittance_sticking
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 from rtctl.rig_file import config
@@ -143,7 +143,7 @@ def _certified(loop: AdmittanceLoop) -> bool:
     """
     if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
         return False
-    if not all(admittance_margin.judge_stiffest(one).ok for one in admittance_margin.less_help(loop)):
+    if not admittance_help.judge_help(loop).ok:
         return False
     if not all(admittance_margin.judge_stiffest(one).ok for one in quicker_sensors(loop)):
         return False

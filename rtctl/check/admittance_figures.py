@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from rtctl.control.proofs import stability
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
+    from rtctl.control.proofs.admittance_help import Helped
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
     from rtctl.control.proofs.admittance_sticking import Sticking
@@ -57,6 +57,9 @@ class AdmittanceFigures:
     """The damping at which that is."""
     rubbing_worst: str
     """Hand, joint and world there; empty where nothing grows."""
+    helped: Helped
+    """The swing that help with dry friction feeds most; the next: share of the friction up to which help leaves nothing growing."""
+    help_share_max: float
     damping_kept: float
     """Least share of its ideal damping that a vibration keeps."""
     hand_stiffness_max_nm_rad: float
@@ -80,9 +83,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
     )  # a report's names must not load the compiler
     from rtctl.control.virtual_mass import MASS_REST_HZ
 
-    a, observer = table.admittance, table.friction.observer
-    observes = figures.compensates and figures.force_sensor and observer.gain > 0
-    lag = stability.lag_ticks(figures.current_loop_hz, period_s)
+    a = table.admittance
     return AdmittanceLoop(
         inertia_kgm2=table.inertia_kgm2,
         viscous_nms_rad=figures.total_damping_nms_rad,
@@ -99,6 +100,8 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         velocity_lowpass_hz=a.velocity_lowpass_hz,
         feedforward=a.sent_ahead(table.inertia_kgm2),
         feedforward_lowpass_hz=a.feedforward_lowpass_hz,
+        help_share=_help_share(figures, a.compensation_share),
+        help_turns_rad=figures.friction.presliding_rad if figures.friction else 0.0,
         told_viscous_nms_rad=table.viscous_nms_rad,
         delay=figures.delay_ticks,
         lag_hz=figures.current_loop_hz,
@@ -112,12 +115,14 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         encoder=joint.encoder,
         joints=joints_of(joint, table.inertia_kgm2),
         box=Box(a.hand_stiffness_nm_rad, a.hand_damping_nms_rad, a.hand_inertia_kgm2),
-        observer_gain=a.compensation_share * observer.gain if observes else 0.0,
-        observer_hz=figures.observer.bandwidth_hz if observes else 0.0,
-        acting_ticks=round(figures.delay_ticks + lag) if observes else 0,
-        own_ticks=figures.observer.own_ticks if observes else 0,
-        observer_excess=figures.observer.excess if observes else 0.0,
     )
+
+
+def _help_share(figures: AxisFigures, compensation_share: float) -> float:
+    """Share of the dry friction that is helped with at most while a mass is shown."""
+    if figures.friction is None or not figures.compensates:
+        return 0.0
+    return compensation_share * figures.friction.helped_share
 
 
 def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
@@ -135,19 +140,17 @@ def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
 @lru_cache(maxsize=64)
 def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
+    from rtctl.control.proofs import admittance_help
     from rtctl.control.proofs import admittance_margin as margin
 
     found = margin.judge(loop)
-    others = (
-        (*faster(loop), *quicker_sensors(loop), *fading(loop), *heavier(loop), *margin.less_help(loop))
-        if found.ok
-        else ()
-    )
+    others = (*faster(loop), *quicker_sensors(loop), *fading(loop), *heavier(loop)) if found.ok else ()
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
     proof = margin.proof(loop) if found.ok else None
     masses = (loop, *heavier(loop))
     stuck = _sticking(masses) if loop.bristle_nm_rad > 0 else None
     rubbing, damping = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
+    helped = max(map(admittance_help.judge_help, masses), key=lambda one: one.growth_1_s)
     stable = found.ok and not (proof and proof.unstable)
     return AdmittanceFigures(
         radius=found.radius,
@@ -164,6 +167,8 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
         rubbing_radius=rubbing.radius,
         rubbing_damping_nms_rad=damping,
         rubbing_worst="" if rubbing.ok else rubbing.at,
+        helped=helped,
+        help_share_max=loop.help_share if helped.ok else min(map(admittance_help.largest_help, masses)),
         damping_kept=found.kept,
         hand_stiffness_max_nm_rad=margin.largest_hand(loop),
         hand_stiffness_max_free_nm_rad=margin.largest_hand(loop, world=False),
@@ -205,10 +210,7 @@ def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
 
 
 def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them, with more damping (`virtual_mass`).
-
-    The observer's torque comes up with the rest in a soft start, and stays while a display is changed.
-    """
+    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them, with more damping (`virtual_mass`)."""
     return [
         replace(
             loop,
@@ -216,10 +218,8 @@ def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
             velocity_gain_nms_rad=share * loop.velocity_gain_nms_rad,
             position_gain_nm_rad=share * loop.position_gain_nm_rad,
             feedforward=share * loop.feedforward,
-            observer_gain=helps * loop.observer_gain,
         )
         for share in FADING
-        for helps in ({share, 1.0} if loop.observer_gain > 0 else {share})
     ]
 
 

@@ -10,6 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check import force_way, lateness
+from rtctl.check.admittance_figures import joints_of
 from rtctl.check.verdict import hand_factor
 
 if TYPE_CHECKING:
@@ -38,9 +39,10 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
     if not (observer.gain > 0 and (way.ticks > 0 or way.sensor_hz > 0)):
         return Tuning(usual_hz, usual_hz=usual_hz)
     from rtctl.control.proofs import stability
+    from rtctl.control.proofs.drive_in_hand import RIGID
     from rtctl.control.proofs.observer_loop import Loop  # reading a report's names must not load the compiler
 
-    between = lateness.of_axis(loaded, axis).between
+    between, joint = lateness.of_axis(loaded, axis).between, lateness.joint_of_axis(loaded, axis)
     loop = Loop(
         inertia_kgm2=table.inertia_kgm2,
         viscous_nms_rad=table.viscous_nms_rad,
@@ -56,6 +58,9 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
         force_lowpass_hz=table.force.lowpass_hz,
         stiffness_nm_rad=table.coupling.stiffness_nm_rad,
         damping_nms_rad=table.coupling.damping_nms_rad,
+        motor_share=joint.motor_share,
+        encoder=joint.encoder,
+        joints=joints_of(joint, table.inertia_kgm2) if joint.stiffness_nm_rad > 0 else (RIGID,),
         hand=hand_factor(table.motion),
     )
     return _tuned(loop, fixed=observer.bandwidth_hz > 0)

@@ -30,15 +30,18 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
     verdicts_of_observer.closed_loop,
+    verdicts_of_observer.steps_of_the_encoder,
+    verdicts_of_observer.bias,
     verdicts_of_force.sensor_of_an_observer,
     verdicts_of_units.torque_of_a_count,
 )
-"""Tests of a coupling, and of what only the device's damping is held against."""
+"""Tests of a coupling, of what only the device's damping is held against, and of the observer, which sends nothing beside a virtual mass."""
 
 ADMITTANCE: tuple[Test, ...] = (
     verdicts_of_admittance.closed_loop,
     verdicts_of_admittance.stuck_joint,
     verdicts_of_admittance.dry_friction,
+    verdicts_of_admittance.help_with_friction,
     verdicts_of_admittance.other_worlds,
     verdicts_of_admittance.any_hand,
     verdicts_of_admittance.vibrations,
@@ -54,8 +57,6 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_friction.policy_at_rest,
     verdicts_of_friction.wish,
     verdicts_of_friction.follows,
-    verdicts_of_observer.steps_of_the_encoder,
-    verdicts_of_observer.bias,
     verdicts_of_friction.conservative_part,
     verdicts_of_load.load,
     verdicts_of_friction.damping_and_model,

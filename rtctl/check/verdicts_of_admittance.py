@@ -9,9 +9,9 @@ Rows of the impedance display that such an axis does not get, unless its display
 - `feed-forward of any sign (two-line)`: it compares the feed-forward with friction, for a port that nothing else drives. Here
   a torque that is wrong is one against a velocity loop: the certificate is asked with the damping that the feed-forward
   leaves, and its work is bounded by the account, as everywhere;
-- `disturbance observer in a hand`: that loop has a coupling; here the observer is inside the certificate's.
+- `disturbance observer in a hand`, and its steps and bias: it sends nothing beside a virtual mass.
 
-The rows of account, policy, intent, places, observer's steps and bias, and units hold as they are.
+The rows of account, policy, intent, places and units hold as they are.
 """
 
 from __future__ import annotations
@@ -164,6 +164,34 @@ def dry_friction(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             one.rubbing_radius,
+            "" if passes else refusal,
+        )
+    ]
+
+
+def help_with_friction(s: Subject) -> list[Verdict]:
+    """The help turns with the mass, friction with the joint: does that keep a hand swinging?"""
+    present = loop_of(s.axis, s.table, s.joint, s.period_s).help_share
+    if present == 0:
+        return []
+    one, share = found(s), s.table.admittance.compensation_share
+    helped, passes = one.helped, one.helped.ok
+    meaning = "no swing, of any amplitude that was tried, is fed by it"
+    if not passes:
+        least = _down(share * one.help_share_max / present) if one.help_share_max > 0 else "0"
+        meaning = (
+            f"it turns with the mass, before the joint, and may keep up a swing of {helped.speed_rad_s:.2g} rad/s RMS with a {helped.at}: "
+            f"compensation_share = {least}, or more damping_nms_rad or velocity_gain_nms_rad"
+        )
+    refusal = f"{s.where}.admittance.compensation_share: axis {s.axis.name}: {share:g} of the learned help: {meaning}"
+    return [
+        s.row(
+            "admittance, help with friction",
+            f"{helped.growth_1_s:+.3g}/s",
+            "<= +0.02/s",
+            Outcome.PASS if passes else Outcome.FAIL,
+            meaning,
+            1.0 + helped.growth_1_s if not passes else 0.0,
             "" if passes else refusal,
         )
     ]

@@ -41,6 +41,8 @@ class FrictionFigures:
     two_line_capped_margin_nm: float
     dry_left_nm: float
     """Least friction less most feed-forward at the same speed, N m, not below 0."""
+    helped_share: float
+    """Most feed-forward over the least friction at the same speed, as if it were never more than that."""
     drag_nms_rad: float
     """Least of all the friction over speed, N m s/rad, its largest known error added."""
     drag_speed_rad_s: float
@@ -198,6 +200,7 @@ def friction_figures(
         two_line_margin_nm=min(lines),
         two_line_capped_margin_nm=min(capped),
         dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
+        helped_share=max(float(np.max(c.ff / np.maximum(c.F_lo, np.maximum(c.ff, 1e-12)))) for c in trained),
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],
         presliding_rad=axis.friction.stop_rad

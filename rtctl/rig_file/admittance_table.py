@@ -58,7 +58,7 @@ class AdmittanceTable(Table):
     compensation_share: float = number(
         0,
         1,
-        "share of the help with friction, of a learned model and of the observer, while the mass is shown: the servo takes out most of "
+        "share of the learned help with friction while the mass is shown (the observer sends nothing then): the servo takes out most of "
         "the friction as it is, and joints that were helped with all of it swung on in hands they are certified for",
         default=0.7,
     )

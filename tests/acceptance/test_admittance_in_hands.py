@@ -1,14 +1,17 @@
 """Certified admittance displays in hands of their box, on joints of the mock's family (`rtctl campaign --admittance`)."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from rtctl.campaign import certified_pairs, in_hands
+from rtctl.check import stability_report
+from rtctl.check.verdict import Outcome
 from rtctl.control.environments.table import Environment
 from rtctl.experiments.admittance_runs import Shown, displayed, hold
-from rtctl.rig_file.config import load
+from rtctl.rig_file.config import Config, load
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.demo import shipped_config
 
@@ -37,6 +40,41 @@ def test_an_observer_does_not_hunt_about_a_joint_that_sticks():
         found = in_hands.run_pair(rig, certified_pairs.pair(rig, 41, number), 41)
         assert found.rests
         assert found.speed_rad_s < 1e-3
+
+
+LEAPS = {
+    "mass_kgm2": 0.04546, "damping_nms_rad": 0.05709, "velocity_gain_nms_rad": 1.57, "position_gain_nm_rad": 0.0, "rest_damping_nms_rad": 0.0567, "mass_max_kgm2": 0.0,
+    "damping_max_nms_rad": 0.0, "force_lowpass_hz": 175.6, "velocity_lowpass_hz": 106.9, "force_deadband_nm": 0.0, "feedforward": 1.0, "feedforward_lowpass_hz": 24.6,
+    "hand_stiffness_nm_rad": 89.78, "hand_damping_nms_rad": 0.374, "hand_inertia_kgm2": 0.00643,
+}  # fmt: skip
+
+
+def helped(share):
+    """A mass on stiff bristles, behind a force that is 4 ticks late, with this share of the learned help."""
+    base = certified_pairs._with("lugre-stiff")
+    table = base.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0] |= {"display": "admittance"}
+    table["axis"][0]["force_feedback"]["gain"] = 0.0
+    table["axis"][0]["admittance"] |= LEAPS | {"compensation_share": share}
+    options = {**base.options, "force": {**base.options["force"], "delay_ticks": 4}}
+    loaded = base.model_copy(update={"config": Config.model_validate(table), "options": options})
+    return certified_pairs.Rig(0, "lugre-stiff", 1.0, loaded, stability_report.admittance_loop(loaded, 0))
+
+
+def test_help_that_keeps_a_hand_swinging_is_refused_with_a_share_that_does_not():
+    """Rig 47 of seed 41, as it passed while no row knew of help: it leapt by 16 to 21 mrad at .27 rad/s."""
+    held = certified_pairs.Pair(89.78, 0.0, 0.00643, Environment.FREE, 1.0, 0.0)
+    rig = helped(0.7)
+    assert in_hands.run_pair(rig, held, 41).speed_rad_s > 0.1
+    report = stability_report.examine(rig.loaded)
+    row = {one.name: one for one in report.axes[0].verdicts}["admittance, help with friction"]
+    assert row.outcome == Outcome.FAIL
+    assert "admittance.compensation_share" in row.refusal
+    share = float(re.findall(r"compensation_share = ([\d.]+),", row.meaning)[0])
+    assert 0 < share < 0.7
+    calm = helped(share)
+    assert stability_report.examine(calm.loaded).ok
+    assert in_hands.run_pair(calm, held, 41).speed_rad_s < in_hands.QUIET_RAD_S
 
 
 def test_hands_in_worlds_that_are_not_linear_are_counted_by_themselves(rigs):

@@ -16,7 +16,19 @@ MARGIN = "tests/unit/control/test_admittance_margin.py"
 STICKING = "tests/unit/control/test_admittance_sticking.py"
 CHECKED = "tests/unit/cli/test_check_admittance.py"
 
+HELP = "tests/unit/control/test_admittance_help.py"
+
 SEEDS = (
+    Seed(
+        "help with friction is judged as if it turned at once", "rtctl/control/proofs/admittance_help.py",
+        "np.array(amplitude_rad / loop.help_turns_rad)", "np.array(1e9)",
+        (f"{HELP}::test_help_that_turns_with_the_mass_before_the_joint_keeps_a_hand_swinging",),
+    ),
+    Seed(
+        "help that keeps a hand swinging is not refused", "rtctl/check/verdicts_of_admittance.py",
+        "    helped, passes = one.helped, one.helped.ok\n", "    helped, passes = one.helped, True\n",
+        (f"{IN_HANDS}::test_help_that_keeps_a_hand_swinging_is_refused_with_a_share_that_does_not",),
+    ),
     Seed(
         "a virtual mass rings on a joint that sticks", MASS,
         "    return float(p.mass_rest_nms_rad[axis])\n", "    return 0.0\n",
@@ -51,14 +63,6 @@ SEEDS = (
         "what a swing on bristles loses is forgotten", "rtctl/control/proofs/admittance_sticking.py",
         "math.sin(phi) ** 2 / math.pi", "0.0",
         (f"{STICKING}::test_spring_and_loss_are_the_first_harmonic_of_a_spring_that_slides_at_its_end",),
-    ),
-    Seed(
-        "an admittance is certified with its help in force only", "rtctl/control/proofs/admittance_margin.py",
-        "return (loop, *less_help(loop)[:1])", "return (loop,)",
-        (
-            f"{MARGIN}::test_a_hand_may_turn_the_help_off_and_the_certificate_holds_then_too",
-            f"{MARGIN}::test_a_joint_that_sticks_is_judged_without_an_observer_that_is_slow_there",
-        ),
     ),
     Seed(
         "help with friction at rest goes by the hand while a mass is shown", "rtctl/control/feedforward.py",

@@ -13,6 +13,13 @@ IN_TIME = "tests/unit/control/test_observer_of_a_late_force.py"
 
 SEEDS = (
     Seed(
+        "the observer is tuned for a rigid joint whatever the joint is",
+        "rtctl/check/observer_tuning.py",
+        "if joint.stiffness_nm_rad > 0 else (RIGID,)",
+        "if False else (RIGID,)",
+        (f"{CHECK}::test_the_default_observer_of_an_elastic_joint_passes_behind_a_late_sensor",),
+    ),
+    Seed(
         "the certificate does not know the force sensor's own low-pass",
         "rtctl/check/admittance_figures.py",
         "        sensor_hz=figures.force_way.sensor_hz,\n",
@@ -169,13 +176,6 @@ SEEDS = (
         "(1 + loop.acting_ticks + loop.own_ticks)",
         "(1 + loop.acting_ticks)",
         (f"{IN_TIME}::test_the_largest_eigenvalue_is_the_growth_in_time",),
-    ),
-    Seed(
-        "the certificate's observer is delayed in the matrices alone",
-        "rtctl/control/proofs/admittance_spectrum.py",
-        "behind * then * back",
-        "behind * back",
-        (f"{PROOF}::test_the_characteristic_function_is_zero_just_at_the_eigenvalues",),
     ),
     Seed(
         "the observer is tuned for the slowest sensor alone",

@@ -184,8 +184,8 @@ SEEDS = (
     Seed(
         "the aliases are forgotten",
         "rtctl/control/proofs/admittance_spectrum.py",
-        "    E = E - C_x * R_x - C_t * R_t\n",
-        "",
+        " - C_x * R_x - C_f * R_t\n",
+        "\n",
         ADMITTANCE,
     ),
     Seed(

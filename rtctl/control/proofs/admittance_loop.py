@@ -8,11 +8,12 @@ Pure functions of numbers. One loop is
   v_r+ = (m v_r + T (tau_f - k_e x_r+ - b_e v_r+))/(m + b_v T), x_r+ = x_r + T v_r+, solved for v_r+;
 - the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x) + z <J (v_r+ - v_r)/T + b v_r+ - tau_f>, v_hat the low-passed difference of
   positions, <> a low-pass, held over a period, after any delay, whole or not;
-- the disturbance observer of `observer_loop`, if its gain is not 0.
+- dry friction where it is taken for a damping, and the help with it, which turns as the mass does.
+
+The disturbance observer sends nothing beside a virtual mass.
 
 The plant between two samples is exact. With a fresh sample every n-th tick the law runs n times a sample: force, position
-and v_hat are held, the virtual mass goes on. Left out: feed-forward of a learned friction, whose work its own account
-bounds; the dead band of the force, which is a gain between 0 and 1 in front of the mass; worlds that are not linear.
+and v_hat are held, the virtual mass goes on. Left out: the dead band of the force, which is a gain between 0 and 1 in front of the mass; worlds that are not linear.
 """
 
 from __future__ import annotations
@@ -24,7 +25,6 @@ from itertools import product
 
 import numpy as np
 
-from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.proofs.drive_in_hand import (
     RIGID,
     STATES,
@@ -52,6 +52,9 @@ _SOFTEST = 0.004
 _INERTIAS = (0.0, 0.03, 0.12, 0.4, 1.0)
 _DAMPINGS = (0.0, 0.05, 1.0)
 """Hands of the grid, as shares of the box."""
+
+_OWN_STATES = 8
+"""States of the law, beside commands and forces that are under way."""
 
 
 @dataclass(frozen=True)
@@ -87,6 +90,11 @@ class AdmittanceLoop:
     feedforward: float = 0.0
     """Share z of J a_r + b v_r - tau_f that is sent, behind a low-pass."""
     feedforward_lowpass_hz: float = 0.0
+    help_share: float = 0.0
+    """Share of the dry friction that is helped with at most, in the direction of the virtual mass; the next: the way of the mass over which
+    that turns, rad (`admittance_help`).
+    """
+    help_turns_rad: float = 0.0
     told_viscous_nms_rad: float = 0.0
     """b of the joint as it stands in there, with whatever is compensated of it."""
     delay: float = 0.0
@@ -105,13 +113,6 @@ class AdmittanceLoop:
     encoder: str = "motor"
     joints: tuple[ElasticJoint, ...] = (RIGID,)
     box: Box = Box()
-    observer_gain: float = 0.0
-    observer_hz: float = 0.0
-    acting_ticks: int = 0
-    """Delay by which the observer goes when it asks which torque acted, ticks."""
-    own_ticks: int = 0
-    """By which it delays torque and velocity besides, to belong to the force, ticks; the next: share by which it takes the inertia too high."""
-    observer_excess: float = 0.0
 
     @property
     def bristles(self) -> tuple[float, ...]:
@@ -174,47 +175,40 @@ def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -
     return points([(*hand, one, 0.0) for hand, one in product(hands, k_e)])
 
 
-def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+@dataclass(frozen=True)
+class Swing:
+    """What dry friction and the help with it are in a swing, of every point: damping of the joint, spring and damping along the motion of the mass."""
+
+    rubs: np.ndarray
+    helps_nm_rad: np.ndarray
+    helps_nms_rad: np.ndarray
+
+
+def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """The closed loop from one fresh sample to the next, a matrix for every point, shape (points, N, N).
 
     Notes
     -----
-    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), velocities that the
-    observer has not gone by yet (V), the last position, the force's two low-passes, v_hat, v_r, x_r, the low-passed v_r of a joint that
-    sticks, the torque sent ahead, and the observer's q1, w1, q2, w2. Columns are built by running one frame from every unit state, all
-    points at once.
+    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), the last position,
+    the force's two low-passes, v_hat, v_r, x_r, the low-passed v_r of a joint that sticks, and the torque sent ahead. Columns are built by
+    running one frame from every unit state, all points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
-    A, hand, _ = plant(loop, at)
+    A, hand, _ = plant(loop, at, 0.0 if swing is None else swing.rubs)
     whole = math.floor(loop.delay + 1e-9)
     rest = max(loop.delay - whole, 0.0)
-    acted = loop.acting_ticks + loop.own_ticks
-    D, L, V = max(whole + 2, 1 + acted), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
-    size = STATES + D + L + V + 12
+    D, L = whole + 2, math.ceil(loop.sensor_ticks / n)
+    size = STATES + D + L + _OWN_STATES
     early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
-    p, u, late_force, late_v = np.split(s[:, : size - 12], np.cumsum((STATES, D, L)), axis=1)
-    before, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2 = s[:, size - 12 :].swapaxes(0, 1)
+    p, u, late_force, ends = np.split(s, np.cumsum((STATES, D, L)), axis=1)
+    before, sensed, felt, v_hat, v_r, x_r, calm, ahead = ends.swapaxes(0, 1)
     x = position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
-    sensed_before = sensed
     sensed = sensed + lowpass_alpha(loop.intake_lowpass_hz, T) * (forces[:, L] - sensed)
     felt = felt + lowpass_alpha(loop.force_lowpass_hz, T) * (sensed - felt)  # both once a sample
-    v = (x - before) / (n * T)
-    moved = np.concatenate([v[:, None], late_v], axis=1)
-    v_hat = v_hat + over(loop.velocity_lowpass_hz, loop) * (v - v_hat)
-    helps = np.zeros_like(x)
-    if loop.observer_gain > 0:
-        quick, slow = over(SMOOTHING * loop.observer_hz, loop), over(loop.observer_hz, loop)
-        q1 = q1 + quick * (u[:, acted] + sensed_before - q1)
-        w1 = w1 + quick * (moved[:, V] - w1)
-        behind = w1 - w2
-        q2, w2 = q2 + slow * (q1 - q2), w2 + slow * behind
-        w_q, inertia = 2 * math.pi * loop.observer_hz, (1 + loop.observer_excess) * loop.inertia_kgm2
-        helps = loop.observer_gain * (q2 - inertia * w_q * behind - loop.viscous_nms_rad * w2)
-    else:
-        q1 = w1 = q2 = w2 = helps
+    v_hat = v_hat + over(loop.velocity_lowpass_hz, loop) * ((x - before) / (n * T) - v_hat)
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]
     calms = np.where(at.bristle > 0, loop.rest_damping_nms_rad, 0.0)[:, None]
     weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + calms + b_e) + T * T * k_e
@@ -226,14 +220,15 @@ def matrices(loop: AdmittanceLoop, at: Points) -> np.ndarray:
         asked = loop.inertia_kgm2 * (v_r - v_before) / T + loop.told_viscous_nms_rad * v_r - felt
         ahead = ahead + quick * (asked - ahead)
         sent = loop.velocity_gain_nms_rad * (v_r - v_hat) + loop.position_gain_nm_rad * (x_r - x)
-        sent = sent + share * ahead + helps
+        sent = sent + share * ahead
+        if swing is not None:
+            sent = sent + swing.helps_nms_rad[:, None] * v_r + swing.helps_nm_rad[:, None] * x_r
         commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
         for step, older in ((early, whole + 1), (late, whole)):
             p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
         u = commands[:, :D]
-    ends = (x, sensed, felt, v_hat, v_r, x_r, calm, ahead, q1, w1, q2, w2)
-    lines = (p, u, forces[:, :L], moved[:, :V])
-    return np.concatenate((*lines, *(one[:, None] for one in ends)), axis=1)
+    now = (x, sensed, felt, v_hat, v_r, x_r, calm, ahead)
+    return np.concatenate((p, u, forces[:, :L], *(one[:, None] for one in now)), axis=1)
 
 
 def over(hz: float, loop: AdmittanceLoop) -> float:
@@ -246,9 +241,9 @@ def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
     return np.asarray(np.abs(eigenvalues(loop, at)).max(axis=1))
 
 
-def eigenvalues(loop: AdmittanceLoop, at: Points) -> np.ndarray:
+def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no number."""
-    M = matrices(loop, at)
+    M = matrices(loop, at, swing)
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():

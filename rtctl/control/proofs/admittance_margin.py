@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
@@ -68,19 +67,6 @@ def edge(loop: AdmittanceLoop) -> float:
     return 1 + max(GROWS_1_S * loop.period_s, _ROUNDING)
 
 
-def less_help(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with none and with half of its observer: a hand may turn the help down while it runs."""
-    gain = loop.observer_gain
-    return [replace(loop, observer_gain=share * gain) for share in (0.0, 0.5)] if gain > 0 else []
-
-
-def at_helps(loop: AdmittanceLoop) -> tuple[AdmittanceLoop, ...]:
-    """The loop with its observer whole and with none of it: on a joint that rests, or at a friction beyond its cap, an observer
-    does little, whatever the hand has asked for.
-    """
-    return (loop, *less_help(loop)[:1])
-
-
 def judge(loop: AdmittanceLoop) -> Finding:
     """The worst of the grid, a joint that slides."""
     at = grid(replace(loop, bristle_nm_rad=0.0))
@@ -98,14 +84,12 @@ def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
     velocity gains.
     """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
-    worst, damping = None, 0.0
-    for one, by in product(at_helps(loop), RUBS):
-        more = by * loop.velocity_gain_nms_rad
-        found = worst_of(replace(one, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0), at)
-        if worst is None or found.radius > worst.radius:
-            worst, damping = found, more
-    assert worst is not None
-    return worst, damping
+    dampings = [by * loop.velocity_gain_nms_rad for by in RUBS]
+    tried = [
+        replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0) for more in dampings
+    ]
+    found = [(worst_of(one, at), more) for one, more in zip(tried, dampings, strict=True)]
+    return max(found, key=lambda one: math.inf if math.isnan(one[0].radius) else one[0].radius)
 
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:
@@ -135,24 +119,18 @@ def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
 
 
 def proof(loop: AdmittanceLoop) -> Proof:
-    """That it is stable between the points, too, as long as the joint slides, helped and not."""
-    cells, found = 0, Proof(False, 0)
-    for one in at_helps(replace(loop, bristle_nm_rad=0.0)):
-        found = admittance_proof.prove(one)
-        cells += found.cells
-        if not found.proved:
-            break
-    return replace(found, cells=cells)
+    """That it is stable between the points, too, as long as the joint slides."""
+    return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
 
 
 def _passes(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
-    """Stable with the stiffest hands, that have no damping, in some worlds or in none, helped and not: a search goes by these, as
-    they decide most, and what it finds is confirmed by more worlds and by `judge`.
+    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide most, and
+    what it finds is confirmed by more worlds and by `judge`.
     """
     slides = replace(loop, bristle_nm_rad=0.0)
     at = fine_worlds(slides, only_stiffest=True, count=worlds)
     at = at if world else at[np.flatnonzero(at.k_e == 0)]
-    return all(bool(spectral_radii(one, at).max() <= edge(loop)) for one in at_helps(slides))
+    return bool(spectral_radii(slides, at).max() <= edge(loop))
 
 
 def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
@@ -251,7 +229,7 @@ def _confirmed(
     """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
     for _ in range(_CONFIRMS):
         one = with_value(loop, value)
-        if _passes(one, worlds=_FINE_WORLDS) and all(judge(helped).ok for helped in at_helps(one)):
+        if _passes(one, worlds=_FINE_WORLDS) and judge(one).ok:
             return value
         value *= step
     return 0.0

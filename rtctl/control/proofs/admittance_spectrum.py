@@ -20,7 +20,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 from rtctl.control.proofs.discs import Disc, exponential, one_less_exponential, point
 from rtctl.control.proofs.drive_in_hand import BRISTLE_DAMPING_SHARE, ElasticJoint
@@ -127,19 +126,13 @@ def coefficients(drive: Joint, s: Disc, hands: HandCell) -> Coefficients:
         sensor = sensor * last
     C_x = (_lowpass(loop.velocity_lowpass_hz, T, last) * back) * (-loop.velocity_gain_nms_rad / T)
     C_x = C_x - loop.position_gain_nm_rad
-    E, C_t = point(np.ones_like(s.center)), point(np.zeros_like(s.center))
-    if loop.observer_gain > 0:
-        C_u, C_v, C_t = _observer(loop, last, back, sensor)
-        E, C_x = E - C_u, C_x + C_v
-    E = E - C_x * R_x - C_t * R_t
     from_x = main * C_x * inverse
     felt = _lowpass(loop.force_lowpass_hz, T, last) * sensor
     ahead = _lowpass(loop.feedforward_lowpass_hz, T, last) * loop.feedforward
     moves = back * (loop.inertia_kgm2 / T) + loop.told_viscous_nms_rad
     reach = back.inverse() * (loop.position_gain_nm_rad * T) + loop.velocity_gain_nms_rad + ahead * moves
-    # what the law sends of the force itself, beside the observer: as if that saw so much less of it
-    C_f = C_t - ahead * felt
-    E = E + ahead * felt * R_t
+    C_f = ahead * felt * -1.0  # what the law sends of the force itself
+    E = point(np.ones_like(s.center)) - C_x * R_x - C_f * R_t
     reach = reach * felt
     return Coefficients(
         p0=E * d0 - from_x * x0,
@@ -237,20 +230,3 @@ def _lowpass(hz: float, T: float, last: Disc) -> Disc:
     """Transfer function of `velocity.lowpass_alpha`."""
     alpha = lowpass_alpha(hz, T)
     return (last * (alpha - 1) + 1.0).inverse() * alpha
-
-
-def _observer(loop: AdmittanceLoop, last: Disc, back: Disc, sensor: Disc) -> tuple[Disc, Disc, Disc]:
-    """What the observer sends of the torque, the position and the force."""
-    T, w_q = loop.period_s, 2 * math.pi * loop.observer_hz
-    quick, slow = _lowpass(SMOOTHING * loop.observer_hz, T, last), _lowpass(loop.observer_hz, T, last)
-    both = slow * quick * loop.observer_gain
-    then = point(np.ones_like(last.center))  # z^-M: torque and velocity are delayed to belong to the force
-    for _ in range(loop.own_ticks):
-        then = then * last
-    ago = then * last
-    for _ in range(loop.acting_ticks):
-        ago = ago * last
-    fast = quick * loop.observer_gain
-    inertia = (1 + loop.observer_excess) * loop.inertia_kgm2
-    behind = (fast - both * last) * (-inertia * w_q) - both * loop.viscous_nms_rad
-    return both * ago, behind * then * back * (1 / T), both * last * sensor

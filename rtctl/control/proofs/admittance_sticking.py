@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Points, eigenvalues, grid, spectral_radii
-from rtctl.control.proofs.admittance_margin import Finding, at_helps, edge, worst_of
+from rtctl.control.proofs.admittance_margin import Finding, edge, worst_of
 
 SOFTER = (0.0625, 0.25)
 """Softer bristles of a joint that sticks, as shares of those told: friction may be less than its peak."""
@@ -84,12 +84,10 @@ def _rests(loop: AdmittanceLoop, at: Points) -> bool:
 
 
 def _tried(loop: AdmittanceLoop) -> list[tuple[float, AdmittanceLoop]]:
-    """Shares of the bristles told, in steps of four, and the loop with them, helped and not."""
+    """Shares of the bristles told, in steps of four, and the loop with them."""
     stiffer = [4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)]
     return [
-        (share, replace(one, bristle_nm_rad=share * one.bristle_nm_rad))
-        for one in at_helps(loop)
-        for share in (*SOFTER, *stiffer)
+        (share, replace(loop, bristle_nm_rad=share * loop.bristle_nm_rad)) for share in (*SOFTER, *stiffer)
     ]
 
 

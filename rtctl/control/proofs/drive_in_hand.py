@@ -140,9 +140,11 @@ def exponential(A: np.ndarray) -> np.ndarray:
     return out
 
 
-def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def plant(
+    loop: Drive, points: Hands, rubs: np.ndarray | float = 0.0
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """dp/dt = A p + B u of every point, u and p = (x_m, v_m, x_l, v_l, i, f) in one: (p, u), and what the sensor shows as (c, d) of it:
-    f, its low-pass, or without one tau_h itself.
+    f, its low-pass, or without one tau_h itself. `rubs`: damping besides of what the motor's friction is taken for, of each point, N m s/rad.
     """
     shares = np.array([(one.link_share, one.stiffness_nm_rad, one.damping_nms_rad) for one in loop.joints])
     share, k_j, b_j = shares[points.joint.astype(int)].T
@@ -150,7 +152,7 @@ def plant(loop: Drive, points: Hands) -> tuple[np.ndarray, np.ndarray, np.ndarra
     J, b, n = loop.inertia_kgm2, loop.viscous_nms_rad, points.k_h.size
     b_m = np.where(rigid, b, loop.motor_share * b)
     critical = 2 * np.sqrt(points.bristle * J)
-    b_m = b_m + BRISTLE_DAMPING_SHARE * critical
+    b_m = b_m + BRISTLE_DAMPING_SHARE * critical + rubs
     b_l = np.where(rigid, 0.0, (1 - loop.motor_share) * b) + points.b_h
     J_m, J_l = np.where(rigid, J, (1 - share) * J), np.where(rigid, 0.0, share * J) + points.m_h
     A = np.zeros((n, STATES + 1, STATES + 1))
