@@ -98,10 +98,10 @@ def _gear(y, joint):
 
 
 @compiled
-def _step(y, joint, now, dt):
+def _step(y, joint, now, since, dt):
     elastic = joint.link > 0.0
     x, v = (y[LINK_X], y[LINK_V]) if elastic else (y[X], y[V])
-    pull = joint.hand * (now[WISH] - x) + joint.hand_damping * (now[WISH_V] - v)
+    pull = joint.hand * (now[WISH] + since * now[WISH_V] - x) + joint.hand_damping * (now[WISH_V] - v)
     past = now[TORQUE] - now[SPRING] * x + now[WEIGHT] * math.sin(x / joint.size + 0.6) + now[PAST] * pull
     pull *= 1.0 - now[PAST]
     friction = _friction(y, joint, now, dt)
@@ -136,8 +136,8 @@ def _loop(law_at, of_law, joint, script, noise, y, per_ampere, lever, felt_as, c
         call(law_at, of_law)
         out[k] = t
         y[MOTOR] = t.current_command_a[0] * per_ampere if t.enabled != 0 else 0.0
-        for _ in range(steps):
-            _step(y, joint, now, dt)
+        for i in range(steps):
+            _step(y, joint, now, (i + 1) * dt, dt)
         t.tick += 1
 
 

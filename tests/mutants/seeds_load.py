@@ -120,8 +120,8 @@ SEEDS = (
     Seed(
         "a factor is told of motion that is long forgotten",
         "rtctl/friction/drift_watch.py",
-        "found = self.found = estimate(self.strokes, self.rate_hz)",
-        "found = estimate(self.strokes, self.rate_hz)\n        self.found = found or self.found",
+        "found = self.found = estimate(self.strokes, self.by, self.rate_hz)",
+        "found = estimate(self.strokes, self.by, self.rate_hz)\n        self.found = found or self.found",
         DRIFT,
     ),
     Seed(
@@ -176,8 +176,8 @@ SEEDS = (
     Seed(
         "trust of the newest stroke counts for all of them",
         "rtctl/friction/drift_estimate.py",
-        "float(table[:, 2].sum() / n.sum())",
-        "float(table[-1, 2] / n[-1])",
+        "float(table[:, 2].sum() / n.sum())\n",
+        "float(table[-1, 2] / n[-1])\n",
         BY_PLACE,
     ),
     Seed(
