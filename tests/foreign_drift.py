@@ -65,7 +65,9 @@ QUIET = {
 """Factors of the dry friction by direction and of the viscous one; torque, spring and weight (by the sine of the place) on the joint past the sensor; biases of force sensor
 and motor torque; inertia on the handle, and whether the sensor sees it; share of the hand that pulls past the sensor; factor at the worn place; what the hand wishes."""
 
-FORWARD, BACKWARD, VISCOUS, TORQUE, SPRING, WEIGHT, FELT, CURRENT, PAYLOAD, SEEN, PAST, WORN, WISH, WISH_V = range(len(QUIET))
+FORWARD, BACKWARD, VISCOUS, TORQUE, SPRING, WEIGHT, FELT, CURRENT, PAYLOAD, SEEN, PAST, WORN, WISH, WISH_V = (
+    range(len(QUIET))
+)
 X, V, LINK_X, LINK_V, BENT, HELD, MOTOR, SIZE = range(8)
 
 
@@ -73,7 +75,9 @@ X, V, LINK_X, LINK_V, BENT, HELD, MOTOR, SIZE = range(8)
 def _level(v, x, joint, now):
     """Dry friction, N m, at this speed, place and time."""
     speed = abs(v)
-    level = joint.coulomb + (joint.breakaway - joint.coulomb) * math.exp(-((speed / joint.stribeck) ** joint.power))
+    level = joint.coulomb + (joint.breakaway - joint.coulomb) * math.exp(
+        -((speed / joint.stribeck) ** joint.power)
+    )
     level *= now[FORWARD] if v >= 0.0 else joint.backward * now[BACKWARD]
     return level * (1.0 + (now[WORN] - 1.0) * math.exp(-0.5 * ((x - joint.worn_at) / joint.worn_width) ** 2))
 
@@ -168,20 +172,37 @@ class Rig:
         table = np.column_stack([np.broadcast_to(now[name], n) for name in QUIET]).astype(float)
         out = records(new_ticks(n, 1))
         noise = self.draw.standard_normal((n, 4))
-        _loop(self._at, self.law, self.joint, table, noise, self.y, self.per_ampere, self.lever, self.felt_as, self.count, out)
+        _loop(
+            self._at,
+            self.law,
+            self.joint,
+            table,
+            noise,
+            self.y,
+            self.per_ampere,
+            self.lever,
+            self.felt_as,
+            self.count,
+            out,
+        )
         return np.asarray(out)
 
     def arm(self, script):
         """Ticks until it is ACTIVE, asked as an operator would."""
         _, state, _, command, _ = self.law
         parts = []
-        while self.time_s < 1e9:
+        for _ in range(400):
             command["arm_count"] += 1
-            command["epoch"], command["seq"], command["compensation"] = state["epoch"], command["seq"] + 1, 1.0
+            command["epoch"], command["seq"], command["compensation"] = (
+                state["epoch"],
+                command["seq"] + 1,
+                1.0,
+            )
             parts.append(self.run(0.05, script))
             if parts[-1]["state"][-1] == State.ACTIVE:
                 return np.concatenate(parts)
-            assert len(parts) < 400, f"not armed: state {parts[-1]['state'][-1]}"
+        msg = f"not armed: state {parts[-1]['state'][-1]}"
+        raise AssertionError(msg)
 
 
 def learned(joint, rig, motion="rotary", error=0.005, seed=1):
@@ -190,7 +211,9 @@ def learned(joint, rig, motion="rotary", error=0.005, seed=1):
     top, rows = 20.0 * joint.stribeck, []
     for way, scale in ((1, 1.0), (-1, joint.backward)):
         for v in np.geomspace(top / 300, top, 24):
-            dry = joint.coulomb + (joint.breakaway - joint.coulomb) * math.exp(-((v / joint.stribeck) ** joint.power))
+            dry = joint.coulomb + (joint.breakaway - joint.coulomb) * math.exp(
+                -((v / joint.stribeck) ** joint.power)
+            )
             f = scale * dry * (1 + error * draw.standard_normal()) + joint.viscous * v
             rows.append((way * v, f, way, np.nan, np.nan))
     points = replace(FrictionPoints.from_rows(rows, "made", "0" * 64), motion=motion)

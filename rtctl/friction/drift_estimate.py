@@ -44,6 +44,9 @@ VISCOUS_OFF = 1.0
 VISCOUS_SURE = 2.0
 """standard errors, and beyond what the model errs by over speed; else it is as learned, to"""
 
+SHAPE_MOST = 0.04
+"""(of the dry friction at most; its largest error is no error of its shape)"""
+
 VISCOUS_CALM = 0.02
 """a share with this standard deviation."""
 
@@ -84,28 +87,22 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     """Estimate from what is remembered; None with too few strokes in one of the directions."""
     table = _newest_sessions(strokes.table)
     n = table[:, 1]
-    zz, zy, yy = unpacked(table)
+    zz = unpacked(table)[0]
     forward = zz[:, 0, 1] > 0
     if min(int(forward.sum()), int((~forward).sum())) < STROKES_MIN:
         return None
     sessions, at = np.unique(table[:, 0], return_inverse=True)
     k = COLUMNS - 1 + len(sessions)
-    place = np.tile(np.arange(COLUMNS), (len(table), 1))
-    place[:, -1] += at  # the offset of its session
-    A, b = np.zeros((k, k)), np.zeros(k)
-    np.add.at(A, (place[:, :, None], place[:, None, :]), zz)
-    np.add.at(b, place, zy)
     dry, trust = float(zz[:, 1, COLUMNS - 1].sum() / n.sum()), float(table[:, 2].sum() / n.sum())
     known = np.zeros(k)
     known[DIRECTION], known[INERTIA], known[VISCOUS] = DIRECTIONS_DIFFER**-2, INERTIA_OFF**-2, VISCOUS_OFF**-2
     known[PLACE] = _spread(zz, at) / (PULL_SHARE * dry) ** 2
     known[COLUMNS - 1 :] = (OFFSET_SHARE * dry) ** -2
     least = (METHOD_FLOOR * dry) ** 2 * len(table)  # what the model errs by is the same in every stroke
-    sums = _Sums(A, b, zz, zy, float(yy.sum()), n, place, least)
+    sums = _summed(table, at, least)
     found, cov = _solved(sums, known)
-    # what the model may err by over speed is no viscous friction, either
-    of_model = max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)) ** 2 * n.sum() / max(zz[:, VISCOUS, VISCOUS].sum(), 1e-300)
-    if abs(found[VISCOUS]) < VISCOUS_SURE * math.sqrt(cov[VISCOUS, VISCOUS] + of_model):
+    doubt_nm = min(max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)), SHAPE_MOST * dry)
+    if not _tells_viscous(sums, found, cov, doubt_nm):
         known[VISCOUS] = VISCOUS_CALM**-2
         found, cov = _solved(sums, known)
     clusters = len(table)
@@ -153,6 +150,25 @@ class _Sums:
     rows: np.ndarray
     place: np.ndarray
     least: float
+
+
+def _summed(table: np.ndarray, session: np.ndarray, least: float) -> _Sums:
+    """Normal equations of strokes, an offset for each session."""
+    zz, zy, yy = unpacked(table)
+    k = COLUMNS + int(session.max())
+    place = np.tile(np.arange(COLUMNS), (len(table), 1))
+    place[:, -1] += session
+    A, b = np.zeros((k, k)), np.zeros(k)
+    np.add.at(A, (place[:, :, None], place[:, None, :]), zz)
+    np.add.at(b, place, zy)
+    return _Sums(A, b, zz, zy, float(yy.sum()), table[:, 1], place, least)
+
+
+def _tells_viscous(sums: _Sums, found: np.ndarray, cov: np.ndarray, doubt_nm: float) -> bool:
+    """Whether viscous friction surely is not what was learned; what the model may err by over speed is none."""
+    square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
+    of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
+    return bool(abs(found[VISCOUS]) > VISCOUS_SURE * math.sqrt(cov[VISCOUS, VISCOUS] + of_model))
 
 
 def _spread(zz: np.ndarray, session: np.ndarray) -> float:

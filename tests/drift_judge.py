@@ -1,6 +1,6 @@
 """The watch over the friction on joints of another make (`tests/foreign_drift.py`) that change as a laboratory's do: what is told rightly, wrongly, or not at all.
 
-`python -m tests.bench.drift_judge [PLANT ...]` prints a line for each joint, motion and change. Nothing changes for the first 100 s. Dry friction that changes by a tenth must be
+`python -m tests.drift_judge [PLANT ...]` prints a line for each joint, motion and change. Nothing changes for the first 100 s. Dry friction that changes by a tenth must be
 told within 60 s of motion with its factor within 2 %; whatever else changes must not be told as friction.
 """
 
@@ -11,6 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import NamedTuple
 
+import click
 import numpy as np
 
 from rtctl.friction.drift_watch import RigWatch
@@ -19,10 +20,29 @@ from tests.foreign_files import certified, rig_file
 
 BEFORE_S, STEP_S, MOTION_S, MOVING = 100.0, 2.0, 60.0, 0.03
 DIRECT = Joint()
-GEARED = Joint(motor=0.012, viscous=0.08, coulomb=0.22, breakaway=0.36, stribeck=0.05, power=1.0, bristle=800.0, exponent=0.8, backward=0.97)
-ELASTIC = Joint(motor=0.007, link=0.006, gear=450.0, gear_damping=0.05, viscous=0.05, bristle=500.0, exponent=1.0)
+GEARED = Joint(
+    motor=0.012,
+    viscous=0.08,
+    coulomb=0.22,
+    breakaway=0.36,
+    stribeck=0.05,
+    power=1.0,
+    bristle=800.0,
+    exponent=0.8,
+    backward=0.97,
+)
+ELASTIC = Joint(
+    motor=0.007, link=0.006, gear=450.0, gear_damping=0.05, viscous=0.05, bristle=500.0, exponent=1.0
+)
 LOOSE = ELASTIC._replace(play=2.5e-3, gear=700.0, gear_damping=0.3)
-PLANTS = {"direct": DIRECT, "geared": GEARED, "elastic": ELASTIC, "play": LOOSE, "carriage": on_rail(DIRECT, 0.1), "carriage, elastic": on_rail(LOOSE, 0.1)}
+PLANTS = {
+    "direct": DIRECT,
+    "geared": GEARED,
+    "elastic": ELASTIC,
+    "play": LOOSE,
+    "carriage": on_rail(DIRECT, 0.1),
+    "carriage, elastic": on_rail(LOOSE, 0.1),
+}
 
 
 def strokes(seed, slow, fast, reach, seconds=4000.0):
@@ -37,7 +57,11 @@ def strokes(seed, slow, fast, reach, seconds=4000.0):
     return np.array(knots).T
 
 
-KNOTS = {"use": strokes(1, 0.06, 1.2, 0.4), "slow use": strokes(2, 0.05, 0.15, 0.15), "quick use": strokes(3, 0.6, 1.4, 0.5)}
+KNOTS = {
+    "use": strokes(1, 0.06, 1.2, 0.4),
+    "slow use": strokes(2, 0.05, 0.15, 0.15),
+    "quick use": strokes(3, 0.6, 1.4, 0.5),
+}
 MOTIONS = (*KNOTS, "sine", "small")
 
 
@@ -104,11 +128,17 @@ def changes(f):
         "spring of 4 F/rad": pushed(spring=4.0 * f),
         "handle out of balance, .5 F": pushed(weight=0.5 * f),
         "sensor's bias .2 F": pushed(felt=0.2 * f),
-        "sensor's bias drifts, .3 F in 10 min": Change(lambda t: {"felt": 0.3 * f * np.clip(t, 0, 600) / 600}, 600.0),
-        "sensor's bias swings, .2 F in 90 s": Change(lambda t: {"felt": np.where(t > 0, 0.2 * f * np.sin(t / 14.3), 0.0)}, 300.0),
+        "sensor's bias drifts, .3 F in 10 min": Change(
+            lambda t: {"felt": 0.3 * f * np.clip(t, 0, 600) / 600}, 600.0
+        ),
+        "sensor's bias swings, .2 F in 90 s": Change(
+            lambda t: {"felt": np.where(t > 0, 0.2 * f * np.sin(t / 14.3), 0.0)}, 300.0
+        ),
         "current's zero .1 F": pushed(current=0.1 * f),
         "pushes on the mounting, .5 F": Change(lambda t: {"torque": bursts(t, 0.5 * f)}, 200.0),
-        "a third of the hand past the sensor, at times": Change(lambda t: {"past": np.abs(bursts(t, 0.33))}, 200.0),
+        "a third of the hand past the sensor, at times": Change(
+            lambda t: {"past": np.abs(bursts(t, 0.33))}, 200.0
+        ),
     }
 
 
@@ -116,7 +146,10 @@ def payloads(inertia):
     """Loads as heavy as the joint itself, on the handle and past the sensor."""
     return {
         "payload on the handle": pushed(payload=inertia),
-        "payload past the sensor": Change(lambda t: {"payload": np.where(t < 0, 0.0, 0.5 * inertia), "seen": np.where(t < 0, 1.0, 0.0)}, 90.0),
+        "payload past the sensor": Change(
+            lambda t: {"payload": np.where(t < 0, 0.0, 0.5 * inertia), "seen": np.where(t < 0, 1.0, 0.0)},
+            90.0,
+        ),
     }
 
 
@@ -139,13 +172,6 @@ def rig_of(joint, folder):
     return loaded
 
 
-class Seen(NamedTuple):
-    """Rows of the watch, one every 2 s of the time since the change: motion (s), truth, factor found, its error, warned, stopped."""
-
-    rows: np.ndarray
-    words: str
-
-
 def restarted(rig_watch, make):
     """Another watch that goes on from what this one keeps."""
     from rtctl.friction import drift_state as state
@@ -158,7 +184,7 @@ def restarted(rig_watch, make):
 
 
 def watched(loaded, joint, motion, change, seed=1):
-    """The watch over it from the first tick."""
+    """Rows of the watch, one every 2 s: time since the change, motion, truth, factor, its error, warned, stopped; and what was said."""
     rig = Rig(loaded, joint, seed)
 
     def make():
@@ -178,30 +204,42 @@ def watched(loaded, joint, motion, change, seed=1):
         watch.follow(ticks)
         t = rig.time_s - BEFORE_S
         (axis,) = watch.axes
-        moved += STEP_S * float((np.abs(ticks["velocity_rad_s"][:, 0]) > MOVING * joint.size).mean()) * (t > 0)
+        moved += (
+            STEP_S * float((np.abs(ticks["velocity_rad_s"][:, 0]) > MOVING * joint.size).mean()) * (t > 0)
+        )
         now = script(np.array([rig.time_s]))
         parts = [float(np.ravel(now.get(name, 1.0))[0]) for name in ("forward", "backward", "worn")]
         x = ticks["position_rad"][::10, 0]
         worn = 1 + (parts[2] - 1) * np.mean(np.exp(-0.5 * ((x - joint.worn_at) / joint.worn_width) ** 2))
         truth = (parts[0] + joint.backward * parts[1]) / (1 + joint.backward) * worn
         found = axis.found
-        rows.append((t, moved, truth, found.factor if found else np.nan, found.factor_error if found else np.nan, bool(axis.warning), bool(axis.stopped)))
+        rows.append(
+            (
+                t,
+                moved,
+                truth,
+                found.factor if found else np.nan,
+                found.factor_error if found else np.nan,
+                bool(axis.warning),
+                bool(axis.stopped),
+            )
+        )
         words = axis.warning or words
         if ticks["faults"].any():
             words = f"FAULT {int(np.bitwise_or.reduce(ticks['faults']))}"
             break
         if not change.seconds and moved >= MOTION_S:
             break
-    return Seen(np.array(rows, float), words)
+    return np.array(rows, float), words
 
 
-def verdict(seen, change):
+def verdict(rows, words, change):
     """In one word how it was told: rightly, late, missed, wrongly; and what else there is to say."""
-    t, moved, truth, factor, error, warned, stopped = seen.rows.T
+    t, moved, truth, factor, error, warned, stopped = rows.T
     end, said = truth[-5:].mean(), []
     changed = np.abs(truth - 1) >= 0.0995
-    if seen.words.startswith("FAULT"):
-        return "fault", seen.words
+    if words.startswith("FAULT"):
+        return "fault", words
     if np.any(warned[t <= 0]):
         said.append("false before")
     if np.any(stopped) and not change.stops:
@@ -221,7 +259,11 @@ def verdict(seen, change):
         small = np.abs(end - 1) < 0.065
         kind = "wrong" if warned.any() and small else "told" if warned.any() else "quiet"
     wide = np.nanmean(3 * error[-10:])
-    return kind, f"{factor[-1]:.3f} +- {wide:.3f} for {end:.3f} ({np.nanmin(factor):.3f} to {np.nanmax(factor):.3f}) " + ", ".join(one for one in said if one)
+    return (
+        kind,
+        f"{factor[-1]:.3f} +- {wide:.3f} for {end:.3f} ({np.nanmin(factor):.3f} to {np.nanmax(factor):.3f}) "
+        + ", ".join(one for one in said if one),
+    )
 
 
 def judged(names, motions=MOTIONS, only=None):
@@ -232,17 +274,22 @@ def judged(names, motions=MOTIONS, only=None):
             loaded = rig_of(joint, folder)
             every = {**changes(joint.coulomb), **payloads(joint.motor + joint.link)}
             for motion, what in itertools.product(motions, every):
-                if only is None or only in what:
-                    yield name, motion, what, *verdict(watched(loaded, joint, motion, every[what]), every[what])
+                if only in (None, what):
+                    yield (
+                        name,
+                        motion,
+                        what,
+                        *verdict(*watched(loaded, joint, motion, every[what]), every[what]),
+                    )
 
 
 def main(names):
     """Print every row and the sums."""
     sums = {}
     for row in judged(names or PLANTS):
-        print(f"{row[0]:18} {row[1]:10} {row[2]:46} {row[3]:7} {row[4]}", flush=True)
+        click.echo(f"{row[0]:18} {row[1]:10} {row[2]:46} {row[3]:7} {row[4]}")
         sums[row[3]] = sums.get(row[3], 0) + 1
-    print(sums)
+    click.echo(sums)
 
 
 if __name__ == "__main__":
