@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,12 @@ SPEED_MIN_SHARE = 0.015
 """Slowest motion that counts, share of the trained range: below it the bristles' own motion is not small."""
 
 _GRID = 400
+
+_UPPER = 0.5
+"""Viscous friction is the slope of the curve above this share of the trained range, where the Stribeck part has died out,"""
+
+_DRY_LEAST = 0.5
+"""as long as so much of the least friction is left dry."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +88,15 @@ class Deployed:
             dry = dry + trust * there
         return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
 
+    @cached_property
+    def _slopes(self) -> tuple[float, float]:
+        """Viscous slope of each direction: as the model says, or as its curve has it where that is more.
+
+        A model says none whose points were too few at the fastest speeds, and what is viscous in it is then called dry, which drift is told by.
+        """
+        forward, backward = (_viscous_slope(self.model, way) for way in (0, 1))
+        return forward, backward
+
     def pushed_nm(self, position: np.ndarray, trust: np.ndarray) -> np.ndarray:
         """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted, N m."""
         if self.place_shift_rad is None or not self.pushes:
@@ -102,8 +118,8 @@ class Deployed:
         return np.asarray(torque - np.sign(velocity) * added)
 
     def viscous_nms_rad(self, velocity: np.ndarray) -> np.ndarray:
-        """Viscous slope of the model in the direction of each velocity."""
-        forward, backward = self.model["viscous_nms_rad"][0]
+        """Viscous slope of the friction in the direction of each velocity."""
+        forward, backward = self._slopes
         return np.asarray(np.where(velocity >= 0, forward, backward))
 
     def least_factor(self, share: float = 1.0) -> float:
@@ -112,8 +128,9 @@ class Deployed:
         for direction in (1.0, -1.0):
             v = direction * np.linspace(self.speed_min_rad_s, self.speed_max_rad_s, _GRID)
             dry, viscous = self.dry_nm(v), self.viscous_nms_rad(v) * np.abs(v)
+            of_law = float(self.model["viscous_nms_rad"][0, 0 if direction > 0 else 1]) * np.abs(v)
             most = limits.feedforward_limit(
-                dry + viscous, viscous, self.gain, self.viscous_gain, 1.0, self.cap_nm
+                dry + viscous, of_law, self.gain, self.viscous_gain, 1.0, self.cap_nm
             )
             with np.errstate(divide="ignore", invalid="ignore"):
                 found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
@@ -154,6 +171,17 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
         place_shift_rad=float(p["place_shift_rad"][axis]) if use != PlaceUse.OFF else None,
         pushes=use == PlaceUse.GIVEN or bool(p["conservative_judged"][axis]),
     )
+
+
+def _viscous_slope(model: np.ndarray, branch: int) -> float:
+    """Viscous slope of one direction, N m s/rad: the model's, or the median slope of its curve at the faster speeds where that is more."""
+    told, top = float(model["viscous_nms_rad"][0, branch]), float(model["speed_max_rad_s"][0, branch])
+    v = np.linspace(SPEED_MIN_SHARE * top, top, _GRID)
+    friction = _curve(model, branch, v)
+    upper = v >= _UPPER * top
+    slope = float(np.median(np.diff(friction[upper]) / np.diff(v[upper])))
+    most = float(((friction - _DRY_LEAST * friction.min()) / v).min())
+    return max(told, min(slope, most))
 
 
 def _curve(model: np.ndarray, branch: int, speed: np.ndarray) -> np.ndarray:

@@ -1,8 +1,9 @@
 """Factor of the dry friction and offset from sums over strokes, with honest intervals (docs/theory.md 5.9).
 
-Least squares over  tau - J a - b v = m s F + d F + e J a + o  (`rtctl.friction.drift_strokes`), an offset for each session.
+Least squares over  tau - J a - b v = m s F + d F + e J a + c b v + k x + o  (`rtctl.friction.drift_strokes`), an offset for each session.
 What a motion cannot tell is bounded by what is known before it: the two directions rarely drift apart (d), the rig file's
-inertia is about right (e), and so are the sensors' zeros (o). Forward stronger than backward and an offset are nearly the same
+inertia is about right (e), and so are the sensors' zeros (o) and what a spring or a weight may pull with (k). Viscous friction is what was learned (c) unless
+the motion says otherwise, surely: at one speed it is not told from dry friction, over many it is. Forward stronger than backward and an offset are nearly the same
 thing where F changes little with speed: the factor of one direction therefore has the wider interval.
 
 Rows of one stroke are no independent witnesses. So a stroke counts as one observation against what is known before,
@@ -11,11 +12,16 @@ and standard errors are clustered by stroke: cov = A^-1 (sum of u u' + P) A^-1, 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.friction.drift_deployed import Deployed
 from rtctl.friction.drift_strokes import COLUMNS, Strokes, unpacked
+
+DIRECTION, INERTIA, VISCOUS, PLACE = range(1, COLUMNS - 1)
+"""Places of the unknowns; 0 is the factor, the offsets come last."""
 
 STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
@@ -27,7 +33,22 @@ INERTIA_OFF = 0.1
 """of the share that the inertia is off by,"""
 
 OFFSET_SHARE = 0.15
-"""and of the offset, share of the dry friction."""
+"""of the offset, share of the dry friction,"""
+
+PULL_SHARE = 0.3
+"""of what a spring pulls with where the joint is mostly, likewise,"""
+
+VISCOUS_OFF = 1.0
+"""and of the share that viscous friction is off by, where the motion tells it by"""
+
+VISCOUS_SURE = 2.0
+"""standard errors, and beyond what the model errs by over speed; else it is as learned, to"""
+
+SHAPE_MOST = 0.04
+"""(of the dry friction at most; its largest error is no error of its shape)"""
+
+VISCOUS_CALM = 0.02
+"""a share with this standard deviation."""
 
 METHOD_FLOOR = 0.01
 """What the method itself may be off by, as a standard deviation of the factor: bristles, cogging, lateness of the torques."""
@@ -62,33 +83,29 @@ class Estimate:
     """Share by which the places of this motion were trusted, 0 to 1: by speed alone, to by place."""
 
 
-def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
+def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     """Estimate from what is remembered; None with too few strokes in one of the directions."""
     table = _newest_sessions(strokes.table)
     n = table[:, 1]
-    zz, zy, yy = unpacked(table)
+    zz = unpacked(table)[0]
     forward = zz[:, 0, 1] > 0
     if min(int(forward.sum()), int((~forward).sum())) < STROKES_MIN:
         return None
     sessions, at = np.unique(table[:, 0], return_inverse=True)
     k = COLUMNS - 1 + len(sessions)
-    place = np.tile(np.arange(COLUMNS), (len(table), 1))
-    place[:, -1] += at  # the offset of its session
-    A, b = np.zeros((k, k)), np.zeros(k)
-    np.add.at(A, (place[:, :, None], place[:, None, :]), zz)
-    np.add.at(b, place, zy)
-    dry = float(zz[:, 1, COLUMNS - 1].sum() / n.sum())
+    dry, trust = float(zz[:, 1, COLUMNS - 1].sum() / n.sum()), float(table[:, 2].sum() / n.sum())
     known = np.zeros(k)
-    known[1], known[2] = DIRECTIONS_DIFFER**-2, INERTIA_OFF**-2
-    known[3:] = (OFFSET_SHARE * dry) ** -2
+    known[DIRECTION], known[INERTIA], known[VISCOUS] = DIRECTIONS_DIFFER**-2, INERTIA_OFF**-2, VISCOUS_OFF**-2
+    known[PLACE] = _spread(zz, at) / (PULL_SHARE * dry) ** 2
+    known[COLUMNS - 1 :] = (OFFSET_SHARE * dry) ** -2
     least = (METHOD_FLOOR * dry) ** 2 * len(table)  # what the model errs by is the same in every stroke
-    found, scale = _solved(A, b, known, float(yy.sum()), n, least)
-    inverse = np.linalg.inv(A / scale + np.diag(known))
+    sums = _summed(table, at, least)
+    found, cov = _solved(sums, known)
+    doubt_nm = min(max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)), SHAPE_MOST * dry)
+    if not _tells_viscous(sums, found, cov, doubt_nm):
+        known[VISCOUS] = VISCOUS_CALM**-2
+        found, cov = _solved(sums, known)
     clusters = len(table)
-    score = np.zeros((clusters, k))
-    np.add.at(score, (np.arange(clusters)[:, None], place), zy - np.einsum("nij,nj->ni", zz, found[place]))
-    score /= scale
-    cov = inverse @ (score.T @ score * (clusters / (clusters - 1)) + np.diag(known)) @ inverse
     newest = COLUMNS - 1 + len(sessions) - 1
     present = table[:, 0] == strokes.session
 
@@ -96,6 +113,9 @@ def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
         return float(np.sqrt(column @ cov @ column + floor**2))
 
     one = np.eye(k)
+    now = one[newest].copy()  # in the middle of where it was in the last session
+    last = zz[at == len(sessions) - 1]
+    now[PLACE] = last[:, PLACE, -1].sum() / last[:, -1, -1].sum()
     return Estimate(
         factor=float(found[0]),
         factor_error=error(one[0], METHOD_FLOOR),
@@ -103,13 +123,13 @@ def estimate(strokes: Strokes, rate_hz: float) -> Estimate | None:
         forward_error=error(one[0] + one[1], DIRECTION_FLOOR),
         backward=float(found[0] - found[1]),
         backward_error=error(one[0] - one[1], DIRECTION_FLOOR),
-        offset_nm=float(found[newest]),
-        offset_error_nm=error(one[newest], DIRECTION_FLOOR * dry),
+        offset_nm=float(now @ found),
+        offset_error_nm=error(now, DIRECTION_FLOOR * dry),
         dry_nm=dry,
         strokes=clusters,
         seconds=float(n.sum()) / rate_hz,
         session_seconds=float(n[present].sum()) / rate_hz,
-        place_trust=float(table[:, 2].sum() / n.sum()),
+        place_trust=trust,
     )
 
 
@@ -118,15 +138,56 @@ def _newest_sessions(table: np.ndarray) -> np.ndarray:
     return table[np.isin(table[:, 0], sessions)]
 
 
-def _solved(
-    A: np.ndarray, b: np.ndarray, known: np.ndarray, yy: float, n: np.ndarray, least: float
-) -> tuple[np.ndarray, float]:
-    """Coefficients, and the variance that one row stands for when a stroke is one observation; of a row itself at least `least`."""
-    rows, per_stroke = float(n.sum()), float(n.mean())
-    scale = per_stroke * max(yy / rows, least)
-    found: np.ndarray = np.zeros(len(b))
+@dataclass(frozen=True)
+class _Sums:
+    """Normal equations of all strokes (`A`, `b`) and of each (`zz`, `zy`), which unknown each column of a stroke is of (`place`), rows of each; the least variance of a row."""
+
+    A: np.ndarray
+    b: np.ndarray
+    zz: np.ndarray
+    zy: np.ndarray
+    yy: float
+    rows: np.ndarray
+    place: np.ndarray
+    least: float
+
+
+def _summed(table: np.ndarray, session: np.ndarray, least: float) -> _Sums:
+    """Normal equations of strokes, an offset for each session."""
+    zz, zy, yy = unpacked(table)
+    k = COLUMNS + int(session.max())
+    place = np.tile(np.arange(COLUMNS), (len(table), 1))
+    place[:, -1] += session
+    A, b = np.zeros((k, k)), np.zeros(k)
+    np.add.at(A, (place[:, :, None], place[:, None, :]), zz)
+    np.add.at(b, place, zy)
+    return _Sums(A, b, zz, zy, float(yy.sum()), table[:, 1], place, least)
+
+
+def _tells_viscous(sums: _Sums, found: np.ndarray, cov: np.ndarray, doubt_nm: float) -> bool:
+    """Whether viscous friction surely is not what was learned; what the model may err by over speed is none."""
+    square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
+    of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
+    return bool(abs(found[VISCOUS]) > VISCOUS_SURE * math.sqrt(cov[VISCOUS, VISCOUS] + of_model))
+
+
+def _spread(zz: np.ndarray, session: np.ndarray) -> float:
+    """Mean square of the places about the middle of their session."""
+    n, first, second = (np.bincount(session, zz[:, *at]) for at in ((-1, -1), (PLACE, -1), (PLACE, PLACE)))
+    return float((second - first**2 / n).sum() / n.sum())
+
+
+def _solved(sums: _Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients and their covariance, clustered by stroke; a stroke is one observation against what is `known`."""
+    rows, per_stroke, clusters = float(sums.rows.sum()), float(sums.rows.mean()), len(sums.rows)
+    scale = per_stroke * max(sums.yy / rows, sums.least)
+    found: np.ndarray = np.zeros(len(sums.b))
     for _ in range(3):
-        found = np.linalg.solve(A / scale + np.diag(known), b / scale)
-        left = max(yy - 2 * found @ b + found @ A @ found, 0.0) / rows
-        scale = per_stroke * max(left, least)
-    return found, scale
+        found = np.linalg.solve(sums.A / scale + np.diag(known), sums.b / scale)
+        left = max(sums.yy - 2 * found @ sums.b + found @ sums.A @ found, 0.0) / rows
+        scale = per_stroke * max(left, sums.least)
+    inverse = np.linalg.inv(sums.A / scale + np.diag(known))
+    score = np.zeros((clusters, len(found)))
+    left_over = sums.zy - np.einsum("nij,nj->ni", sums.zz, found[sums.place])
+    np.add.at(score, (np.arange(clusters)[:, None], sums.place), left_over / scale)
+    return found, inverse @ (score.T @ score * (clusters / (clusters - 1)) + np.diag(known)) @ inverse

@@ -1,8 +1,8 @@
 """What is remembered of the motion: sums over each of the last strokes, in fixed memory.
 
-A row says  tau - J a - b v = m s F + d F + e J a + o + noise,  s = sgn v, F the model's dry friction, at its place as far as that is trusted: m is the factor of the
-dry friction, d half of what the factors of the two directions differ by, e the share the inertia is off by, o the offset of the
-session (of the force sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
+A row says  tau - J a - b v = m s F + d F + e J a + c b v + k (x - x_0) + o + noise,  s = sgn v, F the model's dry friction, at its place as far as that is trusted: m is the factor
+of the dry friction, d half of what the factors of the two directions differ by, e and c the shares that inertia and viscous friction are off by, k a spring that nobody told of
+(x_0 where the session began to slide), o the offset of the session (of the force sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
 standard errors clustered by stroke ask for.
 """
 
@@ -13,8 +13,8 @@ import numpy as np
 from rtctl.friction.drift_deployed import Deployed
 from rtctl.friction.drift_sliding import Rows
 
-COLUMNS = 4
-"""s F, F, J a, 1."""
+COLUMNS = 6
+"""s F, F, J a, b v, x - x_0, 1."""
 
 SUMS = 3 + COLUMNS * COLUMNS + COLUMNS + 1
 """Numbers kept of a stroke: session, rows, trust in their places, Z'Z, Z'y, y'y."""
@@ -58,6 +58,7 @@ class Strokes:
         self._ended = np.zeros(0)
         self._open = np.zeros(SUMS)
         self._stroke = -1
+        self._from: float | None = None
 
     @property
     def rows(self) -> int:
@@ -77,13 +78,16 @@ class Strokes:
         """Sensors were zeroed, or may have been: an offset of its own from here on."""
         self._close()
         self.session += 1
+        self._from = None
 
     def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
         """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among them."""
         self._moved += moved
         if len(rows.velocity) == 0:
             return
-        z, y = regression(rows, by)
+        if self._from is None:
+            self._from = float(rows.position[0])
+        z, y = regression(rows, by, self._from)
         for stroke in np.split(np.arange(len(y)), np.flatnonzero(np.diff(rows.stroke)) + 1):
             if rows.stroke[stroke[0]] != self._stroke:
                 self._close()
@@ -107,12 +111,13 @@ class Strokes:
         self._open = np.zeros(SUMS)
 
 
-def regression(rows: Rows, by: Deployed) -> tuple[np.ndarray, np.ndarray]:
-    """Columns (n, `COLUMNS`) and left side (n,) of the balance, N m."""
+def regression(rows: Rows, by: Deployed, from_rad: float) -> tuple[np.ndarray, np.ndarray]:
+    """Columns (n, `COLUMNS`) and left side (n,) of the balance, N m; places are counted from `from_rad`."""
     v, inertia_nm = rows.velocity, by.inertia_kgm2 * rows.acceleration
-    dry = by.dry_nm(v, rows.position, rows.trust)
-    z = np.column_stack([np.sign(v) * dry, dry, inertia_nm, np.ones_like(v)])
-    return z, rows.torque - inertia_nm - by.viscous_nms_rad(v) * v
+    dry, viscous_nm = by.dry_nm(v, rows.position, rows.trust), by.viscous_nms_rad(v) * v
+    place = rows.position - from_rad
+    z = np.column_stack([np.sign(v) * dry, dry, inertia_nm, viscous_nm, place, np.ones_like(v)])
+    return z, rows.torque - inertia_nm - viscous_nm
 
 
 def unpacked(table: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

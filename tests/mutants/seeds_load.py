@@ -7,6 +7,7 @@ from seed import Seed
 LOADED = ("tests/unit/friction/test_load.py",)
 LOAD_LAW = ("tests/unit/control/test_load_friction.py",)
 DRIFT = ("tests/unit/friction/test_drift_window.py",)
+BESIDE = ("tests/unit/friction/test_drift_beside.py",)
 BY_PLACE = ("tests/unit/friction/test_drift_by_place.py",)
 PLACES = ("tests/unit/friction/test_learn_places.py",)
 TWO_SPEEDS = ("tests/unit/friction/test_load_two_speeds.py",)
@@ -120,8 +121,8 @@ SEEDS = (
     Seed(
         "a factor is told of motion that is long forgotten",
         "rtctl/friction/drift_watch.py",
-        "found = self.found = estimate(self.strokes, self.rate_hz)",
-        "found = estimate(self.strokes, self.rate_hz)\n        self.found = found or self.found",
+        "found = self.found = estimate(self.strokes, self.by, self.rate_hz)",
+        "found = estimate(self.strokes, self.by, self.rate_hz)\n        self.found = found or self.found",
         DRIFT,
     ),
     Seed(
@@ -174,10 +175,38 @@ SEEDS = (
         BY_PLACE,
     ),
     Seed(
+        "a ripple that only creeping shows keeps places from being judged",
+        "rtctl/check/place_plan.py",
+        "max(SLOW_RAD_S, ordinary_rad_s) * of_part",
+        "SLOW_RAD_S * of_part",
+        ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "viscous friction is always as learned",
+        "rtctl/friction/drift_estimate.py",
+        "if not _tells_viscous(sums, found, cov, doubt_nm):",
+        "if True:",
+        BESIDE,
+    ),
+    Seed(
+        "a spring is told by its strokes' places as an offset",
+        "rtctl/friction/drift_strokes.py",
+        "place = rows.position - from_rad",
+        "place = 0.0 * rows.position",
+        BESIDE,
+    ),
+    Seed(
+        "what a model does not call viscous is dry",
+        "rtctl/friction/drift_deployed.py",
+        "return max(told, min(slope, most))",
+        "return told",
+        BESIDE,
+    ),
+    Seed(
         "trust of the newest stroke counts for all of them",
         "rtctl/friction/drift_estimate.py",
-        "float(table[:, 2].sum() / n.sum())",
-        "float(table[-1, 2] / n[-1])",
+        "float(table[:, 2].sum() / n.sum())\n",
+        "float(table[-1, 2] / n[-1])\n",
         BY_PLACE,
     ),
     Seed(

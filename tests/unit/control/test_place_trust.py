@@ -124,9 +124,13 @@ def test_a_ripple_that_passes_too_quick_to_be_seen_keeps_no_place_from_being_jud
     loaded = load(CONFIGS / "mock-places.toml")
     model = artefact.load(CONFIGS / "friction" / "mock-places.json")
     quick = replace(model, conservative=replace(model.conservative, orders=49.0 * model.conservative.orders))
+    slow = replace(
+        model, conservative=replace(model.conservative, orders=4.0 * model.conservative.orders)
+    )  # seen below .1 rad/s only
     bandwidth_rad_s = build(loaded).params["observer_bandwidth_rad_s"]
     for found, place, judged, gain in (
         (model, "seen", 1, 0.95),
+        (slow, "seen", 0, 0.0),
         (quick, "seen", 0, 0.0),
         (quick, "given", 0, 0.95),
     ):

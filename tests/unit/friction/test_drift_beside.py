@@ -1,0 +1,94 @@
+"""What changes beside dry friction is not told as dry friction: viscous friction, springs and weights, a model that does not say what is viscous; and a judge of another make."""
+
+import numpy as np
+import pytest
+from test_drift import arrays, over
+
+from rtctl.friction.drift_deployed import deployed
+from rtctl.friction.drift_watch import RigWatch
+from rtctl.rig_file.friction_tables import DriftTable
+from tests import drift_judge
+from tests.drifting_joint import BACKWARD, PEOPLE, Joint, ticks_of
+
+QUICK = ((0.3, 0.7), (0.05, 1.9))
+
+
+def with_torque(rows, viscous=0.0, spring=0.0):
+    """The rows with more viscous friction by a share of the model's, and a spring on the joint, N m/rad."""
+    v, x = rows["velocity_rad_s"], rows["position_rad"]
+    rows["hand_torque_nm"] += viscous * 0.05 * np.where(v >= 0, 1.0, BACKWARD) * v + spring * x
+    return rows
+
+
+@pytest.mark.parametrize("factor", [0.9, 1.0, 1.1])
+@pytest.mark.parametrize("viscous", [-0.5, 0.6])
+def test_viscous_friction_that_changes_is_no_dry_friction(factor, viscous):
+    (rows,) = ticks_of([Joint(factor=factor, sines=QUICK)], 40.0)
+    axis = over(with_torque(rows, viscous))
+    assert abs(axis.found.factor - factor) < 0.02
+    assert bool(axis.warning) == (factor != 1.0)
+
+
+def test_where_motion_tells_nothing_of_viscous_friction_no_doubt_of_it_hides_a_tenth():
+    factors = (0.9, 1.0)
+    joints = [Joint(factor=k, sines=PEOPLE[0]) for k in factors]
+    for factor, rows in zip(factors, ticks_of(joints, 40.0), strict=True):
+        axis = over(rows)
+        assert axis.found.factor_error < 0.013
+        assert bool(axis.warning) == (factor != 1.0)
+
+
+@pytest.mark.parametrize("spring", [-0.3, 0.5])
+def test_a_spring_that_nobody_told_of_is_no_friction(spring):
+    sines = ((0.2, 0.4), (0.25, 0.031))  # here and there: strokes one way are elsewhere than strokes back
+    (rows,) = ticks_of([Joint(sines=sines)], 60.0)
+    axis = over(with_torque(rows, spring=spring))
+    assert abs(axis.found.factor - 1.0) < 0.015
+    assert axis.found.factor_error < 0.02
+    assert axis.warning == axis.stopped == ""
+
+
+def test_what_is_viscous_in_a_model_that_does_not_say_so_is_not_called_dry():
+    """A model whose points were few at the fastest speeds has a viscous slope of 0."""
+    params, model = arrays()
+    silent = model.copy()
+    silent["viscous_nms_rad"] = 0.0
+    v = np.array([-1.5, -0.5, 0.5, 1.5])
+    known, found = deployed(params, model, 0), deployed(params, silent, 0)
+    np.testing.assert_allclose(found.viscous_nms_rad(v), known.viscous_nms_rad(v), rtol=0.2)
+    whole = [one.dry_nm(v) + one.viscous_nms_rad(v) * np.abs(v) for one in (known, found)]
+    np.testing.assert_allclose(*whole, atol=1e-12)
+    assert (found.dry_nm(v) > 0).all()
+    assert found.least_factor() == pytest.approx(known.least_factor(), abs=0.1)
+    for factor, rows in zip(
+        (0.9, 1.1), ticks_of([Joint(factor=k, sines=QUICK) for k in (0.9, 1.1)], 40.0), strict=True
+    ):
+        rig = RigWatch(params, silent, [DriftTable()])
+        rig.follow(rows)
+        assert abs(rig.axes[0].found.factor - factor) < 0.02
+
+
+TOLD = ("a tenth less", "a tenth more at a restart", "dry a tenth more, viscous .6")
+QUIET = (
+    "viscous .6",
+    "handle out of balance, .5 F",
+    "sensor's bias drifts, .3 F in 10 min",
+    "payload on the handle",
+)
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize(
+    ("what", "verdict"), [*((one, "told") for one in TOLD), *((one, "quiet") for one in QUIET)]
+)
+def test_a_judge_of_another_make_finds_nothing_wrong(what, verdict):
+    for row in drift_judge.judged(("direct",), ("quick use",), what):
+        assert row[3] == verdict, row
+        assert "off by" not in row[4], row
+
+
+@pytest.mark.compiled
+def test_the_rig_is_stopped_where_the_help_exceeds_the_friction():
+    (row,) = drift_judge.judged(("play",), ("use",), "a third less")
+    assert row[3] == "told"
+    assert "stopped" not in row[4].lower(), row
