@@ -72,16 +72,9 @@ class AxisWatch:
         if self.strokes.taken == self._judged:
             return
         self._judged = self.strokes.taken
-<<<<<<< HEAD
-        found = self.found = estimate(self.strokes, self.rate_hz)
+        found = self.found = estimate(self.strokes, self.by, self.rate_hz)
         # what was told is of motion that is forgotten; what was warned of is not known to be gone
         if found is None:
-=======
-        found = self.found = estimate(self.strokes, self.by, self.rate_hz)
-        if (
-            found is None
-        ):  # what was told is of motion that is forgotten; what was warned of is not known to be gone
->>>>>>> watch
             return
         self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
         if self.table.stop and not self.stopped:
