@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hw.motion import at_handle
 from rtctl.control.place_trust import SLOW_RAD_S
 from rtctl.control.vocabulary import PlaceUse
 from rtctl.friction.model import FrictionModel
@@ -30,9 +31,10 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     p["place_shift_rad"][a] = friction.place_shift_rad
     p["place_trough_nm"][a] = model.place_trough_nm
     p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
+    size = at_handle("slow_rad_s") if axis.motion == "linear" else 1.0
     seen_rad_s = PLACE_LAG * p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
     of_friction, of_part = model.place_waves_per_rad
-    judged = of_friction == 0 or seen_rad_s > SLOW_RAD_S * of_part
+    judged = of_friction == 0 or seen_rad_s > SLOW_RAD_S * size * of_part
     p["conservative_judged"][a] = judged
     p["place_speed_rad_s"][a] = seen_rad_s / (max(of_friction, of_part) if judged else of_friction)
     known = judged or friction.place == "given"

@@ -107,6 +107,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
         },
         {
             # plant, link side
+            "is_linear": (),  # 1: the coordinate is in m, and what was chosen for a joint is as at a handle (control.handle)
             "inertia_kgm2": (),
             "viscous_nms_rad": (),  # guaranteed viscous damping of the device
             "gear_ratio": (),

@@ -237,7 +237,7 @@ SEEDS = (
     ),
     Seed(
         "the account may hold any energy", "rtctl/friction/guarantee.py",
-        "min(peak_nm * credited_rad, BANK_MOST_J)", "peak_nm * credited_rad", GUARANTEE,
+        "min(credited_rad, longest_rad)", "credited_rad", GUARANTEE,
     ),
     Seed(
         "friction is watched from the reversal on", "rtctl/friction/drift_sliding.py",

@@ -25,15 +25,15 @@ SEEDS = (
     Seed(
         "a joint that creeps is taken for one that slides",
         "rtctl/control/resting.py",
-        "return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > CREEP_RAD_S or is_admittance(s, axis))",
+        "return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > creep_rad_s or is_admittance(s, axis))",
         "return slides(s, axis)",
         RESTING,
     ),
     Seed(
         "a joint that follows a slow mass is taken for one that rests",
         "rtctl/control/resting.py",
-        " > CREEP_RAD_S or is_admittance(s, axis))",
-        " > CREEP_RAD_S)",
+        " > creep_rad_s or is_admittance(s, axis))",
+        " > creep_rad_s)",
         RESTING,
     ),
     Seed(

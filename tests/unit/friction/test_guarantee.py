@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.friction import artefact
-from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
+from rtctl.friction.guarantee import BANK_LONGEST_RAD, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -100,7 +100,7 @@ def test_the_bank_is_two_bent_bristles_but_never_more_than_a_hand_may_be_given(a
         "all of one turn of soft bristles"
     )
     long = guarantee(with_friction(axis, presliding_rad=0.02), learned)
-    assert long.bank_j == BANK_MOST_J
+    assert long.bank_j == sure.peak_nm * BANK_LONGEST_RAD
     capped = guarantee(with_friction(axis, cap_share=0.01), learned)
     assert capped.peak_nm == pytest.approx(0.01 * axis.torque_limit_nm)
 
