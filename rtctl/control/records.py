@@ -343,6 +343,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_push_nm": (),  # torque of hand and coupling that the brake goes by (control.pace)
+            "friction_mean_hand_nm": (),  # mean of the hand's torque, which opens the gate while the joint slides on
             "pace_rad_s": (),  # mean speed of the last tenths of a second
             "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
             # strokes that shrink (control.shrinking)
