@@ -16,7 +16,7 @@ from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.load_friction import load_friction, load_gain
-from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, eased, is_slow
+from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, TURN_TIMES, eased, is_slow
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
@@ -160,8 +160,8 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     of a slow hand it is as slow as at rest (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
-    if p.friction_policy[axis] == _HYBRID and is_slow(s, p, axis) and not slides(s, axis):
-        alpha = min(alpha, p.rest_alpha[axis])
+    if p.friction_policy[axis] == _HYBRID and not slides(s, axis) and not is_admittance(s, axis):
+        alpha = min(alpha, p.rest_alpha[axis] * (1.0 if is_slow(s, p, axis) else TURN_TIMES))
     s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0

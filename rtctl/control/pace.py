@@ -34,6 +34,9 @@ SLOW_BLENDS = 2.5
 MEAN_TIMES = 2.5
 """The hand's mean torque, which opens the gate, follows so many times as fast as the intent at rest: 5 Hz."""
 
+TURN_TIMES = 5.0
+"""In the turn of a brisk hand the intent follows so many times as fast as at rest: 10 Hz."""
+
 BRAKE_TIMES = 1.25
 """The push that the brake goes by, likewise: 2.5 Hz."""
 
