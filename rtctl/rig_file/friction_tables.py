@@ -23,7 +23,10 @@ class ObserverTable(Table):
         default=0.0,
     )
     deadband_nm: float = number(
-        0, 1e3, "friction left alone: more than the force sensor may be off after its tare; 0: .015 of the least dry friction, .003 N m at most", default=0.0
+        0,
+        1e3,
+        "friction left alone: more than the force sensor may be off after its tare; 0: .015 of the least dry friction, .003 N m at most",
+        default=0.0,
     )
 
     def bandwidth_at(self, rate_hz: float) -> float:

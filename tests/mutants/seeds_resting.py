@@ -116,15 +116,29 @@ SEEDS = (
     Seed(
         "in the turn of a slow hand the intent follows it at once",
         "rtctl/control/feedforward.py",
-        "is_slow(s, p, axis) and not slides(s, axis):\n        alpha = min(alpha, p.rest_alpha[axis])",
-        "is_slow(s, p, axis) and not slides(s, axis):\n        pass",
+        "(1.0 if is_slow(s, p, axis) else TURN_TIMES)",
+        "TURN_TIMES",
+        PACE,
+    ),
+    Seed(
+        "in the turn of a brisk hand the intent flips the help at once, and soft bristles kick the joint back",
+        "rtctl/control/feedforward.py",
+        "(1.0 if is_slow(s, p, axis) else TURN_TIMES)",
+        "(1.0 if is_slow(s, p, axis) else 99.0)",
+        PACE,
+    ),
+    Seed(
+        "the gate opens at the peaks of a ring",
+        "rtctl/control/feedforward.py",
+        "        hand = mean\n",
+        "        pass\n",
         PACE,
     ),
     Seed(
         "the ring of a hand takes help away and gives it back",
         "rtctl/control/braking.py",
-        "push = eased(",
-        "push = (lambda *given: given[-1])(",
+        "= eased(p, axis",
+        "= (lambda *given: given[-2])(p, axis",
         PACE,
     ),
     Seed(

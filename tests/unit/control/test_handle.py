@@ -58,6 +58,7 @@ def test_nor_does_it_rest(linear):
 @pytest.mark.parametrize("linear", [False, True])
 def test_its_strokes_are_seen_to_shrink(linear):
     rig, share = made(linear), of_rows(steady_share)
+    rig.params["count_rad"] = 0.0
     for peak, way in ((BETWEEN, 1.0), (0.3 * BETWEEN, -1.0)):
         rig.now["velocity_rad_s"], rig.state["bristle_share"] = way * peak * CREEP_RAD_S, way
         for _ in range(20):
