@@ -203,7 +203,7 @@ SEEDS = (
     ),
     Seed(
         "the gate closes as fast as it opens", "rtctl/control/feedforward.py",
-        "alpha = min(alpha, p.rest_alpha[axis])", "alpha = alpha",
+        "alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))", "alpha = alpha",
         (f"{UNIT}/test_feedforward.py::test_the_gate_closes_as_slowly_as_a_joint_at_rest_is_followed",),
     ),
     Seed(

@@ -74,7 +74,7 @@ SEEDS = (
     Seed(
         "presliding is sliding",
         "rtctl/control/resting.py",
-        "0 if _moves_on(s, axis) else s.bent",
+        "0 if _moves_on(s, p, axis) else s.bent",
         "0 if True else s.bent",
         RESTING,
     ),

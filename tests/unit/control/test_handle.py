@@ -12,6 +12,7 @@ from rtctl.control.assistance import CREEP_RAD_S, keep_assistance
 from rtctl.control.disturbance_observer import SLOW_RAD_S, SLOW_SHARE, observer_torque
 from rtctl.control.force_feedback import SPEED_MIN_RAD_S, SPEND_S, assistance_limit
 from rtctl.control.handle import own_rad
+from rtctl.control.jit import records
 from rtctl.control.resting import BENT_S, advance_rest, is_bent
 from rtctl.control.shrinking import LEFT_MOST, steady_share
 from rtctl.control.trembling import MOST_S, ON_RAD, calm_share
@@ -33,7 +34,7 @@ def made(linear, **state):
 
 @pytest.mark.parametrize(("rig_file", "linear"), [("mock.toml", 0), ("mock-linear.toml", 1)])
 def test_the_law_is_told_which_it_is(rig_file, linear):
-    params = build(load(CONFIGS / rig_file)).params
+    params = records(build(load(CONFIGS / rig_file)).params)
     assert int(params["is_linear"][0, 0]) == linear
     assert of_rows(own_rad)(params, 0, 0.03) == pytest.approx(0.03 * (HANDLE_M if linear else 1.0))
 
