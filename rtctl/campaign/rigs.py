@@ -25,7 +25,7 @@ from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.proofs import stability
 from rtctl.control.proofs.delay_cover import delay_covered_ticks
 from rtctl.control.vocabulary import Policy
-from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR
+from rtctl.friction.guarantee import LENGTH_FACTOR, bank_j
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
 
@@ -131,9 +131,7 @@ def _presliding(p: np.void, plant: np.void, axis: int) -> None:
     length = float(plant["bristle_max_nm"][axis] / plant["bristle_stiffness_nm_rad"][axis])
     p["presliding_rad"][axis] = LENGTH_FACTOR * length
     p["friction_stop_rad"][axis] = length
-    p["assistance_bank_j"][axis] = min(
-        BANK_MOST_J, float(plant["bristle_max_nm"][axis]) * LENGTH_FACTOR * length
-    )
+    p["assistance_bank_j"][axis] = bank_j(float(plant["bristle_max_nm"][axis]), LENGTH_FACTOR * length)
 
 
 def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.random.Generator) -> None:

@@ -43,6 +43,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         "velocity_limit_rad_s",
     ):
         p[name][a] = getattr(axis, name)
+    p["is_linear"][a] = axis.motion == "linear"
     p["gear_ratio"][a] = axis.motor_ratio
     p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
     _fill_arming(p, a, axis, period_s)

@@ -234,7 +234,7 @@ def _fill_compensation(
     p["assistance_bank_j"][a] = sure.bank_j
     p["friction_stop_rad"][a] = friction.stop_rad or sure.turn_rad(policy)
     p["rest_alpha"][a] = lowpass_alpha(REST_HZ, period_s)
-    p["friction_gate_deadband_nm"][a] = friction.gate_deadband_nm
+    p["friction_gate_deadband_nm"][a] = sure.gate_deadband_nm
     p["friction_intent_nm"][a] = sure.intent_nm
     p["friction_gate_nm"][a] = sure.gate_nm
     p["tremble_turn_s"][a] = LONGEST_S
@@ -249,7 +249,7 @@ def _fill_compensation(
     p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * tuning.bandwidth_hz, period_s)
     p["observer_bandwidth_rad_s"][a] = 2 * math.pi * tuning.bandwidth_hz
     p["observer_late_ticks"][a], p["observer_excess"][a] = tuning.own_ticks, tuning.excess
-    p["observer_deadband_nm"][a] = friction.observer.deadband_nm
+    p["observer_deadband_nm"][a] = sure.observer_deadband_nm
     p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
     loaded_nm = 0.0 if model is None else most_load_nm(model, axis)
     p["friction_seen_max_nm"][a] = min(

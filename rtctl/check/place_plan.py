@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 
+from hw.motion import at_handle
 from rtctl.control.place_trust import SLOW_RAD_S
 from rtctl.control.vocabulary import PlaceUse
 from rtctl.friction.model import FrictionModel
@@ -32,10 +33,11 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     p["place_shift_rad"][a] = friction.place_shift_rad
     p["place_trough_nm"][a] = model.place_trough_nm
     p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
+    size = at_handle("slow_rad_s") if axis.motion == "linear" else 1.0
     seen_rad_s = PLACE_LAG * p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
     of_friction, of_part = model.place_waves_per_rad
     ordinary_rad_s = ORDINARY_SHARE * min(branch.speed_max_rad_s for branch in model.branches)
-    judged = of_friction == 0 or seen_rad_s > max(SLOW_RAD_S, ordinary_rad_s) * of_part
+    judged = of_friction == 0 or seen_rad_s > max(SLOW_RAD_S * size, ordinary_rad_s) * of_part
     p["conservative_judged"][a] = judged
     p["place_speed_rad_s"][a] = seen_rad_s / (max(of_friction, of_part) if judged else of_friction)
     known = judged or friction.place == "given"

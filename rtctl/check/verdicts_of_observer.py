@@ -197,7 +197,7 @@ def bias(s: Subject) -> list[Verdict]:
     observer = s.table.friction.observer
     floor = s.axis.guarantee.floor_nm or s.table.dry_friction_nm
     left = (1 - TARGET_AT_REST * observer.gain) / observer.gain
-    creeps_at = (observer.deadband_nm + left * floor) / TARGET_AT_REST
+    creeps_at = (s.axis.guarantee.observer_deadband_nm + left * floor) / TARGET_AT_REST
     return [
         s.row(
             "observer, bias of the force sensor",

@@ -30,6 +30,7 @@ kept and the emptier one counts.
 from __future__ import annotations
 
 from rtctl.control.force_feedback import spare_damping
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 
@@ -37,7 +38,7 @@ VISCOUS_SHARE = 0.95
 """Share of the viscous damping that nothing else lives on that may be credited in sliding."""
 
 CREEP_RAD_S = 0.01
-"""Slower motion does not fill the account."""
+"""Slower motion of a joint does not fill the account."""
 
 TINY_J = 1e-12
 """Keeps a bank of nothing from dividing by it."""
@@ -58,7 +59,7 @@ def keep_assistance(
     if dx == 0.0:
         return
     late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
-    creeps = not abs(velocity) > CREEP_RAD_S
+    creeps = not abs(velocity) > own_rad(p, axis, CREEP_RAD_S)
     slides = s.bristle_share[axis] ** 2
     viscous = VISCOUS_SHARE * spare_damping(s, p, axis) * dx * dx / (p.period_s * max(elapsed, 1))
     credit = s.friction_credit_j[axis] + slides * viscous

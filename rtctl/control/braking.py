@@ -15,20 +15,18 @@ itself, and its joint must follow: it is helped as ever. Less help never breaks 
 
 from __future__ import annotations
 
-import math
-
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
-from rtctl.control.pace import eased
+from rtctl.control.pace import BRAKE_TIMES, eased
 from rtctl.control.records import Record
 
 
 @compiled
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that is no number brakes nothing."""
-    push = eased(p, axis, s.friction_push_nm[axis], t.hand_torque_nm[axis] + t.coupling_torque_nm[axis])
-    s.friction_push_nm[axis] = push if math.isfinite(push) else 0.0
+    pushed = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
+    push = s.friction_push_nm[axis] = eased(p, axis, s.friction_push_nm[axis], pushed, BRAKE_TIMES)
     wanted = 0.0
     if slides(s, axis) and not is_admittance(s, axis):
         against = -push if s.bristle_share[axis] > 0.0 else push

@@ -42,6 +42,7 @@ from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
 from rtctl.control.resting import held_part, is_resting, while_resting
@@ -189,7 +190,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
     slow = SLOW_SHARE + HELD_SHARE * held_part(s, p, axis)
-    target = 1.0 - slow * math.exp(-((t.velocity_rad_s[axis] / SLOW_RAD_S) ** 2))
+    target = 1.0 - slow * math.exp(-((t.velocity_rad_s[axis] / own_rad(p, axis, SLOW_RAD_S)) ** 2))
     rest = target * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan

@@ -16,7 +16,7 @@ from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
 from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.load_friction import load_friction, load_gain
-from rtctl.control.pace import GATE_TIMES, is_slow
+from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, TURN_TIMES, eased, is_slow
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
@@ -160,8 +160,8 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     of a slow hand it is as slow as at rest (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
-    if p.friction_policy[axis] == _HYBRID and is_slow(s, p, axis) and not slides(s, axis):
-        alpha = min(alpha, p.rest_alpha[axis])
+    if p.friction_policy[axis] == _HYBRID and not slides(s, axis) and not is_admittance(s, axis):
+        alpha = min(alpha, p.rest_alpha[axis] * (1.0 if is_slow(s, p, axis) else TURN_TIMES))
     s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0
@@ -172,13 +172,16 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
     It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
-    a hand slides the joint on, `pace.GATE_TIMES` that.
+    a hand slides the joint on, it goes by the hand's mean torque, and closes `pace.GATE_TIMES` as fast.
     """
+    mean = s.friction_mean_hand_nm[axis] = eased(p, axis, s.friction_mean_hand_nm[axis], hand, MEAN_TIMES)
+    moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
+    if moves_on:
+        hand = mean
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
     if wanted < s.friction_gate[axis]:
-        moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
         alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]

@@ -32,6 +32,7 @@ from __future__ import annotations
 import math
 
 from rtctl.control.dry_friction import guaranteed_friction
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
 from rtctl.control.vocabulary import Environment
@@ -72,7 +73,7 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
     limit = trust * p.force_feedback_share[axis] * taken - p.force_feedback_reserve_nm[axis]
     free = energy - BANK_KEPT * p.energy_bank_j
     if free > 0.0:
-        limit += free / (SPEND_S * max(speed, SPEED_MIN_RAD_S))
+        limit += free / (SPEND_S * max(speed, own_rad(p, axis, SPEED_MIN_RAD_S)))
     return limit if limit > 0.0 else 0.0
 
 

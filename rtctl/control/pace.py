@@ -10,8 +10,8 @@ and no eigenvalue covers it, since it has corners. So
 - in the turn of a slow hand the intent goes from there to the hand's torque as slowly as at rest;
 - the brake (`braking`) goes by the hand's mean push, through `BRAKE_TIMES` the low-pass of rest: a ring about a push that moves the joint
   brakes nothing. Clipped first, each half period would take help away too late, which is negative damping;
-- the gate, which opens at once and stands at the peaks of the hand's torque, closes at `GATE_TIMES` the rate of rest while a hand slides the joint on:
-  between two peaks of a ring it hardly sinks.
+- the gate goes by the hand's mean torque, through `MEAN_TIMES` the low-pass of rest, while a hand slides the joint on, and closes at `GATE_TIMES` the rate of rest:
+  it neither opens at the peaks of a ring nor sinks between them.
 
 In its turns a brisk hand is answered at once: they take some hundredths of a second, in which it would be held back, and the joint
 is slow there for as long only. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
@@ -31,8 +31,14 @@ PACE_S = 0.3
 SLOW_BLENDS = 2.5
 """A hand is slow up to so many times the speed v_b below which the direction counts as one of rest: .2 rad/s."""
 
-BRAKE_TIMES = 2.5
-"""The push that the brake goes by follows so many times as fast as the intent at rest: 5 Hz."""
+MEAN_TIMES = 2.5
+"""The hand's mean torque, which opens the gate, follows so many times as fast as the intent at rest: 5 Hz."""
+
+TURN_TIMES = 5.0
+"""In the turn of a brisk hand the intent follows so many times as fast as at rest: 10 Hz."""
+
+BRAKE_TIMES = 1.25
+"""The push that the brake goes by, likewise: 2.5 Hz."""
 
 GATE_TIMES = 0.25
 """The gate of a hand that slides the joint on closes so many times as fast as else: .5 Hz."""
@@ -53,6 +59,7 @@ def is_slow(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
-def eased(p: Record, axis: int, before: float, now: float) -> float:
-    """What follows the hand's torque, `now`, through the low-pass of the brake."""
-    return before + min(BRAKE_TIMES * p.rest_alpha[axis], 1.0) * (now - before)
+def eased(p: Record, axis: int, before: float, now: float, times: float) -> float:
+    """What follows the hand's torque, `now`, so many times as fast as the intent at rest; nothing where that is no number."""
+    mean = before + min(times * p.rest_alpha[axis], 1.0) * (now - before)
+    return mean if math.isfinite(mean) else 0.0

@@ -19,6 +19,7 @@ import math
 
 from rtctl.control.dry_friction import slides
 from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled
 from rtctl.control.place_friction import conservative_torque, place_magnitude
 from rtctl.control.records import Record
@@ -68,7 +69,7 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
     sliding = slides(s, axis) and s.bristle_share[axis] * v > 0.0
     if (
         not sliding
-        or not SLOW_RAD_S < speed < p.place_speed_rad_s[axis]
+        or not own_rad(p, axis, SLOW_RAD_S) < speed < p.place_speed_rad_s[axis]
         or speed > model.speed_max_rad_s[side]
     ):
         return

@@ -107,6 +107,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
         },
         {
             # plant, link side
+            "is_linear": (),  # 1: the coordinate is in m, and what was chosen for a joint is as at a handle (control.handle)
             "inertia_kgm2": (),
             "viscous_nms_rad": (),  # guaranteed viscous damping of the device
             "gear_ratio": (),
@@ -342,6 +343,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_push_nm": (),  # torque of hand and coupling that the brake goes by (control.pace)
+            "friction_mean_hand_nm": (),  # mean of the hand's torque, which opens the gate while the joint slides on
             "pace_rad_s": (),  # mean speed of the last tenths of a second
             "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
             # strokes that shrink (control.shrinking)

@@ -33,6 +33,7 @@ import math
 from rtctl.control.assistance import CREEP_RAD_S
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled
 from rtctl.control.pace import advance_pace
 from rtctl.control.records import Record
@@ -66,9 +67,10 @@ HELD_AFTER_S, HELD_S = 0.5, 1.0
 
 
 @compiled
-def _moves_on(s: Record, axis: int) -> bool:
+def _moves_on(s: Record, p: Record, axis: int) -> bool:
     """True when the joint slides, and faster than it creeps; a joint that follows a virtual mass when it slides at all."""
-    return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > CREEP_RAD_S or is_admittance(s, axis))
+    creep_rad_s = own_rad(p, axis, CREEP_RAD_S)
+    return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > creep_rad_s or is_admittance(s, axis))
 
 
 @compiled
@@ -81,7 +83,7 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
     else:  # or no number
         s.rest_position_rad[axis] = s.position_rad[axis]
         s.rest_ticks[axis] = 0
-        s.bent_ticks[axis] = 0 if _moves_on(s, axis) else s.bent_ticks[axis] + 1
+        s.bent_ticks[axis] = 0 if _moves_on(s, p, axis) else s.bent_ticks[axis] + 1
     before = s.calm_hand_nm[axis]
     if not math.isfinite(before):
         before = 0.0

@@ -26,6 +26,7 @@ import math
 from rtctl.control.assistance import CREEP_RAD_S
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.states import is_powered
@@ -71,7 +72,7 @@ def _advance_stroke(s: Record, p: Record, axis: int, speed: float) -> None:
     if side != s.stroke_side[axis]:
         _end_stroke(s, axis)
         s.stroke_side[axis] = side
-    if not speed > CREEP_RAD_S:
+    if not speed > own_rad(p, axis, CREEP_RAD_S):
         return
     s.stroke_s[axis] += p.period_s
     above = s.stroke_reference_rad_s[axis] - s.stroke_peak_rad_s[axis]
@@ -93,7 +94,7 @@ def steady_share(t: Record, s: Record, p: Record, axis: int) -> float:
         _advance_stroke(s, p, axis, speed)
         peak = s.stroke_peak_rad_s[axis] = max(s.stroke_peak_rad_s[axis], speed)
         reference, wanted = s.stroke_reference_rad_s[axis], 0.0
-        if reference > CREEP_RAD_S:
+        if reference > own_rad(p, axis, CREEP_RAD_S):
             short = (STEADY * reference - peak) / ((STEADY - SHRUNK) * reference)
             wanted = LEFT_MOST * min(max(short, 0.0), 1.0)
         is_over = speed < FALLEN * peak - p.count_rad[axis] / COUNT_S

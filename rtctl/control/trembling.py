@@ -21,6 +21,7 @@ A virtual mass has a watch of its own (docs/theory.md 14.5).
 from __future__ import annotations
 
 from rtctl.control.display import is_admittance
+from rtctl.control.handle import own_rad
 from rtctl.control.jit import inlined
 from rtctl.control.records import Record
 from rtctl.control.resting import REST_SHARE
@@ -55,7 +56,11 @@ def calm_share(s: Record, p: Record, axis: int) -> float:
             s.trembled_s[axis] = min(s.trembled_s[axis] + s.turn_s[axis], MOST_S)
         s.turn_rad[axis], s.turned[axis], s.turn_s[axis] = s.position_rad[axis], 1.0 - s.turned[axis], 0.0
         s.turn_from_rad[axis] = s.position_rad[axis]
-    if on > 0.0 and s.turn_s[axis] > ON_S and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > ON_RAD:
+    if (
+        on > 0.0
+        and s.turn_s[axis] > ON_S
+        and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > own_rad(p, axis, ON_RAD)
+    ):
         s.trembled_s[axis] = max(s.trembled_s[axis] - FORGETTING * p.period_s, 0.0)
     if not is_powered(s.state):
         s.trembled_s[axis] = 0.0

@@ -21,7 +21,6 @@ from rtctl.errors import DataError
 from rtctl.experiments import sizes
 from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
-from rtctl.friction.guarantee import BANK_MOST_J
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
 
@@ -149,10 +148,8 @@ def with_model_scaled(scale: float) -> Change:
         simulation.model["coefficient"] *= scale
         for name in ("friction_min_nm", "viscous_nms_rad"):
             simulation.model[name] *= scale
-        for name in ("friction_ungated_cap_nm", "friction_floor_nm"):
+        for name in ("friction_ungated_cap_nm", "friction_floor_nm", "assistance_bank_j"):
             simulation.params[name] *= scale
-        bank = simulation.params["assistance_bank_j"]
-        simulation.params["assistance_bank_j"] = np.minimum(scale * bank, BANK_MOST_J)
 
     return change
 

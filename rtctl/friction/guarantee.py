@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from hw.motion import at_handle
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
@@ -22,10 +23,10 @@ SPREADS = 2.0
 LENGTH_UNKNOWN_RAD = 0.005
 """Presliding length where nobody measured one: longer than that of most geared joints (.5 to 2 mrad)."""
 
-BANK_MOST_J = 4e-3
-"""Most that the account of the compensation may hold: one turn of bristles of 7 mrad that hold .35 N m costs nearly so much. Where the bank is less than a
-turn costs, help goes in the middle of each stroke."""
-
+BANK_LONGEST_RAD = 0.0115
+"""The account of the compensation holds what one turn costs, of bristles of this length at most (7.7 mrad of presliding): 4 mJ of a joint that holds .35 N m.
+Where the bank is less than a turn costs, help goes in the middle of each stroke. What a hand may be given by it grows with the joint's own friction: a joint of
+10 N m whose bank was 4 mJ lost its help at each turn."""
 
 TURN_SHARE = 0.8
 """Share of the presliding length over which a stop operator turns: bristles bent to one end turn up to twice as steeply as the straight line
@@ -33,6 +34,11 @@ of the length, LuGre's, or just as steeply, elasto-plastic ones."""
 
 INTENT_SHARE, GATE_SHARE = 0.2, 0.1
 """Hand torques at which intent saturates and the gate is open, of the least dry friction: which hands are left at rest was measured with these."""
+
+GATE_DEADBAND_SHARE, GATE_DEADBAND_MOST_NM = 0.01, 0.002
+OBSERVER_DEADBAND_SHARE, OBSERVER_DEADBAND_MOST_NM = 0.015, 0.003
+"""Dead bands of gate and observer where the rig file names none: of the least dry friction, and at most so much. On a joint whose friction is less than they
+the gate never opened."""
 
 DRY_UNKNOWN_NM = 0.25
 """Dry friction that intent and gate go by where no model and no rig file tells any."""
@@ -67,6 +73,10 @@ class Guarantee:
     """Torque of the hand at which intent saturates: as the rig file says, or a share of the least dry friction."""
     gate_nm: float
     """Torque of the hand that opens the force gate, likewise."""
+    gate_deadband_nm: float
+    """Torque of the hand below which it stays shut, likewise."""
+    observer_deadband_nm: float
+    """Friction that the observer leaves alone, likewise."""
 
     @property
     def measured(self) -> bool:
@@ -107,10 +117,20 @@ def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
     )
 
 
+def own(chosen: float, name: str, axis: AxisTable) -> float:
+    """A number chosen for a joint, by its name there, on this axis: a linear one has it as it is at a handle (`hw.motion`)."""
+    return chosen * at_handle(name) if axis.motion == "linear" else chosen
+
+
+def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGEST_RAD) -> float:
+    """Bank of the account of the help, J: what one turn costs a joint that holds `peak_nm` by bristles of `credited_rad`."""
+    return peak_nm * min(credited_rad, longest_rad)
+
+
 def _dry_nm(axis: AxisTable, model: FrictionModel | None) -> float:
     """Least dry friction by model or rig file, N m, that a hand's push is measured by."""
     known_nm = axis.dry_friction_nm if model is None else float(model.friction_min_nm.min())
-    return known_nm if known_nm > 0 else DRY_UNKNOWN_NM
+    return known_nm if known_nm > 0 else own(DRY_UNKNOWN_NM, "dry_nm", axis)
 
 
 def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
@@ -130,7 +150,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     place_nm = sliding_nm
     if model is not None and model.place is not None:
         place_nm = min(sliding_nm, friction.drift_nm + float(model.error_max_nm.max()))
-    length_rad, spread_rad, source = LENGTH_UNKNOWN_RAD, 0.0, ASSUMED
+    length_rad, spread_rad, source = own(LENGTH_UNKNOWN_RAD, "length_rad", axis), 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
     elif model is not None and model.presliding_rad is not None:
@@ -147,7 +167,11 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_rad=length_rad,
         length_source=source,
         credited_rad=credited_rad,
-        bank_j=min(peak_nm * credited_rad, BANK_MOST_J),
+        bank_j=bank_j(peak_nm, credited_rad, own(BANK_LONGEST_RAD, "longest_rad", axis)),
         intent_nm=friction.intent_nm or INTENT_SHARE * dry_nm,
         gate_nm=friction.gate_nm or GATE_SHARE * dry_nm,
+        gate_deadband_nm=friction.gate_deadband_nm
+        or min(GATE_DEADBAND_SHARE * dry_nm, own(GATE_DEADBAND_MOST_NM, "most_nm", axis)),
+        observer_deadband_nm=friction.observer.deadband_nm
+        or min(OBSERVER_DEADBAND_SHARE * dry_nm, own(OBSERVER_DEADBAND_MOST_NM, "most_nm", axis)),
     )

@@ -23,7 +23,10 @@ class ObserverTable(Table):
         default=0.0,
     )
     deadband_nm: float = number(
-        0, 1e3, "friction left alone: more than the force sensor may be off after its tare", default=0.003
+        0,
+        1e3,
+        "friction left alone: more than the force sensor may be off after its tare; 0: .015 of the least dry friction, .003 N m at most",
+        default=0.0,
     )
 
     def bandwidth_at(self, rate_hz: float) -> float:
@@ -110,7 +113,12 @@ class FrictionTable(Table):
         "low-pass of the hand's torque for the intent: the mass of a hand buzzes without; 0: rate_hz/20, at most 50",
         default=0.0,
     )
-    gate_deadband_nm: float = number(0, 1e3, "hand torque below which the gate stays shut", default=0.002)
+    gate_deadband_nm: float = number(
+        0,
+        1e3,
+        "hand torque below which the gate stays shut; 0: .01 of the least dry friction, .002 N m at most",
+        default=0.0,
+    )
     gate_nm: float = number(
         0, 1e3, "hand torque that opens the gate fully; 0: .1 of the least dry friction", default=0.0
     )

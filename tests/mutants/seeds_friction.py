@@ -203,7 +203,7 @@ SEEDS = (
     ),
     Seed(
         "the gate closes as fast as it opens", "rtctl/control/feedforward.py",
-        "alpha = min(alpha, p.rest_alpha[axis])", "alpha = alpha",
+        "alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))", "alpha = alpha",
         (f"{UNIT}/test_feedforward.py::test_the_gate_closes_as_slowly_as_a_joint_at_rest_is_followed",),
     ),
     Seed(
@@ -237,7 +237,7 @@ SEEDS = (
     ),
     Seed(
         "the account may hold any energy", "rtctl/friction/guarantee.py",
-        "min(peak_nm * credited_rad, BANK_MOST_J)", "peak_nm * credited_rad", GUARANTEE,
+        "min(credited_rad, longest_rad)", "credited_rad", GUARANTEE,
     ),
     Seed(
         "friction is watched from the reversal on", "rtctl/friction/drift_sliding.py",

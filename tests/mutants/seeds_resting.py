@@ -25,15 +25,15 @@ SEEDS = (
     Seed(
         "a joint that creeps is taken for one that slides",
         "rtctl/control/resting.py",
-        "return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > CREEP_RAD_S or is_admittance(s, axis))",
+        "return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > creep_rad_s or is_admittance(s, axis))",
         "return slides(s, axis)",
         RESTING,
     ),
     Seed(
         "a joint that follows a slow mass is taken for one that rests",
         "rtctl/control/resting.py",
-        " > CREEP_RAD_S or is_admittance(s, axis))",
-        " > CREEP_RAD_S)",
+        " > creep_rad_s or is_admittance(s, axis))",
+        " > creep_rad_s)",
         RESTING,
     ),
     Seed(
@@ -74,7 +74,7 @@ SEEDS = (
     Seed(
         "presliding is sliding",
         "rtctl/control/resting.py",
-        "0 if _moves_on(s, axis) else s.bent",
+        "0 if _moves_on(s, p, axis) else s.bent",
         "0 if True else s.bent",
         RESTING,
     ),
@@ -116,15 +116,29 @@ SEEDS = (
     Seed(
         "in the turn of a slow hand the intent follows it at once",
         "rtctl/control/feedforward.py",
-        "is_slow(s, p, axis) and not slides(s, axis):\n        alpha = min(alpha, p.rest_alpha[axis])",
-        "is_slow(s, p, axis) and not slides(s, axis):\n        pass",
+        "(1.0 if is_slow(s, p, axis) else TURN_TIMES)",
+        "TURN_TIMES",
+        PACE,
+    ),
+    Seed(
+        "in the turn of a brisk hand the intent flips the help at once, and soft bristles kick the joint back",
+        "rtctl/control/feedforward.py",
+        "(1.0 if is_slow(s, p, axis) else TURN_TIMES)",
+        "(1.0 if is_slow(s, p, axis) else 99.0)",
+        PACE,
+    ),
+    Seed(
+        "the gate opens at the peaks of a ring",
+        "rtctl/control/feedforward.py",
+        "        hand = mean\n",
+        "        pass\n",
         PACE,
     ),
     Seed(
         "the ring of a hand takes help away and gives it back",
         "rtctl/control/braking.py",
-        "push = eased(",
-        "push = (lambda *given: given[-1])(",
+        "= eased(p, axis",
+        "= (lambda *given: given[-2])(p, axis",
         PACE,
     ),
     Seed(

@@ -19,8 +19,8 @@ SEEDS = (
     Seed(
         "help comes back to a joint that has come to rest, and shakes it again",
         "rtctl/control/trembling.py",
-        "if on > 0.0 and s.turn_s[axis] > ON_S and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > ON_RAD:",
-        "if s.turn_s[axis] > ON_S:",
+        "        and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > own_rad(p, axis, ON_RAD)\n",
+        "",
         (
             f"{UNIT}/test_trembling.py::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
         ),

@@ -265,7 +265,7 @@ def test_the_torque_of_a_count_is_what_the_law_sends(rig):
 
 def test_the_bias_at_which_a_joint_creeps_is_that_of_the_theory(rig):
     # docs/theory.md 6.2: (1 - kappa)/kappa F_s = 18.9 mN m at kappa .95, F_s .36; dead band and target share on top
-    loaded = rig(("[[device]]", "[axis.friction.observer]\ngain = 0.95\ndeadband_nm = 0.0\n[[device]]"))
+    loaded = rig(("[[device]]", "[axis.friction.observer]\ngain = 0.95\ndeadband_nm = 1e-9\n[[device]]"))
     row = _rows(loaded)[BIAS]
     sure = examine(loaded).axes[0].guarantee
     assert float(row.figure.split()[0]) == pytest.approx((1 / 0.95 / 0.97 - 1) * sure.floor_nm, rel=0.01)

@@ -111,7 +111,7 @@ def test_no_row_of_a_check_has_the_name_of_a_rotary_key(tmp_path):
 def test_what_is_left_out_is_as_at_a_handle_of_ten_centimetres(tmp_path):
     slide, joint = load(SLIDE).config.axis[0], load(CONFIGS / "mock.toml").config.axis[0]
     assert slide.friction.blend_rad_s == pytest.approx(0.008)  # .08 rad/s
-    assert slide.friction.gate_deadband_nm == pytest.approx(0.02)  # .002 N m
+    assert slide.friction.tanh_rad_s == pytest.approx(0.002)  # .02 rad/s
     assert slide.admittance.hand_stiffness_nm_rad == pytest.approx(6e4)  # 600 N m/rad
     assert slide.admittance.hand_damping_nms_rad == pytest.approx(100.0)
     assert slide.admittance.hand_inertia_kgm2 == pytest.approx(2.0)  # .02 kg m^2

@@ -10,7 +10,7 @@ from law_rig import NOMINAL, LawRig, T, of_rows
 from rtctl.control.braking import unbraked_share
 from rtctl.control.feedforward import advance_gate, advance_intent, wished_push
 from rtctl.control.jit import compiled
-from rtctl.control.pace import GATE_TIMES, PACE_S, SLOW_BLENDS, advance_pace, is_slow
+from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, PACE_S, SLOW_BLENDS, TURN_TIMES, advance_pace, is_slow
 from rtctl.control.records import Record
 from rtctl.control.resting import BENT_S, REST_HZ
 from rtctl.control.velocity import lowpass_alpha
@@ -120,9 +120,21 @@ def test_in_a_turn_and_at_rest_it_closes_as_ever(state):
     assert closed(0.0, **state) == pytest.approx((1 - SLOW) ** 10)
 
 
-def test_it_opens_at_once_to_a_slow_hand():
+def test_at_rest_it_opens_at_once():
     rig = moved(0.0)
+    rig.state["bristle_share"] = 0.9
     assert GATE(rig.state, rig.params, 0, 1.0) == pytest.approx(GATE_ALPHA)
+
+
+@pytest.mark.parametrize("pace_rad_s", [0.0, 1.0])
+@pytest.mark.parametrize("push_nm", [0.0, 0.3])
+def test_a_ring_opens_it_on_a_joint_that_slides_as_far_as_its_mean_pushes(pace_rad_s, push_nm):
+    """35 Hz about a push: of a ring that would open it by half at each peak a tenth is left."""
+    rig, ring_nm = moved(pace_rad_s), 0.5 * float(moved(0.0).params["friction_gate_nm"][0, 0])
+    rig.state["friction_mean_hand_nm"] = push_nm
+    for k in range(300):
+        gate = GATE(rig.state, rig.params, 0, push_nm + ring_nm * math.sin(2 * math.pi * 35 * k * T))
+    assert gate == pytest.approx(1.0, abs=1e-3) if push_nm else gate < MEAN_TIMES * 2.0 / 35 * 1.5
 
 
 def direction(rig, ticks, hand_nm, bristle_share=None, stop=None):
@@ -159,7 +171,7 @@ def test_in_the_turn_of_a_slow_hand_it_goes_over_as_slowly_as_at_rest_and_withou
         direction(rig, 100, -0.05)
         turned[pace_rad_s] = [direction(rig, 10, -0.05, 0.9) for _ in range(3)]
     assert turned[0.0] == pytest.approx([2 * (1 - SLOW) ** n - 1 for n in (10, 20, 30)])
-    assert turned[1.0][0] < -0.9, "a brisk hand is answered at once"
+    assert turned[1.0] == pytest.approx([2 * (1 - TURN_TIMES * SLOW) ** n - 1 for n in (10, 20, 30)])
 
 
 def test_a_joint_that_creeps_or_rests_follows_the_hand():

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pytest
 
+from hw.motion import HANDLE_M
 from rtctl.friction import artefact
-from rtctl.friction.guarantee import BANK_MOST_J, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
+from rtctl.friction.guarantee import BANK_LONGEST_RAD, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -100,9 +101,34 @@ def test_the_bank_is_two_bent_bristles_but_never_more_than_a_hand_may_be_given(a
         "all of one turn of soft bristles"
     )
     long = guarantee(with_friction(axis, presliding_rad=0.02), learned)
-    assert long.bank_j == BANK_MOST_J
+    assert long.bank_j == sure.peak_nm * BANK_LONGEST_RAD
+    strong = replace(learned, branches=tuple(replace(one, friction_max_nm=10.0) for one in learned.branches))
+    heavy = axis.model_copy(update={"torque_limit_nm": 60.0})
+    assert guarantee(heavy, strong).bank_j == pytest.approx(10.0 * LENGTH_FACTOR * 1e-3), "15 mJ"
+    slide = guarantee(heavy.model_copy(update={"motion": "linear"}), replace(strong, presliding_rad=0.02))
+    assert slide.bank_j == pytest.approx(10.0 * HANDLE_M * BANK_LONGEST_RAD)
     capped = guarantee(with_friction(axis, cap_share=0.01), learned)
     assert capped.peak_nm == pytest.approx(0.01 * axis.torque_limit_nm)
+
+
+@pytest.mark.parametrize(("dry_nm", "gate_nm", "observer_nm"), [(1e-3, 1e-5, 1.5e-5), (0.25, 2e-3, 3e-3)])
+def test_dead_bands_go_by_the_friction_of_a_weak_joint_unless_the_rig_file_names_them(
+    axis, dry_nm, gate_nm, observer_nm
+):
+    sure = guarantee(axis.model_copy(update={"dry_friction_nm": dry_nm}), None)
+    assert (sure.gate_deadband_nm, sure.observer_deadband_nm) == pytest.approx((gate_nm, observer_nm))
+    named = with_friction(
+        axis, gate_deadband_nm=0.02, observer=axis.friction.observer.model_copy(update={"deadband_nm": 0.03})
+    )
+    sure = guarantee(named, None)
+    assert (sure.gate_deadband_nm, sure.observer_deadband_nm) == (0.02, 0.03)
+
+
+def test_what_nobody_knows_of_a_carriage_is_as_at_a_handle(axis):
+    slide = axis.model_copy(update={"motion": "linear", "dry_friction_nm": 0.0})
+    sure = guarantee(with_friction(slide, intent_nm=0.0), None)
+    assert sure.length_rad == pytest.approx(HANDLE_M * LENGTH_UNKNOWN_RAD)
+    assert sure.intent_nm == pytest.approx(0.2 * 2.5)
 
 
 def test_what_opens_gate_and_intent_goes_by_the_joints_friction_unless_the_rig_file_names_it(axis, learned):
