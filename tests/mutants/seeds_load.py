@@ -177,8 +177,8 @@ SEEDS = (
     Seed(
         "a ripple that only creeping shows keeps places from being judged",
         "rtctl/check/place_plan.py",
-        "max(SLOW_RAD_S, ordinary_rad_s) * of_part",
-        "SLOW_RAD_S * of_part",
+        "max(SLOW_RAD_S * size, ordinary_rad_s) * of_part",
+        "SLOW_RAD_S * size * of_part",
         ("tests/unit/control/test_place_trust.py",),
     ),
     Seed(

@@ -15,6 +15,13 @@ LEFT = ("tests/unit/friction/test_left_over.py",)
 
 SEEDS = (
     Seed(
+        "a direction of which nothing is known is divided by its power",
+        "rtctl/friction/logs/intervals.py",
+        "told = power > RANK * power[-1]",
+        "told = power > -np.inf",
+        ("tests/unit/friction/test_truth_of_intervals.py",),
+    ),
+    Seed(
         "a log over midnight goes back by a day",
         "hw/playback/cells.py",
         'return Words(found + DAY_S * np.cumsum(past_midnight), "s")',

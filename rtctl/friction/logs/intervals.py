@@ -42,6 +42,8 @@ class Estimate:
         return self.low <= truth <= self.high
 
 
+RANK = 1e-10
+"""Share of the largest eigenvalue of X'X below which a direction is not told at all."""
 LEAST_LEFT = 1e-3
 """Least share of a block's errors that is taken to be left over: one that alone tells a column leaves nothing."""
 
@@ -96,7 +98,11 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
     What a block leaves over is what it was, times (1 - h), h its leverage along each axis: so it is grown by (1 - h)^-1/2, which makes the variance right for errors that are alike.
     """
     blocks = int(block[-1]) + 1
-    half = np.linalg.cholesky(np.linalg.pinv(X.T @ X, rcond=1e-10, hermitian=True))
+    power, axes = np.linalg.eigh(X.T @ X)
+    told = (
+        power > RANK * power[-1]
+    )  # columns that say the same leave a direction of which nothing is known: none of it is told
+    half = axes[:, told] / np.sqrt(power[told])
     changes = np.empty((blocks, X.shape[1]))
     for k in range(blocks):
         mine = X[block == k] @ half
@@ -108,7 +114,7 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
 
 def telling_blocks(X: np.ndarray, block: np.ndarray) -> np.ndarray:
     """How many blocks tell each column of X (n, p): fewer where most of a column's own variation lies in some; (sum w_g)^2/sum w_g^2, w_g the share of a block in its variance."""
-    influence = np.linalg.pinv(X.T @ X, rcond=1e-10, hermitian=True) @ X.T
+    influence = np.linalg.pinv(X.T @ X, rcond=RANK, hermitian=True) @ X.T
     shares = np.array([(influence[:, block == k] ** 2).sum(axis=1) for k in range(int(block[-1]) + 1)])
     return np.asarray(shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300))
 

@@ -249,3 +249,16 @@ def test_a_variance_is_not_too_small_where_two_blocks_tell_a_column():
         found.append((solution[1] * scale) ** 2)
         said.append(covariance(matrix, noise - matrix @ solution, block, 0)[1, 1] * scale**2)
     assert np.median(said) > 0.7 * np.median(found)
+
+
+def test_columns_that_say_the_same_have_a_covariance_all_the_same():
+    """It ended in a traceback: a column of place that one rig's own motion made equal to another."""
+    random = np.random.default_rng(5)
+    one, other, noise = random.standard_normal((3, 400))
+    block = np.repeat(np.arange(20), 20)
+    alone = covariance(np.column_stack([one, other]), noise, block, 0)
+    twice = covariance(np.column_stack([one, other, other]), noise, block, 0)
+    assert twice[0, 0] == pytest.approx(alone[0, 0], rel=1e-6)
+    assert np.array([0.0, 1.0, 1.0]) @ twice @ np.array([0.0, 1.0, 1.0]) == pytest.approx(
+        alone[1, 1], rel=1e-6
+    )
