@@ -1,5 +1,7 @@
 """What changes beside dry friction is not told as dry friction: viscous friction, springs and weights, a model that does not say what is viscous; and a judge of another make."""
 
+import tempfile
+
 import numpy as np
 import pytest
 from test_drift import arrays, over
@@ -85,6 +87,19 @@ def test_a_judge_of_another_make_finds_nothing_wrong(what, verdict):
     for row in drift_judge.judged(("direct",), ("quick use",), what):
         assert row[3] == verdict, row
         assert "off by" not in row[4], row
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("plant", ["direct", "geared"])
+def test_a_sensor_whose_zero_swings_is_no_friction_at_any_time(plant):
+    joint, what = drift_judge.PLANTS[plant], "sensor's bias swings, .2 F in 90 s"
+    with tempfile.TemporaryDirectory() as folder:
+        rig = drift_judge.rig_of(joint, folder)
+        rows, words = drift_judge.watched(rig, joint, "use", drift_judge.changes(joint.coulomb)[what])
+    factor = rows[:, 3][np.isfinite(rows[:, 3])]
+    assert len(factor) > 100
+    assert np.abs(factor - 1.0).max() < 0.03
+    assert not words
 
 
 @pytest.mark.compiled
