@@ -14,6 +14,7 @@ from typing import NamedTuple
 import click
 import numpy as np
 
+from rtctl.control.vocabulary import Fault
 from rtctl.friction.drift_watch import RigWatch
 from tests.foreign_drift import Joint, Rig, learned, on_rail
 from tests.foreign_files import certified, rig_file
@@ -226,7 +227,7 @@ def watched(loaded, joint, motion, change, seed=1):
         )
         words = axis.warning or words
         if ticks["faults"].any():
-            words = f"FAULT {int(np.bitwise_or.reduce(ticks['faults']))}"
+            words = f"FAULT {Fault(int(np.bitwise_or.reduce(ticks['faults'])))!r}"
             break
         if not change.seconds and moved >= MOTION_S:
             break

@@ -1,6 +1,7 @@
 """Factor of the dry friction and offset from sums over strokes, with honest intervals (docs/theory.md 5.9).
 
-Least squares over  tau - J a - b v = m s F + d F + e J a + c b v + k x + o  (`rtctl.friction.drift_strokes`), an offset for each session.
+Least squares over  tau - J a - b v = m s F + d F + e J a + c b v + k x + o  (`rtctl.friction.drift_strokes`), an offset for each session that may wander:
+taken as constant, a sensor's zero that moves within the window is told as friction of strokes that are mostly one way early and the other way late.
 What a motion cannot tell is bounded by what is known before it: the two directions rarely drift apart (d), the rig file's
 inertia is about right (e), and so are the sensors' zeros (o) and what a spring or a weight may pull with (k). Viscous friction is what was learned (c) unless
 the motion says otherwise, surely: at one speed it is not told from dry friction, over many it is. Forward stronger than backward and an offset are nearly the same
@@ -21,7 +22,7 @@ from rtctl.friction.drift_deployed import Deployed
 from rtctl.friction.drift_strokes import COLUMNS, Strokes, unpacked
 
 DIRECTION, INERTIA, VISCOUS, PLACE = range(1, COLUMNS - 1)
-"""Places of the unknowns; 0 is the factor, the offsets come last."""
+"""Places of the unknowns; 0 is the factor, the offsets come last: of each session, at times a few seconds apart."""
 
 STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
@@ -34,6 +35,12 @@ INERTIA_OFF = 0.1
 
 OFFSET_SHARE = 0.15
 """of the offset, share of the dry friction,"""
+
+WANDER_S = 8.0
+"""of what it moves by in so many seconds of sliding,"""
+
+WANDER_SHARE = 0.04
+"""likewise,"""
 
 PULL_SHARE = 0.3
 """of what a spring pulls with where the joint is mostly, likewise,"""
@@ -92,30 +99,30 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     if min(int(forward.sum()), int((~forward).sum())) < STROKES_MIN:
         return None
     sessions, at = np.unique(table[:, 0], return_inverse=True)
-    k = COLUMNS - 1 + len(sessions)
     dry, trust = float(zz[:, 1, COLUMNS - 1].sum() / n.sum()), float(table[:, 2].sum() / n.sum())
-    known = np.zeros(k)
-    known[DIRECTION], known[INERTIA], known[VISCOUS] = DIRECTIONS_DIFFER**-2, INERTIA_OFF**-2, VISCOUS_OFF**-2
-    known[PLACE] = _spread(zz, at) / (PULL_SHARE * dry) ** 2
-    known[COLUMNS - 1 :] = (OFFSET_SHARE * dry) ** -2
+    of, offsets = _offsets(n, at, WANDER_S * rate_hz)
+    known = np.zeros((of.shape[2], of.shape[2]))
+    for unknown, spread in ((DIRECTION, DIRECTIONS_DIFFER), (INERTIA, INERTIA_OFF), (VISCOUS, VISCOUS_OFF)):
+        known[unknown, unknown] = spread**-2
+    known[PLACE, PLACE] = _spread(zz, at) / (PULL_SHARE * dry) ** 2
+    known[COLUMNS - 1 :, COLUMNS - 1 :] = offsets / dry**2
     least = (METHOD_FLOOR * dry) ** 2 * len(table)  # what the model errs by is the same in every stroke
-    sums = _summed(table, at, least)
+    sums = _summed(table, of, least)
     found, cov = _solved(sums, known)
     doubt_nm = min(max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)), SHAPE_MOST * dry)
     if not _tells_viscous(sums, found, cov, doubt_nm):
-        known[VISCOUS] = VISCOUS_CALM**-2
+        known[VISCOUS, VISCOUS] = VISCOUS_CALM**-2
         found, cov = _solved(sums, known)
     clusters = len(table)
-    newest = COLUMNS - 1 + len(sessions) - 1
     present = table[:, 0] == strokes.session
 
     def error(column: np.ndarray, floor: float) -> float:
         return float(np.sqrt(column @ cov @ column + floor**2))
 
-    one = np.eye(k)
-    now = one[newest].copy()  # in the middle of where it was in the last session
-    last = zz[at == len(sessions) - 1]
-    now[PLACE] = last[:, PLACE, -1].sum() / last[:, -1, -1].sum()
+    one = np.eye(len(found))
+    last = at == len(sessions) - 1
+    now = np.einsum("nck,nc->k", of[last], zz[last][:, -1]) / n[last].sum()
+    now[:PLACE] = 0.0  # in the middle of where it was in the last session
     return Estimate(
         factor=float(found[0]),
         factor_error=error(one[0], METHOD_FLOOR),
@@ -138,9 +145,36 @@ def _newest_sessions(table: np.ndarray) -> np.ndarray:
     return table[np.isin(table[:, 0], sessions)]
 
 
+def _offsets(rows: np.ndarray, session: np.ndarray, apart: float) -> tuple[np.ndarray, np.ndarray]:
+    """Which unknowns each column of a stroke is of, (strokes, `COLUMNS`, unknowns), and what is known of the offsets before, in shares of the dry friction.
+
+    The offset is linear between knots, some `apart` rows from one another, and moves from one to the next by chance.
+    """
+    shares, known = np.zeros((len(rows), 0)), np.zeros((0, 0))
+    for one in range(int(session.max()) + 1):
+        there = np.flatnonzero(session == one)
+        end = np.cumsum(rows[there])
+        steps = math.ceil(end[-1] / apart)
+        at = (end - 0.5 * rows[there]) / end[-1] * steps
+        hats = np.zeros((len(rows), steps + 1))
+        hats[there] = np.maximum(1.0 - np.abs(at[:, None] - np.arange(steps + 1)), 0.0)
+        moves = np.diff(np.eye(steps + 1), axis=0)
+        spread = WANDER_SHARE**2 * end[-1] / (steps * apart)
+        wander = moves.T @ moves / spread + np.eye(steps + 1) / ((steps + 1) * OFFSET_SHARE**2)
+        shares = np.hstack([shares, hats])
+        size = len(known)
+        known = np.pad(known, (0, steps + 1))
+        known[size:, size:] = wander
+    of = np.zeros((len(rows), COLUMNS, COLUMNS - 1 + shares.shape[1]))
+    same = np.arange(COLUMNS - 1)
+    of[:, same, same] = 1.0
+    of[:, -1, COLUMNS - 1 :] = shares
+    return of, known
+
+
 @dataclass(frozen=True)
 class _Sums:
-    """Normal equations of all strokes (`A`, `b`) and of each (`zz`, `zy`), which unknown each column of a stroke is of (`place`), rows of each; the least variance of a row."""
+    """Normal equations of each stroke (`zz`, `zy`) and of all (`A`, `b`), rows of each; the least variance of a row."""
 
     A: np.ndarray
     b: np.ndarray
@@ -148,20 +182,15 @@ class _Sums:
     zy: np.ndarray
     yy: float
     rows: np.ndarray
-    place: np.ndarray
     least: float
 
 
-def _summed(table: np.ndarray, session: np.ndarray, least: float) -> _Sums:
-    """Normal equations of strokes, an offset for each session."""
+def _summed(table: np.ndarray, of: np.ndarray, least: float) -> _Sums:
+    """Normal equations of strokes in the unknowns that their columns are `of`."""
     zz, zy, yy = unpacked(table)
-    k = COLUMNS + int(session.max())
-    place = np.tile(np.arange(COLUMNS), (len(table), 1))
-    place[:, -1] += session
-    A, b = np.zeros((k, k)), np.zeros(k)
-    np.add.at(A, (place[:, :, None], place[:, None, :]), zz)
-    np.add.at(b, place, zy)
-    return _Sums(A, b, zz, zy, float(yy.sum()), table[:, 1], place, least)
+    to = of.transpose(0, 2, 1)
+    zz, zy = to @ zz @ of, (to @ zy[:, :, None])[:, :, 0]
+    return _Sums(zz.sum(axis=0), zy.sum(axis=0), zz, zy, float(yy.sum()), table[:, 1], least)
 
 
 def _tells_viscous(sums: _Sums, found: np.ndarray, cov: np.ndarray, doubt_nm: float) -> bool:
@@ -183,11 +212,9 @@ def _solved(sums: _Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     scale = per_stroke * max(sums.yy / rows, sums.least)
     found: np.ndarray = np.zeros(len(sums.b))
     for _ in range(3):
-        found = np.linalg.solve(sums.A / scale + np.diag(known), sums.b / scale)
+        found = np.linalg.solve(sums.A / scale + known, sums.b / scale)
         left = max(sums.yy - 2 * found @ sums.b + found @ sums.A @ found, 0.0) / rows
         scale = per_stroke * max(left, sums.least)
-    inverse = np.linalg.inv(sums.A / scale + np.diag(known))
-    score = np.zeros((clusters, len(found)))
-    left_over = sums.zy - np.einsum("nij,nj->ni", sums.zz, found[sums.place])
-    np.add.at(score, (np.arange(clusters)[:, None], sums.place), left_over / scale)
-    return found, inverse @ (score.T @ score * (clusters / (clusters - 1)) + np.diag(known)) @ inverse
+    inverse = np.linalg.inv(sums.A / scale + known)
+    score = (sums.zy - sums.zz @ found) / scale
+    return found, inverse @ (score.T @ score * (clusters / (clusters - 1)) + known) @ inverse

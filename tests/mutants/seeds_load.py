@@ -189,6 +189,13 @@ SEEDS = (
         BESIDE,
     ),
     Seed(
+        "a sensor's zero does not move within a session",
+        "rtctl/friction/drift_estimate.py",
+        "spread = WANDER_SHARE**2 * end[-1]",
+        "spread = 1e-9 * end[-1]",
+        BESIDE,
+    ),
+    Seed(
         "a spring is told by its strokes' places as an offset",
         "rtctl/friction/drift_strokes.py",
         "place = rows.position - from_rad",

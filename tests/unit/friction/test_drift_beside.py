@@ -1,10 +1,15 @@
 """What changes beside dry friction is not told as dry friction: viscous friction, springs and weights, a model that does not say what is viscous; and a judge of another make."""
 
+import tempfile
+
 import numpy as np
 import pytest
 from test_drift import arrays, over
 
 from rtctl.friction.drift_deployed import deployed
+from rtctl.friction.drift_estimate import estimate
+from rtctl.friction.drift_sliding import Rows
+from rtctl.friction.drift_strokes import Strokes
 from rtctl.friction.drift_watch import RigWatch
 from rtctl.rig_file.friction_tables import DriftTable
 from tests import drift_judge
@@ -68,6 +73,23 @@ def test_what_is_viscous_in_a_model_that_does_not_say_so_is_not_called_dry():
         assert abs(rig.axes[0].found.factor - factor) < 0.02
 
 
+@pytest.mark.parametrize("factor", [0.9, 1.0, 1.1])
+def test_an_offset_that_moves_while_slow_strokes_change_sides_is_no_friction(factor):
+    """Slow forward and quick back, later the other way round, while the sensor's zero moves by a quarter of the friction."""
+    by, strokes, rate_hz = deployed(*arrays(), 0), Strokes(4800), 200.0
+    slow = [1.0, -0.2] * 10 + [0.2, -1.0] * 10
+    v = np.concatenate([np.full(round(rate_hz * abs(s)), 0.1 / s) for s in slow])
+    number = np.repeat(np.arange(len(slow)), [round(rate_hz * abs(s)) for s in slow])
+    x, still = np.cumsum(v) / rate_hz, np.zeros(len(v))
+    dry = by.dry_nm(v)
+    zero = 0.25 * dry.mean() * (np.arange(len(v)) / len(v) - 0.5)
+    torque = factor * np.sign(v) * dry + by.viscous_nms_rad(v) * v + zero
+    strokes.add(Rows(x, v, still, torque, still, number), by)
+    found = estimate(strokes, by, rate_hz)
+    assert abs(found.factor - factor) < 0.02
+    assert found.factor_error < 0.02
+
+
 TOLD = ("a tenth less", "a tenth more at a restart", "dry a tenth more, viscous .6")
 QUIET = (
     "viscous .6",
@@ -85,6 +107,19 @@ def test_a_judge_of_another_make_finds_nothing_wrong(what, verdict):
     for row in drift_judge.judged(("direct",), ("quick use",), what):
         assert row[3] == verdict, row
         assert "off by" not in row[4], row
+
+
+@pytest.mark.compiled
+@pytest.mark.parametrize("plant", ["direct", "geared"])
+def test_a_sensor_whose_zero_swings_is_no_friction_at_any_time(plant):
+    joint, what = drift_judge.PLANTS[plant], "sensor's bias swings, .2 F in 90 s"
+    with tempfile.TemporaryDirectory() as folder:
+        rig = drift_judge.rig_of(joint, folder)
+        rows, words = drift_judge.watched(rig, joint, "use", drift_judge.changes(joint.coulomb)[what])
+    factor = rows[:, 3][np.isfinite(rows[:, 3])]
+    assert len(factor) > 100
+    assert np.abs(factor - 1.0).max() < 0.03
+    assert not words
 
 
 @pytest.mark.compiled
