@@ -18,7 +18,7 @@ from __future__ import annotations
 from rtctl.control.display import is_admittance
 from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
-from rtctl.control.pace import BRAKE_TIMES, eased
+from rtctl.control.pace import BRAKE_TIMES, MEAN_TIMES, eased
 from rtctl.control.records import Record
 
 
@@ -33,5 +33,6 @@ def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
         beyond = against - p.friction_gate_deadband_nm[axis]
         if beyond > 0.0 and p.friction_brake_nm[axis] > 0.0:
             wanted = min(beyond / p.friction_brake_nm[axis], 1.0)
-    s.friction_brake[axis] += p.friction_gate_alpha[axis] * (wanted - s.friction_brake[axis])
+    alpha = min(p.friction_gate_alpha[axis], MEAN_TIMES * p.rest_alpha[axis])
+    s.friction_brake[axis] += alpha * (wanted - s.friction_brake[axis])
     return 1.0 - s.friction_brake[axis]

@@ -32,7 +32,7 @@ SLOW_BLENDS = 2.5
 """A hand is slow up to so many times the speed v_b below which the direction counts as one of rest: .2 rad/s."""
 
 MEAN_TIMES = 2.5
-"""The hand's mean torque, which opens the gate, follows so many times as fast as the intent at rest: 5 Hz."""
+"""The hand's mean torque, which opens the gate, follows so many times as fast as the intent at rest, and so does the share that the brake takes: 5 Hz."""
 
 TURN_TIMES = 5.0
 """In the turn of a brisk hand the intent follows so many times as fast as at rest: 10 Hz."""

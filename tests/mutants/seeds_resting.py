@@ -142,6 +142,13 @@ SEEDS = (
         PACE,
     ),
     Seed(
+        "a ring in which the joint turns takes help away and gives it back",
+        "rtctl/control/braking.py",
+        "min(p.friction_gate_alpha[axis], MEAN_TIMES * p.rest_alpha[axis])",
+        "p.friction_gate_alpha[axis]",
+        PACE,
+    ),
+    Seed(
         "the gate sinks between the peaks of a hand's ring",
         "rtctl/control/feedforward.py",
         "(GATE_TIMES if moves_on else 1.0)",

@@ -80,6 +80,16 @@ def test_the_ring_of_a_hand_that_pushes_on_brakes_nothing(pace_rad_s):
     assert braked(pace_rad_s) == 0.0
 
 
+def test_a_ring_that_turns_the_joint_to_and_fro_does_not_give_help_and_take_it_away_again():
+    rig, shares = moved(1.0), []
+    for tick in SECOND:
+        rig.now["hand_torque_nm"] = 0.1
+        rig.state["bristle_share"] = math.copysign(1.0, math.sin(2 * math.pi * 15.0 * tick * T))
+        shares.append(BRAKE(rig.now, rig.state, rig.params, 0))
+    swing = max(shares[len(shares) // 2 :]) - min(shares[len(shares) // 2 :])
+    assert 0.1 < swing < 0.6, "by 5 Hz it is tanh(pi 5 Hz/(2 x 15 Hz)), .48; by the gate's 16 Hz .93"
+
+
 def test_a_slow_hand_that_brakes_is_not_helped():
     rig = moved(0.0)
     rig.now["hand_torque_nm"] = -0.1
