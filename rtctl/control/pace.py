@@ -34,11 +34,11 @@ SLOW_BLENDS = 2.5
 MEAN_TIMES = 2.5
 """The hand's mean torque, which opens the gate, follows so many times as fast as the intent at rest, and so does the share that the brake takes: 5 Hz."""
 
-TURN_TIMES = 5.0
-"""In the turn of a brisk hand the intent follows so many times as fast as at rest: 10 Hz."""
+TURN_TIMES = 10.0
+"""In the turn of a brisk hand the intent follows so many times as fast as at rest: 20 Hz."""
 
-BRAKE_TIMES = 1.25
-"""The push that the brake goes by, likewise: 2.5 Hz."""
+BRAKE_TIMES = 1.7
+"""The push that the brake goes by, likewise: 3.4 Hz."""
 
 GATE_TIMES = 0.25
 """The gate of a hand that slides the joint on closes so many times as fast as else: .5 Hz."""
