@@ -37,8 +37,8 @@ MEAN_TIMES = 2.5
 TURN_TIMES = 10.0
 """In the turn of a brisk hand the intent follows so many times as fast as at rest: 20 Hz."""
 
-BRAKE_TIMES = 1.7
-"""The push that the brake goes by, likewise: 3.4 Hz."""
+BRAKE_TIMES = 2.0
+"""The push that the brake goes by, likewise: 4 Hz."""
 
 GATE_TIMES = 0.25
 """The gate of a hand that slides the joint on closes so many times as fast as else: .5 Hz."""

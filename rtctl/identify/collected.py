@@ -27,6 +27,8 @@ class Collected:
 
     measurements: list[Measurement] = field(default_factory=list)
     discarded: int = 0
+    discarded_before: int = 0
+    """Those with the servos before this one."""
     in_vain: int = 0
     """Tries since the last one that gave something."""
     servo: int = 0
@@ -56,6 +58,7 @@ class Collected:
         """Forget what was measured with the servo before: what passes where most does not is no sample of the friction."""
         self.measurements.clear()
         self.starts.clear()
+        self.discarded_before += self.discarded
         self.in_vain = self.discarded = 0
         self.servo += 1
 

@@ -161,7 +161,7 @@ def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
     if _no_other_servo(task, got):
         yield from motion.rest()
         raise UnsteadyError(
-            f"{task.name}: {got.discarded} tries gave only {len(got.measurements)} of {motion.settings.measurements} measurements; "
+            f"{task.name}: {got.discarded_before + got.discarded} tries gave only {len(got.measurements)} of {motion.settings.measurements} measurements; "
             "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too coarse for so slow a "
             "motion, backlash or a hard spot"
         )

@@ -99,9 +99,8 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
     """
     blocks = int(block[-1]) + 1
     power, axes = np.linalg.eigh(X.T @ X)
-    told = (
-        power > RANK * power[-1]
-    )  # columns that say the same leave a direction of which nothing is known: none of it is told
+    # columns that say the same leave a direction of which nothing is known: none of it is told
+    told = power > RANK * power[-1]
     half = axes[:, told] / np.sqrt(power[told])
     changes = np.empty((blocks, X.shape[1]))
     for k in range(blocks):

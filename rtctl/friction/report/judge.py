@@ -95,6 +95,9 @@ def _of(
     sure = np.sign(error) * np.maximum(np.abs(error) - slack_nm[inside], 0.0)
     line = np.column_stack([np.ones_like(v), v])
     floor = line @ np.linalg.lstsq(line, f, rcond=None)[0] - f
+    told = np.where(
+        np.abs(sure) > RESOLUTION_SHARE * np.abs(f).max(), sure, 0.0
+    )  # less is equal (decision 0012)
     size, worst = float(np.sqrt(np.mean(f**2))), int(np.argmax(np.abs(error)))
     rmse = float(np.sqrt(np.mean(error**2)))
     return Judgement(
@@ -110,7 +113,7 @@ def _of(
         float(v[worst]),
         float(np.sqrt(np.mean(floor**2))),
         _allowed(branch, v, f, floor),
-        None if branch.band is None else 1 - float(np.mean(branch.band.holds(v, sure))),
+        None if branch.band is None else 1 - float(np.mean(branch.band.holds(v, told))),
     )
 
 
