@@ -171,6 +171,10 @@ def dry_friction(s: Subject) -> list[Verdict]:
 
 def help_with_friction(s: Subject) -> list[Verdict]:
     """The help turns with the mass, friction with the joint: does that keep a hand swinging?"""
+    from rtctl.control.proofs.admittance_help import (
+        GROWS_1_S,
+    )  # reading a report's names must not load the compiler
+
     present = loop_of(s.axis, s.table, s.joint, s.period_s).help_share
     if present == 0:
         return []
@@ -188,7 +192,7 @@ def help_with_friction(s: Subject) -> list[Verdict]:
         s.row(
             "admittance, help with friction",
             f"{helped.growth_1_s:+.3g}/s",
-            "<= +0.02/s",
+            f"<= {GROWS_1_S:+g}/s",
             Outcome.PASS if passes else Outcome.FAIL,
             meaning,
             1.0 + helped.growth_1_s if not passes else 0.0,

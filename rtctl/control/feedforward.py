@@ -157,7 +157,7 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
 
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
     and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate. In the turn
-    of a slow hand it is as slow as at rest (`pace`).
+    of a slow hand it is as slow as at rest, in that of a brisk one `TURN_TIMES` as fast (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
     if p.friction_policy[axis] == _HYBRID and not slides(s, axis) and not is_admittance(s, axis):

@@ -13,8 +13,8 @@ and no eigenvalue covers it, since it has corners. So
 - the gate goes by the hand's mean torque, through `MEAN_TIMES` the low-pass of rest, while a hand slides the joint on, and closes at `GATE_TIMES` the rate of rest:
   it neither opens at the peaks of a ring nor sinks between them.
 
-In its turns a brisk hand is answered at once: they take some hundredths of a second, in which it would be held back, and the joint
-is slow there for as long only. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
+In the turns of a brisk hand, which take some hundredths of a second, the intent follows `TURN_TIMES` as fast as at rest: slower, the hand would be
+held back, and at once, bristles that are still bent would throw the joint back. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
 """
 
 from __future__ import annotations

@@ -92,7 +92,8 @@ class Deployed:
     def _slopes(self) -> tuple[float, float]:
         """Viscous slope of each direction: as the model says, or as its curve has it where that is more.
 
-        A model says none whose points were too few at the fastest speeds, and what is viscous in it is then called dry, which drift is told by.
+        Model files of before `learn.fit.viscous_slope` went by the four fastest speeds say none where their points were few there. What is viscous in them
+        would be called dry, which drift is told by.
         """
         forward, backward = (_viscous_slope(self.model, way) for way in (0, 1))
         return forward, backward

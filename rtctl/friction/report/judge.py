@@ -95,9 +95,8 @@ def _of(
     sure = np.sign(error) * np.maximum(np.abs(error) - slack_nm[inside], 0.0)
     line = np.column_stack([np.ones_like(v), v])
     floor = line @ np.linalg.lstsq(line, f, rcond=None)[0] - f
-    told = np.where(
-        np.abs(sure) > RESOLUTION_SHARE * np.abs(f).max(), sure, 0.0
-    )  # less is equal (decision 0012)
+    # less than that counts as equal (decision 0012), however narrow the band
+    told = np.where(np.abs(sure) > RESOLUTION_SHARE * np.abs(f).max(), sure, 0.0)
     size, worst = float(np.sqrt(np.mean(f**2))), int(np.argmax(np.abs(error)))
     rmse = float(np.sqrt(np.mean(error**2)))
     return Judgement(
