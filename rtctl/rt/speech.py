@@ -21,8 +21,9 @@ EVERY_TICKS = 50
 """Ticks at rest between two looks."""
 
 _SPARE = 2
-"""Looks at once at faults that change, after each wait: words are those of the fault only in its own tick, but a fault that
-flickers must not fill the pipe."""
+"""Looks at once at faults that change, between two regular ones: words are those of the fault only in its own tick, but a
+fault that flickers must not fill the pipe. A fault that was not there at any look since the last regular one is always looked
+at: others that flicker before it must not cost it its words."""
 
 _STALE = int(Fault.STALE)
 
@@ -49,7 +50,7 @@ class Speech:
         self._backend, self._members, self._tell = backend, members, tell
         self._told: dict[str, Said] = {}
         self._tick: np.ndarray | None = None
-        self._wait = self._before = 0
+        self._wait = self._before = self._looked_at = 0
         self._spare = _SPARE
 
     def listen(self, tick: np.ndarray) -> None:
@@ -59,14 +60,16 @@ class Speech:
         if self._enabled[0]:
             self._wait = 0
             return
+        now = self._faults[0]
         if self._wait:
             self._wait -= 1
-            if self._faults[0] == self._before or not self._spare:
+            if now == self._before or not (self._spare or now & ~self._looked_at):
                 return
-            self._spare -= 1
+            self._spare -= bool(self._spare)
+            self._looked_at |= now
         else:
-            self._spare = _SPARE
-        self._wait, self._before = EVERY_TICKS, self._faults[0]
+            self._spare, self._looked_at = _SPARE, now
+        self._wait, self._before = EVERY_TICKS, now
         stale = bool(self._before & _STALE)
         for one in said(self._backend, self._members, tick, stale=stale):
             if one != self._told.get(one.label) and self._tell(message(one, int(tick["tick"][0]))):

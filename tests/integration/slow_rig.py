@@ -1,4 +1,4 @@
-"""The mock rig at a fifth of its rate, with a hand that rests: a renderer may be silent five times longer."""
+"""The mock rig at a tenth of its rate, with a hand that rests: a renderer may be silent ten times longer, for 1 s."""
 
 import subprocess
 import sys
@@ -13,9 +13,9 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 CHANGES = (
     ("amplitude_rad = 0.3", "amplitude_rad = 0.0"),
     ('"friction/', f'"{CONFIGS}/friction/'),
-    ("rate_hz = 1000.0", "rate_hz = 200.0"),
-    ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 12.0"),
-    ("intent_nm = 0.05", "intent_lowpass_hz = 10.0\nintent_nm = 0.05"),
+    ("rate_hz = 1000.0", "rate_hz = 100.0"),
+    ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 5.0"),
+    ("intent_nm = 0.05", "intent_lowpass_hz = 7.0\nintent_nm = 0.05"),
 )
 
 
@@ -37,7 +37,7 @@ def daemon(folder: Path):
     file = slow_rig_file(folder)
     command = [sys.executable, "-m", "rtctl", "run", str(file), "--runtime-dir", str(folder)]
     process = subprocess.Popen(
-        [*command, "--for", "170", "--json"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
+        [*command, "--for", "400", "--json"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     )
     try:
         with RigClient("mock", runtime_dir=folder, timeout_s=120.0) as client:

@@ -97,6 +97,14 @@ def test_a_fault_that_flickers_at_rest_does_not_fill_the_pipe(rig):
     assert 50 <= len(rig.told) <= 100
 
 
+def test_a_new_fault_is_told_in_its_own_words_although_others_have_flickered_before_it(rig):
+    for tick in range(9):  # late cycles of a busy machine
+        rig.cycle(faults=Fault.STALE if tick % 2 else 0)
+    rig.drive.text = "IDLE, DC_BUS_UNDER_VOLTAGE"
+    rig.cycle(faults=Fault.DEVICE)
+    assert rig.told[-1]["words"][0][0] == "IDLE, DC_BUS_UNDER_VOLTAGE"
+
+
 def test_what_the_host_did_not_take_is_said_again(rig):
     rig.room = False
     rig.cycle(3)
