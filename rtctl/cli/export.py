@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import Literal
+from typing import Literal, get_args
 
 import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 
+Kind = Literal["npz", "parquet", "csv", "mcap"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+
 
 @click.command("export")
 @click.argument("file", type=click.Path(path_type=Path))
 @click.option(
-    "--to", "kind", type=click.Choice(["npz", "parquet", "csv", "mcap"]), required=True, help="format"
+    "--to", "kind", type=click.Choice(KINDS), help="format; default: what the name of --out ends with"
 )
 @click.option("--out", type=OutputFile(), help="file to write; default: beside FILE")
 @click.option("--fields", help="tick fields, separated by commas; default: all")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(
     file: Path,
-    kind: Literal["npz", "parquet", "csv", "mcap"],
+    kind: Kind | None,
     out: Path | None,
     fields: str | None,
     *,
@@ -36,6 +39,13 @@ def command(
     from rtctl.recording.export import export
     from rtctl.recording.reader import RecordingReader, all_parts
 
+    if kind is None:
+        ending = "" if out is None else out.suffix.lower().removeprefix(".")
+        kind = next((one for one in KINDS if one == ending), None)
+    if kind is None:
+        raise click.UsageError(
+            f"in which format? give --to, or --out with a name that ends with .{', .'.join(KINDS)}"
+        )
     target = out or file.with_name(f"{file.stem}-ticks.mcap" if kind == "mcap" else f"{file.stem}.{kind}")
     parts = all_parts(file)
     if any(target.exists() and target.samefile(part) for part in parts):

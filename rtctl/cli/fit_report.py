@@ -16,6 +16,10 @@ if TYPE_CHECKING:
     from rtctl.rig_file.config import LoadedConfig
 
 
+TEST_POINTS_MIN = 2
+"""Of one point no error has a spread."""
+
+
 @dataclass(frozen=True)
 class Plan:
     """Where the report goes (None: nowhere), and what else is looked at."""
@@ -49,7 +53,14 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
         raise DataError(
             f"{config}: is of rig {loaded.config.rig.name}, the fit of {rig}; correct --rig or --config"
         )
-    return Plan(folder, None if test is None else read_points(test), loaded)
+    points = (
+        None if test is None else read_points(test, of_speeds=False)
+    )  # few will do: nothing is learned from them
+    if points is not None and len(points.friction_nm) < TEST_POINTS_MIN:
+        raise DataError(
+            f"{test}: {len(points.friction_nm)} points, a test has at least {TEST_POINTS_MIN}; measure more speeds"
+        )
+    return Plan(folder, points, loaded)
 
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:

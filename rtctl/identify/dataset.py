@@ -59,17 +59,17 @@ class Dataset:
 
     @classmethod
     def create(cls, folder: Path, loaded: LoadedConfig, settings: Settings, *, simulated: bool) -> Dataset:
-        """Begin a data set in a new or empty folder.
+        """Begin a data set in a new or empty folder, or in one where an earlier start was refused before it measured anything.
 
         Raises
         ------
         DataError
             The folder holds something already, or cannot be made.
         """
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if folder.exists() and not (folder.is_dir() and _holds_nothing(folder)):
             raise DataError(f"{folder}: exists and is not empty; choose another --out, or give --resume")
         try:
-            (folder / "ticks").mkdir(parents=True)
+            (folder / "ticks").mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise DataError(
                 f"{folder}: cannot make the folder: {error.strerror}; choose another --out"
@@ -242,6 +242,14 @@ class Dataset:
             if point["use"] == use
         ]
         return points_csv(rows, self.document["rig"], self.document["config_sha256"], self._motion)
+
+
+def _holds_nothing(folder: Path) -> bool:
+    """Whether a folder is empty, or a data set whose every start was refused before it had measured the bias."""
+    names = {one.name for one in folder.iterdir()}
+    if HEADER not in names or names - {HEADER, "points_train.csv", "points_test.csv", "ticks"}:
+        return not names
+    return not read_document(folder)["sessions"] and not any((folder / "ticks").iterdir())
 
 
 def _difference(before: object, now: object) -> str:

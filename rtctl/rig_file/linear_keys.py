@@ -1,11 +1,13 @@
 """The keys of a linear axis: those of a rotary one with the endings of m and N, turned into them where a rig file is read.
 
 `torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds in the same numbers. A device
-whose axes are all linear has its options so, too. The rotary name of such a key is refused: it would mean another unit than it says.
+whose axes are all linear has its options so, too; one that serves axes of both motions, the tables that it has one per axis. The
+rotary name of such a key is refused: it would mean another unit than it says.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any, get_args
 
@@ -18,6 +20,9 @@ from hw.plain_words import Key, written
 from rtctl.rig_file.axis_tables import AxisTable
 
 Where = Callable[[Key], str]
+
+PER_AXIS = ("axis", "hand")
+"""Options that are one table for all axes of a device, or one per axis."""
 
 
 class LinearKeys:
@@ -49,19 +54,14 @@ class LinearKeys:
         ]
         self.data = {**data, "axis": renamed}
         names = [one.get("name") if isinstance(one, dict) else None for one in _list(axes)]
-        devices = [
-            self._device(
-                k,
-                one,
-                {i for i, own in enumerate(names) if not one.get("axes") or own in one["axes"]},
-                linear,
-            )
-            if isinstance(one, dict)
-            else one
-            for k, one in enumerate(_list(data.get("device")))
-        ]
+        devices = _list(data.get("device"))
+        served = [[linear[i] for i in _served(one, names)] for one in devices]
+        self._tables = _of_linear_axes(linear, served)
         if devices:
-            self.data["device"] = devices
+            self.data["device"] = [
+                self._device(k, one, its) if isinstance(one, dict) else one
+                for k, (one, its) in enumerate(zip(devices, served, strict=True))
+            ]
 
     def where(self, key: Key) -> str:
         """File and line of a key, by the name that it has for a rotary axis."""
@@ -71,21 +71,33 @@ class LinearKeys:
         """The faults with the names and units that a linear axis has, of every axis that is one."""
         if not self._linear:
             return faults
-        ours = {f"axis[{k}]" for k, one in enumerate(self._linear) if one}
-        whole = all(self._linear)
-        return [words(one, "linear") if whole or any(axis in one for axis in ours) else one for one in faults]
+        if all(self._linear):
+            return [words(one, "linear") for one in faults]
+        return [words(one, "linear") if self._tables.search(one) else one for one in faults]
 
-    def _device(self, k: int, device: dict[str, Any], served: set[int], linear: list[bool]) -> dict[str, Any]:
-        """A device with its options turned, if every axis that it serves is linear."""
+    def _device(self, k: int, device: dict[str, Any], linear: list[bool]) -> dict[str, Any]:
+        """A device with its options turned: all, if every axis that it serves is linear, else what is of a linear one alone."""
         options = device.get("options")
-        if not isinstance(options, dict) or not all(linear[i] for i in served):
+        if not isinstance(options, dict) or not any(linear):
             return device
         try:
             model = registry.options_model(str(device.get("kind")))
         except BackendError:
             return device  # told where it is looked up
         key = ("device", k, "options")
-        return {**device, "options": self._table(options, model, key, key)}
+        if all(linear):
+            return {**device, "options": self._table(options, model, key, key)}
+        turned = dict(options)
+        for field in model.model_fields.keys() & set(PER_AXIS):
+            tables = options.get(field)
+            if not isinstance(tables, list) or len(tables) != len(linear):
+                continue  # one for all of them: of rad and N m
+            inner = next(_models(model.model_fields[field].annotation), None)
+            turned[field] = [
+                self._value(table, inner if its else None, (*key, field, i), (*key, field, i))
+                for i, (table, its) in enumerate(zip(tables, linear, strict=True))
+            ]
+        return {**device, "options": turned}
 
     def _table(
         self, table: Mapping[str, Any], model: type[BaseModel], own: Key, turned: Key
@@ -161,6 +173,33 @@ def schema_of(schema: object, motion: str) -> object:
     if isinstance(schema, list):
         return [schema_of(one, motion) for one in schema]
     return words(schema, motion) if isinstance(schema, str) else schema
+
+
+def _of_linear_axes(axes: list[bool], devices: list[list[bool]]) -> re.Pattern[str]:
+    """What a text that is about a linear axis has in it, of a rig of both: the name of a table, as `written` gives it.
+
+    Given which axes are linear, and which of those that each device serves.
+    """
+    tables = [rf"(?<!options\.)axis\[{k}\]" for k, linear in enumerate(axes) if linear]
+    for k, served in enumerate(devices):
+        options = rf"device\[{k}\]\.options\b"
+        if all(served):
+            tables.append(options)
+        else:
+            tables += [
+                rf"{options}\.(?:{'|'.join(PER_AXIS)})\[{i}\]" for i, linear in enumerate(served) if linear
+            ]
+    return re.compile("|".join(tables))
+
+
+def _served(device: object, names: list[Any]) -> list[int]:
+    """Axes of a device, by their numbers in the rig, in the order of its tables; a name that no axis has is told elsewhere."""
+    own = device.get("axes") if isinstance(device, dict) else None
+    return (
+        [names.index(one) for one in own if one in names]
+        if isinstance(own, list) and own
+        else [*range(len(names))]
+    )
 
 
 def _list(value: object) -> list[Any]:

@@ -159,8 +159,9 @@ def test_a_client_records_a_rig_that_runs_and_the_commands_show_it(config, folde
     shown = CliRunner().invoke(cli, ["info", str(file)])
     assert shown.exit_code == 0, shown.output
     assert "lost ticks: 0" in shown.output
-    table = CliRunner().invoke(cli, ["export", str(file), "--to", "csv", "--out", str(tmp_path / "x.csv")])
+    table = CliRunner().invoke(cli, ["export", str(file), "--out", str(tmp_path / "x.csv")])
     assert table.exit_code == 0, table.output
+    assert CliRunner().invoke(cli, ["export", str(file), "--out", str(tmp_path / "x.txt")]).exit_code == 2
     assert (tmp_path / "x.csv").read_text().count("\n") == found["ticks"] + 1
 
 

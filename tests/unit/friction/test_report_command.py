@@ -18,7 +18,7 @@ def _run(monkeypatch, capsys, *args):
 def test_the_command_writes_model_and_report(monkeypatch, capsys, tmp_path):
     out, folder, rig = tmp_path / "m.json", tmp_path / "r", ROOT / "configs/mock.toml"
     others = tmp_path / "others.csv"
-    others.write_text("\n".join(POINTS.read_text().splitlines()[:-1]))
+    others.write_text("\n".join(POINTS.read_text().splitlines()[:4]))  # few points of one direction will do
     code, said, _ = _run(
         monkeypatch, capsys,
         "--out", out, "--report", folder, "--search", "none", "--C", 1000, "--test", others, "--config", rig,
@@ -51,6 +51,13 @@ def test_a_mistake_is_told_before_anything_is_fitted(monkeypatch, capsys, tmp_pa
     )
     assert code == 10
     assert "correct --rig or --config" in err
+    (tmp_path / "one.csv").write_text("velocity_rad_s,friction_torque_nm,direction\n0.1,0.3,1\n")
+    code, _, err = _run(
+        monkeypatch, capsys, "--out", out, "--report", tmp_path / "r", "--test", tmp_path / "one.csv"
+    )
+    assert code == 10
+    assert "one.csv: 1 points, a test has at least 2" in err
+    (tmp_path / "one.csv").unlink()
     (tmp_path / "thesis.txt").write_text("")
     code, _, err = _run(monkeypatch, capsys, "--out", out, "--report", tmp_path)
     assert code == 10

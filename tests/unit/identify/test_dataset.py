@@ -179,6 +179,19 @@ def test_a_folder_in_use_is_not_written_into(whole, loaded):
         Dataset.create(whole, loaded, MORE, simulated=True)
 
 
+def test_a_folder_in_which_nothing_was_measured_is_begun_anew(tmp_path, loaded):
+    Dataset.create(tmp_path, loaded, SMALL, simulated=True)  # refused before its bias was measured
+    again = Dataset.create(tmp_path, loaded, MORE, simulated=False)
+    assert (
+        json.loads((tmp_path / "dataset.json").read_text())["simulated"]
+        is again.document["simulated"]
+        is False
+    )
+    (tmp_path / "notes.txt").write_text("of somebody else")
+    with pytest.raises(DataError, match="not empty"):
+        Dataset.create(tmp_path, loaded, SMALL, simulated=True)
+
+
 @pytest.mark.parametrize("content", ["", "{", "[]", '{"schema": 99}', '{"schema": 1}'])
 def test_a_damaged_header_is_refused(tmp_path, loaded, content):
     (tmp_path / "dataset.json").write_text(content)
