@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from hw.motion import name as own_name
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 
@@ -69,19 +70,22 @@ def compare(
     if as_json:
         click.echo(json_text({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
         return
-    click.echo(f"{'':28}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
+    click.echo(f"{'':36}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
     for key in found[0]:
-        for text in _lines(key, found[0][key], found[1][key]):
+        for text in _lines(key, found[0][key], found[1][key], runs[0]):
             click.echo(text)
     if plot is not None:
         click.echo(f"picture: {plot}")
 
 
-def _lines(key: str, one: object, two: object) -> list[str]:
-    """Rows of the table: one per axis."""
+def _lines(key: str, one: object, two: object, run: Run) -> list[str]:
+    """Rows of the table: one per axis, with the name that the figure has on an axis of this motion."""
     if not isinstance(one, list) or not isinstance(two, list):
         return [_line(key, one, two)]
-    names = [key] if max(len(one), len(two)) <= 1 else [f"{key}[{i}]" for i in range(max(len(one), len(two)))]
+    n = max(len(one), len(two))
+    names = [f"{own_name(key.removesuffix('_rms'), run.motion(i))}_rms" for i in range(n)]
+    if n > 1:
+        names = [f"{name} {run.axes[i] if i < len(run.axes) else i}" for i, name in enumerate(names)]
     return [
         _line(name, one[i] if i < len(one) else None, two[i] if i < len(two) else None)
         for i, name in enumerate(names)
@@ -95,7 +99,7 @@ def _line(name: str, one: object, two: object) -> str:
     change = ""
     if isinstance(one, float) and isinstance(two, float) and one:
         change = f"{100 * (two / one - 1):+.1f} %"
-    return f"{name:28}{text(one):>24}{text(two):>24}{change:>10}"
+    return f"{name:36}{text(one):>24}{text(two):>24}{change:>10}"
 
 
 def _names(fields: str | None) -> tuple[str, ...]:
@@ -111,4 +115,4 @@ def _run(file: Path, from_s: float, to_s: float) -> Run:
     rows = reader.read().rows
     if len(rows) == 0:
         raise DataError(f"{file}: holds no tick")
-    return Run(file.stem, rows, reader.axes).between(from_s, to_s)
+    return Run(file.stem, rows, reader.axes, reader.motions).between(from_s, to_s)

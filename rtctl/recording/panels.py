@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from hw.motion import name as own_name
+from hw.motion import unit
 from rtctl import pictures
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
@@ -39,11 +41,16 @@ DURATIONS = ("wakeup_ns", "cycle_ns")
 
 @dataclass
 class Run:
-    """Ticks to be shown: rows in order, names of the axes, what to call it."""
+    """Ticks to be shown: rows in order, names of the axes, what to call it, and the motion of each axis; rotary, if nobody says."""
 
     label: str
     rows: np.ndarray
     axes: list[str]
+    motions: Sequence[str] = ()
+
+    def motion(self, axis: int) -> str:
+        """Whether an axis is rotary or linear, by its number."""
+        return self.motions[axis] if axis < len(self.motions) else "rotary"
 
     @property
     def time_s(self) -> np.ndarray:
@@ -57,7 +64,7 @@ class Run:
         kept = self.rows[(time_s >= from_s) & (time_s <= to_s)]
         if len(kept) == 0:
             raise DataError(f"{self.label}: has no tick between {from_s:g} and {to_s:g} s")
-        return Run(self.label, kept, self.axes)
+        return replace(self, rows=kept)
 
     def at_work(self) -> np.ndarray:
         """Rows in ACTIVE with full authority."""
@@ -79,13 +86,15 @@ def chosen_panels(fields: Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
 def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> None:
     """Write a PNG of one run, or of several on one time axis. Raises OSError, DataError."""
-    panels = chosen_panels(fields)
+    panels = [
+        (names, units) for names in chosen_panels(fields) for units in _units(names[0], runs)
+    ]  # one for each unit: rad and m have no scale in common
     figure = pictures.blank(11, 1.9 * len(panels) + 1)
     places = np.atleast_1d(figure.subplots(len(panels), 1, sharex=True))
-    for place, names in zip(places, panels, strict=True):
+    for place, (names, its_unit) in zip(places, panels, strict=True):
         for k, run in enumerate(runs):
-            _draw(place, run, names, "-" if k == 0 else "--", named=len(runs) > 1)
-        place.set_ylabel(_unit(names[0]))
+            _draw(place, run, names, its_unit, "-" if k == 0 else "--", named=len(runs) > 1)
+        place.set_ylabel(its_unit)
         place.grid(alpha=0.3)
         place.legend(loc="upper right", fontsize=7)
         if names == ("state",):
@@ -95,19 +104,30 @@ def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> No
     pictures.save_whole(figure, path)
 
 
-def _unit(name: str) -> str:
-    return "us" if name in DURATIONS else FIELD[name].unit
+def _units(name: str, runs: Sequence[Run]) -> list[str]:
+    """Units that a field has on the axes of these runs, each once."""
+    motions = [run.motion(i) for run in runs for i in range(len(run.axes))]
+    found = [_unit(name, motion) for motion in motions] if FIELD[name].shape == "axis" else []
+    return list(dict.fromkeys(found)) or [_unit(name, "rotary")]
 
 
-def _draw(place: Axes, run: Run, names: tuple[str, ...], style: str, *, named: bool) -> None:
+def _unit(name: str, motion: str) -> str:
+    return "us" if name in DURATIONS else unit(FIELD[name].unit, motion)
+
+
+def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: str, *, named: bool) -> None:
     step = max(1, len(run.rows) // MOST_POINTS)
     time_s = run.time_s[::step]
     for name in names:
         values = run.rows[name].reshape(len(run.rows), -1)[::step] * (1e-3 if name in DURATIONS else 1.0)
+        of_axes = FIELD[name].shape == "axis"
         for i in range(values.shape[1]):
-            label = name.removesuffix("_ns")
+            motion = run.motion(i) if of_axes else "rotary"
+            if _unit(name, motion) != its_unit:
+                continue
+            label = own_name(name.removesuffix("_ns"), motion)
             if values.shape[1] > 1:
-                label += f" {run.axes[i]}" if FIELD[name].shape == "axis" else f" {'xyz'[i]}"
+                label += f" {run.axes[i]}" if of_axes else f" {'xyz'[i]}"
             place.plot(time_s, values[:, i], style, lw=1, label=f"{run.label}: {label}" if named else label)
 
 

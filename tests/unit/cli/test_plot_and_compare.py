@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from rtctl import pictures
+from rtctl.cli.plot import _lines, compare
 from rtctl.cli.plot import command as plot
-from rtctl.cli.plot import compare
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
-from rtctl.recording.panels import PANELS, Run, chosen_panels, figures
+from rtctl.recording.panels import PANELS, Run, chosen_panels, figures, plot_runs
 from rtctl.tick import FIELD, new_ticks
 
 FILES = Path(__file__).parents[2] / "recordings"
@@ -57,6 +58,27 @@ def test_two_recordings_are_compared_in_numbers_and_a_picture(tmp_path):
     assert "%" in table
     same = json.loads(call(compare, A, A, "--json").output)
     assert {**same["a"], "file": 0} == {**same["b"], "file": 0}
+
+
+def test_an_axis_is_drawn_and_told_in_its_own_units_each_with_a_panel(tmp_path, monkeypatch):
+    drawn = {}
+    monkeypatch.setattr(
+        pictures,
+        "save_whole",
+        lambda figure, path: drawn.update(
+            (place.get_ylabel(), [line.get_label() for line in place.lines]) for place in figure.axes
+        ),
+    )
+    rows = new_ticks(100, 2)
+    rows["time_ns"] = np.arange(100) * 1_000_000
+    both = Run("r", rows, ["crank", "carriage"], ["rotary", "linear"])
+    plot_runs([both], tmp_path / "x.png", ["velocity_rad_s", "energy_hand_j"])
+    assert drawn["rad/s"] == ["velocity_rad_s crank"]
+    assert drawn["m/s"] == ["velocity_m_s carriage"]
+    assert drawn["J"] == ["energy_hand_j crank", "energy_hand_j carriage"]
+    crank, carriage = _lines("hand_torque_nm_rms", [1.0, 2.0], [1.0, 3.0], both)
+    assert crank.startswith("hand_torque_nm_rms crank ")
+    assert carriage.startswith("hand_torque_n_rms carriage ")
 
 
 def test_only_ticks_at_work_count_and_nan_counts_as_nothing():
