@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import gzip
 import os
 import re
+import zlib
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -48,14 +51,24 @@ def preemption(root: Path) -> Line:
     if "PREEMPT_DYNAMIC" in version:
         chosen = re.search(r"\((\w+)\)", text(root / "sys/kernel/debug/sched/preempt") or "")
         asked = re.search(r"(?:^|\s)preempt=(\w+)", command_line)
-        model = chosen[1] if chosen else asked[1] if asked else ""
+        model = chosen[1] if chosen else asked[1] if asked else _built(root)
         if model == "full":
             return Line(name, "ok", "full preemption (PREEMPT_DYNAMIC); PREEMPT_RT is better still")
-        found = f"PREEMPT_DYNAMIC, {model or 'model not readable'}"
+        found = f"PREEMPT_DYNAMIC, {model or 'model not readable'}: the loop may wait for a system call of any task"
         return Line(name, "warn", found, f"{_boot_option('preempt=full')}; better: {rt}")
     if re.search(r"\bPREEMPT\b", version):
         return Line(name, "ok", "full preemption; PREEMPT_RT is better still")
     return Line(name, "warn", "no kernel preemption: wake-ups may be late by milliseconds", rt)
+
+
+def _built(root: Path) -> str:
+    """The preemption model that a kernel was built to begin with; empty where its configuration is not there."""
+    release = (text(root / "proc/sys/kernel/osrelease") or "").strip()
+    built = text(root / f"boot/config-{release}") or ""
+    with suppress(OSError, EOFError, zlib.error):
+        built = built or gzip.decompress((root / "proc/config.gz").read_bytes()).decode("ascii", "replace")
+    found = re.search(r"^CONFIG_PREEMPT(?:_(NONE|VOLUNTARY|LAZY))?=y$", built, re.MULTILINE)
+    return "" if found is None else (found[1] or "full").lower()
 
 
 def clock_source(root: Path) -> Line:

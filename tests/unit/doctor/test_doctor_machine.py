@@ -1,5 +1,6 @@
 """Kernel, processor and rights, read from made-up trees."""
 
+import gzip
 from pathlib import Path
 
 import pytest
@@ -40,6 +41,28 @@ def test_the_preemption_model_is_told_from_version_boot_and_debug_files(
     assert line.status == status
     assert words in line.found
     assert bool(line.fix) == (status != "ok")
+
+
+@pytest.mark.parametrize(
+    ("built", "status", "words"),
+    [
+        ("NONE", "warn", "none"),
+        ("VOLUNTARY", "warn", "voluntary"),
+        ("LAZY", "warn", "lazy"),
+        ("", "ok", "full"),
+    ],
+)
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_kernel_that_nobody_asked_has_the_model_it_was_built_with(tmp_path, built, status, words, packed):
+    put(tmp_path, "proc/version", DYNAMIC)
+    put(tmp_path, "proc/sys/kernel/osrelease", "6.1.0")
+    config = f"CONFIG_PREEMPT_BUILD=y\nCONFIG_PREEMPT{'_' * bool(built)}{built}=y\nCONFIG_PREEMPT_DYNAMIC=y"
+    if packed:
+        (tmp_path / "proc/config.gz").write_bytes(gzip.compress(config.encode()))
+    else:
+        put(tmp_path, "boot/config-6.1.0", config)
+    line = machine.preemption(tmp_path)
+    assert (line.status, words in line.found) == (status, True)
 
 
 def test_the_real_time_flag_of_the_kernel_decides(tmp_path):
