@@ -30,8 +30,8 @@ from rtctl.control.proofs.drive_in_hand import (
     STATES,
     Columns,
     ElasticJoint,
-    held_steps,
     frequency_hz,
+    held_steps,
     plant,
     position,
 )
