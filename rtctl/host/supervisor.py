@@ -183,7 +183,7 @@ class Host:
         """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
         from rtctl.host.commands.gateway import Gateway
         from rtctl.host.preparation import Preparation
-        from rtctl.host.record.run_record import RunRecord
+        from rtctl.host.run_record import RunRecord
         from rtctl.host.telemetry.device_words import DeviceWords
         from rtctl.host.telemetry.friction_watch import FrictionWatch
         from rtctl.host.telemetry.rig_description import describe_run
