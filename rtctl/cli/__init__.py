@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from rtctl import __version__
-from rtctl.cli.command_table import COMMANDS
+from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
@@ -25,6 +25,12 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         module, _, name = COMMANDS.get(cmd_name, "").partition(":")
         return getattr(importlib.import_module(module), name or "command") if module else None
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        width = max(map(len, self.list_commands(ctx)))
+        for title, section in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), about) for name, (_, about) in section.items()])
 
 
 @click.group(
