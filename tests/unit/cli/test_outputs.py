@@ -44,6 +44,15 @@ def test_the_list_of_commands_says_of_each_in_one_line_what_it_does():
     assert lines == about
 
 
+@pytest.mark.parametrize(
+    ("word", "said"), [("chek", "Did you mean 'check'?"), ("xyz", "`rtctl --help` lists them.")]
+)
+def test_a_command_that_there_is_not_is_told_with_what_is_near(word, said):
+    done = CliRunner().invoke(cli, [word])
+    assert done.exit_code == 2
+    assert f"No such command '{word}'. {said}" in done.output
+
+
 def test_every_option_that_names_an_output_is_one():
     found = list(outputs())
     assert len(found) > 15
