@@ -111,7 +111,7 @@ fuzz: $(VENV)/.ready-dev
 	NUMBA_BOUNDSCHECK=1 RTCTL_CACHE_DIR=build/bounds-checked PYTHONPATH=. $(BIN)/python tests/fuzz/serial_fuzzer.py 10000000
 
 docs: $(VENV)/.ready-dev
-	$(BIN)/python -m rtctl schema --fill docs/tick.md --fill docs/safety.md --fill docs/protocol.md --fill docs/config.md --fill docs/api.md --fill docs/faults.md --fill docs/theory.md --fill docs/identify.md --fill docs/ladder.md
+	$(BIN)/python -m tests.documents $(addprefix docs/, tick.md safety.md protocol.md config.md api.md faults.md theory.md identify.md ladder.md)
 
 # The friction model of the mock rig: measured on the mock through its sensors, then learned.
 model: $(VENV)/.ready

@@ -52,13 +52,14 @@ COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
 class Part:
     """A program with its output. `clock`: what starts beside it must leave it alone. `idle`: it always does so.
 
-    `slow_files`: of its files of tests, those that are no matter of seconds.
+    `compiles`: what meets a clock begins when this has ended. `slow_files`: of its files of tests, those that are no matter of seconds.
     """
 
     name: str
     command: tuple[str, ...]
     clock: bool = False
     idle: bool = False
+    compiles: bool = False
     slow_files: int = 0
     process: subprocess.Popen[bytes] | None = None
     began: float = field(default=0.0)
@@ -148,15 +149,16 @@ def check() -> list[Part]:
 def test() -> list[Part]:
     """What a user would run: everything but volume, and but what needs other people's programs.
 
-    What takes long begins early, so that no core has the last long part to itself.
+    What takes long begins early, so that no core has the last long part to itself. What every daemon runs is compiled before the
+    first of them begins: those that begin at a time would each compile it, as none has it yet.
     """
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
-    others = [path for path in files if not tiers.meets_a_clock(path)]
-    beside = sorted(
-        by_folder(others, UNHURRIED), key=lambda part: (FIRST not in part.name.split(), -part.slow_files)
-    )
+    others = by_folder([path for path in files if path not in clock], UNHURRIED)
+    beside = sorted(others, key=lambda part: (FIRST not in part.name.split(), -part.slow_files))
+    compiled = (sys.executable, "-m", "rtctl", "compile", "configs/mock.toml")
     return [
+        Part("compile", compiled, compiles=True),
         pytest_part("clock", [path for path in clock if not tiers.is_patient(path)], clock=True),
         pytest_part("patient clock", [path for path in clock if tiers.is_patient(path)], clock=True),
         *beside,
@@ -185,8 +187,8 @@ class Run:
     def whole(self) -> int:
         """Until all have ended; the exit code."""
         while self._waiting or self._running:
-            while self._waiting and len(self._running) < self._places():
-                self._start(self._waiting.pop(0))
+            while len(self._running) < self._places() and (part := self._next()):
+                self._start(part)
             for part in list(self._running):
                 if part.process.poll() is not None:
                     self._running.remove(part)
@@ -201,13 +203,20 @@ class Run:
         """One more for each that meets a clock: it waits for most of its time, and others take only what that leaves."""
         return self._at_a_time + sum(part.clock for part in self._running)
 
+    def _next(self) -> Part | None:
+        """The first that waits and may begin."""
+        compiling = any(part.compiles for part in self._running)
+        return next((part for part in self._waiting if not (compiling and part.clock)), None)
+
     def _start(self, part: Part) -> None:
         say(f"begins                          {part.name}")
-        part.start(idle=part.idle or (not part.clock and any(one.clock for one in self._running)))
+        self._waiting.remove(part)
+        clock = any(one.clock for one in (*self._running, *self._waiting))
+        part.start(idle=part.idle or not (part.clock or part.compiles or not clock))
         self._running.append(part)
 
     def _make_way_no_more(self) -> None:
-        if not any(part.clock for part in self._running):
+        if not any(part.clock for part in (*self._running, *self._waiting)):
             for part in self._running:
                 if not part.idle:
                     part.be_ordinary()
@@ -227,10 +236,8 @@ class Run:
             say(f"FAILED  {took}  {part.name} ({part.process.returncode})\n{text}")
 
     def _sum_up(self) -> int:
-        counts = ", ".join(f"{number} {what}" for what, number in self._counted.items())
-        say(
-            f"{counts or 'nothing counted'} in {time.monotonic() - self._began:.0f} s; what they said: {os.path.relpath(LOGS)}/"
-        )
+        counts = ", ".join(f"{number} {what}" for what, number in self._counted.items()) or "nothing counted"
+        say(f"{counts} in {time.monotonic() - self._began:.0f} s; what they said: {os.path.relpath(LOGS)}/")
         for part in self._failed:
             lines = part.log.read_text(errors="replace").splitlines()
             named = [line for line in lines if line.startswith(("FAILED ", "ERROR "))]
@@ -258,11 +265,8 @@ def tell_of_slow_files(parts: list[Part]) -> None:
     """What of the inner loop takes too long to be in it."""
     lines = [line for part in parts for line in tiers.not_quick(part.log.read_text(errors="replace"))]
     if lines:
-        say(
-            "\n".join(
-                ["not quick: for LONG of tests/tiers.py, unless something was compiled just now", *lines]
-            )
-        )
+        told = "not quick: for LONG of tests/tiers.py, unless something was compiled just now"
+        say("\n".join([told, *lines]))
 
 
 def say(text: str) -> None:

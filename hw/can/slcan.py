@@ -17,7 +17,7 @@ from hw.can.batch import STRIDE, Batch
 from hw.can.bus import EXTENDED, LINE_MAX, LINE_READS, REMOTE, Handler
 from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
-from hw.serial.port import CHUNK, Port
+from hw.serial_port import CHUNK, Port
 
 if TYPE_CHECKING:
     from can import BusABC

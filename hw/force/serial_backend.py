@@ -16,7 +16,7 @@ from hw.force.reading import Reading
 from hw.force.sample import ForceSample
 from hw.interface import BackendError, LinkFault, LinkLost, Options, Rig, Words
 from hw.serial.backend import require_line_rate
-from hw.serial.port import CHUNK, Port
+from hw.serial_port import CHUNK, Port
 
 FULL = CHUNK - 1
 """The kernel holds no more than this; what came after it is lost, so nothing in it is the newest."""

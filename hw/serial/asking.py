@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hw.interface import Options
-from hw.serial.port import Port
+from hw.serial_port import Port
 
 ASK_AGAIN_S = 0.1
 """How often a board that is not heard yet is started and asked while it is opened."""

@@ -17,7 +17,7 @@ from hw.jit import records
 from hw.serial.compiled_core import BACKLOG, CHUNKS_PER_READ, PORT, RESTART_PACKETS, read_cycle, write_cycle
 from hw.serial.framing import PACKET_MAX
 from hw.serial.link import BACKLOGGED, DRAINED, MORE
-from hw.serial.port import CHUNK, Port, send_once
+from hw.serial_port import CHUNK, Port, send_once
 
 Codec = tuple[Callable[..., int], tuple[np.ndarray, ...]]
 

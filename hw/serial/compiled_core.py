@@ -10,7 +10,7 @@ import numpy as np
 from hw.entry_points import call_for_int
 from hw.jit import compiled
 from hw.serial.link import BACKLOGGED, DRAINED, MORE
-from hw.serial.port import CHUNK
+from hw.serial_port import CHUNK
 from hw.system_calls import FAILED, read_some, write_all
 
 CHUNKS_PER_READ = 8

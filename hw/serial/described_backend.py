@@ -13,7 +13,7 @@ from hw.serial.asking import await_first, switched
 from hw.serial.backend import Codec, SerialCore, require_line_rate
 from hw.serial.described_plan import MEASURED, Target, fields_of, layout_of, require_every_axis
 from hw.serial.layout import LENGTH_MAX, stream_dtype
-from hw.serial.port import Port, usb_identity
+from hw.serial_port import Port, usb_identity
 
 STOP_REPEATS = 3
 

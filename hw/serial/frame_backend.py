@@ -15,7 +15,7 @@ from hw.serial import frame, link
 from hw.serial.backend import Codec, SerialCore, require_line_rate
 from hw.serial.deframer import deframer_dtype
 from hw.serial.framing import BODY_MAX, PACKET_MAX
-from hw.serial.port import Port
+from hw.serial_port import Port
 
 ASK_AGAIN_S = 0.2
 """Pause between identify packets while a board boots."""

@@ -14,7 +14,7 @@ from hw.serial.described_plan import MEASURED, PER_AXIS, unit_of
 from hw.serial.lines_codec import INVALID, LINE_MAX, LineReader, Lines, LineWriter
 from hw.serial.lines_sample import LineSample
 from hw.serial.link import BACKLOGGED, MORE
-from hw.serial.port import Port, usb_identity
+from hw.serial_port import Port, usb_identity
 
 STOP_REPEATS = 3
 

@@ -6,12 +6,13 @@ import importlib
 import os
 import sys
 from contextlib import suppress
+from difflib import get_close_matches
 from typing import Any
 
 import click
 
 from rtctl import __version__
-from rtctl.cli.command_table import COMMANDS
+from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.standard_streams import open_standard_streams
@@ -25,6 +26,21 @@ class _LazyGroup(click.Group):
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         module, _, name = COMMANDS.get(cmd_name, "").partition(":")
         return getattr(importlib.import_module(module), name or "command") if module else None
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in COMMANDS and not (ctx.resilient_parsing or args[0].startswith("-")):
+            near = get_close_matches(args[0], COMMANDS, 1)
+            hint = f"Did you mean {near[0]!r}?" if near else "`rtctl --help` lists them."
+            ctx.fail(f"No such command {args[0]!r}. {hint}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        width = max(map(len, self.list_commands(ctx)))
+        for title, section in SECTIONS.items():
+            with formatter.section(title):
+                formatter.write_dl([(name.ljust(width), about) for name, (_, about) in section.items()])
 
 
 @click.group(

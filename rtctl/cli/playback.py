@@ -11,7 +11,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
-    from rtctl.playback.job import Job
+    from rtctl.simulation.playback_job import Job
 
 
 def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dict[str, Any] | None:
@@ -80,8 +80,8 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     (a rig file whose device is playback), or from --time, --position, ... A COLUMN is NAME[:SCALE[:OFFSET]];
     a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See docs/playback.md.
     """
-    from rtctl.playback.job import Job, run
     from rtctl.recording.as_columns import register
+    from rtctl.simulation.playback_job import Job, run
 
     register()
     job = Job(config=config, **options)

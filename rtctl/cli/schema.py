@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import click
 
 from rtctl import tick
@@ -20,25 +18,10 @@ from rtctl.cli.json_text import json_text
     show_default=True,
     help="of the axes: units of m and N in the tick record, keys of m and N in the rig file",
 )
-@click.option(
-    "--fill",
-    "documents_to_fill",
-    multiple=True,
-    type=click.Path(path_type=Path, exists=True, dir_okay=False),
-    help="write the generated parts of this document anew (`make docs`)",
-)
 @click.option("--json", "as_json", is_flag=True, help="JSON (the default)")
-def command(
-    subject: str, axes: int, motion: str, documents_to_fill: tuple[Path, ...], *, as_json: bool
-) -> None:
+def command(subject: str, axes: int, motion: str, *, as_json: bool) -> None:
     """Print the JSON Schema of the tick record, or of the rig file for an editor."""
     del as_json
-    for path in documents_to_fill:
-        from rtctl.cli import generated_documents as documents  # the law's tables: `rtctl --help` needs none
-
-        path.write_text(documents.filled(path.read_text()))
-    if documents_to_fill:
-        return
     if subject == "tick":
         click.echo(json_text(tick.json_schema(axes, [motion] * axes), indent=2))
         return

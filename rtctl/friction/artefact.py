@@ -17,7 +17,6 @@ from typing import Any, NoReturn
 import numpy as np
 from pydantic import ValidationError
 
-from hw.motion import unit
 from hw.outside import read_bounded, require_sane
 from hw.plain_words import explain, written
 from rtctl.friction import band_document, mean_document, place_document
@@ -39,7 +38,6 @@ from rtctl.friction.document import (
 from rtctl.friction.kinds.cubic import PiecewiseCubic
 from rtctl.friction.load import Load
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.rig_file.generated_document import ENDINGS
 from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small
 from rtctl.whole_files import write_whole
 
@@ -69,7 +67,7 @@ _SCALARS = (
     "sliding_doubt_nm",
 )
 
-UNITS = {ending: unit(ENDINGS[ending], "linear") for ending in ("rad", "rad_s", "nm", "nm_rad", "nms_rad")}
+UNITS = {"rad": "m", "rad_s": "m/s", "nm": "N", "nm_rad": "N/m", "nms_rad": "N s/m"}
 """Which unit an ending of a key means in a model of a linear axis."""
 _WHOLE = (
     "temperature_min_c",

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
 """When a person who waits for the start is told why, and how often."""
 
-READY_TIMEOUT_S = 300.0  # the first start compiles
+READY_TIMEOUT_S = 300.0  # without another function compiled: a first start on a slow or busy machine goes on
 STOP_TIMEOUT_S = 2.0
 
 MOST_TICKS = 256
@@ -183,7 +183,7 @@ class Host:
         """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
         from rtctl.host.commands.gateway import Gateway
         from rtctl.host.preparation import Preparation
-        from rtctl.host.record.run_record import RunRecord
+        from rtctl.host.run_record import RunRecord
         from rtctl.host.telemetry.device_words import DeviceWords
         from rtctl.host.telemetry.friction_watch import FrictionWatch
         from rtctl.host.telemetry.rig_description import describe_run
@@ -264,17 +264,24 @@ class Host:
 
     def _wait_for(self, ready: Callable[[], bool]) -> None:
         """Wait for what is being compiled or opened, telling a person when it takes long."""
+        before, since_s = None, 0.0
         while not ready():
             if not self.loop.poll():
                 self.loop.raise_if_failed()
             waited = time.monotonic() - self.began
+            so_far = self.loop.compiling, self.preparation.compiled()
+            if so_far != before:
+                before, since_s = so_far, waited
             if waited > self._tell_at_s:
                 self._tell_at_s = waited + TELL_EVERY_S
-                self.announce(_why_waiting(self.loop.compiling, self.preparation.compiled()))
+                self.announce(_why_waiting(*so_far))
             if self.signals.ends:
                 raise KeyboardInterrupt
-            if waited > READY_TIMEOUT_S:
-                raise LoopDiedError(f"the loop process was not ready after {waited:.0f} s")
+            if waited - since_s > READY_TIMEOUT_S:
+                raise LoopDiedError(
+                    f"the loop process was not ready after {waited:.0f} s, and nothing was compiled for {READY_TIMEOUT_S:g} s; "
+                    "what was compiled is kept: start again"
+                )
             time.sleep(0.005)
 
     # -- running

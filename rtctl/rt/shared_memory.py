@@ -221,7 +221,7 @@ SENT_COMMANDS = 20_000
 class CommandWriter:
     """The host's end of the mailbox: edit `command`, then `send()`. The newest command wins.
 
-    `sent` holds copies of what was sent, oldest first, for who follows it (`rtctl.host.record.command_trace`).
+    `sent` holds copies of what was sent, oldest first, for who follows it (`rtctl.host.command_trace`).
     """
 
     def __init__(self, memory: Memory) -> None:

@@ -140,7 +140,6 @@ class World:
         self._client = client
         self._axis = hello["axes"][0]["name"]
         self._scale = Scale.of(hello["axes"][0])
-        self._n_axes = len(hello["axes"])
         self._lock = threading.Lock()
         self._closed = threading.Event()
         self._ball: Ball | None = None

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.playback.job import Job, run
+from rtctl.simulation.playback_job import Job, run
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data" / "tue_haptic_1dof"
 

@@ -7,7 +7,7 @@ import pytest
 
 from rtctl.check.law_plan import build
 from rtctl.control.records import command_dtype
-from rtctl.host.record.run_record import RunRecord
+from rtctl.host.run_record import RunRecord
 from rtctl.host.speaker import Speaker
 from rtctl.recording.limits import Limits
 from rtctl.recording.mcap_file import McapFile

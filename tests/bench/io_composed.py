@@ -22,7 +22,7 @@ from hw.force.options import RokubiOptions
 from hw.interface import Backend, BackendError, CompiledBackend, Rig
 from hw.member import Member
 from hw.rig import compose
-from hw.serial.port import CHUNK, Port
+from hw.serial_port import CHUNK, Port
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks
 from tests.bench.io_source import NODE

@@ -23,9 +23,9 @@ from makers import random_frames
 from makers_bus import Bus
 from makers_read import AT, RIG
 
+from hw import serial_port as port
 from hw.can import cia402
 from hw.can.sample import Sample
-from hw.serial import port
 
 MANY = 200_000
 COUNTS = [1000, pytest.param(MANY, marks=pytest.mark.volume)]

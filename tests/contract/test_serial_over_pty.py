@@ -13,8 +13,8 @@ import pytest
 import serial_boards
 from serial_bench import Bench, backend_of, replug
 
+from hw import serial_port as port
 from hw.interface import BackendError, LinkFault, LinkLost
-from hw.serial import port
 from hw.serial.frame import Status
 
 

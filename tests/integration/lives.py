@@ -33,7 +33,7 @@ from rtctl.rt.loop import warm_up
 from rtctl.rt.shared_memory import Memory
 
 FOLLOWING = (
-    "rtctl.host.commands.gateway", "rtctl.host.preparation", "rtctl.host.record.run_record", "rtctl.host.reload",
+    "rtctl.host.commands.gateway", "rtctl.host.preparation", "rtctl.host.run_record", "rtctl.host.reload",
     "rtctl.host.telemetry.device_words", "rtctl.host.telemetry.friction_watch", "rtctl.host.telemetry.late_counters",
     "rtctl.host.telemetry.late_tasks", "rtctl.host.telemetry.late_watch", "rtctl.host.telemetry.rig_description",
     "rtctl.host.telemetry.streams", "rtctl.host.view_process", "rtctl.recording.setup", "rtctl.recording.state_folder",

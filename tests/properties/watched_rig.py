@@ -8,7 +8,7 @@ from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import Hand
 from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch
 from rtctl.control import law
-from rtctl.control.jit import records
+from rtctl.control.jit import compiled, records
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
@@ -19,6 +19,11 @@ CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 LEASE = 5
 PUSH_RAD = 0.025
 RECORDS = ("params", "state", "command", "plant_params", "plant_state", "tick", "memory")
+
+
+@compiled
+def _watched(tick, state, params, command, model, memory):
+    return watch(tick[0], state[0], params[0], command[0], model, memory[0], False)
 
 
 class WatchedRig:
@@ -73,9 +78,7 @@ class WatchedRig:
         for name, value in measured.items():
             now[name] = value
         law.step(now, self.state, self.params, self.command, self.model)
-        bits = watch(
-            now[0], self.state[0], self.params[0], self.command[0], self.model, self.memory[0], False
-        )
+        bits = _watched(now, self.state, self.params, self.command, self.model, self.memory)
         if heard:
             plant_write(now, self.plant_state, self.plant_params)
         return {number for number in INVARIANTS if bits >> number & 1}

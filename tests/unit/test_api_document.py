@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rtctl import client
-from rtctl.cli import generated_api as api_document
 from rtctl.client import Lease, RigClient, RigState, Stream
+from tests.documents import client_reference as api_document
 
 TEXT = (Path(__file__).parents[2] / "docs" / "api.md").read_text()
 CLASSES = {one.__name__: one for one in (RigClient, RigState, Stream, Lease)}

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from hw import registry
-from rtctl.rig_file import generated_document as config_document
 from rtctl.rig_file.config import Config
-from rtctl.rig_file.generated_document import unit
+from tests.documents import rig_file_keys as config_document
+from tests.documents.rig_file_keys import unit
 
 TEXT = (Path(__file__).parents[2] / "docs" / "config.md").read_text()
 ROW = re.compile(r"^\| `(\w+)` \| (.*?) \| (.*) \| (.*?) \| (.*) \|$")

@@ -2,7 +2,7 @@
 
 import pytest
 
-from rtctl.cli import generated_documents as documents
+from tests.documents import parts as documents
 
 DOCUMENTS = {
     "tick.md": {"tick fields"},

@@ -14,9 +14,9 @@ from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError, DeviceError
 from rtctl.friction import artefact
-from rtctl.playback.job import Job, run
-from rtctl.playback.run import changed, run_log, with_bias
 from rtctl.rig_file import config as rig_file
+from rtctl.simulation.playback_job import Job, run
+from rtctl.simulation.playback_run import changed, run_log, with_bias
 
 RATE_HZ = 1000.0
 INERTIA, COULOMB, BIAS = 4e-4, 0.03, 0.012

@@ -38,8 +38,8 @@ def test_every_file_of_tests_is_in_one_part_of_make_test():
     assert len(every) > 200
 
 
-def test_what_meets_a_clock_is_in_the_first_two_parts_and_in_no_other():
-    clock, patient, *others = run_tier.test()
+def test_what_meets_a_clock_is_in_two_parts_and_in_no_other():
+    _, clock, patient, *others = run_tier.test()
     assert clock.clock
     assert patient.clock
     assert not any(part.clock for part in others)
@@ -52,17 +52,18 @@ def test_what_meets_a_clock_is_in_the_first_two_parts_and_in_no_other():
 
 
 def test_of_attacks_and_of_what_measures_a_loop_nothing_is_patient():
-    _, patient, *_ = run_tier.test()
+    _, _, patient, *_ = run_tier.test()
     assert not [name for name in files_of([patient]) if "/attacks/" in name or "/test_run" in name]
 
 
 def test_what_daemons_of_devices_run_is_compiled_before_all_else_that_runs_beside_the_clock():
-    _, _, first, *_ = run_tier.test()
+    compiled, _, _, first, *_ = run_tier.test()
+    assert compiled.compiles
     assert "tests/unit/hw/test_can_steady.py" in files_of([first])
 
 
 def test_what_takes_long_begins_early():
-    _, _, _, *others = run_tier.test()
+    _, _, _, _, *others = run_tier.test()
     slow = [sum(not tiers.is_quick(ROOT / name) for name in files_of([part])) for part in others]
     assert slow == sorted(slow, reverse=True)
     assert slow[0] > 20 > slow[-1]
@@ -153,6 +154,20 @@ def test_what_starts_beside_a_clock_takes_idle_time_only_and_what_starts_later_d
     told = {name: int(shell(name, "").log.read_text()) for name in names}
     ordinary, idle = os.sched_getscheduler(0), os.SCHED_IDLE
     assert told == dict(zip(names, (ordinary, ordinary, idle, ordinary, idle), strict=True))
+
+
+def test_no_clock_begins_before_what_it_runs_is_compiled_and_what_does_takes_idle_time(tmp_path):
+    compiled, begun = tmp_path / "compiled", tmp_path / "begun"
+    policy = f"{sys.executable} -c 'import os; print(os.sched_getscheduler(0))'"
+    parts = [
+        shell(
+            "compile", f"until [ -e {begun} ]; do sleep .02; done; sleep .1; touch {compiled}", compiles=True
+        ),
+        shell("clock", f"[ -e {compiled} ]", clock=True),
+        shell("beside", f"{policy}; touch {begun}"),
+    ]
+    assert Run(parts, at_a_time=2).whole() == 0
+    assert int(parts[2].log.read_text()) == os.SCHED_IDLE
 
 
 def test_beside_each_clock_runs_one_part_more_and_only_then(tmp_path):

@@ -30,8 +30,8 @@ from rtctl.control.proofs.drive_in_hand import (
     STATES,
     Columns,
     ElasticJoint,
-    exponential,
     frequency_hz,
+    held_steps,
     plant,
     position,
 )
@@ -196,10 +196,9 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
     T, n = loop.period_s, loop.sample_ticks
     A, hand, _ = plant(loop, at, 0.0 if swing is None else swing.rubs)
     whole = math.floor(loop.delay + 1e-9)
-    rest = max(loop.delay - whole, 0.0)
     D, L = whole + 2, math.ceil(loop.sensor_ticks / n)
     size = STATES + D + L + _OWN_STATES
-    early, late = exponential(A * (rest * T)), exponential(A * ((1 - rest) * T))
+    steps = held_steps(A, T, loop.delay)
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
     p, u, late_force, ends = np.split(s, np.cumsum((STATES, D, L)), axis=1)
     before, sensed, felt, v_hat, v_r, x_r, calm, ahead = ends.swapaxes(0, 1)
@@ -224,7 +223,7 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
         if swing is not None:
             sent = sent + swing.helps_nms_rad[:, None] * v_r + swing.helps_nm_rad[:, None] * x_r
         commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
-        for step, older in ((early, whole + 1), (late, whole)):
+        for step, older in steps:
             p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
         u = commands[:, :D]
     now = (x, sensed, felt, v_hat, v_r, x_r, calm, ahead)

@@ -129,15 +129,36 @@ class Hands(Protocol):
 
 
 def exponential(A: np.ndarray) -> np.ndarray:
-    """Matrix exponential of a stack of small matrices: Taylor's series of a 4096th part, squared twelve times."""
-    part = A / 2.0**_HALVINGS
-    eye = np.broadcast_to(np.eye(A.shape[-1]), A.shape)
+    """Matrix exponential of a stack of small matrices: Taylor's series of a 4096th part, squared twelve times.
+
+    Equal ones that follow each other, as those of one hand in all worlds do, are computed once.
+    """
+    differs = np.ones(len(A), dtype=bool)
+    differs[1:] = (A[1:] != A[:-1]).any(axis=(1, 2))
+    part = A[differs] / 2.0**_HALVINGS
+    eye = np.broadcast_to(np.eye(A.shape[-1]), part.shape)
     out = eye.copy()
     for n in range(_TERMS, 0, -1):
         out = eye + part @ out / n
     for _ in range(_HALVINGS):
         out = out @ out
-    return out
+    return out[np.cumsum(differs) - 1]
+
+
+def held_steps(A: np.ndarray, frame_s: float, late: float) -> list[tuple[np.ndarray, int]]:
+    """Matrices over the parts of a frame in which one command each is held, in order, and how many frames old that command is.
+
+    Parameters
+    ----------
+    A : ndarray
+        Of `plant`, shape (points, STATES + 1, STATES + 1).
+    late : float
+        Delay from a sample to its torque, frames, whole or not; whole ones are held over all of a frame.
+    """
+    whole = math.floor(late + 1e-9)
+    rest = max(late - whole, 0.0)
+    parts = ((rest, whole + 1), (1 - rest, whole))
+    return [(exponential(A * (part * frame_s)), older) for part, older in parts if part > 0]
 
 
 def plant(

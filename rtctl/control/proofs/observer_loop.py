@@ -30,7 +30,7 @@ from rtctl.control.proofs.drive_in_hand import (
     STATES,
     Columns,
     ElasticJoint,
-    exponential,
+    held_steps,
     plant,
     position,
 )
@@ -112,11 +112,9 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     n, frame = loop.sample_ticks, loop.sample_ticks * loop.period_s
     A, hand, _ = plant(loop, points)
     whole = math.floor(loop.delay / n + 1e-9)
-    rest = max(loop.delay / n - whole, 0.0)
     acting = math.ceil((1 + loop.acting_ticks + loop.own_ticks) / n)
     D, L, V = max(whole + 2, acting), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
     size = STATES + D + L + V + 6
-    early, late = exponential(A * (rest * frame)), exponential(A * ((1 - rest) * frame))
     k, N = points.size, size
     s = np.broadcast_to(np.eye(N), (k, N, N)).copy()  # a state per column
     p, u, late_force, late_v = np.split(s[:, : size - 6], np.cumsum((STATES, D, L)), axis=1)
@@ -138,7 +136,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     sent = loop.gain * seen
     sent = sent - coupled * (loop.stiffness_nm_rad * x + loop.damping_nms_rad * v)
     commands = np.concatenate([sent[:, None], u], axis=1)  # newest first
-    for step, older in ((early, whole + 1), (late, whole)):
+    for step, older in held_steps(A, frame, loop.delay / n):
         p = step[:, :STATES, :STATES] @ p + step[:, :STATES, STATES:] * commands[:, older][:, None]
     rows = (
         p,

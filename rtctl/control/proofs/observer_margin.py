@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -66,26 +67,34 @@ def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
     return size.max(axis=1), np.where(rings, size, 0.0).max(axis=1)
 
 
-def _kept(loop: Loop, points: Points, alone: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+def _kept(loop: Loop, points: Points, alone: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Largest |eigenvalue| and share of damping kept, at every point; `alone`: the vibrations' |eigenvalue| without the observer."""
     radius, ring = modes(loop, points)
-    if alone is None:
-        alone = _alone(loop, points)
     with np.errstate(divide="ignore", invalid="ignore"):
         rate, before = -np.log(ring) / loop.period_s, -np.log(alone) / loop.period_s
         share = rate / np.clip(before, 1e-3, DAMPED_1_S)
     return radius, np.where(ring > 0, share, 1.0)
 
 
-def _alone(loop: Loop, points: Points) -> np.ndarray:
-    """Largest |eigenvalue| of vibrations without the observer: then nothing goes by the force."""
-    return modes(replace(loop, gain=0.0, sensor_hz=0.0, sensor_ticks=0, own_ticks=0), points)[1]
+def _alone(loop: Loop) -> np.ndarray:
+    """Largest |eigenvalue| of vibrations without the observer, at every point of the grid: then nothing goes by the force or by how it is used."""
+    return _vibrations(
+        replace(loop, gain=0.0, bandwidth_hz=1.0, excess=0.0, sensor_hz=0.0, sensor_ticks=0, own_ticks=0)
+    )
 
 
-def judge(loop: Loop, points: Points | None = None) -> Finding:
-    """The worst of the grid, or of `points` of it."""
-    points = grid(loop) if points is None else points
-    radius, kept = _kept(loop, points)
+@lru_cache(maxsize=256)
+def _vibrations(loop: Loop) -> np.ndarray:
+    """Largest |eigenvalue| of vibrations at every point of the grid, not to be written to; asked once for all sensors, gains and bandwidths that are tried."""
+    return modes(loop, grid(loop))[1]
+
+
+def judge(loop: Loop, chosen: np.ndarray | None = None) -> Finding:
+    """The worst of the grid, or of its points of these numbers."""
+    points, alone = grid(loop), _alone(loop)
+    if chosen is not None:
+        points, alone = points[chosen], alone[chosen]
+    radius, kept = _kept(loop, points, alone)
     return _finding(loop, points, radius, kept)
 
 
@@ -108,9 +117,8 @@ def _words(loop: Loop, points: Points, at: int) -> str:
 
 def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[float, float] | None:
     """First pair of gain and bandwidth that passes. The points that are worst as things are come first: they decide most."""
-    points = grid(loop)
-    radius, kept = _kept(loop, points)
-    weak = points[np.flatnonzero((radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST))]
+    radius, kept = _kept(loop, grid(loop), _alone(loop))
+    weak = np.flatnonzero((radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST))
     for gain, bandwidth_hz in tried:
         other = replace(loop, gain=gain, bandwidth_hz=bandwidth_hz)
         if (weak.size == 0 or judge(other, weak).ok) and judge(other).ok:
@@ -124,7 +132,7 @@ def slowest_sensor(loop: Loop) -> float:
     Searched at the points that are weak with some sensor, and confirmed at all.
     """
     points = grid(loop)
-    alone = _alone(loop, points)
+    alone = _alone(loop)
     weak = np.zeros(points.size, dtype=bool)
     for hz in SENSORS_HZ[4::7]:
         radius, kept = _kept(replace(loop, sensor_hz=hz), points, alone)

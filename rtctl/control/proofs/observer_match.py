@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.control.disturbance_observer import LATE_MOST
-from rtctl.control.proofs.observer_loop import Loop, Points, grid
+from rtctl.control.proofs.observer_loop import Loop, grid
 from rtctl.control.proofs.observer_margin import judge
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
@@ -45,12 +45,13 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float]) -> Loop:
     return loop
 
 
-def _sliding(loop: Loop) -> Points:
+def _sliding(loop: Loop) -> np.ndarray:
+    """Numbers of the points of the grid with undamped hands on a joint that slides."""
     points = grid(loop)
-    return points[np.flatnonzero((points.b_h == 0.0) & (points.bristle == 0.0))]
+    return np.flatnonzero((points.b_h == 0.0) & (points.bristle == 0.0))
 
 
-def _kept(loop: Loop, points: Points) -> float:
+def _kept(loop: Loop, points: np.ndarray) -> float:
     """Least share that is kept with every sensor, or as soon as it is too little; less than 0 where something grows."""
     least = 1.0
     for one in (loop, *quicker_sensors(loop)):

@@ -5,7 +5,7 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli
-from rtctl.cli.command_table import COMMANDS
+from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.outputs import OutputFile, OutputFolder, why_no_folder
 
 WRITES = ("--out", "--plot", "--report", "--record", "--save-model")
@@ -35,6 +35,22 @@ def test_no_help_shows_the_mark_that_keeps_its_lines_apart():
     assert len(helps) > 30
     assert not [text for text in helps if "\\b" in text]
     assert sum("\n      rtctl init mock.toml my-rig.toml\n" in text for text in helps) == 1
+
+
+def test_the_list_of_commands_says_of_each_in_one_line_what_it_does():
+    said = CliRunner().invoke(cli, ["--help"], terminal_width=80).output.splitlines()
+    lines = [line.split(maxsplit=1) for line in said if line.split()[:1] and line.split()[0] in COMMANDS]
+    about = [[name, text] for section in SECTIONS.values() for name, (_, text) in section.items()]
+    assert lines == about
+
+
+@pytest.mark.parametrize(
+    ("word", "said"), [("chek", "Did you mean 'check'?"), ("xyz", "`rtctl --help` lists them.")]
+)
+def test_a_command_that_there_is_not_is_told_with_what_is_near(word, said):
+    done = CliRunner().invoke(cli, [word])
+    assert done.exit_code == 2
+    assert f"No such command '{word}'. {said}" in done.output
 
 
 def test_every_option_that_names_an_output_is_one():

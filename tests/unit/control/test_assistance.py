@@ -10,6 +10,7 @@ from law_rig import LEVER, B, LawRig, T
 
 from rtctl.control.assistance import CREEP_RAD_S, VISCOUS_SHARE, assistance_share, keep_assistance
 from rtctl.control.dry_friction import credit_friction
+from rtctl.control.jit import compiled
 from rtctl.control.records import HELD
 from rtctl.control.vocabulary import Policy, State
 
@@ -29,16 +30,21 @@ def made(delay=0, **params):
     return rig
 
 
+@compiled
+def _period(state, params, model, dx, wanted, v):
+    s, p = state[0], params[0]
+    credit_friction(s, p, model[0], 0, dx, 1, v)
+    keep_assistance(s, p, 0, dx, 1, v, True)
+    share = assistance_share(s, p, 0)
+    s.compensation_nm[0, s.ticks % HELD] = share * wanted
+    s.ticks += 1
+    return share
+
+
 def period(rig, dx, wanted, velocity=None):
     """One tick: the last period's motion into the accounts, then what is wanted is sent, as far as they allow."""
-    s, p = rig.state[0], rig.params[0]
     v = dx / T if velocity is None else velocity
-    credit_friction(s, p, rig.model[0], 0, dx, 1, v)
-    keep_assistance(s, p, 0, dx, 1, v, True)
-    share = float(assistance_share(s, p, 0))
-    rig.state["compensation_nm"][0, 0, int(rig.state["ticks"][0]) % HELD] = share * wanted
-    rig.state["ticks"] += 1
-    return share
+    return float(_period(rig.state, rig.params, rig.model, dx, wanted, v))
 
 
 def energies(rig):

@@ -6,12 +6,29 @@ import numpy as np
 import pytest
 
 from rtctl.control import detectors, running_delay
-from rtctl.control.jit import records
+from rtctl.control.jit import compiled, records
 from rtctl.control.records import new_records
 from rtctl.control.vocabulary import Fault, State
 from rtctl.tick import new_ticks
 
 LIMIT = 2.0
+
+
+@compiled
+def _through(tick, state, params, sent, measured, skipped, found):
+    """Tick and bits of the first fault, or -1 and 0; the delay that is known at each tick is put into `found`."""
+    t, s, p = tick[0], state[0], params[0]
+    for k in range(len(sent)):
+        s.torque_applied_nm[0] = sent[k]
+        detectors.remember_torque(s, 0)
+        s.ticks += 1
+        t.motor_torque_nm[0] = measured[k]
+        fault = running_delay.running_fault(t, s, p, 0, int(skipped[k]))
+        if s.running_count[0] == 1:
+            found[k] = s.running_delay[0]
+        if fault:
+            return k, fault
+    return -1, 0
 
 
 class Motor:
@@ -33,19 +50,11 @@ class Motor:
 
     def run(self, sent, measured, skipped_at=()):
         """Returns the tick of the first fault, or -1."""
-        for k, (torque, shown) in enumerate(zip(sent, measured, strict=True)):
-            self.state["torque_applied_nm"] = torque
-            detectors.remember_torque(self.state[0], 0)
-            self.state["ticks"] += 1
-            self.tick["motor_torque_nm"] = shown
-            skipped = 1 if k in skipped_at else 0
-            fault = running_delay.running_fault(self.tick[0], self.state[0], self.params[0], 0, skipped)
-            if self.known:
-                self.seen.append(self.delay)
-            if fault:
-                self.fault = Fault(int(fault))
-                return k
-        return -1
+        skipped, found = np.isin(np.arange(len(sent)), list(skipped_at)), np.full(len(sent), np.nan)
+        at, fault = _through(self.tick, self.state, self.params, sent, measured, skipped, found)
+        self.fault = Fault(fault)
+        self.seen += found[~np.isnan(found)].tolist()
+        return at
 
     @property
     def known(self):

@@ -1,7 +1,7 @@
 """A device that flickers does not fill the event log, and what was left out is counted."""
 
 from rtctl.cli.events import line
-from rtctl.host.record.repeated_events import BURST, ChatterFilter
+from rtctl.host.repeated_events import BURST, ChatterFilter
 
 
 def device(tick, axis="tip"):

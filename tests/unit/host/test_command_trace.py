@@ -1,6 +1,6 @@
 import numpy as np
 
-from rtctl.host.record.command_trace import CommandTrace
+from rtctl.host.command_trace import CommandTrace
 from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
 

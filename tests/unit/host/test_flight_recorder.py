@@ -7,8 +7,8 @@ from patience import PATIENCE_S
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import LoopDiedError
-from rtctl.host.record import flight_recorder
-from rtctl.host.record.flight_recorder import FlightRecorder
+from rtctl.host import flight_recorder
+from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
 from rtctl.recording import event_log
 from rtctl.recording.event_log import read_events

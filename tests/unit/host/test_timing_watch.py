@@ -8,7 +8,7 @@ import pytest
 from rtctl.check import measured_timing as timing
 from rtctl.cli.events import line
 from rtctl.control.vocabulary import State
-from rtctl.host.record.flight_recorder import FlightRecorder
+from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
 from rtctl.host.telemetry.timing_watch import TimingWatch

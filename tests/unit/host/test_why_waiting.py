@@ -9,7 +9,8 @@ from patience import until
 
 from hw import code_cache
 from hw.jit import JIT_DISABLED
-from rtctl.host import preparation
+from rtctl.errors import LoopDiedError
+from rtctl.host import preparation, supervisor
 from rtctl.host.loop.process import Compiling, LoopProcess
 from rtctl.host.supervisor import _why_waiting
 from rtctl.rt import process as loop
@@ -31,6 +32,24 @@ def test_a_host_that_compiles_beside_a_loop_that_has_all_says_so():
     assert "first start" not in said
     assert "2 of the host" in said
     assert "of the loop" not in said
+
+
+def test_a_start_that_goes_on_compiling_is_given_up_only_when_it_stops(monkeypatch):
+    now_s = [0.0]
+    monkeypatch.setattr(supervisor.time, "monotonic", lambda: now_s[0])
+    loop = SimpleNamespace(poll=lambda: True, compiling=None)
+    host = SimpleNamespace(
+        loop=loop, began=0.0, _tell_at_s=1e9, signals=SimpleNamespace(ends=0), preparation=SimpleNamespace(compiled=lambda: 0)
+    )  # fmt: skip
+
+    def later(_s):
+        now_s[0] += 100.0
+        if now_s[0] < 1000.0:
+            loop.compiling = Compiling(int(now_s[0]), 1000, first=True)
+
+    monkeypatch.setattr(supervisor.time, "sleep", later)
+    with pytest.raises(LoopDiedError, match=r"not ready after 1300 s.*start again"):
+        supervisor.Host._wait_for(host, lambda: False)
 
 
 @pytest.mark.compiled

@@ -8,7 +8,7 @@ import pytest
 from hw.interface import Rig
 from hw.mock import hand
 from hw.mock.backend import MockBackend
-from hw.mock.jit import records
+from hw.mock.jit import compiled, records
 from hw.mock.options import MockOptions
 from rtctl.tick import new_ticks
 
@@ -21,9 +21,16 @@ def make(**table):
     return MockBackend(MockOptions.model_validate({"hand": [table]}).model_dump(mode="json"), RIG)
 
 
+@compiled
+def _path(params, times_s):
+    out = np.zeros((2, len(times_s)))
+    for k in range(len(times_s)):
+        out[0, k], out[1, k] = hand.wanted(times_s[k], params[0], 0)
+    return out
+
+
 def path(times_s, **table):
-    p = make(**table).params[0]
-    return np.array([hand.wanted(float(t), p, 0) for t in times_s]).T
+    return _path(make(**table).params, np.array(times_s, dtype=float))
 
 
 KINDS = [

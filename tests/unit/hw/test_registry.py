@@ -11,7 +11,7 @@ from hw.interface import BackendError, BackendInfo
 
 def test_a_missing_driver_is_named_with_the_package_that_brings_it(monkeypatch):
     for name in [
-        name for name in sys.modules if name.split(".")[0] == "serial" or name.startswith("hw.serial.port")
+        name for name in sys.modules if name.split(".")[0] == "serial" or name.startswith("hw.serial_port")
     ]:
         monkeypatch.delitem(sys.modules, name)
     monkeypatch.delitem(sys.modules, "hw.force.serial_backend", raising=False)

@@ -17,7 +17,7 @@ from hw.jit import compiled
 from hw.serial import compiled_core
 from hw.serial.frame_backend import SerialBackend
 from hw.serial.options import SerialOptions
-from hw.serial.port import Port
+from hw.serial_port import Port
 from hw.simulators.serial_firmware import Board
 from hw.system_calls import FAILED, read_some, write_all
 from rtctl.tick import new_ticks

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 from hw.interface import BackendError, LinkFault
 from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
-from hw.serial.port import usb_identity
+from hw.serial_port import usb_identity
 
 DROPPED = LinkFault.DEVICE
 

@@ -35,7 +35,7 @@ from rtctl.friction.logs.log_points import checked
 from rtctl.friction.logs.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points.measured import FrictionPoints
-from rtctl.playback.run import load_log
+from rtctl.simulation.playback_run import load_log
 
 PERIODS_MIN = 10
 """Periods of the cut-off that a stretch of a log lasts at least."""

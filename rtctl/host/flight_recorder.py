@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.check import measured_timing as timing
-from rtctl.host.record.repeated_events import ChatterFilter
+from rtctl.host.repeated_events import ChatterFilter
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.friction_watch import FrictionWatch

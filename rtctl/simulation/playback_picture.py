@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from rtctl import pictures
-from rtctl.playback.figures import Judged, Learned, Trace
+from rtctl.simulation.playback_figures import Judged, Learned, Trace
 
 
 def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | None) -> None:

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.host.record.command_trace import CommandTrace
-from rtctl.host.record.flight_recorder import FlightRecorder
+from rtctl.host.command_trace import CommandTrace
+from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import RigDescription

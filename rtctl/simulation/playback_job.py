@@ -19,13 +19,22 @@ from rtctl.friction.logs.log_input import of_file
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points.presliding import Presliding
-from rtctl.playback.figures import Judged, Learned, Settings, Trace, in_range_share, interaction, judge, learn
-from rtctl.playback.figures import prediction as predict
-from rtctl.playback.figures import trace as trace_of
-from rtctl.playback.picture import save_plot
-from rtctl.playback.run import changed, config_for_log, fault_names, load_log, run_log, with_bias
 from rtctl.rig_file import config as rig_file
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.playback_figures import (
+    Judged,
+    Learned,
+    Settings,
+    Trace,
+    in_range_share,
+    interaction,
+    judge,
+    learn,
+)
+from rtctl.simulation.playback_figures import prediction as predict
+from rtctl.simulation.playback_figures import trace as trace_of
+from rtctl.simulation.playback_picture import save_plot
+from rtctl.simulation.playback_run import changed, config_for_log, fault_names, load_log, run_log, with_bias
 
 
 @dataclass(frozen=True)

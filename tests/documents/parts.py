@@ -7,13 +7,12 @@ from collections.abc import Callable
 
 from hw import fault_kinds
 from rtctl import tick
-from rtctl.cli import generated_api as api_document
 from rtctl.control import faults, states
 from rtctl.control.environments import table as environments
 from rtctl.control.vocabulary import Fault, State
 from rtctl.friction.kinds import table as friction_kinds
 from rtctl.friction.points import columns as point_columns
-from rtctl.rig_file import generated_document as config_document
+from tests.documents import client_reference, rig_file_keys
 
 
 def _fault_bits() -> str:
@@ -55,9 +54,9 @@ PARTS: dict[str, Callable[[], str]] = {
     "environment numbers": environments.numbers,
     "environment keys": _environment_keys,
     "environment forces": environments.forces,
-    "rig file keys": config_document.rig_file,
-    "client reference": api_document.reference,
-    "device option keys": config_document.device_options,
+    "rig file keys": rig_file_keys.rig_file,
+    "client reference": client_reference.reference,
+    "device option keys": rig_file_keys.device_options,
 }
 """What can stand between marks."""
 

@@ -1,1 +1,0 @@
-"""What the host keeps of a run: event log, incidents, recordings."""
