@@ -8,7 +8,21 @@ PURE = ("tests/unit/friction/test_adaptation.py",)
 WATCH = ("tests/unit/friction/test_followed_drift.py",)
 LAW = ("tests/unit/control/test_friction_factor.py",)
 CHECK = ("tests/unit/cli/test_check_followed_friction.py",)
-HOST = ("tests/unit/host/test_friction_watch.py",)
+HOST = ("tests/unit/host/test_friction_watch.py",    Seed(
+        "noise at one place takes what a whole turn has shown",
+        "rtctl/control/place_trust.py",
+        "max(now, _believed(slope * both, left))",
+        "_believed(slope * both, left)",
+        ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "what was trusted stays so, however the place drowns in noise",
+        "rtctl/control/place_trust.py",
+        "return min(max(now, _believed(slope * both, left)), _believed(turned, left))",
+        "return max(now, _believed(slope * both, left))",
+        ("tests/unit/control/test_place_trust.py",),
+    ),
+)
 
 SEEDS = (
     Seed(
