@@ -8,7 +8,9 @@ PURE = ("tests/unit/friction/test_adaptation.py",)
 WATCH = ("tests/unit/friction/test_followed_drift.py",)
 LAW = ("tests/unit/control/test_friction_factor.py",)
 CHECK = ("tests/unit/cli/test_check_followed_friction.py",)
-HOST = ("tests/unit/host/test_friction_watch.py",    Seed(
+HOST = (
+    "tests/unit/host/test_friction_watch.py",
+    Seed(
         "noise at one place takes what a whole turn has shown",
         "rtctl/control/place_trust.py",
         "max(now, _believed(slope * both, left))",
