@@ -59,8 +59,11 @@ VISCOUS_SURE = 2.0
 SHAPE_MOST = 0.04
 """(of the dry friction at most; its largest error is no error of its shape)"""
 
+BESIDE_VISCOUS = 0.025
+"""and where the factor is left known to this standard error: in motion of few speeds it is not, and would jump. Else it only widens the interval, from"""
+
 VISCOUS_LIKELY = 1.0
-"""From so many on, what the factor would be if it were not widens the interval."""
+"""standard errors on, by what the factor would be."""
 
 VISCOUS_CALM = 0.02
 """a share with this standard deviation."""
@@ -226,9 +229,9 @@ def _beside_viscous(sums: _Sums, known: np.ndarray, doubt_nm: float) -> tuple[np
     square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
     of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
     sure = abs(float(found[VISCOUS])) / math.sqrt(cov[VISCOUS, VISCOUS] + of_model)
-    if sure > VISCOUS_SURE:
+    if sure > VISCOUS_SURE and cov[0, 0] < BESIDE_VISCOUS**2:
         return found, cov, 0.0
-    likely = max(sure - VISCOUS_LIKELY, 0.0) / (VISCOUS_SURE - VISCOUS_LIKELY)
+    likely = min(max(sure - VISCOUS_LIKELY, 0.0) / (VISCOUS_SURE - VISCOUS_LIKELY), 1.0)
     calm, cov = _solved(sums, known)
     return calm, cov, likely * abs(float(found[0] - calm[0]))
 
