@@ -184,8 +184,8 @@ SEEDS = (
     Seed(
         "viscous friction is always as learned",
         "rtctl/friction/drift_estimate.py",
-        "if sure > VISCOUS_SURE:",
-        "if False:",
+        "if sure > VISCOUS_SURE and",
+        "if False and",
         BESIDE,
     ),
     Seed(
