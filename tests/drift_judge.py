@@ -1,12 +1,11 @@
 """The watch over the friction on joints of another make (`tests/foreign_drift.py`) that change as a laboratory's do: what is told rightly, wrongly, or not at all.
 
-`python -m tests.drift_judge [PLANT ...]` prints a line for each joint, motion and change. Nothing changes for the first 100 s. Dry friction that changes by a tenth must be
+`python -m tests.drift_judge [--seed N] [PLANT ...]` prints a line for each joint, motion and change. Nothing changes for the first 100 s. Dry friction that changes by a tenth must be
 told within 60 s of motion with its factor within 2 %; whatever else changes must not be told as friction.
 """
 
 import itertools
 import math
-import sys
 import tempfile
 from pathlib import Path
 from typing import NamedTuple
@@ -22,16 +21,8 @@ from tests.foreign_files import certified, rig_file
 BEFORE_S, STEP_S, MOTION_S, MOVING = 100.0, 2.0, 60.0, 0.03
 DIRECT = Joint()
 GEARED = Joint(
-    motor=0.012,
-    viscous=0.08,
-    coulomb=0.22,
-    breakaway=0.36,
-    stribeck=0.05,
-    power=1.0,
-    bristle=800.0,
-    exponent=0.8,
-    backward=0.97,
-)
+    motor=0.012, viscous=0.08, coulomb=0.22, breakaway=0.36, stribeck=0.05, power=1.0, bristle=800.0, exponent=0.8, backward=0.97,
+)  # fmt: skip
 ELASTIC = Joint(
     motor=0.007, link=0.006, gear=450.0, gear_damping=0.05, viscous=0.05, bristle=500.0, exponent=1.0
 )
@@ -58,11 +49,16 @@ def strokes(seed, slow, fast, reach, seconds=4000.0):
     return np.array(knots).T
 
 
-KNOTS = {
-    "use": strokes(1, 0.06, 1.2, 0.4),
-    "slow use": strokes(2, 0.05, 0.15, 0.15),
-    "quick use": strokes(3, 0.6, 1.4, 0.5),
-}
+def knots(seed):
+    """Knots of the motions that go by strokes."""
+    return {
+        "use": strokes(seed, 0.06, 1.2, 0.4),
+        "slow use": strokes(seed + 1, 0.05, 0.15, 0.15),
+        "quick use": strokes(seed + 2, 0.6, 1.4, 0.5),
+    }
+
+
+KNOTS = knots(1)
 MOTIONS = (*KNOTS, "sine", "small")
 
 
@@ -94,6 +90,11 @@ def step(**to):
 def pushed(**to):
     """Torques and shares that were 0 before."""
     return Change(lambda t: {name: np.where(t < 0, 0.0, value) for name, value in to.items()}, 90.0)
+
+
+def swings(amplitude, period):
+    """A force sensor's zero that goes to and fro."""
+    return Change(lambda t: {"felt": amplitude * np.sin(2 * np.pi * np.clip(t, 0, None) / period)}, 300.0)
 
 
 def bursts(t, value, on=3.0, every=11.0):
@@ -132,9 +133,8 @@ def changes(f):
         "sensor's bias drifts, .3 F in 10 min": Change(
             lambda t: {"felt": 0.3 * f * np.clip(t, 0, 600) / 600}, 600.0
         ),
-        "sensor's bias swings, .2 F in 90 s": Change(
-            lambda t: {"felt": np.where(t > 0, 0.2 * f * np.sin(t / 14.3), 0.0)}, 300.0
-        ),
+        "sensor's bias swings, .2 F in 90 s": swings(0.2 * f, 90.0),
+        "sensor's bias swings, .2 F in 45 s": swings(0.2 * f, 45.0),
         "current's zero .1 F": pushed(current=0.1 * f),
         "pushes on the mounting, .5 F": Change(lambda t: {"torque": bursts(t, 0.5 * f)}, 200.0),
         "a third of the hand past the sensor, at times": Change(
@@ -205,9 +205,8 @@ def watched(loaded, joint, motion, change, seed=1):
         watch.follow(ticks)
         t = rig.time_s - BEFORE_S
         (axis,) = watch.axes
-        moved += (
-            STEP_S * float((np.abs(ticks["velocity_rad_s"][:, 0]) > MOVING * joint.size).mean()) * (t > 0)
-        )
+        moves = np.abs(ticks["velocity_rad_s"][:, 0]) > MOVING * joint.size
+        moved += STEP_S * float(moves.mean()) * (t > 0)
         now = script(np.array([rig.time_s]))
         parts = [float(np.ravel(now.get(name, 1.0))[0]) for name in ("forward", "backward", "worn")]
         x = ticks["position_rad"][::10, 0]
@@ -267,8 +266,9 @@ def verdict(rows, words, change):
     )
 
 
-def judged(names, motions=MOTIONS, only=None):
-    """Rows of plant, motion, change, verdict, words."""
+def judged(names, motions=MOTIONS, only=None, seed=1):
+    """Rows of plant, motion, change, verdict, words; `seed` is that of strokes and noise."""
+    KNOTS.update(knots(seed))
     for name in names:
         joint = PLANTS[name]
         with tempfile.TemporaryDirectory() as folder:
@@ -280,18 +280,21 @@ def judged(names, motions=MOTIONS, only=None):
                         name,
                         motion,
                         what,
-                        *verdict(*watched(loaded, joint, motion, every[what]), every[what]),
+                        *verdict(*watched(loaded, joint, motion, every[what], seed), every[what]),
                     )
 
 
-def main(names):
+@click.command()
+@click.option("--seed", default=1, help="of strokes and noise")
+@click.argument("names", nargs=-1)
+def main(names, seed):
     """Print every row and the sums."""
     sums = {}
-    for row in judged(names or PLANTS):
+    for row in judged(names or PLANTS, seed=seed):
         click.echo(f"{row[0]:18} {row[1]:10} {row[2]:46} {row[3]:7} {row[4]}")
         sums[row[3]] = sums.get(row[3], 0) + 1
     click.echo(sums)
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

@@ -5,7 +5,8 @@
 An encoder that counts from where it was switched on, an index that was found half a turn off, a gear taken apart: all leave a model
 that is right in speed and wrong in place. So mean and spread of e and m are followed over the way, forgotten over
 `place_length_rad`: where m explains e, their slope cov/var(m) is near 1 and their correlation high. `place_kind` SEEN trusts a model
-once they are, and as far; GIVEN (an absolute encoder) trusts it from the start, until the slope says that it is wrong.
+once they are, and as far; what was trusted stays so where noise drowns what one place says, as long as the slope fits and so much noise would leave a whole turn
+its correlation. GIVEN (an absolute encoder) trusts it from the start, until the slope says that it is wrong.
 The mean of each direction is left out: it is what friction has drifted, and says nothing of place. A way that stays at one place says little,
 and counts by what it says. Waves of tau_c that pass quicker than the observer sees at any speed are not in m: with SEEN they are never compensated.
 
@@ -94,24 +95,39 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
 
 
 @compiled
+def _whole_nm2(p: Record, axis: int) -> float:
+    """Mean square of what the model says of places over a whole turn, as one wave as deep as its trough has it."""
+    return 0.5 * p.place_trough_nm[axis] * p.place_trough_nm[axis]
+
+
+@compiled
 def _telling(s: Record, p: Record, axis: int) -> float:
     """How much the last way says of the places, 0 to 1: its spread of them over that of a whole turn, squared."""
-    whole = 0.5 * p.place_trough_nm[axis] * p.place_trough_nm[axis]
+    whole = _whole_nm2(p, axis)
     return min(s.place_square_nm2[axis, 1] / whole, 1.0) if whole > 0.0 else 1.0
+
+
+@compiled
+def _believed(square: float, left: float) -> float:
+    """Share that a correlation is believed by, 0 to 1, of places of this mean square beside what they leave over."""
+    correlation = math.sqrt(square / max(square + left, 1e-30))
+    return min(max((correlation - CORRELATION_LOW) / (CORRELATION_FULL - CORRELATION_LOW), 0.0), 1.0)
 
 
 @compiled
 def _target(s: Record, p: Record, axis: int) -> float:
     """Where the evidence is going: trust of SEEN, doubt of GIVEN."""
-    seen, model, both = s.place_square_nm2[axis, 0], s.place_square_nm2[axis, 1], s.place_square_nm2[axis, 2]
+    now, model, both = s.place_evidence[axis], s.place_square_nm2[axis, 1], s.place_square_nm2[axis, 2]
     if not model > SMALLEST_NM * SMALLEST_NM:
-        return s.place_evidence[axis]
-    slope, correlation = both / model, both / math.sqrt(max(seen * model, 1e-30))
+        return now
+    slope = both / model
     if p.place_kind[axis] == _GIVEN:
         return 1.0 if slope < WRONG_SLOPE else 0.0
+    left = max(s.place_square_nm2[axis, 0] - slope * both, 0.0)
     if not SLOPE_LOW < slope < SLOPE_HIGH:
-        return 0.0
-    return min(max((correlation - CORRELATION_LOW) / (CORRELATION_FULL - CORRELATION_LOW), 0.0), 1.0)
+        return now * left / (left + model)
+    turned = slope * slope * max(model, _whole_nm2(p, axis))
+    return min(max(now, _believed(slope * both, left)), _believed(turned, left))
 
 
 @compiled

@@ -40,7 +40,12 @@ WANDER_S = 8.0
 """of what it moves by in so many seconds of sliding,"""
 
 WANDER_SHARE = 0.04
-"""likewise,"""
+"""likewise, or as much more as the strokes themselves show, to"""
+
+WANDER_MOST = 0.25
+"""of it: a sensor's zero that swings within a minute,"""
+
+_WANDER_ROUNDS = 3
 
 PULL_SHARE = 0.3
 """of what a spring pulls with where the joint is mostly, likewise,"""
@@ -53,6 +58,12 @@ VISCOUS_SURE = 2.0
 
 SHAPE_MOST = 0.04
 """(of the dry friction at most; its largest error is no error of its shape)"""
+
+BESIDE_VISCOUS = 0.025
+"""and where the factor is left known to this standard error: in motion of few speeds it is not, and would jump. Else it only widens the interval, from"""
+
+VISCOUS_LIKELY = 1.0
+"""standard errors on, by what the factor would be."""
 
 VISCOUS_CALM = 0.02
 """a share with this standard deviation."""
@@ -100,19 +111,17 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
         return None
     sessions, at = np.unique(table[:, 0], return_inverse=True)
     dry, trust = float(zz[:, 1, COLUMNS - 1].sum() / n.sum()), float(table[:, 2].sum() / n.sum())
-    of, offsets = _offsets(n, at, WANDER_S * rate_hz)
+    of, offsets, moves = _offsets(n, at, WANDER_S * rate_hz)
     known = np.zeros((of.shape[2], of.shape[2]))
-    for unknown, spread in ((DIRECTION, DIRECTIONS_DIFFER), (INERTIA, INERTIA_OFF), (VISCOUS, VISCOUS_OFF)):
+    for unknown, spread in ((DIRECTION, DIRECTIONS_DIFFER), (INERTIA, INERTIA_OFF), (VISCOUS, VISCOUS_CALM)):
         known[unknown, unknown] = spread**-2
     known[PLACE, PLACE] = _spread(zz, at) / (PULL_SHARE * dry) ** 2
     known[COLUMNS - 1 :, COLUMNS - 1 :] = offsets / dry**2
     least = (METHOD_FLOOR * dry) ** 2 * len(table)  # what the model errs by is the same in every stroke
     sums = _summed(table, of, least)
-    found, cov = _solved(sums, known)
+    known = _wandering(sums, known, moves / dry)
     doubt_nm = min(max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)), SHAPE_MOST * dry)
-    if not _tells_viscous(sums, found, cov, doubt_nm):
-        known[VISCOUS, VISCOUS] = VISCOUS_CALM**-2
-        found, cov = _solved(sums, known)
+    found, cov, hidden = _beside_viscous(sums, known, doubt_nm)
     clusters = len(table)
     present = table[:, 0] == strokes.session
 
@@ -125,7 +134,7 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     now[:PLACE] = 0.0  # in the middle of where it was in the last session
     return Estimate(
         factor=float(found[0]),
-        factor_error=error(one[0], METHOD_FLOOR),
+        factor_error=error(one[0], math.hypot(METHOD_FLOOR, hidden)),
         forward=float(found[0] + found[1]),
         forward_error=error(one[0] + one[1], DIRECTION_FLOOR),
         backward=float(found[0] - found[1]),
@@ -145,12 +154,15 @@ def _newest_sessions(table: np.ndarray) -> np.ndarray:
     return table[np.isin(table[:, 0], sessions)]
 
 
-def _offsets(rows: np.ndarray, session: np.ndarray, apart: float) -> tuple[np.ndarray, np.ndarray]:
-    """Which unknowns each column of a stroke is of, (strokes, `COLUMNS`, unknowns), and what is known of the offsets before, in shares of the dry friction.
+def _offsets(
+    rows: np.ndarray, session: np.ndarray, apart: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which unknowns each column of a stroke is of, (strokes, `COLUMNS`, unknowns), what is known of the offsets before, in shares of the dry friction, and their moves.
 
-    The offset is linear between knots, some `apart` rows from one another, and moves from one to the next by chance.
+    The offset is linear between knots, some `apart` rows from one another, and moves from one to the next by chance: a row of the moves, (moves, unknowns), gives one as if
+    it were over `apart` rows.
     """
-    shares, known = np.zeros((len(rows), 0)), np.zeros((0, 0))
+    shares, known, moves = np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, COLUMNS - 1))
     for one in range(int(session.max()) + 1):
         there = np.flatnonzero(session == one)
         end = np.cumsum(rows[there])
@@ -158,18 +170,17 @@ def _offsets(rows: np.ndarray, session: np.ndarray, apart: float) -> tuple[np.nd
         at = (end - 0.5 * rows[there]) / end[-1] * steps
         hats = np.zeros((len(rows), steps + 1))
         hats[there] = np.maximum(1.0 - np.abs(at[:, None] - np.arange(steps + 1)), 0.0)
-        moves = np.diff(np.eye(steps + 1), axis=0)
-        spread = WANDER_SHARE**2 * end[-1] / (steps * apart)
-        wander = moves.T @ moves / spread + np.eye(steps + 1) / ((steps + 1) * OFFSET_SHARE**2)
         shares = np.hstack([shares, hats])
-        size = len(known)
-        known = np.pad(known, (0, steps + 1))
-        known[size:, size:] = wander
+        known = np.append(known, np.full(steps + 1, 1.0 / ((steps + 1) * OFFSET_SHARE**2)))
+        moves = np.pad(moves, ((0, steps), (0, steps + 1)))
+        moves[-steps:, -steps - 1 :] = np.diff(np.eye(steps + 1), axis=0) / math.sqrt(
+            end[-1] / (steps * apart)
+        )
     of = np.zeros((len(rows), COLUMNS, COLUMNS - 1 + shares.shape[1]))
     same = np.arange(COLUMNS - 1)
     of[:, same, same] = 1.0
     of[:, -1, COLUMNS - 1 :] = shares
-    return of, known
+    return of, np.diag(known), moves
 
 
 @dataclass(frozen=True)
@@ -193,11 +204,36 @@ def _summed(table: np.ndarray, of: np.ndarray, least: float) -> _Sums:
     return _Sums(zz.sum(axis=0), zy.sum(axis=0), zz, zy, float(yy.sum()), table[:, 1], least)
 
 
-def _tells_viscous(sums: _Sums, found: np.ndarray, cov: np.ndarray, doubt_nm: float) -> bool:
-    """Whether viscous friction surely is not what was learned; what the model may err by over speed is none."""
+def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
+    """What is `known`, with offsets whose moves (shares of the dry friction) are as large as these strokes show them to be, within bounds.
+
+    Each round takes the mean square of the moves that are found, and of what is left open of them, for their variance.
+    """
+    share = WANDER_SHARE
+    for _ in range(_WANDER_ROUNDS):
+        found, cov = _solved(sums, known + moves.T @ moves / share**2)
+        square = (moves @ found) ** 2 + np.einsum("ij,jk,ik->i", moves, cov, moves)
+        share = min(max(math.sqrt(float(square.mean())), WANDER_SHARE), WANDER_MOST)
+    wanders: np.ndarray = known + moves.T @ moves / share**2
+    return wanders
+
+
+def _beside_viscous(sums: _Sums, known: np.ndarray, doubt_nm: float) -> tuple[np.ndarray, np.ndarray, float]:
+    """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and what that may hide of the factor.
+
+    What the model may err by over speed, `doubt_nm`, is no viscous friction.
+    """
+    free = known.copy()
+    free[VISCOUS, VISCOUS] = VISCOUS_OFF**-2
+    found, cov = _solved(sums, free)
     square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
     of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
-    return bool(abs(found[VISCOUS]) > VISCOUS_SURE * math.sqrt(cov[VISCOUS, VISCOUS] + of_model))
+    sure = abs(float(found[VISCOUS])) / math.sqrt(cov[VISCOUS, VISCOUS] + of_model)
+    if sure > VISCOUS_SURE and cov[0, 0] < BESIDE_VISCOUS**2:
+        return found, cov, 0.0
+    likely = min(max(sure - VISCOUS_LIKELY, 0.0) / (VISCOUS_SURE - VISCOUS_LIKELY), 1.0)
+    calm, cov = _solved(sums, known)
+    return calm, cov, likely * abs(float(found[0] - calm[0]))
 
 
 def _spread(zz: np.ndarray, session: np.ndarray) -> float:

@@ -32,6 +32,10 @@ little sliding, and a window of sliding alone would reach minutes back, to befor
 KEPT_STROKES = 16
 """So many of the newest are never forgotten for that: fewer tell nothing."""
 
+LATE_SHARE = 0.03
+"""Rows whose friction by the curve was another by this share one presliding length ago are left out: bristles follow the curve so far behind, by some percent where
+a joint gets faster out of a high peak."""
+
 ROWS_MIN = 4
 """A shorter stroke says nothing."""
 
@@ -83,6 +87,7 @@ class Strokes:
     def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
         """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among them."""
         self._moved += moved
+        rows = settled(rows, by)
         if len(rows.velocity) == 0:
             return
         if self._from is None:
@@ -109,6 +114,17 @@ class Strokes:
             kept &= newest_first - self.table[:, 1] < self._most_rows
             self.table, self._ended = self.table[kept], self._ended[kept]
         self._open = np.zeros(SUMS)
+
+
+def settled(rows: Rows, by: Deployed) -> Rows:
+    """The rows whose friction is that of their own speed, not of one that was a presliding length ago."""
+    v, way = rows.velocity, np.sign(rows.velocity)
+    before = np.sqrt(
+        np.clip(v * v - 2.0 * by.presliding_rad * way * rows.acceleration, 1e-12, by.speed_max_rad_s**2)
+    )
+    now_nm = by.dry_nm(v)
+    kept = np.abs(by.dry_nm(way * before) - now_nm) <= LATE_SHARE * now_nm
+    return Rows(*(column[kept] for column in vars(rows).values()))
 
 
 def regression(rows: Rows, by: Deployed, from_rad: float) -> tuple[np.ndarray, np.ndarray]:

@@ -158,4 +158,26 @@ SEEDS = (
         "slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s)", "slides = (speed >= 0)",
         ("tests/unit/friction/test_point_evidence.py",),
     ),
+    Seed(
+        "a sensor's zero wanders no more than is usual", "rtctl/friction/drift_estimate.py",
+        "_WANDER_ROUNDS = 3", "_WANDER_ROUNDS = 0", ("tests/unit/friction/test_drift_beside.py",),
+    ),
+    Seed(
+        "what viscous friction hides of the factor is not doubted", "rtctl/friction/drift_estimate.py",
+        "likely * abs(float(found[0] - calm[0]))", "0.0", ("tests/unit/friction/test_drift_beside.py",),
+    ),
+    Seed(
+        "bristles that are late behind the curve are told as drift", "rtctl/friction/drift_strokes.py",
+        "rows = settled(rows, by)\n", "pass\n", ("tests/unit/friction/test_drift_window.py",),
+    ),
+    Seed(
+        "noise at one place takes what a whole turn has shown", "rtctl/control/place_trust.py",
+        "max(now, _believed(slope * both, left))", "_believed(slope * both, left)",
+        ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "what was trusted stays so, however the place drowns in noise", "rtctl/control/place_trust.py",
+        "return min(max(now, _believed(slope * both, left)), _believed(turned, left))",
+        "return max(now, _believed(slope * both, left))", ("tests/unit/control/test_place_trust.py",),
+    ),
 )  # fmt: skip

@@ -184,15 +184,15 @@ SEEDS = (
     Seed(
         "viscous friction is always as learned",
         "rtctl/friction/drift_estimate.py",
-        "if not _tells_viscous(sums, found, cov, doubt_nm):",
-        "if True:",
+        "if sure > VISCOUS_SURE and",
+        "if False and",
         BESIDE,
     ),
     Seed(
         "a sensor's zero does not move within a session",
         "rtctl/friction/drift_estimate.py",
-        "spread = WANDER_SHARE**2 * end[-1]",
-        "spread = 1e-9 * end[-1]",
+        "wanders: np.ndarray = known + moves.T @ moves / share**2",
+        "wanders: np.ndarray = known + moves.T @ moves / 1e-9",
         BESIDE,
     ),
     Seed(

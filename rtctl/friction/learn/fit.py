@@ -12,11 +12,14 @@ from datetime import UTC, datetime
 
 import numpy as np
 
+from hw.motion import at_handle
 from rtctl import __version__
 from rtctl.errors import DataError, ModelError
 from rtctl.friction.kinds.compile import compile_curve
 from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.spline import UNIT
 from rtctl.friction.learn import bands, machines
+from rtctl.friction.learn.grids import unit_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_of
 from rtctl.friction.learn.machines import Candidate, FailedFitError
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
@@ -37,7 +40,14 @@ TOLERANCE_NM = 1e-5
 """Solver tolerance."""
 
 
-def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float) -> Curve:
+def candidate(c: float, epsilon_nm: float, unit_rad_s: float = 1.0) -> Candidate:
+    """The machine of these models; `unit_rad_s` as of `grids.unit_of`."""
+    return Candidate("epsilon", "spline", c, epsilon_nm, {} if unit_rad_s == 1.0 else {UNIT: unit_rad_s})
+
+
+def train(
+    speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: float, unit_rad_s: float = 1.0
+) -> Curve:
     """Train the epsilon-SVR with the spline kernel on one direction, all points alike.
 
     Points that all lie within epsilon of a constant give that constant, without a support vector.
@@ -49,7 +59,7 @@ def train(speed: np.ndarray, friction_nm: np.ndarray, c: float, epsilon_nm: floa
     """
     try:
         trained = machines.train(
-            Candidate("epsilon", "spline", c, epsilon_nm),
+            candidate(c, epsilon_nm, unit_rad_s),
             speed,
             friction_nm,
             np.ones(len(speed)),
@@ -71,13 +81,14 @@ def validation_errors(
     c: float,
     epsilon_nm: float,
     fold: np.ndarray | None = None,
+    unit_rad_s: float = 1.0,
 ) -> np.ndarray:
     """Errors (N m) on held-out points, by cross-validation in blocks: `fold`, or equal speed (`hold_out`)."""
     fold = folds_by_speed(speed) if fold is None else fold
     errors = []
     for k in np.unique(fold[fold != TRAINS]):
         held = fold == k
-        curve = train(speed[~held], friction_nm[~held], c, epsilon_nm)
+        curve = train(speed[~held], friction_nm[~held], c, epsilon_nm, unit_rad_s)
         errors.append(curve(speed[held]) - friction_nm[held])
     return np.concatenate(errors)
 
@@ -106,6 +117,7 @@ def fit_branch(
     c: float | None = None,
     epsilon_nm: float = EPSILON_NM,
     fold: np.ndarray | None = None,
+    motion: str = "rotary",
 ) -> Branch:
     """Learn one direction.
 
@@ -118,20 +130,23 @@ def fit_branch(
         smaller one when two are within 2 %.
     fold : ndarray, shape (n,), optional
         Fold of each point; by default in blocks of equal speed.
+    motion : str
+        Of a "linear" axis the kernel counts speeds by the largest (`grids.unit_of`), and C is as of a force at a joint's handle.
 
     Raises
     ------
     DataError
         A regression that fails, or a curve that is not positive over the range.
     """
+    unit, size = unit_of(motion, float(speed.max())), at_handle("c_nm") if motion == "linear" else 1.0
     tried = {
-        value: validation_errors(speed, friction_nm, value, epsilon_nm, fold)
-        for value in (C_LIST if c is None else (c,))
+        value: validation_errors(speed, friction_nm, value, epsilon_nm, fold, unit)
+        for value in ([size * one for one in C_LIST] if c is None else (c,))
     }
     rmse = {value: float(np.sqrt(np.mean(errors**2))) for value, errors in tried.items()}
     chosen = min(value for value in tried if rmse[value] <= 1.02 * min(rmse.values()))
     return describe_branch(
-        train(speed, friction_nm, chosen, epsilon_nm),
+        train(speed, friction_nm, chosen, epsilon_nm, unit),
         speed,
         friction_nm,
         tried[chosen],
@@ -221,10 +236,16 @@ def fit_points(
     for direction in (1, -1):
         try:
             fold = folds_of(points, (direction,), folds)
-            branches.append(fit_branch(*points.branch(direction), c=c, epsilon_nm=epsilon_nm, fold=fold))
+            branches.append(
+                fit_branch(
+                    *points.branch(direction), c=c, epsilon_nm=epsilon_nm, fold=fold, motion=points.motion
+                )
+            )
         except DataError as error:
             raise DataError(f"{points.source}: direction {direction:+d}: {error}") from error
-    chosen = [Candidate("epsilon", "spline", one.hyper_parameters["C"], epsilon_nm) for one in branches]
+    chosen = [
+        candidate(one.hyper_parameters["C"], epsilon_nm, one.parameters.get(UNIT, 1.0)) for one in branches
+    ]
     band = bands.band_of(points, list(zip(chosen, (1, -1), strict=True)), folds, break_away_weight=1.0)
     both = bands.with_band((branches[0], branches[1]), band)
     return assemble(points, both, rig=rig, fade_rad_s=fade_rad_s)

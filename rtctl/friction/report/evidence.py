@@ -12,6 +12,7 @@ from statistics import NormalDist
 import numpy as np
 
 from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kinds.spline import UNIT
 from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import fit, search
 from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth, judge
@@ -227,6 +228,7 @@ def _of_model(
     branch, direction = model.branches[at], (1, -1)[at]
     speed, friction_nm = points.branch(direction)
     c, epsilon_nm = (branch.hyper_parameters[name] for name in ("C", "epsilon_nm"))
+    unit = branch.source.parameters.get(UNIT, 1.0)
     fold = folds_of(points, (direction,), folds)
     held = np.concatenate([speed[fold == k] for k in np.unique(fold[fold != TRAINS])])
     return Learned(
@@ -236,7 +238,7 @@ def _of_model(
         epsilon_nm=epsilon_nm,
         limit=np.full(len(branch.dual_coef), c),
         trained=_errors(branch.source, points, direction),
-        held_out=Errors(held, fit.validation_errors(speed, friction_nm, c, epsilon_nm, fold)),
+        held_out=Errors(held, fit.validation_errors(speed, friction_nm, c, epsilon_nm, fold, unit)),
         predicted=None if test is None else _errors(branch.source, test, direction),
     )
 

@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 import pytest
-from test_drift import arrays, over
+from test_drift import arrays, over, watch
 
 from rtctl.friction.drift_deployed import deployed
 from rtctl.friction.drift_estimate import estimate
@@ -82,12 +82,26 @@ def test_an_offset_that_moves_while_slow_strokes_change_sides_is_no_friction(fac
     number = np.repeat(np.arange(len(slow)), [round(rate_hz * abs(s)) for s in slow])
     x, still = np.cumsum(v) / rate_hz, np.zeros(len(v))
     dry = by.dry_nm(v)
-    zero = 0.25 * dry.mean() * (np.arange(len(v)) / len(v) - 0.5)
-    torque = factor * np.sign(v) * dry + by.viscous_nms_rad(v) * v + zero
-    strokes.add(Rows(x, v, still, torque, still, number), by)
-    found = estimate(strokes, by, rate_hz)
-    assert abs(found.factor - factor) < 0.02
-    assert found.factor_error < 0.02
+    share = np.arange(len(v)) / len(v)
+    for zero in (0.25 * (share - 0.5), 0.2 * np.sin(2 * np.pi * share)):  # the second in 24 s
+        torque = factor * np.sign(v) * dry + by.viscous_nms_rad(v) * v + zero * dry.mean()
+        strokes.forget()
+        strokes.add(Rows(x, v, still, torque, still, number), by)
+        strokes.begin_session()
+        found = estimate(strokes, by, rate_hz)
+        assert abs(found.factor - factor) < 0.02
+        assert found.factor_error < 0.02
+
+
+def test_viscous_friction_that_falls_is_no_dry_friction_while_half_of_the_window_has_it():
+    (rows,) = ticks_of([Joint(sines=((0.4, 0.5),))], 60.0)
+    half = len(rows) // 2
+    rows[half:] = with_torque(rows[half:], -0.6)
+    rig = watch()
+    for k in range(0, len(rows), 200):
+        rig.follow(rows[k : k + 200])
+        assert not rig.axes[0].warning
+    assert abs(rig.axes[0].found.factor - 1.0) < 0.02
 
 
 TOLD = ("a tenth less", "a tenth more at a restart", "dry a tenth more, viscous .6")
@@ -110,12 +124,17 @@ def test_a_judge_of_another_make_finds_nothing_wrong(what, verdict):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("plant", ["direct", "geared"])
-def test_a_sensor_whose_zero_swings_is_no_friction_at_any_time(plant):
-    joint, what = drift_judge.PLANTS[plant], "sensor's bias swings, .2 F in 90 s"
+def test_viscous_friction_of_a_joint_with_play_is_no_dry_friction_in_quick_use():
+    (row,) = drift_judge.judged(("play",), ("quick use",), "viscous 1.5")
+    assert row[3] == "quiet", row
+
+
+@pytest.mark.compiled
+def test_a_sensor_whose_zero_swings_is_no_friction_at_any_time():
+    joint, what = drift_judge.PLANTS["geared"], "sensor's bias swings, .2 F in 45 s"
     with tempfile.TemporaryDirectory() as folder:
         rig = drift_judge.rig_of(joint, folder)
-        rows, words = drift_judge.watched(rig, joint, "use", drift_judge.changes(joint.coulomb)[what])
+        rows, words = drift_judge.watched(rig, joint, "quick use", drift_judge.changes(joint.coulomb)[what])
     factor = rows[:, 3][np.isfinite(rows[:, 3])]
     assert len(factor) > 100
     assert np.abs(factor - 1.0).max() < 0.03

@@ -7,7 +7,7 @@ from test_drift import RATE_HZ, arrays, watch
 
 from rtctl.friction.drift_deployed import deployed
 from rtctl.friction.drift_sliding import Rows
-from rtctl.friction.drift_strokes import KEPT_STROKES, Strokes
+from rtctl.friction.drift_strokes import COLUMNS, KEPT_STROKES, Strokes
 from rtctl.friction.drift_watch import RigWatch
 from rtctl.friction.load import Load
 from rtctl.rig_file.friction_tables import DriftTable
@@ -93,3 +93,19 @@ def test_a_load_that_the_model_knows_is_no_drift():
     assert abs(known.axes[0].found.factor - 1.0) < 0.02
     assert known.axes[0].warning == ""
     assert unknown.axes[0].found.factor > 1.2
+
+
+def test_a_row_whose_bristles_are_late_behind_the_curve_is_left_out():
+    params, model = arrays()
+    by = deployed(params, model, 0)
+    u = np.array([0.05, 0.05, 0.05, 0.5, 0.5])
+    # to .05 rad/s out of rest and out of .5 rad/s within a presliding length; at even speed; fast, as a hand turns
+    a = np.array([0.05**2, 0.05**2 - 0.5**2, 0.0, 0.0, 0.0]) / (2 * by.presliding_rad)
+    a[3:] = 3.0, -3.0
+    for way in (1.0, -1.0):
+        strokes, still = Strokes(200), np.zeros(20)
+        v, a_way = np.repeat(way * u, 4), np.repeat(way * a, 4)
+        strokes.add(Rows(np.arange(20.0), v, a_way, still, still, np.repeat(np.arange(5), 4)), by)
+        strokes.begin_session()
+        inertia_nm = strokes.table[:, 3:].reshape(3, -1)[:, 2 * COLUMNS + COLUMNS - 1] / 4
+        np.testing.assert_allclose(inertia_nm, by.inertia_kgm2 * way * a[2:])

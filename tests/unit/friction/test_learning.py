@@ -1,5 +1,7 @@
 """Learning a model from points: accuracy, sparsity, reported figures, refusals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -34,6 +36,16 @@ def test_the_learned_curves_follow_the_truth_with_few_support_vectors():
         assert 4 <= len(branch.support_vectors) <= 25  # theory: 9 to 12 of 54 at this noise
         assert branch.n_points == 54
         assert fit.compile_error_nm(branch) <= branch.rounding_bound_nm
+
+
+def test_a_linear_axis_is_learned_as_well_as_the_joint_whose_handle_it_would_be():
+    lever_m, joint = 0.1, points()
+    v, f = joint.velocity_rad_s * lever_m, joint.friction_nm / lever_m
+    rows = [(*pair, way, np.nan, np.nan) for *pair, way in zip(v, f, joint.direction, strict=True)]
+    rail = replace(FrictionPoints.from_rows(rows, "points.csv", "0" * 64), motion="linear")
+    model = fit.fit_points(rail, rig="slide", epsilon_nm=fit.EPSILON_NM / lever_m)
+    v = np.linspace(0, 3, 1000)
+    assert np.abs(lever_m * model.magnitude(lever_m * v) - friction(v)).max() < 0.012
 
 
 def test_reported_errors_are_those_of_the_curve():
