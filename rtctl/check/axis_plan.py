@@ -85,6 +85,7 @@ def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> No
     p["mass_damping_max_nms_rad"][a] = shown.damping_max_nms_rad or shown.damping_nms_rad
     p["mass_rest_nms_rad"][a] = shown.rest_damping_nms_rad
     p["mass_blind_alpha"][a] = lowpass_alpha(BLIND_HZ, period_s)
+    p["mass_blind_nms_rad"][a] = shown.velocity_gain_nms_rad
     p["mass_rest_alpha"][a] = lowpass_alpha(MASS_REST_HZ, period_s)
     p["mass_compensation"][a] = shown.compensation_share
     p["mass_forward"][a] = shown.sent_ahead(axis.inertia_kgm2)

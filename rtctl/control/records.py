@@ -172,7 +172,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "mass_force_deadband_nm": (),
             "mass_rest_nms_rad": (),  # damping while the joint sticks, beyond a low-pass of the next line
             "mass_rest_alpha": (),
-            "mass_blind_alpha": (),
+            "mass_blind_alpha": (),  # low-pass coefficient of the force while the joint is not seen (control.flicker.is_blind),
+            "mass_blind_nms_rad": (),  # and the damping of the mass
             "mass_rest_rad": (),  # length of the bristles by which it sticks; 0: it never does
             "servo_velocity_gain_nms_rad": (),
             "servo_position_gain_nm_rad": (),

@@ -94,7 +94,7 @@ def _rest_damping(s: Record, p: Record, axis: int) -> float:
     """
     damping = 0.0 if abs(s.mass_bristle_share[axis]) >= 1.0 else p.mass_rest_nms_rad[axis]
     if is_blind(s, p, axis):
-        damping = max(damping, p.servo_velocity_gain_nms_rad[axis])
+        damping = max(damping, p.mass_blind_nms_rad[axis])
     before = s.mass_calms_nms_rad[axis]
     if damping == 0.0:
         s.mass_calm_rad_s[axis] = 0.0

@@ -69,7 +69,7 @@ def test_where_no_friction_is_told_it_hunts_no_faster_than_is_said_and_the_remed
     assert row.outcome == Outcome.FAIL
     assert "encoder_counts_per_rev" in row.refusal
     assert float(row.figure.split()[0]) == pytest.approx(told(loose, False), rel=0.01)
-    assert re.search(r"dry_friction_nm = 0.0055, if", row.meaning)
+    assert re.search(r"dry_friction_nm = 0.01, if", row.meaning)
     counts = float(re.findall(r"encoder_counts_per_rev = ([\de.+]+)", row.meaning)[0])
     assert told(coarse(encoder_counts_per_rev=counts), False) <= 0.002
 
