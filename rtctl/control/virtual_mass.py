@@ -42,19 +42,15 @@ from rtctl.control.vocabulary import State
 
 CALM_S = 2.0
 """Time constant over which damping that a deficit added is forgotten."""
-
 KEPT_SHARE = 0.02
 """A deficit below this share of the budget is noise of the force on little motion: no damping is added for it."""
 
 MASS_REST_HZ = 4.0
 """Motion of the mass above this is damped while the joint sticks: a hand that begins to move is slower, what rings on bent bristles faster."""
-
 BLIND_HZ = 1.0
-"""Low-pass of the hand's torque while the law does not see what the joint does: its answer to it would feed what it cannot damp."""
+"""Low-pass of the hand's torque while the joint is not seen: an answer to it would feed what nothing damps."""
 
-_ACTIVE = int(State.ACTIVE)
-_ARMING = int(State.ARMING)
-_REMOTE = int(Environment.REMOTE)
+_ACTIVE, _ARMING, _REMOTE = int(State.ACTIVE), int(State.ARMING), int(Environment.REMOTE)
 
 
 @compiled
@@ -87,15 +83,15 @@ def _bend(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def _rest_damping(s: Record, p: Record, axis: int) -> float:
-    """Damping of the mass while the joint sticks, N m s/rad, and at least K_v while the law does not see it: nothing may ring on a joint that does not follow.
+    """Damping of the mass while the joint sticks, N m s/rad, and more while the law does not see it: nothing may ring on a joint that does not follow.
 
-    Of its motion beyond a low-pass: a damper to a mass, at rest whenever the joint begins to stick, so it only takes. Where it grows that mass does,
-    and is slowed down by as much as keeps its energy.
+    Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick and slowed down where it grows, so it only takes.
     """
-    damping = 0.0 if abs(s.mass_bristle_share[axis]) >= 1.0 else p.mass_rest_nms_rad[axis]
+    before, damping = s.mass_calms_nms_rad[axis], 0.0
     if is_blind(s, p, axis):
-        damping = max(damping, p.mass_blind_nms_rad[axis])
-    before = s.mass_calms_nms_rad[axis]
+        damping = p.mass_blind_nms_rad[axis]
+    elif abs(s.mass_bristle_share[axis]) < 1.0:
+        damping = p.mass_rest_nms_rad[axis]
     if damping == 0.0:
         s.mass_calm_rad_s[axis] = 0.0
     elif damping > before:
@@ -110,9 +106,8 @@ def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, h
     if elapsed > 0:
         _bend(s, p, axis, difference * elapsed * p.period_s)
         s.mass_watch_nms_rad[axis] = watch_force(s, p, axis, hand_nm)
-        quick = p.mass_force_alpha[axis]
-        felt = min(quick, p.mass_blind_alpha[axis]) if is_blind(s, p, axis) else quick
-        s.mass_force_nm[axis] += felt * (hand_nm - s.mass_force_nm[axis])
+        quick = p.mass_blind_alpha[axis] if is_blind(s, p, axis) else p.mass_force_alpha[axis]
+        s.mass_force_nm[axis] += quick * (hand_nm - s.mass_force_nm[axis])
         alpha = 1.0 - (1.0 - p.servo_velocity_alpha[axis]) ** elapsed
         s.servo_velocity_rad_s[axis] += alpha * (difference - s.servo_velocity_rad_s[axis])
     band = p.mass_force_deadband_nm[axis]

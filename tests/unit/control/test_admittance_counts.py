@@ -43,6 +43,7 @@ def test_the_loop_that_is_proved_is_the_law_while_it_does_not_see_the_joint(hand
     at, none = points([(k_h, 0.0, m_h, loop.bristle_nm_rad, 0.0, k_e, 0.0)]), np.zeros(1)
     rig = Stuck(loop, hand, seen=0.0)
     rig.p["mass_blind_alpha"][0] = lowpass_alpha(BLIND_HZ, loop.period_s)
+    rig.p["mass_blind_nms_rad"][0] = loop.velocity_gain_nms_rad
     rig.s["reading_turns"][0] = HELD_AFTER
     z = eigenvalues(blind, at, Swing(none, none, none, none))
     assert growth(rig, 3.0) == pytest.approx(np.abs(z).max(), abs=1e-3)
@@ -51,6 +52,7 @@ def test_the_loop_that_is_proved_is_the_law_while_it_does_not_see_the_joint(hand
 def test_a_damper_that_grows_keeps_the_energy_of_what_hangs_on_it():
     rig = Stuck(replace(HEAVY, rest_damping_nms_rad=0.5))
     calm, damping = 0.1, HEAVY.velocity_gain_nms_rad
+    rig.p["mass_blind_nms_rad"][0] = damping
     rig.s["mass_calms_nms_rad"][0], rig.s["mass_calm_rad_s"][0] = 0.5, calm
     rig.s["reading_turns"][0] = HELD_AFTER
     assert virtual_mass._rest_damping(rig.s, rig.p, 0) == damping
