@@ -12,6 +12,7 @@ from rtctl.control.proofs.quicker_sensors import quicker_sensors
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
+    from rtctl.control.proofs.admittance_counts import Hunting
     from rtctl.control.proofs.admittance_help import Helped
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
@@ -179,6 +180,23 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
         ),
         sensor_min_hz=margin.slowest_sensor(loop) if stable else math.inf,
     )
+
+
+@lru_cache(maxsize=64)
+def hunting_of(loop: AdmittanceLoop, held: bool) -> Hunting:
+    """The fastest hunting about the counts of the encoder, of every mass that may be asked for; `held`: the law holds a flicker."""
+    from rtctl.control.proofs.admittance_counts import hunting
+
+    found = (hunting(one, held=held) for one in (loop, *heavier(loop)))
+    return max(found, key=lambda one: one.counts_1_s)
+
+
+def calming_hunt(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
+    """Damping at rest with which no mass hunts faster where a flicker is held, N m s/rad; 0: none that is tried."""
+    from rtctl.control.proofs.admittance_counts import calming_rest_damping
+
+    found = [calming_rest_damping(one, most_counts_1_s) for one in (loop, *heavier(loop))]
+    return max(found) if all(found) else 0.0
 
 
 def _sticking(loops: tuple[AdmittanceLoop, ...]) -> Sticking:

@@ -1,17 +1,26 @@
-"""Tests of an admittance: what one encoder count and one step of the force send through its gains."""
+"""Tests of an admittance: what one encoder count and one step of the force send through its gains, and how fast it hunts about a count."""
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
+from rtctl.check.admittance_figures import calming_hunt, hunting_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
-from rtctl.friction.guarantee import holds_flicker
+from rtctl.check.verdicts_of_loop import SHAKE_RAD_S
+from rtctl.friction.guarantee import holding_friction_nm, holds_flicker, own
+
+if TYPE_CHECKING:
+    from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 
 NOISE_LEAST = 0.02
 """Torque of one count or step, as a share of the torque limit, that is none to feel even where no friction holds the joint."""
 
 NOISE_MOST = 0.1
 """Torque of one count through the velocity gain, as a share of the torque limit, from which on an axis is refused."""
+
+LEAST_SHARE = 0.005
+"""Dry friction that a refusal asks for, as a share of the torque limit, where less would do."""
 
 RESOLUTION_SHARE = 0.01
 """Share of a force sensor's range that its step is taken for where the rig file does not say."""
@@ -34,8 +43,6 @@ def steps(s: Subject) -> list[Verdict]:
     ):
         outcome = Outcome.PASS if jump <= held else Outcome.WARN if jump <= most else Outcome.FAIL
         meaning = "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % of the torque limit"
-        if jump == count and quiet < jump <= held:
-            outcome, meaning = held_by_bristles(s, meaning)
         if outcome != Outcome.PASS:
             meaning += f" (refused from {most:.3g} N m, a tenth of the torque limit): {key}"
         bound = max(held, most)
@@ -58,15 +65,49 @@ def steps(s: Subject) -> list[Verdict]:
     return rows
 
 
-def held_by_bristles(s: Subject, meaning: str) -> tuple[Outcome, str]:
-    """What a count means that only dry friction holds: within its bristles that is a spring, and the law must not answer a flicker."""
-    bent = s.axis.guarantee.length_rad / s.axis.count_rad
-    if bent <= 1:
-        return Outcome.PASS, meaning
-    springs = f"{meaning}; its bristles bend over {bent:.3g} counts, and are a spring so far"
-    if holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
-        return Outcome.PASS, f"{springs}: a flicker, which the law does not answer"
-    return Outcome.NOT_PROVED, f"{springs}: may shake on it: a finer encoder, or less position_gain_nm_rad"
+def hunting(s: Subject) -> list[Verdict]:
+    """What the joint does within a count the servo does not see, and what it makes of an edge between two is a step: how fast does the joint hunt?"""
+    loop = loop_of(s.axis, s.table, s.joint, s.period_s)
+    held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
+    found, bound = hunting_of(loop, held), own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    speed = found.counts_1_s * s.axis.count_rad
+    outcome = Outcome.PASS if speed <= bound else Outcome.FAIL
+    kept = (
+        "a flicker among counts is not answered"
+        if held
+        else "nobody says that dry friction holds the joint (dry_friction_nm)"
+    )
+    meaning = f"most that the counts of the encoder keep it moving; {kept}"
+    if outcome == Outcome.FAIL:
+        meaning += f": with a {found.at}: {_hunts_remedy(s, loop, held, bound)}"
+        if loop.bristle_nm_rad > 0 and not s.axis.guarantee.measured:
+            outcome = Outcome.NOT_PROVED
+            meaning += f"; nobody says what the presliding length is ({s.axis.guarantee.length_rad * 1e3:.3g} mrad are assumed)"
+    refusal = f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: {s.table.encoder_counts_per_rev:g} counts: {meaning}"
+    return [
+        s.row(
+            "admittance, hunting about a count",
+            f"{speed:.3g} rad/s RMS",
+            f"<= {bound:g} rad/s",
+            outcome,
+            meaning,
+            speed / bound,
+            refusal if outcome == Outcome.FAIL else "",
+        )
+    ]
+
+
+def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) -> str:
+    """What passes: friction that is said to be there, damping at rest, or more counts."""
+    most, ways = bound / s.axis.count_rad, []
+    needed = max(1.05 * holding_friction_nm(s.table, s.joint.dry_share), LEAST_SHARE * s.axis.torque_limit_nm)
+    if not held and hunting_of(loop, True).counts_1_s <= most:
+        ways.append(f"dry_friction_nm = {needed:.2g}, if the joint surely has as much")
+    elif held and (damping := calming_hunt(loop, most)) > 0:
+        ways.append(f"admittance.rest_damping_nms_rad = {damping:.3g}")
+    counts = s.table.encoder_counts_per_rev * hunting_of(loop, held).counts_1_s / most
+    ways.append(f"encoder_counts_per_rev = {counts * 1.01:.3g}")
+    return ", or ".join(ways)
 
 
 def count_torque_nm(s: Subject) -> float:

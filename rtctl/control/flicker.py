@@ -62,15 +62,23 @@ def _turn(s: Record, p: Record, axis: int) -> None:
 
 
 @inlined
+def is_blind(s: Record, p: Record, axis: int) -> bool:
+    """True while the reading is held, or has not changed for as long: the law does not see what the joint does."""
+    still_s = s.reading_still_ticks[axis] * p.period_s
+    return s.reading_turns[axis] >= HELD_AFTER or still_s >= HELD_S
+
+
+@inlined
 def steady_reading(s: Record, p: Record, axis: int, reading: float, restart: bool) -> float:
     """Position of a fresh sample, rad: the finite `reading`, or the mean of those among which it flickers."""
     count, before = p.count_rad[axis], s.position_rad[axis]
     s.reading_slip_rad[axis] = 0.0
     if restart or p.flicker_held[axis] == 0.0 or s.state != _ACTIVE or in_program(s, axis):
         _begin(s, axis, reading)
-        s.reading_way[axis] = s.reading_gap_rad[axis] = 0.0
+        s.reading_way[axis] = s.reading_gap_rad[axis] = s.reading_still_ticks[axis] = 0.0
         return reading
     moved = reading - s.reading_rad[axis]
+    s.reading_still_ticks[axis] = s.reading_still_ticks[axis] + 1.0 if abs(moved) <= SAME * count else 0.0
     s.reading_lowest_rad[axis] = min(s.reading_lowest_rad[axis], reading)
     s.reading_highest_rad[axis] = max(s.reading_highest_rad[axis], reading)
     if s.reading_highest_rad[axis] - s.reading_lowest_rad[axis] > (WIDE + SAME) * count:

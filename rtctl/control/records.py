@@ -172,6 +172,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "mass_force_deadband_nm": (),
             "mass_rest_nms_rad": (),  # damping while the joint sticks, beyond a low-pass of the next line
             "mass_rest_alpha": (),
+            "mass_blind_alpha": (),  # low-pass coefficient of the force while the joint is not seen (control.flicker.is_blind),
+            "mass_blind_nms_rad": (),  # and the damping of the mass
             "mass_rest_rad": (),  # length of the bristles by which it sticks; 0: it never does
             "servo_velocity_gain_nms_rad": (),
             "servo_position_gain_nm_rad": (),
@@ -292,6 +294,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "reading_from_rad": (),  # where the readings began among which it stays,
             "reading_lowest_rad": (),
             "reading_highest_rad": (),
+            "reading_still_ticks": (),  # since the reading changed,
             "reading_turns": (),  # how often it turned there,
             "reading_sum_rad": (),  # and the sum and the number of readings since the first turn
             "reading_ticks": (),
@@ -332,6 +335,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "mass_forward_nm": (),  # torque that the mass's motion asks of the joint, low-passed
             "mass_bristle_share": (),  # where the joint is within its bristles, -1..1
             "mass_calm_rad_s": (),  # velocity of the mass, low-passed, while the joint sticks
+            "mass_calms_nms_rad": (),  # the damping of it
             "mass_injected_nms_rad": (),  # damping added by the passivity controller
             "servo_velocity_rad_s": (),  # of the joint, low-passed
             "mass_watch_nms_rad": (),  # and by the watch on its stability (control.stability_watch)

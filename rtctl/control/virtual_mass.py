@@ -32,6 +32,7 @@ from rtctl.control.display import felt_share, follow_mass, start_speed
 from rtctl.control.environments.changes import HALVINGS, follow_world, pay, towards
 from rtctl.control.environments.laws import environment_energy, finite_command, solve_proxy
 from rtctl.control.environments.table import Environment
+from rtctl.control.flicker import is_blind
 from rtctl.control.jit import compiled
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
@@ -41,16 +42,15 @@ from rtctl.control.vocabulary import State
 
 CALM_S = 2.0
 """Time constant over which damping that a deficit added is forgotten."""
-
 KEPT_SHARE = 0.02
 """A deficit below this share of the budget is noise of the force on little motion: no damping is added for it."""
 
 MASS_REST_HZ = 4.0
 """Motion of the mass above this is damped while the joint sticks: a hand that begins to move is slower, what rings on bent bristles faster."""
+BLIND_HZ = 1.0
+"""Low-pass of the hand's torque while the joint is not seen: an answer to it would feed what nothing damps."""
 
-_ACTIVE = int(State.ACTIVE)
-_ARMING = int(State.ARMING)
-_REMOTE = int(Environment.REMOTE)
+_ACTIVE, _ARMING, _REMOTE = int(State.ACTIVE), int(State.ARMING), int(Environment.REMOTE)
 
 
 @compiled
@@ -83,14 +83,21 @@ def _bend(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def _rest_damping(s: Record, p: Record, axis: int) -> float:
-    """Damping of the mass while the joint sticks, N m s/rad: nothing may ring on a joint that does not follow.
+    """Damping of the mass while the joint sticks, N m s/rad, and more while the law does not see it: nothing may ring on a joint that does not follow.
 
-    Of its motion beyond a low-pass, which begins at 0 whenever the joint begins to stick: the damper of a mass that was at rest, so it only takes.
+    Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick and slowed down where it grows, so it only takes.
     """
-    if abs(s.mass_bristle_share[axis]) >= 1.0:
+    before, damping = s.mass_calms_nms_rad[axis], 0.0
+    if is_blind(s, p, axis):
+        damping = p.mass_blind_nms_rad[axis]
+    elif abs(s.mass_bristle_share[axis]) < 1.0:
+        damping = p.mass_rest_nms_rad[axis]
+    if damping == 0.0:
         s.mass_calm_rad_s[axis] = 0.0
-        return 0.0
-    return float(p.mass_rest_nms_rad[axis])
+    elif damping > before:
+        s.mass_calm_rad_s[axis] *= math.sqrt(before / damping)
+    s.mass_calms_nms_rad[axis] = damping
+    return float(damping)
 
 
 @compiled
@@ -99,7 +106,8 @@ def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, h
     if elapsed > 0:
         _bend(s, p, axis, difference * elapsed * p.period_s)
         s.mass_watch_nms_rad[axis] = watch_force(s, p, axis, hand_nm)
-        s.mass_force_nm[axis] += p.mass_force_alpha[axis] * (hand_nm - s.mass_force_nm[axis])
+        quick = p.mass_blind_alpha[axis] if is_blind(s, p, axis) else p.mass_force_alpha[axis]
+        s.mass_force_nm[axis] += quick * (hand_nm - s.mass_force_nm[axis])
         alpha = 1.0 - (1.0 - p.servo_velocity_alpha[axis]) ** elapsed
         s.servo_velocity_rad_s[axis] += alpha * (difference - s.servo_velocity_rad_s[axis])
     band = p.mass_force_deadband_nm[axis]
@@ -266,7 +274,7 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
     held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
     held += 0.5 * s.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
     if p.mass_rest_alpha[axis] > 0.0:
-        calms_kgm2 = p.mass_rest_nms_rad[axis] * p.period_s / p.mass_rest_alpha[axis]
+        calms_kgm2 = s.mass_calms_nms_rad[axis] * p.period_s / p.mass_rest_alpha[axis]
         held += 0.5 * calms_kgm2 * s.mass_calm_rad_s[axis] ** 2
     if s.state == _ARMING:  # the test pulse works on whoever holds the joint, by intent
         s.energy_port_j[axis] = 0.0

@@ -102,19 +102,22 @@ RELEASE_COUNTS = 3.5
 """Counts by which the torque of a coupling that is answered late may be off where a flicker of the encoder ends (`control.flicker`)."""
 
 
+def holding_friction_nm(axis: AxisTable, dry_share: float) -> float:
+    """Dry friction, at the joint, from which on a flicker of the encoder is not answered, N m."""
+    stiffness_nm_rad = axis.coupling.stiffness_nm_rad
+    if axis.may_show("admittance"):
+        stiffness_nm_rad = max(stiffness_nm_rad, axis.admittance.position_gain_nm_rad)
+    return RELEASE_COUNTS * stiffness_nm_rad * 2 * math.pi / axis.counts_of_turn / dry_share
+
+
 def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
     """True where dry friction surely holds the joint while a flicker of its encoder is not answered, and when that ends.
 
     Where it may not, a joint would glide from one edge of two counts to the other, on and on. `dry_share`: of the friction, on the encoder's
     side of an elastic joint.
     """
-    stiffness_nm_rad = axis.coupling.stiffness_nm_rad
-    if axis.may_show("admittance"):
-        stiffness_nm_rad = max(stiffness_nm_rad, axis.admittance.position_gain_nm_rad)
-    count_rad = 2 * math.pi / axis.counts_of_turn
-    return (
-        dry_share * max(sure.floor_nm, axis.dry_friction_nm) >= RELEASE_COUNTS * stiffness_nm_rad * count_rad
-    )
+    holds_nm = max(sure.floor_nm, axis.dry_friction_nm)
+    return holds_nm > 0 and holds_nm >= holding_friction_nm(axis, dry_share)
 
 
 def own(chosen: float, name: str, axis: AxisTable) -> float:

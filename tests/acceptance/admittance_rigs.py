@@ -10,6 +10,7 @@ SLIPPERY = (
     ("coulomb_nm = 0.25", "coulomb_nm = 1e-5"),
     ("breakaway_nm = 0.35", "breakaway_nm = 1e-5"),
     ("rest_damping_nms_rad = 0.53", "rest_damping_nms_rad = 0.0"),
+    ("dry_friction_nm = 0.2", "dry_friction_nm = 0.0"),
 )
 """Next to no dry friction, and nothing that is for a joint which sticks."""
 

@@ -14,6 +14,7 @@ DISPLAY = "rtctl/control/display.py"
 
 MARGIN = "tests/unit/control/test_admittance_margin.py"
 STICKING = "tests/unit/control/test_admittance_sticking.py"
+COUNTS = "tests/unit/control/test_admittance_counts.py"
 CHECKED = "tests/unit/cli/test_check_admittance.py"
 
 HELP = "tests/unit/control/test_admittance_help.py"
@@ -31,16 +32,26 @@ SEEDS = (
     ),
     Seed(
         "a virtual mass rings on a joint that sticks", MASS,
-        "    return float(p.mass_rest_nms_rad[axis])\n", "    return 0.0\n",
+        "    return float(damping)\n", "    return 0.0\n",
         (
             f"{STICKING}::test_it_swings_as_fast_as_is_foreseen_and_not_with_the_damping",
             f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",
         ),
     ),
     Seed(
-        "the damper of a joint that sticks begins with what it had before", MASS,
-        "        s.mass_calm_rad_s[axis] = 0.0\n        return 0.0\n", "        return 0.0\n",
-        (f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time",),
+        "a damper that grows brings energy", MASS,
+        "        s.mass_calm_rad_s[axis] *= math.sqrt(before / damping)\n", "        pass\n",
+        (f"{COUNTS}::test_a_damper_that_grows_keeps_the_energy_of_what_hangs_on_it",),
+    ),
+    Seed(
+        "a joint that is not seen is answered at once", MASS,
+        "quick = p.mass_blind_alpha[axis] if is_blind(s, p, axis) else p.mass_force_alpha[axis]\n", "quick = p.mass_force_alpha[axis]\n",
+        (f"{COUNTS}::test_the_loop_that_is_proved_is_the_law_while_it_does_not_see_the_joint",),
+    ),
+    Seed(
+        "a joint whose reading does not change is taken to be seen", "rtctl/control/flicker.py",
+        " or still_s >= HELD_S\n", "\n",
+        (f"{COUNTS}::test_the_law_is_blind_while_the_reading_is_held_or_does_not_change",),
     ),
     Seed(
         "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",

@@ -100,9 +100,10 @@ def _growth(
     held = replace(at, bristle=np.full(at.size, bristle * spring))
     w, growth = np.full(at.size, _BEGIN_RAD_S), np.zeros(at.size)
     for _ in range(_ROUNDS):
-        z = eigenvalues(
-            loop, held, Swing(bristle * loss / w, np.full(at.size, helps * pulls), helps * feeds / w)
+        swing = Swing(
+            bristle * loss / w, np.full(at.size, helps * pulls), helps * feeds / w, np.ones(at.size)
         )
+        z = eigenvalues(loop, held, swing)
         turns = np.abs(np.angle(z))
         swings = np.where((turns > _SLOWEST_RAD_S * T) & (turns < FASTEST_RAD_S * T), np.abs(z), 0.0)
         worst = np.arange(at.size), np.argmax(swings, axis=1)

@@ -182,6 +182,8 @@ class Swing:
     rubs: np.ndarray
     helps_nm_rad: np.ndarray
     helps_nms_rad: np.ndarray
+    seen: np.ndarray
+    """What a swing of the encoder's readings is of that of the joint."""
 
 
 def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
@@ -202,7 +204,7 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
     p, u, late_force, ends = np.split(s, np.cumsum((STATES, D, L)), axis=1)
     before, sensed, felt, v_hat, v_r, x_r, calm, ahead = ends.swapaxes(0, 1)
-    x = position(loop, at, p)
+    x = position(loop, at, p) if swing is None else swing.seen[:, None] * position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
     sensed = sensed + lowpass_alpha(loop.intake_lowpass_hz, T) * (forces[:, L] - sensed)

@@ -33,8 +33,8 @@ WORST = (0.0, 0.015, 250.0)
 class Stuck:
     """The law beside a rigid joint whose friction is a spring up to `most_nm`, then slides; in parts of a period."""
 
-    def __init__(self, loop, hand=WORST, most_nm=math.inf, rest_rad=math.inf):
-        self.loop, (self.k_h, self.m_h, k_e), self.most = loop, hand, most_nm
+    def __init__(self, loop, hand=WORST, most_nm=math.inf, rest_rad=math.inf, seen=1.0):
+        self.loop, (self.k_h, self.m_h, k_e), self.most, self.seen = loop, hand, most_nm, seen
         self.p, self.s, self.c, _ = (records(array)[0] for array in new_records(1))
         p, s, c = self.p, self.s, self.c
         p["period_s"], p["inertia_kgm2"][0], p["viscous_nms_rad"][0] = loop.period_s, loop.inertia_kgm2, 0.0
@@ -62,10 +62,10 @@ class Stuck:
         b = loop.viscous_nms_rad + 2 * BRISTLE_DAMPING_SHARE * math.sqrt(k * loop.inertia_kgm2)
         for _ in range(round(seconds / loop.period_s)):
             force = -self.m_h * self.a - self.k_h * self.x
-            self.s["position_rad"][0] = self.x
-            difference = (self.x - self.before) / loop.period_s
+            shown = self.s["position_rad"][0] = self.seen * self.x
+            difference = (shown - self.before) / loop.period_s
             torque = virtual_mass.servo_torque(self.s, self.p, self.c, 0, 1, difference, force, False)
-            self.before, self.sent = self.x, [*self.sent[1:], float(torque)]
+            self.before, self.sent = shown, [*self.sent[1:], float(torque)]
             for _ in range(parts):
                 self.a = (self.sent[0] - k * self.z - b * self.v - self.k_h * self.x) / M
                 self.v += h * self.a

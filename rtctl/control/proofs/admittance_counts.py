@@ -1,0 +1,108 @@
+"""How fast does an admittance hunt about the counts of its encoder, at most?
+
+Pure functions of numbers, on `admittance_loop`. Of a swing of A counts the readings swing by N times as much, by the describing function of steps
+
+    N(A) = 2/(pi A) sum_i sqrt(1 - (t_i/A)^2),         t_i: the edges between two counts that are within A of the swing's middle
+
+from nothing within a count to 2/(pi A) across one edge. Where the loop grows with N of the joint's motion seen it may swing on at that A, and A w/sqrt(2) counts a second
+is how fast it shakes the hand (docs/theory.md 2.17). Where the law holds a flicker (`control.flicker`) no swing within it lasts: it is blind then, the force moves the mass
+slowly, and that must rest by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from rtctl.control.flicker import WIDE
+from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Swing, eigenvalues, fine_worlds
+from rtctl.control.proofs.admittance_margin import edge
+from rtctl.control.proofs.admittance_sticking import SOFTER, judge_stuck
+from rtctl.control.virtual_mass import BLIND_HZ
+
+LESS = (
+    (0.0, 0.5),
+    (0.3, 0.53),
+    (0.6, 0.56),
+    (0.67, 1.0),
+    (0.8, 1.06),
+    (0.82, 1.52),
+    (0.88, 2.05),
+    (0.914, 2.55),
+)
+"""Shares of a swing that the readings show at least, and up to how many counts of amplitude they may show so little: about the worst place."""
+
+MORE = (
+    *((1.04, 2.45), (1.06, 1.9), (1.11, 1.35), (1.25, 0.8)),
+    *((share, 2 / (math.pi * share)) for share in np.geomspace(1.3, 40.0, 12).tolist()),
+)
+"""And so much; from 1.3 on across a single edge."""
+
+HELD_COUNTS = 0.5 * (WIDE + 2.0)
+"""Largest amplitude of what grows while a flicker is held: then that ends."""
+
+FLICKER_COUNTS = 0.5 * WIDE
+"""A swing up to this is a flicker."""
+
+_LATE_TICKS = 0.5
+"""A swing of few samples may lie so that each comes late after its edge, by half a sample more than on the average."""
+
+_WORLDS = 7
+_SLOWEST_RAD_S = 2 * math.pi
+_DAMPINGS = (0.25, 0.5, 1.0, 2.0, 4.0)
+"""Damping at rest that is tried, in velocity gains."""
+
+
+@dataclass(frozen=True)
+class Hunting:
+    """The fastest hunting."""
+
+    counts_1_s: float
+    """Speed, RMS, in counts a second; 0: none."""
+    at: str = ""
+    """The hand, joint and world of that."""
+
+
+def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
+    """The fastest over hands without damping, worlds and the joint's bristles; `held`: the law holds a flicker."""
+    shares = (*SOFTER, *(4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)))
+    stuck = [share * loop.bristle_nm_rad for share in shares] if loop.bristle_nm_rad > 0 else [0.0]
+    late = replace(loop, delay=loop.delay + _LATE_TICKS * loop.sample_ticks)
+    tried = [(loop, bristle, *one) for one in LESS for bristle in stuck]
+    tried += [(late if counts < LESS[0][1] else loop, stuck[-1], seen, counts) for seen, counts in MORE]
+    if held:
+        tried = [one for one in tried if one[-1] > FLICKER_COUNTS]
+        tried += [(_blind(loop), bristle, 0.0, HELD_COUNTS) for bristle in stuck]
+    return max((_fastest(*one) for one in tried), key=lambda one: one.counts_1_s)
+
+
+def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
+    """Damping of the mass on a joint that sticks with which it hunts no faster where a flicker is held, N m s/rad; 0: none of those tried."""
+    for damping in (share * loop.velocity_gain_nms_rad for share in _DAMPINGS):
+        one = replace(loop, rest_damping_nms_rad=damping)
+        if damping > loop.rest_damping_nms_rad and hunting(one, held=True).counts_1_s <= most_counts_1_s:
+            return damping if judge_stuck(one).ok else 0.0
+    return 0.0
+
+
+def _blind(loop: AdmittanceLoop) -> AdmittanceLoop:
+    """The loop while it does not see the joint (`virtual_mass`)."""
+    damping = max(loop.rest_damping_nms_rad, loop.velocity_gain_nms_rad)
+    hz = min(loop.force_lowpass_hz or math.inf, BLIND_HZ)
+    return replace(loop, force_lowpass_hz=hz, rest_damping_nms_rad=damping)
+
+
+def _fastest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float, counts: float) -> Hunting:
+    """The fastest of what grows where so much of the joint's motion is seen."""
+    at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
+    at = replace(at, bristle=np.full(at.size, bristle_nm_rad))
+    none = np.zeros(at.size)
+    z = eigenvalues(loop, at, Swing(none, none, none, np.full(at.size, seen)))
+    turns = np.abs(np.angle(z)) / loop.period_s
+    grows = ~(np.abs(z) <= edge(loop)) & ~(turns <= _SLOWEST_RAD_S)
+    speeds = np.where(grows, np.nan_to_num(turns, nan=math.inf), 0.0).max(axis=1)
+    worst = int(np.argmax(speeds))
+    speed = counts * float(speeds[worst]) / math.sqrt(2.0)
+    return Hunting(speed, at.words(loop, worst) if speed > 0 else "")

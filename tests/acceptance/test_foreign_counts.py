@@ -1,0 +1,80 @@
+"""An admittance whose encoder is coarse, on joints of another make (`tests/foreign_rig.py`): how fast it hunts about a count, and that it rests where friction holds it."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from foreign_rig import Rig, axis
+
+from rtctl.check import stability_report
+from rtctl.check.admittance_figures import hunting_of
+from rtctl.check.verdict import Outcome
+from rtctl.control.environments.table import Environment
+from rtctl.control.vocabulary import State
+from rtctl.rig_file.config import Config, load
+from rtctl.simulation.demo import shipped_config
+
+pytestmark = pytest.mark.compiled
+
+
+def coarse(**axis_says):
+    """The shipped display with 40000 counts a turn."""
+    loaded = load(shipped_config("admittance.toml"))
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0] |= {"encoder_counts_per_rev": 40000.0, **axis_says}
+    table["axis"][0]["force"]["limit_n"] = 1e4
+    return loaded.model_copy(update={"config": Config.model_validate(table)})
+
+
+JOINTS = (
+    (
+        {"coulomb": 0.376, "breakaway": 0.481, "bristle": 1760.0, "exponent": 1.5, "mass": 0.0019},
+        Environment.SPRING,
+        448.0,
+    ),
+    ({"coulomb": 0.166, "breakaway": 0.19, "bristle": 235.0, "mass": 0.005}, Environment.FREE, 1.0),
+    (
+        {"coulomb": 0.3, "breakaway": 0.3, "bristle": 1700.0, "mass": 0.005, "spring": 3.0},
+        Environment.SPRING,
+        1870.0,
+    ),
+)
+"""Joints of another make and their world: the first two hunt across an edge where no friction is told, the last grew to 11 mrad/s while a flicker was held."""
+
+
+def moves(loaded, joint, world, stiffness):
+    """Speed, RMS, that is left five seconds after the hand holds still, rad/s."""
+    hand = {"spring": 120.0, "damper": 1e-3, "amplitude": 0.004, "hz": 2.0, "from_s": 1.0, "to_s": 3.0}
+    rig = Rig(loaded, [axis(**{"motor": 0.012, "viscous": 0.05, **hand, **joint})], step_s=4e-5)
+    command = rig.law[3]
+    command["environment_kind"], command["environment_stiffness_nm_rad"] = int(world), stiffness
+    speeds, _, states = rig.run(9.0)
+    assert states[-1] == State.ACTIVE
+    return float(np.sqrt(np.mean(np.square(speeds[-2000:]))))
+
+
+def told(loaded, held):
+    """The fastest that the proof knows of, rad/s."""
+    counts = loaded.config.axis[0].encoder_counts_per_rev
+    return hunting_of(stability_report.admittance_loop(loaded, 0), held).counts_1_s * 2 * math.pi / counts
+
+
+def test_where_no_friction_is_told_it_hunts_no_faster_than_is_said_and_the_remedies_pass():
+    loose = coarse(dry_friction_nm=0.0)
+    speeds = [moves(loose, *one) for one in JOINTS]
+    assert 0.004 < max(speeds) <= told(loose, False)
+    rows = {one.name: one for one in stability_report.examine(loose).axes[0].verdicts}
+    row = rows["admittance, hunting about a count"]
+    assert row.outcome == Outcome.FAIL
+    assert "encoder_counts_per_rev" in row.refusal
+    assert float(row.figure.split()[0]) == pytest.approx(told(loose, False), rel=0.01)
+    assert re.search(r"dry_friction_nm = 0.01, if", row.meaning)
+    counts = float(re.findall(r"encoder_counts_per_rev = ([\de.+]+)", row.meaning)[0])
+    assert told(coarse(encoder_counts_per_rev=counts), False) <= 0.002
+
+
+def test_where_friction_holds_the_joint_it_comes_to_rest():
+    held = coarse(dry_friction_nm=0.0055)
+    assert told(held, True) <= 0.002
+    assert max(moves(held, *one) for one in JOINTS) < 5e-4

@@ -1,0 +1,81 @@
+"""Hunting about the counts of an encoder: the describing function, the loop that does not see its joint, and joints of another make."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from law_rig import COUNT, LawRig, T
+from test_admittance_sticking import HEAVY, Stuck, growth
+
+from rtctl.control import virtual_mass
+from rtctl.control.flicker import HELD_AFTER, HELD_S, is_blind, steady_reading
+from rtctl.control.proofs import admittance_counts
+from rtctl.control.proofs.admittance_loop import Swing, eigenvalues, points
+from rtctl.control.velocity import lowpass_alpha
+from rtctl.control.virtual_mass import BLIND_HZ
+from rtctl.control.vocabulary import State
+
+NAME = "admittance, hunting about a count"
+
+
+def seen(counts):
+    """Least and largest share of a swing that the readings show, wherever its middle is, by projection on a sine."""
+    sine = np.sin((np.arange(4096) + 0.5) * 2 * math.pi / 4096)
+    middles = (np.arange(200) + 0.5) / 200
+    read = np.floor(counts * sine + middles[:, None])
+    shares = 2 * np.mean(read * sine, axis=1) / counts
+    return shares.min(), shares.max()
+
+
+def test_no_swing_of_more_counts_shows_so_little_or_so_much_of_itself():
+    for counts in np.linspace(0.02, 6.0, 300):
+        least, most = seen(counts)
+        assert all(least > share for share, up_to in admittance_counts.LESS if counts > up_to)
+        assert all(most < share + 5e-3 for share, up_to in admittance_counts.MORE if counts > up_to + 0.01)
+
+
+@pytest.mark.parametrize("hand", [(0.0, 0.015, 250.0), (80.0, 0.004, 400.0), (80.0, 0.0, 100.0)])
+def test_the_loop_that_is_proved_is_the_law_while_it_does_not_see_the_joint(hand):
+    loop = replace(HEAVY, rest_damping_nms_rad=0.3)
+    blind = admittance_counts._blind(loop)
+    k_h, m_h, k_e = hand
+    at, none = points([(k_h, 0.0, m_h, loop.bristle_nm_rad, 0.0, k_e, 0.0)]), np.zeros(1)
+    rig = Stuck(loop, hand, seen=0.0)
+    rig.p["mass_blind_alpha"][0] = lowpass_alpha(BLIND_HZ, loop.period_s)
+    rig.p["mass_blind_nms_rad"][0] = loop.velocity_gain_nms_rad
+    rig.s["reading_turns"][0] = HELD_AFTER
+    z = eigenvalues(blind, at, Swing(none, none, none, none))
+    assert growth(rig, 3.0) == pytest.approx(np.abs(z).max(), abs=1e-3)
+
+
+def test_a_damper_that_grows_keeps_the_energy_of_what_hangs_on_it():
+    rig = Stuck(replace(HEAVY, rest_damping_nms_rad=0.5))
+    calm, damping = 0.1, HEAVY.velocity_gain_nms_rad
+    rig.p["mass_blind_nms_rad"][0] = damping
+    rig.s["mass_calms_nms_rad"][0], rig.s["mass_calm_rad_s"][0] = 0.5, calm
+    rig.s["reading_turns"][0] = HELD_AFTER
+    assert virtual_mass._rest_damping(rig.s, rig.p, 0) == damping
+    assert damping * rig.s["mass_calm_rad_s"][0] ** 2 == pytest.approx(0.5 * calm**2)
+    rig.s["reading_turns"][0] = 0.0
+    assert virtual_mass._rest_damping(rig.s, rig.p, 0) == 0.5
+    rig.s["mass_bristle_share"][0] = 1.0
+    assert virtual_mass._rest_damping(rig.s, rig.p, 0) == 0.0
+    assert rig.s["mass_calm_rad_s"][0] == 0.0
+
+
+def test_the_law_is_blind_while_the_reading_is_held_or_does_not_change():
+    rig = LawRig(flicker_held=1.0)
+    s, p = rig.state[0], rig.params[0]
+    rig.state["state"] = int(State.ACTIVE)
+    steady_reading(s, p, 0, 0.0, True)
+    for _ in range(round(HELD_S / T)):
+        assert not is_blind(s, p, 0)
+        steady_reading(s, p, 0, 0.0, False)
+    assert is_blind(s, p, 0)
+    steady_reading(s, p, 0, COUNT, False)
+    assert not is_blind(s, p, 0)
+    rig.params["flicker_held"] = 0.0
+    for _ in range(2 * round(HELD_S / T)):
+        steady_reading(s, p, 0, COUNT, False)
+    assert not is_blind(s, p, 0)
