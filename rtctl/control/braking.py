@@ -22,6 +22,10 @@ from rtctl.control.pace import BRAKE_TIMES, MEAN_TIMES, eased
 from rtctl.control.records import Record
 
 
+BRAKE_GATES = 4.0
+"""The push that takes all help back, in widths of the gate."""
+
+
 @compiled
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that is no number brakes nothing."""

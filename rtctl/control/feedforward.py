@@ -133,9 +133,13 @@ def wished_push(s: Record, p: Record, axis: int) -> float:
     """
     if is_admittance(s, axis):
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
-    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):
-        return s.friction_stop[axis] * p.friction_intent_nm[axis]
-    return s.calm_hand_nm[axis]
+    hand = s.calm_hand_nm[axis]
+    if p.friction_policy[axis] != _HYBRID or is_bent(s, p, axis):
+        return hand
+    way = s.friction_stop[axis] * p.friction_intent_nm[axis]
+    if slides(s, axis):
+        return way
+    return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])
 
 
 @compiled
@@ -181,7 +185,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
-    if wanted < s.friction_gate[axis]:
+    if moves_on or wanted < s.friction_gate[axis]:
         alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]
