@@ -126,7 +126,9 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def wished_push(s: Record, p: Record, axis: int) -> float:
-    """What the intent follows, N m: at rest and in a turn the hand's torque, under `hybrid` on a joint that slides its motion, tau_g at its end.
+    """What the intent follows, N m: at rest the hand's torque, under `hybrid` on a joint that slides its motion, tau_g at its end, and in a turn from there to the hand's as `blend`.
+
+    With the hand's alone an intent that a ring had turned waited behind the motion, and the help stepped over to it whenever the ring's speed passed zero.
 
     Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it asked for already, and
     help would push the joint on into the world, until the spring of the servo stops it.
@@ -176,7 +178,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
     It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
-    a hand slides the joint on, it goes by the hand's mean torque, and closes `pace.GATE_TIMES` as fast.
+    a hand slides the joint on, it goes by the hand's mean torque, and opens and closes `pace.GATE_TIMES` as fast.
     """
     mean = s.friction_mean_hand_nm[axis] = eased(p, axis, s.friction_mean_hand_nm[axis], hand, MEAN_TIMES)
     moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)

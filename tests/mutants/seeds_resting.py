@@ -163,6 +163,20 @@ SEEDS = (
         PACE,
     ),
     Seed(
+        "the gate opens at each peak of a hand's ring",
+        "rtctl/control/feedforward.py",
+        "if moves_on or wanted < s.friction_gate[axis]:",
+        "if wanted < s.friction_gate[axis]:",
+        ("tests/unit/control/test_feedforward.py::test_on_a_joint_that_slides_half_the_torque_opens_the_gate",),
+    ),
+    Seed(
+        "the ring of a hand leads the help in a quick turn",
+        "rtctl/control/feedforward.py",
+        "return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])",
+        "return hand",
+        PACE,
+    ),
+    Seed(
         "every hand is slow",
         "rtctl/control/pace.py",
         "s.pace_rad_s[axis] <= SLOW_BLENDS * p.friction_blend_rad_s[axis] and",
