@@ -9,8 +9,8 @@ each swing, and a person who brakes wants the joint slower. So friction is left 
 motion needs less torque by it, since friction does what the hand would have to.
 
 Why no sooner. The push is known through two low-passes, so that the help is least some hundredths of a second after the hand brakes most: a one-sided spring of F k/brake_nm
-that lags. At half the width of the gate a fiftieth of the friction took all help, and every hand that hardly damps was swung by it: at 3 Hz by twice, on a joint whose ring turns it
-at 8 Hz by four times what it does without help. A heavy hand that swings out brakes with all of the friction and more.
+that lags. At half the width of the gate a twentieth of the friction took all help, and every hand that hardly damps was swung by it: at 3 Hz by twice, on a joint whose ring turns it
+at 8 Hz by four times what it does without help. A heavy hand that swings out brakes with that much and more.
 
 tau_c is the torque of the coupling: a hand that lets a spring of the virtual world push the joint back brakes nothing, and what both ask of the joint
 is its inertia and what is left of its friction. On bent bristles the direction of the motion is not known, and nothing is changed. A virtual mass is braked by its hand through the law
@@ -24,7 +24,6 @@ from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
 from rtctl.control.pace import BRAKE_TIMES, MEAN_TIMES, eased
 from rtctl.control.records import Record
-
 
 BRAKE_GATES = 8.0
 """The push beyond the dead band that takes all help back, in widths of the gate: four fifths of the friction."""

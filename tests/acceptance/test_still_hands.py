@@ -112,6 +112,6 @@ def test_the_help_of_today_leaves_it_alone_even_where_the_bristles_are_longer_th
 
 
 def test_a_hand_on_a_soft_spring_is_not_swung_by_the_brake():
-    """A brake of half the gate's width took all help at a fiftieth of the torque, some ms late: 76 mrad/s beside the motion, 40 without help."""
+    """A brake of half the gate's width took all help at a twentieth of the friction, 68 degrees late: 76 mrad/s beside the motion, 40 without help."""
     case = replace(drawn(26, 34, ("off",)), policy="hybrid")
     assert swung(case, 0.8).whole < 0.03

@@ -167,7 +167,9 @@ SEEDS = (
         "rtctl/control/feedforward.py",
         "if moves_on or wanted < s.friction_gate[axis]:",
         "if wanted < s.friction_gate[axis]:",
-        ("tests/unit/control/test_feedforward.py::test_on_a_joint_that_slides_half_the_torque_opens_the_gate",),
+        (
+            "tests/unit/control/test_feedforward.py::test_on_a_joint_that_slides_half_the_torque_opens_the_gate",
+        ),
     ),
     Seed(
         "the ring of a hand leads the help in a quick turn",
