@@ -109,8 +109,8 @@ SEEDS = (
     Seed(
         "on a joint that slides the help turns with the hand's torque",
         "rtctl/control/feedforward.py",
-        "    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):\n",
-        "    if False:\n",
+        "    if slides(s, axis):\n        return way\n",
+        "",
         PACE,
     ),
     Seed(
