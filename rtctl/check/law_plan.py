@@ -12,10 +12,10 @@ from rtctl.check import lateness, observer_tuning, stability_report
 from rtctl.check.axis_plan import fill_axis, fill_force_feedback
 from rtctl.check.observer_tuning import Tuning
 from rtctl.check.place_plan import fill_place
+from rtctl.control.braking import BRAKE_GATES
 from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.environments.table import PARAMETERS, Environment
-from rtctl.control.feedforward import SLIDING_GATE
 from rtctl.control.gate import WINDOW_S
 from rtctl.control.proofs import stability
 from rtctl.control.proofs.delay_cover import delay_covered_ticks
@@ -238,7 +238,7 @@ def _fill_compensation(
     p["friction_intent_nm"][a] = sure.intent_nm
     p["friction_gate_nm"][a] = sure.gate_nm
     p["tremble_turn_s"][a] = LONGEST_S
-    p["friction_brake_nm"][a] = SLIDING_GATE * sure.gate_nm
+    p["friction_brake_nm"][a] = BRAKE_GATES * sure.gate_nm
     p["friction_gate_alpha"][a] = (
         -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )

@@ -126,16 +126,22 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def wished_push(s: Record, p: Record, axis: int) -> float:
-    """What the intent follows, N m: at rest and in a turn the hand's torque, under `hybrid` on a joint that slides its motion, tau_g at its end.
+    """What the intent follows, N m: at rest the hand's torque, under `hybrid` on a joint that slides its motion, tau_g at its end, and in a turn from there to the hand's as `blend`.
+
+    With the hand's alone an intent that a ring had turned waited behind the motion, and the help stepped over to it whenever the ring's speed passed zero.
 
     Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it asked for already, and
     help would push the joint on into the world, until the spring of the servo stops it.
     """
     if is_admittance(s, axis):
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
-    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):
-        return s.friction_stop[axis] * p.friction_intent_nm[axis]
-    return s.calm_hand_nm[axis]
+    hand = s.calm_hand_nm[axis]
+    if p.friction_policy[axis] != _HYBRID or is_bent(s, p, axis):
+        return hand
+    way = s.friction_stop[axis] * p.friction_intent_nm[axis]
+    if slides(s, axis):
+        return way
+    return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])
 
 
 @compiled
@@ -172,7 +178,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
     It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
-    a hand slides the joint on, it goes by the hand's mean torque, and closes `pace.GATE_TIMES` as fast.
+    a hand slides the joint on, it goes by the hand's mean torque, and opens and closes `pace.GATE_TIMES` as fast.
     """
     mean = s.friction_mean_hand_nm[axis] = eased(p, axis, s.friction_mean_hand_nm[axis], hand, MEAN_TIMES)
     moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
@@ -181,7 +187,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
-    if wanted < s.friction_gate[axis]:
+    if moves_on or wanted < s.friction_gate[axis]:
         alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]

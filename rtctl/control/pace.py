@@ -7,10 +7,10 @@ the joints that were measured. Through low-passes of 16 and 50 Hz that is a loop
 and no eigenvalue covers it, since it has corners. So
 
 - on a joint that slides the direction is that of the motion, at any pace (`feedforward`): a hand that wants to turn back brakes first;
-- in the turn of a slow hand the intent goes from there to the hand's torque as slowly as at rest;
+- in the turn of a slow hand the intent goes from there to the hand's torque as slowly as at rest, and in every turn only as far as the joint is slow;
 - the brake (`braking`) goes by the hand's mean push, through `BRAKE_TIMES` the low-pass of rest: a ring about a push that moves the joint
   brakes nothing. Clipped first, each half period would take help away too late, which is negative damping;
-- the gate goes by the hand's mean torque, through `MEAN_TIMES` the low-pass of rest, while a hand slides the joint on, and closes at `GATE_TIMES` the rate of rest:
+- the gate goes by the hand's mean torque, through `MEAN_TIMES` the low-pass of rest, while a hand slides the joint on, and opens and closes at `GATE_TIMES` the rate of rest:
   it neither opens at the peaks of a ring nor sinks between them.
 
 In the turns of a brisk hand, which take some hundredths of a second, the intent follows `TURN_TIMES` as fast as at rest: slower, the hand would be
@@ -41,7 +41,7 @@ BRAKE_TIMES = 2.0
 """The push that the brake goes by, likewise: 4 Hz."""
 
 GATE_TIMES = 0.25
-"""The gate of a hand that slides the joint on closes so many times as fast as else: .5 Hz."""
+"""The gate of a hand that slides the joint on follows so many times as fast as it closes else, .5 Hz, both ways: open sooner than it sinks, it saws in step with a ring."""
 
 
 @compiled

@@ -109,8 +109,8 @@ SEEDS = (
     Seed(
         "on a joint that slides the help turns with the hand's torque",
         "rtctl/control/feedforward.py",
-        "    if p.friction_policy[axis] == _HYBRID and slides(s, axis) and not is_bent(s, p, axis):\n",
-        "    if False:\n",
+        "    if slides(s, axis):\n        return way\n",
+        "",
         PACE,
     ),
     Seed(
@@ -160,6 +160,22 @@ SEEDS = (
         "rtctl/control/feedforward.py",
         "moves_on = slides(s, axis) and not is_bent(s, p, axis) and",
         "moves_on =",
+        PACE,
+    ),
+    Seed(
+        "the gate opens at each peak of a hand's ring",
+        "rtctl/control/feedforward.py",
+        "if moves_on or wanted < s.friction_gate[axis]:",
+        "if wanted < s.friction_gate[axis]:",
+        (
+            "tests/unit/control/test_feedforward.py::test_on_a_joint_that_slides_half_the_torque_opens_the_gate",
+        ),
+    ),
+    Seed(
+        "the ring of a hand leads the help in a quick turn",
+        "rtctl/control/feedforward.py",
+        "return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])",
+        "return hand",
         PACE,
     ),
     Seed(

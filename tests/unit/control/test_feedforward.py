@@ -6,6 +6,7 @@ import pytest
 from law_rig import LEVER, B, LawRig, Plant, T
 
 from rtctl.control.feedforward import advance_gate
+from rtctl.control.pace import GATE_TIMES
 from rtctl.control.vocabulary import Fault, Policy, State
 
 
@@ -156,8 +157,10 @@ def test_the_gate_follows_the_hand_with_its_low_pass_and_dead_band():
 
 
 def test_on_a_joint_that_slides_half_the_torque_opens_the_gate():
-    for share, opened in ((0.99, 0.5), (1.0, 1.0), (-1.0, 1.0)):
-        sliding = LawRig(friction_gate_alpha=1.0)
+    for share, opened in ((0.99, 0.5), (1.0, GATE_TIMES), (-1.0, GATE_TIMES)):
+        sliding = LawRig(
+            friction_gate_alpha=1.0
+        )  # all of what is wanted at once, or the rate of a joint that slides
         sliding.state["bristle_share"] = share
         one = (sliding.state[0], sliding.params[0], 0, 0.002 + 0.5 * 0.03)
         assert advance_gate(*one) == pytest.approx(opened)
