@@ -106,9 +106,16 @@ SEEDS = (
     ),
     Seed(
         "the observer's loop forgets the fraction of a delay",
-        "rtctl/control/proofs/observer_loop.py",
-        "    rest = max(loop.delay / n - whole, 0.0)\n",
+        "rtctl/control/proofs/drive_in_hand.py",
+        "    rest = max(late - whole, 0.0)\n",
         "    rest = 0.0\n",
+        OBSERVER,
+    ),
+    Seed(
+        "the first hand's motion stands for that of all hands",
+        "rtctl/control/proofs/drive_in_hand.py",
+        "    differs[1:] = (A[1:] != A[:-1]).any(axis=(1, 2))\n",
+        "    differs[1:] = False\n",
         OBSERVER,
     ),
     Seed(
