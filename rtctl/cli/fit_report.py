@@ -38,7 +38,6 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
     if folder is None and test is not None:
         raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.errors import DataError
-    from rtctl.friction.points.reader import read_points
     from rtctl.friction.report import write as report
     from rtctl.rig_file.config import load
 
@@ -49,7 +48,18 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
         raise DataError(
             f"{config}: is of rig {loaded.config.rig.name}, the fit of {rig}; correct --rig or --config"
         )
-    return Plan(folder, None if test is None else read_points(test), loaded)
+    return Plan(folder, None if test is None else _test_points(test), loaded)
+
+
+def _test_points(path: Path) -> FrictionPoints:
+    """Points to judge by: as many as there are, in both directions. Raises DataError."""
+    from rtctl.errors import DataError
+    from rtctl.friction.points.reader import read_points
+
+    points = read_points(path, of_speeds=False)
+    if missing := [f"{direction:+d}" for direction in (1, -1) if not len(points.rows_of(direction))]:
+        raise DataError(f"{path}: no point of direction {missing[0]}; measure some in both")
+    return points
 
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from rtctl.__main__ import main
-from rtctl.errors import ModelError
+from rtctl.cli import fit_report
+from rtctl.errors import DataError, ModelError
 from rtctl.friction import artefact
 from rtctl.friction.learn import fit
 
@@ -193,3 +194,12 @@ def test_options_that_contradict_each_other_are_wrong_usage(csv, monkeypatch, ca
     assert code == 2
     assert any(word in err for word in wrong if word.startswith("--"))
     assert not (tmp_path / "m.json").exists()
+
+
+def test_points_to_judge_by_may_be_few_but_of_both_directions(tmp_path):
+    few = tmp_path / "test.csv"
+    few.write_text("velocity_rad_s,friction_torque_nm\n0.1,0.3\n-0.1,-0.3\n")
+    assert len(fit_report.prepare(tmp_path / "report", few, None, "mock").test.velocity_rad_s) == 2
+    few.write_text("velocity_rad_s,friction_torque_nm\n0.1,0.3\n")
+    with pytest.raises(DataError, match="no point of direction -1; measure some in both"):
+        fit_report.prepare(tmp_path / "report", few, None, "mock")
