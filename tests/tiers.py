@@ -82,6 +82,7 @@ LONG = (
     "unit/cli/test_check_friction.py",
     "unit/cli/test_check_plausibility.py",
     "unit/cli/test_fit.py",
+    "unit/cli/test_fit_observer_advice.py",
     "unit/cli/test_identify_log.py",
     "unit/cli/test_identify_log_of_a_linear_axis.py",
     "unit/cli/test_linear_axis.py",

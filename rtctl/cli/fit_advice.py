@@ -28,7 +28,7 @@ def body(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> dict[s
             **asdict(axis),
             "start_gain": axis.start_gain,
             "start_cap_share": axis.start_cap_share,
-            "snippet": axis.snippet(named),
+            "snippet": axis.snippet(named) + _observer(axis, loaded, out),
         }
         for axis in _axes(model, loaded)
     ]
@@ -40,6 +40,11 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
     if loaded is None:
         return
     for axis in _axes(model, loaded):
+        if not (model.friction_min_nm > 0).all():
+            click.echo(
+                f"\naxis {axis.axis}: the curve has no dry friction to compensate (least {float(model.friction_min_nm.min()):.4g} N m): leave friction.model empty"
+            )
+            continue
         if axis.margin_at_zero_nm < 0:
             click.echo(
                 f"\naxis {axis.axis}: no gain passes the two-line test: without compensation {-axis.margin_at_zero_nm:.4g} "
@@ -49,7 +54,7 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
         click.echo(
             f"\nfor {loaded.path.name} (largest gain that passes the two-line test: {axis.gain:.3f}):\n"
         )
-        click.echo(axis.snippet(_named(out, loaded)))
+        click.echo(axis.snippet(_named(out, loaded)) + _observer(axis, loaded, out))
     deviations = _truth(model, loaded)
     if deviations:
         click.echo("\nlearned curve against the true friction of the simulated rig:")
@@ -79,6 +84,13 @@ def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
     from rtctl.friction import gain as report_gain
 
     return report_gain.recommend(model, loaded).axes
+
+
+def _observer(axis: AxisGain, loaded: LoadedConfig, out: Path) -> str:
+    """Lines on the disturbance observer, where that of the rig file would be refused beside this model; "" where no gain passes."""
+    from rtctl.check import observer_advice
+
+    return observer_advice.snippet(loaded, axis, out) if axis.start_gain > 0 else ""
 
 
 def _named(out: Path, loaded: LoadedConfig) -> str:

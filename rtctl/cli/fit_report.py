@@ -42,7 +42,6 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
     if folder is None and test is not None:
         raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.errors import DataError
-    from rtctl.friction.points.reader import read_points
     from rtctl.friction.report import write as report
     from rtctl.rig_file.config import load
 
@@ -53,14 +52,20 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
         raise DataError(
             f"{config}: is of rig {loaded.config.rig.name}, the fit of {rig}; correct --rig or --config"
         )
-    points = (
-        None if test is None else read_points(test, of_speeds=False)
-    )  # few will do: nothing is learned from them
-    if points is not None and len(points.friction_nm) < TEST_POINTS_MIN:
+    return Plan(folder, None if test is None else _test_points(test), loaded)
+
+
+def _test_points(path: Path) -> FrictionPoints:
+    """Points to judge by, of either direction: few will do, as nothing is learned from them. Raises DataError."""
+    from rtctl.errors import DataError
+    from rtctl.friction.points.reader import read_points
+
+    points = read_points(path, of_speeds=False)
+    if len(points.friction_nm) < TEST_POINTS_MIN:
         raise DataError(
-            f"{test}: {len(points.friction_nm)} points, a test has at least {TEST_POINTS_MIN}; measure more speeds"
+            f"{path}: {len(points.friction_nm)} points, a test has at least {TEST_POINTS_MIN}; measure more speeds"
         )
-    return Plan(folder, points, loaded)
+    return points
 
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:

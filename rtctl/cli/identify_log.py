@@ -36,6 +36,9 @@ ROLES = {
 }
 """Name on the command line -> role of the playback reader."""
 
+OWN_LINEAR = {"position_m": "m", "motor_torque_n": "N", "hand_torque_n": "N"}
+"""Columns of a linear axis in a recording of rtctl's own, and what they are in."""
+
 _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 
 
@@ -136,6 +139,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
         raise click.UsageError("--keep-offset leaves in the points what --offset-is-zero takes out; drop one")
     rig_axis = _axis(config, axis) if config else None
     register()
+    if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
+        columns = _own_columns(rig_axis)
     mapped = _tables(columns, map_file)
     geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
     motion = geared.motion
@@ -219,11 +224,21 @@ def _gearing(given: Mapping[str, float | None], axis: AxisTable | None, motion: 
     return Gearing(**value, motion=moves, lead_m=lead_m).of_screw()
 
 
+def _own_columns(axis: AxisTable) -> tuple[str, ...]:
+    """Columns of an axis in a recording of rtctl's own; a force sensor that is not there shows no torque."""
+    roles = (("position", "position_rad"), ("torque", "motor_torque_nm"), ("external", "hand_torque_nm"))
+    return tuple(f"{role}={name(field, axis.motion)}.{axis.name}" for role, field in roles)
+
+
 def _tables(columns: tuple[str, ...], map_file: Path | None) -> dict[str, dict[str, Any]]:
     """Option tables of the reader, by its roles."""
     given = tables(columns, map_file, tuple(ROLES))
     if "position" not in given or not {"current", "torque", "external"} & set(given):
         raise ConfigError("map position and a torque: --column position=NAME:UNIT --column torque=NAME:UNIT")
+    for table in given.values():  # a recording of rtctl's own says by its names that an axis is linear
+        unit = OWN_LINEAR.get(str(table.get("column")).partition(".")[0])
+        if unit and "unit" not in table:
+            table["unit"] = unit
     return {ROLES[role]: table for role, table in given.items()}
 
 

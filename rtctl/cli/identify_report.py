@@ -77,8 +77,9 @@ def tell(dataset: Dataset, summary: dict[str, Any], truth: tuple[Deviation, ...]
     for one in document["skipped"]:
         click.echo(f"left out: {one['why']}")
     if points:
-        bent = _presliding(points)
-        click.echo(f"presliding length: {bent or 'not known: the encoder is too coarse for it'}")
+        seen = any(one["target_rad_s"] == 0 for one in points)
+        why = "the encoder is too coarse for it" if seen else "no break-away was measured"
+        click.echo(f"presliding length: {_presliding(points) or f'not known: {why}'}")
     if truth:
         click.echo("points against the true friction of the simulated rig:")
     for one in truth:

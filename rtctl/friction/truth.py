@@ -20,6 +20,8 @@ _GRID = 2000
 _PLACES = 2001
 SPEED_MIN_RAD_S = 0.005
 """Slowest speed at which a learned curve is judged: below it no run measures."""
+DRY_SHARE = 0.01
+"""Dry friction below this share of all of it is no measure of an error."""
 _LOAD_STEPS, _LOAD_PRECISION = 100, 1e-10
 SPEED_RANGE = 400.0
 """Largest over slowest speed of the curve of a linear axis, for the same reason."""
@@ -30,7 +32,8 @@ class Deviation:
     """Measured or learned minus true friction of one direction, magnitudes.
 
     `rms_share` and `worst_share` are shares of `dry_nm` over `speeds` moving points, or over the learned range; `break_away_share` is that
-    of the break-away point, None without one. `dry_nm` is the rig's Coulomb friction F_c, or where that is no half of it its break-away F_s.
+    of the break-away point, None without one. `dry_nm` is the rig's Coulomb friction F_c, or where that is no half of it its break-away F_s, or of a
+    joint with hardly any dry friction (`DRY_SHARE`) the RMS of all its friction there.
     """
 
     direction: int
@@ -117,7 +120,7 @@ def of_points(
             continue
         true_nm = true_friction_nm(loaded, axis, np.where(still, direction * 1e-12, velocity))
         error = np.abs(torque) - true_nm
-        found.append(_deviation(loaded, axis, direction, error[~still], error[still]))
+        found.append(_deviation(loaded, axis, direction, error[~still], error[still], true_nm[~still]))
     return tuple(found)
 
 
@@ -128,17 +131,26 @@ def of_model(loaded: LoadedConfig, axis: int, model: FrictionModel) -> tuple[Dev
         top = branch.speed_max_rad_s
         slowest = top / SPEED_RANGE if model.motion == "linear" else SPEED_MIN_RAD_S
         velocity = direction * np.linspace(slowest, top, _GRID)
-        error = model.magnitude(velocity) - true_friction_nm(loaded, axis, velocity)
-        found.append(_deviation(loaded, axis, direction, error, np.zeros(0)))
+        true_nm = true_friction_nm(loaded, axis, velocity)
+        error = model.magnitude(velocity) - true_nm
+        found.append(_deviation(loaded, axis, direction, error, np.zeros(0), true_nm))
     return tuple(found)
 
 
 def _deviation(
-    loaded: LoadedConfig, axis: int, direction: int, moving_nm: np.ndarray, still_nm: np.ndarray
+    loaded: LoadedConfig,
+    axis: int,
+    direction: int,
+    moving_nm: np.ndarray,
+    still_nm: np.ndarray,
+    true_nm: np.ndarray,
 ) -> Deviation:
     params = plant_records(loaded.options, loaded.config.hardware())[0]
     coulomb, breakaway = (float(params[name][0, axis]) for name in ("coulomb_nm", "breakaway_nm"))
     dry, name = (coulomb, "F_c") if 2 * coulomb >= breakaway else (breakaway, "F_s")
+    whole = float(np.sqrt(np.mean(true_nm**2)))
+    if dry < DRY_SHARE * whole:
+        dry, name = whole, "the friction's RMS"
     rms = float(np.sqrt(np.mean(moving_nm**2)))
     return Deviation(
         direction=direction,

@@ -31,6 +31,7 @@ from rtctl.identify.columns import points_csv
 from rtctl.identify.dataset_files import HEADER, SCHEMA, read_document, write_whole
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.place_rows import Row, places_csv, rows_of
+from rtctl.identify.rest import raise_break_away
 from rtctl.identify.session import Point
 from rtctl.identify.settings import Settings
 from rtctl.identify.tick_readings import Measurement
@@ -179,6 +180,7 @@ class Dataset:
         }
         self.document["points"].append(entry)
         self._names.add(point.name)
+        raise_break_away(self.document["points"], self.known())
         self.save()
 
     def skip(self, task: Task, why: str) -> None:

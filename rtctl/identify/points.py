@@ -25,6 +25,14 @@ Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts 
 own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the Stribeck speed .01, against 43.
 But one count of a coarse encoder may be worth half the friction of a light joint, which then jumps from count to count.
 """
+UNSTEADY = (
+    "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too coarse for so slow a motion, "
+    "backlash or a hard spot"
+)
+NO_BREAK_AWAY = (
+    "the joint does not break away from rest against the ramp: hardly any dry friction, or less than gravity, a spring, cogging or the "
+    "zero of the current"
+)
 RIPPLE_PERIODS = 6.0
 RIPPLES_PER_TURN_MIN = 4.0
 
@@ -162,8 +170,7 @@ def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
         yield from motion.rest()
         raise UnsteadyError(
             f"{task.name}: {got.discarded_before + got.discarded} tries gave only {len(got.measurements)} of {motion.settings.measurements} measurements; "
-            "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too coarse for so slow a "
-            "motion, backlash or a hard spot"
+            f"{UNSTEADY if task.speed_rad_s else NO_BREAK_AWAY}"
         )
     got.begin_anew()
     stiffer, calmer = SERVOS[got.servo]

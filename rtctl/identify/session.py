@@ -25,7 +25,7 @@ from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0
 HOPELESS = 8
-"""After so many points were given up and no speed was measured at all, the identification ends."""
+"""After so many points were given up and no speed was measured at all, the highest speed is tried, and without it the identification ends."""
 ZERO_LIMITS = 5.0
 """The force sensor may drift by this many hand limits; then it is no drift any more."""
 
@@ -133,22 +133,23 @@ def identify(
     store.warmed_up()
     done_s = settings.warm_up_s
     while todo:
-        for task in todo:
-            progress(done_s, total_s, task.name)
-            tried.add(task.name)
-            motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
-            try:
-                got = yield from collect(motion, task, bias.motor_torque_nm)
-                point = summarise(task, got, bias.time_s)
-                store.add(point, got.measurements)
-                _follow_zero(motion, point)
-            except UnsteadyError as why:
-                store.skip(task, str(why))
-                notice(f"left out: {why}")
-                _require_some(store, len(tried))
-            done_s += expected_s(motion, task)
-        todo = remaining(settings, is_over, store.known())
-        total_s = done_s + sum(expected_s(motion, task) for task in todo)
+        task = todo.pop(0)
+        progress(done_s, total_s, task.name)
+        tried.add(task.name)
+        motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
+        try:
+            got = yield from collect(motion, task, bias.motor_torque_nm)
+            point = summarise(task, got, bias.time_s)
+            store.add(point, got.measurements)
+            _follow_zero(motion, point)
+        except UnsteadyError as why:
+            store.skip(task, str(why))
+            notice(f"left out: {why}")
+            todo = _quick_ones_first(todo, store, len(tried), settings.speed_max_rad_s)
+        done_s += expected_s(motion, task)
+        if not todo:
+            todo = remaining(settings, is_over, store.known())
+            total_s = done_s + sum(expected_s(motion, task) for task in todo)
     if sweeps:
         progress(done_s, total_s, f"slow turn each way at {settings.sweep_rad_s:g} rad/s")
         store.swept((yield from sweep(motion, settings.sweep_rad_s, bias.motor_torque_nm)))
@@ -156,13 +157,23 @@ def identify(
     yield from motion.rest()
 
 
-def _require_some(store: Store, tried: int) -> None:
-    """Raise DataError when many points were tried and not one speed became steady."""
-    if tried >= HOPELESS and not any(one.speed_rad_s > 0 for one in store.known()):
+def _quick_ones_first(todo: list[Task], store: Store, tried: int, top_rad_s: float) -> list[Task]:
+    """What is left to do, after many points in vain the quickest first: a coarse encoder spoils the slow ones alone, and chance may put many of these first.
+
+    Raises
+    ------
+    DataError
+        Many points were tried, those at the highest speed too, and not one speed became steady.
+    """
+    if tried < HOPELESS or any(one.speed_rad_s > 0 for one in store.known()):
+        return todo
+    if not any(task.speed_rad_s >= top_rad_s for task in todo):
         raise DataError(
             f"none of {tried} points became steady: check the gearbox for backlash, the encoder's resolution and the "
-            "unit of its counts, and the inertia in the rig file, which the speed servo is made from"
+            "unit of its counts, the inertia in the rig file, which the speed servo is made from, and whether cogging or a ripple is as "
+            "strong as the friction (--ripple-per-turn: its periods in a turn, of a motor without a gear its pole pairs or slots)"
         )
+    return sorted(todo, key=lambda task: -task.speed_rad_s)
 
 
 def summarise(task: Task, got: Collected, began_s: float) -> Point:

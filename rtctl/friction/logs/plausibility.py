@@ -198,7 +198,12 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
             f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit or a scale of the log "
             "(torque, torque constant, gear ratio, position, time) or the rig file is wrong"
         )
-    if viscous.high < axis.viscous_nms_rad:
+    if viscous.high <= 0.0:
+        notes.append(
+            f"friction falls with speed in this log ({viscous.low:.3g} to {viscous.high:.3g} N m s/rad): its motion is on the flank of a Stribeck "
+            "peak, and tells neither viscous friction nor whether viscous_nms_rad is kept; record faster motion besides"
+        )
+    elif viscous.high < axis.viscous_nms_rad:
         notes.append(
             f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows (at most "
             f"{viscous.high:.3g}); the stability proof rests on it: lower it"

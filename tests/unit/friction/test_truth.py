@@ -30,6 +30,15 @@ def test_the_true_friction_is_the_rig_files_law(loaded):
         np.testing.assert_allclose(found, law_nm(SPEEDS, direction), rtol=1e-12)
 
 
+def test_errors_of_a_joint_with_hardly_any_dry_friction_are_shares_of_all_of_its_friction(loaded):
+    viscous = {**loaded.options["axis"][0]["friction"], "coulomb_nm": 1e-6, "breakaway_nm": 1e-6, "thinning_nms_rad": 0.0, "viscous_nms_rad": 4.0}  # fmt: skip
+    options = {**loaded.options, "axis": [{**loaded.options["axis"][0], "friction": viscous}]}
+    points = [(speed, 1.01 * 4.0 * speed, 1) for speed in SPEEDS]
+    (found,) = truth.of_points(loaded.model_copy(update={"options": options}), 0, points)
+    assert found.rms_share == pytest.approx(0.01, rel=0.01)
+    assert "of the friction's RMS = " in str(found)
+
+
 def test_of_a_joint_that_cannot_make_a_turn_it_is_the_mean_over_its_travel(loaded):
     # waves of 18 and 2 % of the dry friction, one in a turn, and a ripple of two turns of the joint
     waves = {"friction": [[0.18, 1.0, 0.4]], "ripple": [[0.01, 0.5, 0.0]]}

@@ -15,6 +15,7 @@ from rtctl.identify import dataset_files as module
 from rtctl.identify.dataset import Dataset
 from rtctl.identify.dataset_files import read_document, write_whole
 from rtctl.identify.measurement_order import tasks
+from rtctl.identify.session import Point
 from rtctl.identify.ticks import FIELDS
 from rtctl.rig_file.config import load
 
@@ -48,6 +49,29 @@ def test_the_fit_reads_its_points(whole):
     assert all(p["weakest_place_nm"] / p["friction_torque_nm"] <= 1 for p in train)
     lines = (whole / "points_test.csv").read_text().splitlines()
     assert len(lines) == 2 + 4
+
+
+def test_a_break_away_below_the_slowest_speeds_is_raised_to_what_they_show(whole, loaded, tmp_path):
+    store = Dataset.create(tmp_path / "set", loaded, MORE, simulated=True)
+    store.document |= {"sessions": read_document(whole)["sessions"]}
+    slow, next_slow = 0.5, 0.45
+    for task, torque in ((tasks(MORE)[0], 0.4), *zip(sorted((t for t in tasks(MORE) if t.speed_rad_s and t.direction > 0), key=lambda t: t.speed_rad_s), (slow, next_slow), strict=False)):  # fmt: skip
+        model = next(one for one in read_document(whole)["points"] if one["target_rad_s"] == 0)
+        fields = {name: model[name] for name in Point.__dataclass_fields__}
+        store.add(
+            Point(
+                **{
+                    **fields,
+                    "name": task.name,
+                    "direction": 1,
+                    "target_rad_s": task.speed_rad_s,
+                    "friction_torque_nm": torque,
+                }
+            ),
+            (),
+        )
+    kept = read_document(store.folder)["points"][0]
+    assert (kept["friction_torque_nm"], kept["ramp_nm"]) == (pytest.approx(slow), 0.4)
 
 
 def test_it_says_where_it_comes_from(whole, loaded):

@@ -69,6 +69,34 @@ def test_what_is_measured_is_right_and_what_jumps_is_left_out(tmp_path):
     assert all("an encoder too coarse" in why for _, why in kept.skipped)
 
 
+FINGER = (
+    ("rate_hz = 2000.0", "rate_hz = 1000.0"),
+    ("inertia_kgm2 = 0.00012\nviscous_nms_rad = 0.0008\ndry_friction_nm = 0.006", "inertia_kgm2 = 2e-6\nviscous_nms_rad = 2e-5\ndry_friction_nm = 2.5e-4"),
+    ("encoder_counts_per_rev = 16384", "encoder_counts_per_rev = 4096"),
+    ("torque_limit_nm = 0.4\ntorque_rate_nm_s = 400.0", "torque_limit_nm = 0.005\ntorque_rate_nm_s = 0.5"),
+    ("torque_constant_nm_a = 0.12", "torque_constant_nm_a = 0.01"),
+    ("stiffness_nm_rad = 2.0\ndamping_nms_rad = 0.0002", "stiffness_nm_rad = 0.02\ndamping_nms_rad = 2e-6"),
+    ("inertia_kgm2 = 0.00012\n[device", "inertia_kgm2 = 2e-6\n[device"),
+    ("coulomb_nm = 0.008\nbreakaway_nm = 0.01\nstribeck_rad_s = 0.1\nviscous_nms_rad = 0.0008", "coulomb_nm = 4e-4\nbreakaway_nm = 5.5e-4\nstribeck_rad_s = 0.3\nviscous_nms_rad = 2e-5"),
+    ("bristle_stiffness_nm_rad = 3.0\nbristle_damping_nms_rad = 0.003", "bristle_stiffness_nm_rad = 0.05\nbristle_damping_nms_rad = 1e-4"),
+)  # fmt: skip
+"""The joint of a finger: 5 mN m, a magnetic encoder of 12 bits."""
+
+
+def test_bristles_that_swing_with_the_inertia_are_allowed_for(tmp_path):
+    """At .05 rad/s this joint seemed to swing by .7 to .9 of its speed, came to rest all the same, and its friction was 7 to 10 % too low."""
+    text = GIMBAL
+    for old, new in FINGER:
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    (path := tmp_path / "finger.toml").write_text(text)
+    settings = replace(SMALL, train_levels=4, test_levels=0, speed_min_rad_s=0.043, speed_max_rad_s=0.09)
+    moving = [point for point in run(path, settings).points if point.target_rad_s]
+    true_nm = true_friction_nm(load(path), 0, np.array([point.velocity_rad_s for point in moving]))
+    assert len(moving) >= 2
+    assert np.abs(np.abs([one.friction_torque_nm for one in moving]) / true_nm - 1.0).max() < 0.02
+
+
 def test_what_passes_where_most_jumps_is_no_sample_of_the_friction():
     """At .005 rad/s one count of 45600 takes 27 ms: some windows look even, and their friction is 8 % too low."""
     got = Collected()
@@ -94,7 +122,7 @@ def test_what_passes_where_most_jumps_is_no_sample_of_the_friction():
 def test_a_torque_that_brings_the_joint_to_rest_between_is_told(share, hz):
     inertia, speed, period_s = 0.01, 0.5, 1e-4
     t = np.arange(4000) * period_s
-    swing_nm = share * speed * inertia * 2 * math.pi * hz
+    swing_nm = share / 1.5 * speed * inertia * 2 * math.pi * hz
     torque = 0.3 + 0.1 * t + swing_nm * np.sin(2 * math.pi * hz * t)
     assert stops_and_starts(torque, period_s, -speed, inertia) == (share > 1)
     assert stops_and_starts(np.where(t == t[7], np.nan, torque), period_s, speed, inertia)
@@ -107,8 +135,7 @@ def test_a_window_of_few_ticks_is_judged_as_far_as_it_shows_anything(ticks):
     assert stops_and_starts(swinging, 0.01, 0.1, 0.01) == (ticks >= 4)
 
 
-def test_the_bound_is_a_sine_that_just_comes_to_rest():
-    assert (
-        pytest.approx(np.sqrt(np.mean(np.sin(np.linspace(0, 2 * math.pi, 1000)) ** 2)), abs=1e-3) == REST_RMS
-    )
+def test_the_bound_is_two_thirds_of_a_sine_that_just_comes_to_rest():
+    rms = np.sqrt(np.mean(np.sin(np.linspace(0, 2 * math.pi, 1000)) ** 2))
+    assert pytest.approx(rms / 1.5, abs=1e-3) == REST_RMS
     assert SERVOS[0] == (1.0, 1.0)

@@ -1,0 +1,42 @@
+"""What `rtctl fit --config` tells to write: beside its model `rtctl check` has nothing against the observer (a finger and a cable drive were refused)."""
+
+from pathlib import Path
+
+import pytest
+
+from rtctl.check import observer_advice, stability_report
+from rtctl.check.verdict import Outcome
+from rtctl.friction import artefact, gain
+from rtctl.rig_file.config import load
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+MODEL = CONFIGS / "friction" / "mock.json"
+
+
+@pytest.mark.parametrize(
+    ("counts", "wanted"), [(160000, None), (8000, "bandwidth_hz = 10 "), (500, "gain = 0 ")]
+)
+def test_an_observer_that_would_be_refused_is_told_slower_or_off(counts, wanted, tmp_path, monkeypatch):
+    path = tmp_path / "mock.toml"
+    text = (CONFIGS / "mock.toml").read_text()
+    text = text.replace("encoder_counts_per_rev = 160000", f"encoder_counts_per_rev = {counts}")
+    text = text.replace('"friction/mock.json"', f'"{MODEL.as_posix()}"')
+    path.write_text(text)
+    if counts == 500:
+        monkeypatch.setattr(observer_advice, "SHARES", (1.0,))
+    loaded = load(path)
+    (axis,) = gain.recommend(artefact.load(MODEL), loaded).axes
+    told = observer_advice.snippet(loaded, axis, MODEL)
+    if wanted is None:
+        assert told == ""
+        return
+    header, line = told.strip().splitlines()
+    assert header == "[axis.friction.observer]"
+    assert line.startswith(wanted)
+    told_text = text.replace("\n[axis.friction]", f"\n{header}\n{line}\n[axis.friction]")
+    refused = {}
+    for name, content in (("as it was", text), ("as told", told_text)):
+        path.write_text(content)
+        rows = stability_report.examine(load(path)).verdicts
+        refused[name] = any(row.outcome == Outcome.FAIL and ".observer" in row.refusal for row in rows)
+    assert refused == {"as it was": True, "as told": False}

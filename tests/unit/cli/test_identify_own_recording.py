@@ -1,0 +1,38 @@
+"""`rtctl identify --log` of a recording of rtctl's own: its columns are known, and a linear axis is in m and N."""
+
+from pathlib import Path
+
+import pytest
+
+from rtctl.cli.identify_log import _own_columns, _tables
+from rtctl.errors import ConfigError
+from rtctl.rig_file.config import load
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+
+
+@pytest.mark.parametrize(
+    ("rig", "position", "torque"),
+    [
+        ("mock.toml", {"column": "position_rad.joint"}, {"column": "motor_torque_nm.joint"}),
+        (
+            "mock-linear.toml",
+            {"column": "position_m.carriage", "unit": "m"},
+            {"column": "motor_torque_n.carriage", "unit": "N"},
+        ),
+    ],
+)
+def test_columns_of_its_own_need_not_be_mapped(rig, position, torque):
+    (axis,) = load(CONFIGS / rig).config.axis
+    tables = _tables(_own_columns(axis), None)
+    assert tables["position"] == position
+    assert tables["motor_torque"] == torque
+    assert set(tables) == {"position", "motor_torque", "hand_torque"}
+
+
+def test_a_unit_that_is_given_counts_and_other_logs_are_still_mapped():
+    told = _tables(("position=position_m.joint:mm", "torque=motor_torque_n.joint:N"), None)
+    assert told["position"]["unit"] == "mm"
+    assert "unit" not in _tables(("position=x", "torque=y"), None)["position"]
+    with pytest.raises(ConfigError, match="map position and a torque"):
+        _tables((), None)
