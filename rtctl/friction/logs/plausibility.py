@@ -46,7 +46,7 @@ OFFSET_SHARE = 0.1
 """An offset of a motor torque above this share of the Coulomb friction is worth a word."""
 
 
-FRICTION_SHARE = 0.25
+FRICTION_SHARE = 0.42
 """Friction at the largest speed below this share of the torque, RMS, is worth a word: that of geared joints is as large as it."""
 
 
@@ -130,6 +130,9 @@ def plausible(
                 f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct its unit, or give --config RIG, "
                 "whose limits count then"
             )
+    if log.velocity_rad_s is not None:
+        where = f"{log.source}: column velocity"
+        warnings += faults(log.velocity_rad_s, log.rate_hz, where, may_rest=True, unit="rad/s")
     if external is None and motor_nm is not None:
         require_on(motor_nm, log.position_rad, log.rate_hz, f"{log.source}: motor torque")
     largest = float(np.abs(log.torque_nm).max())
