@@ -37,13 +37,20 @@ def longest_run(marks: np.ndarray) -> tuple[int, int]:
     return int(begins[longest]), int(ends[longest] - begins[longest])
 
 
-def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool, unit: str = "N m") -> list[str]:
+def faults(
+    signal: np.ndarray,
+    rate_hz: float,
+    where: str,
+    *,
+    may_rest: np.ndarray | None = None,
+    unit: str = "N m",
+) -> list[str]:
     """Warnings about a torque, or another column in `unit`: constant, standing still, spikes, coarse.
 
     Parameters
     ----------
     may_rest
-        Whether exactly 0 for a while is nothing wrong: a motor that is off.
+        Marks of the rows, (n,), in which standing still is nothing wrong: a motor that is off, a joint at one speed.
 
     Raises
     ------
@@ -56,18 +63,20 @@ def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool, un
         ]
     return [
         *_dropouts(signal, where),
-        *_frozen(signal, rate_hz, where, may_rest=may_rest, unit=unit),
+        *_frozen(signal, rate_hz, where, may_rest, unit),
         *_spikes(signal, where, unit),
         *_coarse(signal, where, unit),
     ]
 
 
-def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool, unit: str) -> list[str]:
+def _frozen(
+    signal: np.ndarray, rate_hz: float, where: str, may_rest: np.ndarray | None, unit: str
+) -> list[str]:
     same = np.diff(signal) == 0
     if same.mean() > 0.5 and len(np.unique(signal)) < LEVELS_MIN:
         return []  # coarse
-    if may_rest:
-        same &= signal[1:] != 0
+    if may_rest is not None:
+        same &= ~may_rest[1:]
     begin, length = longest_run(same)
     others = np.delete(same, np.s_[begin : begin + length])
     if (
