@@ -9,7 +9,7 @@ PLAUSIBLE = ("tests/unit/friction/test_plausibility.py",)
 HDF = ("tests/unit/hw/test_matlab_hdf.py",)
 
 DIRTY = ("tests/unit/friction/test_dirty_logs.py",)
-LAYOUTS = ("tests/unit/hw/test_other_layouts.py",)
+CELLS = ("tests/unit/hw/test_cells.py",)
 JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
@@ -46,7 +46,7 @@ SEEDS = (
         "hw/playback/text_table.py",
         "if line.lstrip().startswith(COMMENTS):\n        return False",
         "if line.lstrip().startswith(COMMENTS):\n        return True",
-        LAYOUTS,
+        CELLS,
     ),
     Seed(
         "a point of a new session must lie within the largest error of the old one",

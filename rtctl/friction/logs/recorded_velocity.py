@@ -82,6 +82,7 @@ def aligned_velocity(
     cutoff_hz: float,
     source: str,
     step_rad: float = 0.0,
+    grain_rad_s: float = 0.0,
 ) -> tuple[np.ndarray, tuple[str, ...]]:
     """The recorded velocity without its delay or low-pass and its zero, and what a reader should know of them.
 
@@ -89,8 +90,8 @@ def aligned_velocity(
     ----------
     recorded, velocity
         Recorded velocity, and derivative of the position, both through one low-pass; (n,), rad/s.
-    step_rad
-        Step of the position.
+    step_rad, grain_rad_s
+        Steps of the position and of the recorded velocity.
 
     Raises
     ------
@@ -104,7 +105,7 @@ def aligned_velocity(
     read = _best(recorded, velocity, rate_hz, inside)
     free = _free(len(velocity[inside]), rate_hz, cutoff_hz, step_rad / max(size, 1e-12))
     share = _unexplained(read, velocity[inside], rate_hz, step_rad) if size else 1.0
-    bends = _bends(read, velocity, inside) if size else ""
+    bends = _bends(read, velocity, inside, grain_rad_s) if size else ""
     if not share <= RESIDUAL_MAX and not bends:
         raise DataError(
             f"{where}: does not follow the position ({100 * share:.0f} % of the position's derivative is something else, at most "
@@ -113,7 +114,7 @@ def aligned_velocity(
         )
     error = float(read.rest.std()) / max(size, 1e-300) / math.sqrt(free)
     told = _told(read)
-    uneven = bends or _changing(read, velocity, inside, free)
+    uneven = bends or _changing(read, velocity, inside, free, grain_rad_s)
     off = max(SCALE_MAX, SURELY * error)
     if uneven and off < abs(read.scale - 1) < UNEVEN_MOST:
         raise DataError(f"{where}: {uneven}; leave out the one that is wrong, or record it whole")
@@ -148,7 +149,7 @@ def _best(recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside: sl
     return read
 
 
-def _bends(read: _Read, velocity: np.ndarray, inside: slice) -> str:
+def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float) -> str:
     """What is said where the scale against the position's derivative is another one at large speeds; "" else."""
     v, x = read.velocity[inside], velocity[inside]
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
@@ -159,7 +160,7 @@ def _bends(read: _Read, velocity: np.ndarray, inside: slice) -> str:
     found = np.linalg.lstsq(matrix, x, rcond=1e-9)[0]
     more = float(found[1] / found[0]) if found[0] else 0.0
     rest = x - matrix @ found
-    if abs(more) < BENT or rest.std() > BENT_REST * read.rest.std():
+    if abs(more) < max(BENT, grain_rad_s / largest) or rest.std() > BENT_REST * read.rest.std():
         return ""
     if more > 0:
         return f"saturates: at its largest, {largest:.3g} rad/s, the position's derivative is {100 * more:.0f} % larger against it than at small speeds"
@@ -169,8 +170,8 @@ def _bends(read: _Read, velocity: np.ndarray, inside: slice) -> str:
     )
 
 
-def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float) -> str:
-    """What is said where its scale against the position's derivative changes over the log, of which `free` values are independent; "" else."""
+def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float, grain_rad_s: float) -> str:
+    """What is said where its scale against the position's derivative changes over the log, of which `free` values are independent; "" else. A speed of few steps is off by up to half of one."""
     parts = np.array_split(np.arange(*inside.indices(len(velocity))), PARTS)
     scales, errors = [], []
     for rows in parts:
@@ -178,7 +179,8 @@ def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float) -> 
         found = np.linalg.lstsq(matrix, velocity[rows], rcond=1e-9)[0]
         rest, size = float((velocity[rows] - matrix @ found).std()), float(read.velocity[rows].std())
         scales.append(float(found[0]))
-        errors.append(rest / max(size, 1e-300) / math.sqrt(max(1.0, free / PARTS)))
+        chance = rest / max(size, 1e-300) / math.sqrt(max(1.0, free / PARTS))
+        errors.append(math.hypot(chance, 0.5 * grain_rad_s / max(size, 1e-300)))
     if max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):
         return ""
     return (
