@@ -18,6 +18,9 @@ PART_LEAST = 150
 SAME = 0.1
 """Share by which Coulomb friction may differ to be the same."""
 
+FACTOR_MOST = 5.0
+"""Largest change of the inertia that is told: more is that of a part whose strokes, each at one speed, hardly tell it."""
+
 STILL = 0.75
 """What parts must leave over beside a friction that bends over speed, of what that leaves alone."""
 
@@ -38,6 +41,8 @@ def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     before = np.array([fit.inertia, fit.viscous, fit.coulomb])
     after = replace(fit, **dict(zip(("inertia", "viscous", "coulomb"), before + _more(fit), strict=True)))
     if not (fit.is_joint(balance.speed) and after.is_joint(balance.speed)) or _is_bent(balance, row):
+        return None
+    if not 1 / FACTOR_MOST < after.inertia / fit.inertia < FACTOR_MOST:
         return None
     return (
         f"{what} changes within the log, at about {balance.time_s[row]:.3g} s: with that, {100 * fit.rest / balance.spread:.2g} % of the torque is left over "
