@@ -180,3 +180,32 @@ def cells(row, index, cell):
     parts = row.split(",")
     parts[index] = cell
     return ",".join(parts)
+
+
+def with_velocity(change):
+    """The log with a column `v` that a drive wrote: `change` of the true velocity and the log."""
+    return lambda log: replace(log, extra={"v": change(log.velocity, log)})
+
+
+def high_passed(corner_hz):
+    """AC-coupled: without what a low-pass of the first order lets through."""
+
+    def change(signal, log):
+        from scipy.signal import lfilter, lfilter_zi
+
+        kept = np.exp(-2 * np.pi * corner_hz * log.step)
+        b, a = [1 - kept], [1, -kept]
+        return signal - lfilter(b, a, signal, zi=lfilter_zi(b, a) * signal[0])[0]
+
+    return change
+
+
+def losing_counts(share):
+    """A position that goes on too little the faster it is, from .4 of its speed on."""
+
+    def change(position, log):
+        most = np.quantile(np.abs(log.velocity), 0.9)
+        lost = share * np.clip(np.abs(log.velocity) / most - 0.4, 0, 1)
+        return position[0] + np.cumsum(np.diff(position, prepend=position[0]) * (1 - lost))
+
+    return change

@@ -23,8 +23,10 @@ from dirty_changes import (
     cells,
     clean,
     column,
+    high_passed,
     late,
     lines,
+    losing_counts,
     low_passed,
     of_other_axis,
     pasted,
@@ -36,9 +38,10 @@ from dirty_changes import (
     sampled_at,
     softly,
     turned,
+    with_velocity,
     without_rows,
 )
-from moved_joint import CLEAN, Joint, Log, simulate
+from moved_joint import CLEAN, Joint, Log, simulate, wanted
 
 OFF = {"inertia_kgm2": 0.10, "viscous_nms_rad": 0.15, "coulomb_nm": 0.15}
 MOCK = Path(__file__).parents[1] / "configs" / "mock.toml"
@@ -225,6 +228,17 @@ CASES = {
     ),
     "a hand beside the motor, not recorded": Case("motor", also_held("sines", 10.0), r"left over and is no noise.*hand"),
     "a hand beside the motor in even strokes, not recorded": Case("motor", also_held("strokes", 5.0), r"left over and is no noise.*hand"),
+    "torque AC-coupled": Case("motor", column("motor", high_passed(0.3)), r"torque looks AC-coupled: as behind a high-pass of 0\.(29|3|31) Hz"),
+    "torque AC-coupled, strokes quicker and quicker": Case("motor, even strokes", column("motor", high_passed(0.1)), r"torque looks AC-coupled"),
+    "range of the torque changed": Case("hand", column("hand", lambda s, log: s * np.where(log.time > 12, 2.0, 1.0)), r"scale of the torque, by the factor (2|1\.99|2\.01)\b"),
+    "zero of the torque changed": Case("motor", column("motor", lambda s, log: s - 0.4 * (log.time > 12)), r"zero of the torque, by -0\.[34]"),
+    "counts lost at speed": Case("motor", column("position", losing_counts(0.3)), r"counts of the position are lost at speed"),
+    "counts lost at speed, beside a velocity": Case("motor", lambda log: with_velocity(lambda v, _: v)(column("position", losing_counts(0.3))(log)), r"counts of the position are lost at speed", ("--column", "velocity=v")),
+    "velocity clipped": Case("motor", with_velocity(lambda v, _: np.clip(v, -1.0, 1.0)), r"column velocity: clipped at about 1(\.\d+)? rad/s", ("--column", "velocity=v")),
+    "velocity filtered at 4 Hz, of the second order": Case("motor", with_velocity(low_passed(4.0)), r"column velocity: filtered, as by two low-passes", ("--column", "velocity=v")),
+    "velocity of whole rad/s": Case("motor", with_velocity(quantised(1.0)), r"column velocity: too coarse|coarse", ("--column", "velocity=v")),
+    "velocity of the set point": Case("motor", with_velocity(lambda _, log: wanted(CLEAN["motor"], log.time)[1]), r"set point", ("--column", "velocity=v")),
+    "position of one digit beside a velocity": Case("motor", lambda log: with_velocity(lambda v, _: v)(column("position", quantised(0.1))(log)), r"(?s)^(?!.*(drifts against|put right))", ("--column", "velocity=v")),
     "the hand's sensor dead for a third": Case(
         "hand", column("hand", lambda s, log: np.where((log.time > 8) & (log.time < 16), s[4000], s)), r"external torque.*(constant|frozen|stands)"
     ),

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from other_layouts import called, layout, write
+from other_layouts import called, layout, rows_of, write
 from other_loggers import Log
 
 
@@ -163,3 +163,33 @@ def sqlite(log: Log, folder: Path) -> list[str]:
     path = folder / "bag_0.db3"
     path.write_bytes(b"SQLite format 3\x00" + bytes(500))
     return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("dSPACE ControlDesk, CSV")
+def control_desk_csv(log: Log, folder: Path) -> list[str]:
+    names = (
+        "trace_index,1,2,3",
+        "type,X-Axis,Y-Axis,Y-Axis",
+        ",time,theta,tau",
+        "unit,s,rad,Nm",
+        "trace_values",
+    )
+    rows = rows_of(log.time, log.position, log.torque).replace("\n", "\n,")
+    path = write(folder / "rec.csv", '"descriptions"', '"date","2023-05-04"', *names, f",{rows}")
+    return called(path, "time=time", "position=theta", "torque=tau")
+
+
+@layout("settings above that name the columns")
+def named_twice(log: Log, folder: Path) -> list[str]:
+    """The first line that has the names has them one place further on, among as many cells."""
+    rows = rows_of(log.time, log.position, log.torque, 20.0 + 0 * log.time, between=" ")
+    path = write(folder / "run.dat", "# columns: t q tau", "# kt = 0.05", "# t q tau temp", rows)
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("N cm, read as N m")
+def newton_centimetres(log: Log, folder: Path) -> list[str]:
+    path = write(
+        folder / "m.csv", "t [s],phi [rad],M [N cm]", rows_of(log.time, log.position, 100 * log.torque)
+    )
+    return called(path, "time=t [s]", "position=phi [rad]", "torque=M [N cm]")

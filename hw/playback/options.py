@@ -73,7 +73,9 @@ class CurrentColumn(Column):
 class TorqueColumn(Column):
     """A torque on the joint, link side; of a linear axis a force."""
 
-    unit: Literal["N m", "mN m", "Nm", "mNm", "N", "mN", "kN"] = Field("N m", description=_UNIT)
+    unit: Literal["N m", "mN m", "N cm", "Nm", "mNm", "Ncm", "N", "mN", "kN"] = Field(
+        "N m", description=_UNIT
+    )
 
 
 class ForceColumn(Column):

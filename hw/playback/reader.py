@@ -26,7 +26,7 @@ TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}  # and counts, by the rig's encoder
 VELOCITY_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": 2 * math.pi / 60}
 CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
-TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3, "Nm": 1.0, "mNm": 1e-3}
+TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3, "N cm": 1e-2, "Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
 
 MAX_STEP_ERROR = 0.25
@@ -77,10 +77,18 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         )
     same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
     if len(same):
+        news = np.flatnonzero(
+            steps > 0
+        )  # whole steps of the clock: the rows before the first and behind the last are of parts of one
+        rate = (
+            (news[-1] - news[0]) / (time_s[news[-1] + 1] - time_s[news[0] + 1])
+            if len(news) > 1
+            else len(steps) / (time_s[-1] - time_s[0])
+        )
         raise BackendError(
             f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows {same[0] + 1} "
             f"and {same[0] + 2}; remove the repeated rows, or give the rate instead of the time column where "
-            f"only the clock is coarse (--rate-hz {len(steps) / (time_s[-1] - time_s[0]):.6g} is the mean)"
+            f"only the clock is coarse (--rate-hz {rate:.6g} is the mean)"
         )
     if len(back):
         k = back[0]

@@ -60,7 +60,10 @@ def unit_rows(
         wanted = [cells[k] for k in index if k < len(cells)]
         numbers = [is_number(cell) or read_words([cell], ".") is not None for cell in wanted]
         words = [bool(cell) and not number for cell, number in zip(wanted, numbers, strict=True)]
-        if not any(words) or (any(numbers) and not (rows and headed)):
+        alone = (
+            headed and not wanted and not is_number(cells[0])
+        )  # `trace_values`: a word that ends the header
+        if not alone and (not any(words) or (any(numbers) and not (rows and headed))):
             break
         rows.append(cells)
     return (rows, body[len(rows) :]) if len(body) > len(rows) else ([], body)

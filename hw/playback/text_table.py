@@ -112,19 +112,27 @@ def _uncommented(line: str) -> str:
 
 
 def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | None) -> _Layout:
+    """The last line with every wanted name above the first numbers: settings may name the columns too (`# columns: t q tau`)."""
     tried = DELIMITERS if given is None else (given,)
     named = [name for name in names if not PLACE.fullmatch(name)]
     found: list[str] = []
+    layout: _Layout | None = None
     for row, line in enumerate(lines[:HEADER_LINES]):
+        if layout and _is_row(line, layout):
+            break
         for delimiter in tried:
             bare = line if delimiter == "," else line.rstrip(",")
-            for text in dict.fromkeys((_uncommented(bare), bare)):
-                cells = cells_of(text, delimiter)
-                if named and all(name in cells for name in named):
-                    index = tuple(_index(path, cells, name) for name in names)
-                    return _Layout(row, delimiter, index, len(line) - len(bare))
-                if delimiter and len(cells) > len(found) and not any(map(is_number, cells)):
-                    found = cells
+            cells = _named_cells(bare, delimiter, named)
+            if cells and (layout is None or all(cells.count(name) == 1 for name in named)):
+                index = tuple(_index(path, cells, name) for name in names)
+                if layout is None or index != layout.index:
+                    layout = _Layout(row, delimiter, index, len(line) - len(bare))
+                break
+            words = cells_of(_uncommented(bare), delimiter)
+            if delimiter and len(words) > len(found) and not any(map(is_number, words)):
+                found = words
+    if layout:
+        return layout
     if not named:
         return _by_place(lines, names, tried)
     missing = next((name for name in named if name not in found), named[0])
@@ -132,6 +140,23 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
         f"{path}: no column {missing!r}; the header has: {', '.join(cell or '(no name)' for cell in found)[:500]}"
         + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
     )
+
+
+def _named_cells(line: str, delimiter: str | None, named: list[str]) -> list[str]:
+    """Cells of a line, a comment or not, that has every one of the names; none else."""
+    for text in dict.fromkeys((_uncommented(line), line)):
+        cells = cells_of(text, delimiter)
+        if named and all(name in cells for name in named):
+            return cells
+    return []
+
+
+def _is_row(line: str, layout: _Layout) -> bool:
+    """Whether there is a number in a wanted cell, and it is no comment."""
+    if line.lstrip().startswith(COMMENTS):
+        return False
+    cells = cells_of(layout.line(line), layout.delimiter)
+    return any(is_number(cells[k]) for k in layout.index if k < len(cells))
 
 
 def _by_place(lines: list[str], names: tuple[str, ...], tried: tuple[str | None, ...]) -> _Layout:

@@ -13,6 +13,9 @@ SPELT = {
     "°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad",
     "turn": "rev", "turns": "rev", "rotations": "rev", "count": "counts", "inc": "counts", "qc": "counts", "ticks": "counts",
     "sec": "s", "seconds": "s", "msec": "ms", "usec": "us", "µs": "us", "μs": "us",
+    "ncm": "N cm", "n.cm": "N cm", "n*cm": "N cm", "n·cm": "N cm", "n-cm": "N cm", "knm": "kN m", "ozin": "oz in", "oz-in": "oz in", "ozf-in": "oz in", "ozf·in": "oz in", "oz·in": "oz in",
+    "lbin": "lb in", "lb-in": "lb in", "lbf-in": "lb in", "lbf·in": "lb in", "in-lb": "lb in", "lbft": "lb ft", "lb-ft": "lb ft", "lbf·ft": "lb ft", "ft-lb": "lb ft", "kgcm": "kg cm", "kg-cm": "kg cm", "kgf-cm": "kg cm", "kgf·cm": "kg cm",
+    "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts", "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
     "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m", "mn*m": "mN m",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s",
     "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm", "grad/s": "deg/s", "sek": "s", "sekunden": "s",
@@ -20,20 +23,37 @@ SPELT = {
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 
-OTHERS = ("V", "mV", "%", "kg", "lbf")
-"""Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's kilograms."""
+SCALED = (
+    "kN m",
+    "oz in",
+    "lb in",
+    "lb ft",
+    "kg cm",
+    "mrad",
+    "urad",
+    "mdeg",
+    "arcmin",
+    "gon",
+    "mrad/s",
+    "mdeg/s",
+    "counts/s",
+)
+"""Units of what is read, that need a scale."""
 
-_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
+OTHERS = ("V", "mV", "%", "kg", "lbf", *SCALED)
+"""Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's kilograms, ounces and inches."""
+
+_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
 _SUFFIX = re.compile(
-    r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|rev|counts|rpm|nm|mnm|ma)$", re.IGNORECASE
+    r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma)$", re.IGNORECASE
 )
 
 _BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*|,\s+)(\S{1,20})$|/(\S{2,6})$")
 """What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter only behind a blank."""
 
-_SAME = {"Nm": "N m", "mNm": "mN m"}
+_SAME = {"Nm": "N m", "mNm": "mN m", "Ncm": "N cm"}
 
 
 def said_unit(name: str, row: str) -> str:
@@ -66,6 +86,10 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     if said in units:
         raise BackendError(
             f"{what}; give the unit {said} (:{said} behind its name), or rename the column if the file is wrong"
+        )
+    if said in SCALED:
+        raise BackendError(
+            f"{what}, which needs a scale: give the one that makes {used} of it (:{used}:SCALE behind its name)"
         )
     raise BackendError(
         f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it (a torque constant, a gear ratio)"

@@ -11,6 +11,9 @@ from typing import Any
 
 import click
 
+# Before numpy is loaded: matrices here are small, and beside a load OpenBLAS's threads wait for each other, two and a half times as long as one takes.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from rtctl import __version__
 from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.json_text import json_text

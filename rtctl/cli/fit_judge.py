@@ -56,6 +56,7 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     """Print table and verdict; exit code 1 when something speaks against the model."""
     from rtctl.friction import artefact
     from rtctl.friction.report.judge import faults, judge
+    from rtctl.friction.report.judged_cause import cause
 
     model = artefact.load(path)
     artefact.require_rig(model, model.rig, path, points.motion)
@@ -65,6 +66,8 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
         points = without_load(points, model.load)
     found = judge(model, points)
     said = faults(found)
+    if said and (why := cause(model, points)):
+        said.append(why)
     rows = [asdict(one) for one in found]
     judged = {"model": str(path), "holds": not said, "faults": said, "directions": rows}
     if as_json:

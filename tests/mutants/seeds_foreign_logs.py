@@ -8,7 +8,53 @@ DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
 PLAUSIBLE = ("tests/unit/friction/test_plausibility.py",)
 HDF = ("tests/unit/hw/test_matlab_hdf.py",)
 
+DIRTY = ("tests/unit/friction/test_dirty_logs.py",)
+CELLS = ("tests/unit/hw/test_cells.py",)
+JUDGED = ("tests/unit/cli/test_fit_judge.py",)
+
 SEEDS = (
+    Seed(
+        "an AC-coupled torque is none",
+        "rtctl/friction/logs/high_passed.py",
+        "if not (corner > 0 and",
+        "if not (corner < 0 and",
+        DIRTY,
+    ),
+    Seed(
+        "a log that changes at one time is one",
+        "rtctl/friction/logs/changed_within.py",
+        "if zero.rest < ALIKE * whole.rest:",
+        "if zero.rest < 0:",
+        DIRTY,
+    ),
+    Seed(
+        "a position that loses counts at speed is sound",
+        "rtctl/friction/logs/lost_counts.py",
+        "fits[best].rest > BETTER * bent.rest",
+        "fits[best].rest > 0 * bent.rest",
+        DIRTY,
+    ),
+    Seed(
+        "a velocity is filtered once",
+        "rtctl/friction/logs/recorded_velocity.py",
+        "((1, 1.0), (2, MORE_REST))",
+        "((1, 1.0),)",
+        DIRTY,
+    ),
+    Seed(
+        "settings that name the columns are the header",
+        "hw/playback/text_table.py",
+        "if line.lstrip().startswith(COMMENTS):\n        return False",
+        "if line.lstrip().startswith(COMMENTS):\n        return True",
+        CELLS,
+    ),
+    Seed(
+        "a point of a new session must lie within the largest error of the old one",
+        "rtctl/friction/report/judge.py",
+        "FAR_OVER = 2.0",
+        "FAR_OVER = 1.0",
+        JUDGED,
+    ),
     Seed(
         "two clocks are never looked for",
         "rtctl/friction/logs/late_torques.py",

@@ -12,6 +12,9 @@ from rtctl.friction.logs.regressors import Regressors
 ROWS_ALIKE = 5
 """Rows that say the same: they are a tenth of a period of the cut-off apart."""
 
+VISCOUS_LEAST = 0.1
+"""Most that viscous friction may come out negative, as torque at the usual speed, share of Coulomb friction."""
+
 
 @dataclass(frozen=True)
 class Fit:
@@ -22,6 +25,14 @@ class Fit:
     coulomb: float
     added: np.ndarray
     rest: float
+
+    def is_joint(self, speed_rad_s: float) -> bool:
+        """Whether these are parameters of a joint that goes at that speed, RMS: a part of a log that hardly tells them has any."""
+        return (
+            self.inertia > 0
+            and self.coulomb > 0
+            and self.viscous * speed_rad_s > -VISCOUS_LEAST * self.coulomb
+        )
 
 
 @dataclass(frozen=True)
@@ -67,6 +78,11 @@ class Balance:
         offsets = self.nuisance[:, : self.nuisance.shape[1] - len(self.signals.shares)]
         centred = self.torque - offsets @ np.linalg.lstsq(offsets, self.torque, rcond=None)[0]
         return float(np.sqrt(np.mean(centred**2)))
+
+    @property
+    def speed(self) -> float:
+        """RMS of the velocity."""
+        return float(np.sqrt(np.mean(self.velocity**2)))
 
     def residual(self) -> np.ndarray:
         """What the plain fit leaves over on each row, N m."""

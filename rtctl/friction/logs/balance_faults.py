@@ -14,13 +14,19 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.logs.balance import Balance, Fit
+from rtctl.friction.logs.changed_within import changed_within
+from rtctl.friction.logs.high_passed import high_passed
 from rtctl.friction.logs.late_torques import delayed
+from rtctl.friction.logs.lost_counts import lost_counts
 
 TOLD_RATIO = 0.75
 """A cause is told when what is left over, RMS, falls to this share of it or less,"""
 
 TOLD_CHANGE = 0.08
 """and inertia, viscous or Coulomb friction change by this share or more (viscous friction as torque, against Coulomb friction, too)."""
+
+PLAIN_RATIO = 0.5
+"""A cause is told from this share on of much that was left over although the parameters hardly change: what is left over without a name looks like anything."""
 
 REFUSED_RATIO, REFUSED_CHANGE = 0.7, 0.3
 """Both bounds for parameters that are not given out at all,"""
@@ -55,8 +61,7 @@ CHANGES = 0.2
 
 def changed(balance: Balance, before: Fit, after: Fit) -> float:
     """Largest change of a parameter, share of what it is after; viscous friction against the whole friction where that is larger."""
-    speed = float(np.sqrt(np.mean(balance.velocity**2)))
-    viscous = max(abs(after.viscous), 0.25 * abs(after.coulomb) / speed)
+    viscous = max(abs(after.viscous), 0.25 * abs(after.coulomb) / balance.speed)
     return max(
         abs(before.inertia - after.inertia) / max(abs(after.inertia), 1e-12),
         abs(before.viscous - after.viscous) / viscous,
@@ -73,23 +78,25 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
         A cause that makes the parameters useless, named with the remedy; or the motion explains too little.
     """
     plain, source = balance.fit(), balance.signals.source
-    refusals, warnings = [], []
-    searched = (_velocity_as_position, _weight, delayed, _position)
+    refusals, doubts = [], []
+    searched = (_velocity_as_position, _weight, high_passed, delayed, _position, lost_counts, changed_within)
     for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
         found = find(balance, plain)
         if found is None:
             continue
         text, other = found
         ratio, change = other.rest / plain.rest, changed(balance, plain, other)
-        if ratio <= REFUSED_RATIO and change >= REFUSED_CHANGE and plain.rest > EXPLAINED * balance.spread:
+        much = plain.rest > EXPLAINED * balance.spread
+        if ratio <= REFUSED_RATIO and change >= REFUSED_CHANGE and much:
             refusals.append((other.rest, text))
-        elif ratio <= TOLD_RATIO and change >= TOLD_CHANGE:
-            warnings.append(f"{source}: {text}")
+        elif (ratio <= TOLD_RATIO and change >= TOLD_CHANGE) or (ratio <= PLAIN_RATIO and much):
+            doubts.append((other.rest, text))
+    least = min((rest for rest, _ in (*refusals, *doubts)), default=plain.rest)
     if refusals:
-        least = min(rest for rest, _ in refusals)
-        text = next(text for rest, text in refusals if rest <= ALIKE * least)
+        text = next(text for rest, text in (*refusals, *doubts) if rest <= ALIKE * least)
         raise DataError("; besides: ".join([f"{source}: {text}", *noted]))
-    warnings += [f"{source}: {text}" for text in _over_time(balance, plain)]
+    told = [text for rest, text in doubts if rest <= ALIKE * least]
+    warnings = [f"{source}: {text}" for text in (*told, *_over_time(balance, plain, ALIKE * least))]
     left = plain.rest / balance.spread
     if left > UNEXPLAINED_SHARE:
         raise DataError(
@@ -185,8 +192,8 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
     )
 
 
-def _over_time(balance: Balance, plain: Fit) -> list[str]:
-    """Parts of each log whose friction or inertia differ."""
+def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
+    """Parts of each log whose friction or inertia differ, where they leave at most `most` over."""
     told = []
     for k, source in enumerate(balance.signals.sources):
         rows = np.flatnonzero(balance.log == k)
@@ -196,8 +203,10 @@ def _over_time(balance: Balance, plain: Fit) -> list[str]:
         if any(abs(np.sign(balance.velocity[part]).mean()) > 0.6 for part in parts):
             continue
         fits = [balance.fit(rows=part) for part in parts]
+        if not all(fit.is_joint(balance.speed) for fit in fits):
+            continue
         rest = float(np.sqrt(np.mean([fit.rest**2 for fit in fits])))
-        if rest > TOLD_RATIO * balance.fit(rows=rows).rest:
+        if rest > min(most, TOLD_RATIO * balance.fit(rows=rows).rest):
             continue
         for name, unit, values in (
             ("Coulomb friction", "N m", [fit.coulomb for fit in fits]),

@@ -57,7 +57,7 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if abs(delay) < LATE_TOLD_S or not _sound(one):
         return None
     return (
-        f"the torque looks {1e3 * abs(delay):.0f} ms {_word(delay)} against the position (or the position was filtered): with that, "
+        f"the torque looks {1e3 * abs(delay):.0f} ms {_word(delay)} against the position ({_instead(delay)}): with that, "
         f"{_left(balance, one)} of it is left over instead of {_left(balance, plain)}; record both at one time, or "
         f"put the column right by it (--torque-delay does, of the motor torque: {delay:+.3f} s besides what it is now)",
         one,
@@ -88,6 +88,15 @@ def _sound(fit: Fit) -> bool:
 
 def _left(balance: Balance, fit: Fit) -> str:
     return f"{100 * fit.rest / balance.spread:.2g} %"
+
+
+def _instead(delay_s: float) -> str:
+    """What of the position looks like that delay of the torque."""
+    return (
+        "or the position is a set point, which runs ahead of the joint"
+        if delay_s > 0
+        else "or the position was filtered"
+    )
 
 
 def _word(delay_s: float) -> str:

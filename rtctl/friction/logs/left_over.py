@@ -87,7 +87,7 @@ def told(balance: Balance) -> tuple[str, ...]:
         f"{name} by {100 * by:.0f} %" if by < 1 else f"{name} wholly" for name, by in much.items()
     )
     return (
-        f"{balance.signals.source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand or another torque that is not mapped, an elastic shaft, play, "
+        f"{balance.signals.source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand or another torque that is not mapped, an elastic shaft, play, counts that are lost, "
         f"friction that varies with the place or is not Coulomb + viscous): what looks like it may have gone into the parameters, {named}; map every torque, or record "
         "brisker strokes of many speeds with nothing else touching the joint",
     )

@@ -42,11 +42,14 @@ INERTIA_FACTOR, INERTIA_SURELY = 1.5, 1.15
 HARDLY_KNOWN = 0.5
 """Half width of the inertia's interval, share of it, from which on the motion is said not to tell it."""
 
+STEADY_SHARE = 0.1
+"""A velocity within this share of its usual largest of the position's may stand still."""
+
 OFFSET_SHARE = 0.1
 """An offset of a motor torque above this share of the Coulomb friction is worth a word."""
 
 
-FRICTION_SHARE = 0.25
+FRICTION_SHARE = 0.42
 """Friction at the largest speed below this share of the torque, RMS, is worth a word: that of geared joints is as large as it."""
 
 
@@ -124,12 +127,14 @@ def plausible(
                 f"{limits.source}); correct the unit of the torque, or the torque constant and the gearing"
             )
         where = f"{log.source}: {name}"
-        warnings += faults(signal, log.rate_hz, where, may_rest=name == "motor torque")
+        off = signal == 0 if name == "motor torque" else None
+        warnings += faults(signal, log.rate_hz, where, may_rest=off)
         if largest > limits.doubtful_nm:
             warnings.append(
                 f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct its unit, or give --config RIG, "
                 "whose limits count then"
             )
+    warnings += _doubtful_velocity(log)
     if external is None and motor_nm is not None:
         require_on(motor_nm, log.position_rad, log.rate_hz, f"{log.source}: motor torque")
     largest = float(np.abs(log.torque_nm).max())
@@ -164,6 +169,20 @@ def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
             "(counts needs --counts-per-rev)"
         )
     return told
+
+
+def _doubtful_velocity(log: AxisLog) -> list[str]:
+    """What is wrong with a recorded velocity; it may stand still where the position goes by it."""
+    velocity = log.velocity_rad_s
+    if velocity is None:
+        return []
+    stride = max(1, round(0.05 * log.rate_hz))
+    at = np.arange(len(velocity))
+    before, after = np.maximum(at - stride, 0), np.minimum(at + stride, len(at) - 1)
+    by_position = (log.position_rad[after] - log.position_rad[before]) * log.rate_hz / (after - before)
+    usual = float(np.quantile(np.abs(velocity), 0.95))
+    steady = np.abs(velocity - by_position) < STEADY_SHARE * usual
+    return faults(velocity, log.rate_hz, f"{log.source}: column velocity", may_rest=steady, unit="rad/s")
 
 
 def largest_speed(x: np.ndarray, rate_hz: float) -> float:

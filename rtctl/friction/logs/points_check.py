@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
+from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits
 from rtctl.friction.points.measured import FrictionPoints
@@ -16,13 +19,20 @@ SCATTER = 0.25
 """Share of the friction by which rows of one speed scatter, on the median over speed, that is worth a word."""
 
 
+REPEATS_LEAST = 3
+"""Fewest points that repeat another one exactly that are worth a word."""
+
+DIGITS, UNEVEN = 0.02, 0.1
+"""Rounding error of the friction, and its scatter from point to point, shares of it, that are worth a word."""
+
+
 def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
     """What makes points of other programs' columns look like something else than friction, in sentences that name the cause.
 
     A constant in the torque, gravity, a load or acceleration go into friction points unseen: nothing opposes them there, as the balance of
     `rtctl identify --log` does. `known`: a rig file says what speeds and torques there may be.
     """
-    told = [] if known else _doubtful_units(points)
+    told = [*([] if known else _doubtful_units(points)), *_doubtful_rows(points)]
     (v, f), (w, g) = points.branch(1), points.branch(-1)
     shared = v[(v >= w[0]) & (v <= w[-1])]
     if len(shared):
@@ -41,6 +51,41 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
             "drifting zero do not; use steady speeds, or rtctl identify --log, which parts friction from them or says what it cannot"
         )
     return told
+
+
+def _doubtful_rows(points: FrictionPoints) -> list[str]:
+    """Points given twice, friction of few digits, and points that scatter where nobody says by how much."""
+    told = []
+    pairs = np.column_stack([points.velocity_rad_s, points.friction_nm * points.direction])
+    again = len(pairs) - len(np.unique(pairs, axis=0))
+    if again >= REPEATS_LEAST:
+        told.append(
+            f"{points.source}: {again} of {len(pairs)} points repeat another one in speed and friction: they count as measured anew, and every interval is too narrow by it; "
+            "give each once"
+        )
+    usual = float(np.median(points.friction_nm))
+    step = quantum(points.friction_nm)
+    if step / math.sqrt(12) > DIGITS * usual:
+        told.append(
+            f"{points.source}: friction of few digits: steps of {step:.3g} N m, {step / usual:.0%} of it; give more digits"
+        )
+    elif not np.isfinite(points.std_nm).any() and (scatter := _scatter(points)) > UNEVEN:
+        told.append(
+            f"{points.source}: the friction scatters by {scatter:.0%} from one speed to the next: average longer at each, or look for what else was in the torque "
+            "(acceleration, gravity, a load, other places)"
+        )
+    return told
+
+
+def _scatter(points: FrictionPoints) -> float:
+    """Robust standard deviation of a point about the line through its neighbours in speed, share of the friction."""
+    off = []
+    for v, f in (points.branch(1), points.branch(-1)):
+        wide = v[2:] - v[:-2]
+        share = np.divide(v[1:-1] - v[:-2], wide, out=np.full(len(wide), 0.5), where=wide > 0)
+        line = f[:-2] + share * (f[2:] - f[:-2])
+        off.append((f[1:-1] - line) / np.sqrt(1 + share**2 + (1 - share) ** 2))
+    return float(1.4826 * np.median(np.abs(np.concatenate(off))) / np.median(points.friction_nm))
 
 
 def _doubtful_units(points: FrictionPoints) -> list[str]:

@@ -241,7 +241,8 @@ def _motion(
     recorded = smooth(log.velocity_rad_s, log.rate_hz, cutoff_hz)
     step_rad = log.step_rad or quantum(log.position_rad)
     try:
-        v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad)
+        grain = quantum(log.velocity_rad_s)
+        v, notes = aligned_velocity(recorded, v, log.rate_hz, cutoff_hz, log.source, step_rad, grain)
     except DataError as error:  # what was found in the rows may be why
         raise DataError("; besides: ".join([str(error), *log.notes])) from error
     return v, derivatives(v, step)[0], notes

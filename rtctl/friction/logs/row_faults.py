@@ -152,10 +152,13 @@ def _deviation(rows: Rows) -> tuple[np.ndarray, np.ndarray, float]:
 def _mend_repeats(rows: Rows) -> None:
     """Rows equal to the one before in every column, though the joint moved."""
     velocity, middle, _ = _deviation(rows)
-    moves = np.abs(middle) * rows.usual > OUTLIER_COUNTS * quantum(rows.position_rad)
+    steps = np.abs(np.diff(rows.position_rad))
+    count = float(np.quantile(steps[steps > 0], 0.02)) if steps.any() else 0.0
+    moves = np.abs(middle) * rows.usual > OUTLIER_COUNTS * count
     same = (velocity == 0) & moves
     for torque in rows.torques.values():
         same &= np.diff(torque) == 0
+    same &= _goes_on(same, velocity, middle)
     count = int(same.sum())
     if count < REPEATS_MIN or not rows.torques:
         return
@@ -172,6 +175,16 @@ def _mend_repeats(rows: Rows) -> None:
         raise DataError(f"{what}; record every row once it is new, or thin the log to the rate of the device")
     _interpolate(rows, np.concatenate([[False], same]), torques=True)
     rows.notes.append(f"{what}: interpolated")
+
+
+def _goes_on(same: np.ndarray, velocity: np.ndarray, middle: np.ndarray) -> np.ndarray:
+    """Marks of the steps whose next ones before and behind, that are not `same`, move; a joint that stops does not."""
+    at, others = np.arange(len(same)), np.flatnonzero(~same)
+    if not len(others):
+        return np.zeros(len(same), bool)
+    behind = np.searchsorted(others, at).clip(1, len(others) - 1)
+    moving = np.abs(velocity) > 0.5 * np.abs(middle)
+    return np.asarray(moving[others[behind - 1]] & moving[others[behind]])
 
 
 def _clusters(outlier: np.ndarray, reach: int) -> list[tuple[int, int]]:
@@ -225,7 +238,9 @@ def _mend_position(rows: Rows) -> None:
         count = int(bad.sum())
         what = f"{rows.where}: column position: {count} rows are spikes of up to {tallest:.3g} rad, the first row {first + 1}"
         if count > MOST_SPIKES * len(bad):
-            raise DataError(f"{what}; look for the cause (wiring, a transfer that is torn), and record again")
+            raise DataError(
+                f"{what}; look for the cause (wiring, a transfer that is torn, rows out of order), and record again"
+            )
         rows.notes.append(f"{what}: interpolated")
     _bridge(rows, jumps)
     if bad.any():
@@ -270,7 +285,7 @@ def _bridge(rows: Rows, jumps: list[_Jump]) -> None:
         largest = max(rest, key=lambda jump: abs(jump.size_rad))
         rows.notes.append(
             f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the largest {largest.size_rad:+.3g} rad after row "
-            f"{largest.row + 1} (rows lost, an index found, or two logs in one): bridged; cut the log there if more than the zero changed"
+            f"{largest.row + 1} (rows lost, a sensor that was frozen, an index found, or two logs in one): bridged; cut the log there if more than the zero changed"
         )
     for jump in jumps:
         rows.position_rad[jump.row + 1 :] -= jump.size_rad

@@ -37,13 +37,20 @@ def longest_run(marks: np.ndarray) -> tuple[int, int]:
     return int(begins[longest]), int(ends[longest] - begins[longest])
 
 
-def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -> list[str]:
-    """Warnings about a torque (N m): constant, standing still, spikes, coarse.
+def faults(
+    signal: np.ndarray,
+    rate_hz: float,
+    where: str,
+    *,
+    may_rest: np.ndarray | None = None,
+    unit: str = "N m",
+) -> list[str]:
+    """Warnings about a torque, or another column in `unit`: constant, standing still, spikes, coarse.
 
     Parameters
     ----------
     may_rest
-        Whether exactly 0 for a while is nothing wrong: a motor that is off.
+        Marks of the rows, (n,), in which standing still is nothing wrong: a motor that is off, a joint at one speed.
 
     Raises
     ------
@@ -52,22 +59,24 @@ def faults(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) ->
     """
     if np.ptp(signal) == 0:
         return [
-            f"{where}: constant at {signal[0]:.4g} N m; map the column that was measured, or leave it out if nothing was"
+            f"{where}: constant at {signal[0]:.4g} {unit}; map the column that was measured, or leave it out if nothing was"
         ]
     return [
         *_dropouts(signal, where),
-        *_frozen(signal, rate_hz, where, may_rest=may_rest),
-        *_spikes(signal, where),
-        *_coarse(signal, where),
+        *_frozen(signal, rate_hz, where, may_rest, unit),
+        *_spikes(signal, where, unit),
+        *_coarse(signal, where, unit),
     ]
 
 
-def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -> list[str]:
+def _frozen(
+    signal: np.ndarray, rate_hz: float, where: str, may_rest: np.ndarray | None, unit: str
+) -> list[str]:
     same = np.diff(signal) == 0
     if same.mean() > 0.5 and len(np.unique(signal)) < LEVELS_MIN:
         return []  # coarse
-    if may_rest:
-        same &= signal[1:] != 0
+    if may_rest is not None:
+        same &= ~may_rest[1:]
     begin, length = longest_run(same)
     others = np.delete(same, np.s_[begin : begin + length])
     if (
@@ -77,7 +86,7 @@ def _frozen(signal: np.ndarray, rate_hz: float, where: str, *, may_rest: bool) -
     ):
         return []
     text = (
-        f"{where}: stands still at {signal[begin]:.4g} N m for {length / rate_hz:.3g} s from row {begin + 1} on, though it changes otherwise: "
+        f"{where}: stands still at {signal[begin]:.4g} {unit} for {length / rate_hz:.3g} s from row {begin + 1} on, though it changes otherwise: "
         "the sensor or its transfer was frozen; cut the log there"
     )
     if length > FROZEN_SHARE * len(signal):
@@ -134,7 +143,7 @@ def _dropouts(signal: np.ndarray, where: str) -> list[str]:
     return [text]
 
 
-def _spikes(signal: np.ndarray, where: str) -> list[str]:
+def _spikes(signal: np.ndarray, where: str, unit: str) -> list[str]:
     up, down = np.diff(signal)[:-1], -np.diff(signal)[1:]
     # how far a row is beyond both its neighbours; a quick change that stays is none
     off = np.zeros(len(signal))
@@ -148,12 +157,12 @@ def _spikes(signal: np.ndarray, where: str) -> list[str]:
     if not len(rows) or len(rows) > SPIKES_MOST * len(signal):
         return []
     return [
-        f"{where}: {len(rows)} rows are spikes of up to {off.max():.3g} N m, the first row {rows[0] + 1}; they count as torque: look for the "
+        f"{where}: {len(rows)} rows are spikes of up to {off.max():.3g} {unit}, the first row {rows[0] + 1}; they count as measured: look for the "
         "cause, or take them out"
     ]
 
 
-def _coarse(signal: np.ndarray, where: str) -> list[str]:
+def _coarse(signal: np.ndarray, where: str, unit: str) -> list[str]:
     levels = np.unique(signal)
     if len(levels) >= LEVELS_MIN:
         return []
@@ -162,6 +171,6 @@ def _coarse(signal: np.ndarray, where: str) -> list[str]:
     if share <= COARSE_SHARE:
         return []
     return [
-        f"{where}: too coarse: {len(levels)} levels, steps of {step:.3g} N m, a rounding error of {100 * share:.0f} % of it; record more digits, "
+        f"{where}: too coarse: {len(levels)} levels, steps of {step:.3g} {unit}, a rounding error of {100 * share:.0f} % of it; record more digits, "
         "or lower the range of the sensor"
     ]

@@ -35,6 +35,9 @@ BEND_LEAST = 0.06
 DRIFT_LEAST = 0.1
 """Least change of a scale over a log that is told."""
 
+DRIFT_BESIDE = 0.05
+"""The same beside other columns."""
+
 KNOWN, KNOWN_BESIDE = 0.02, 0.03
 """Largest standard errors of the share of a gear that a log is said to tell, alone and beside other columns."""
 
@@ -209,8 +212,11 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
     moving, level = share * (u - dry), share * dry
     motion = plain.coefficient(moving, level[:, None])
     friction = plain.coefficient(level, moving[:, None])
+    beside = plain.coefficient(moving, np.column_stack([level, plain.others]))
     if not (abs(motion[0]) > SURELY * motion[1] and abs(motion[0]) > DRIFT_LEAST):
         return ()
+    if not (motion[0] * beside[0] > 0 and abs(beside[0]) > max(SURELY_BESIDE * beside[1], DRIFT_BESIDE)):
+        return ()  # parts of other speeds look like it, where friction bends over speed
     together = abs(friction[0] - motion[0]) < max(0.5 * abs(motion[0]), 2 * friction[1])
     amount = f"by {100 * abs(motion[0]):.0f} % from its first to its last row"
     if together and friction[0] * motion[0] > 0:

@@ -44,6 +44,9 @@ OUTSIDE_MOST = 0.1
 """Share of a session beyond a band that is for 95 % of it, from which the band does not hold: twice what it allows."""
 
 
+FAR_OVER = 2.0
+"""Times the stated bound, the largest error of the points learned from, that no single point may err: a little beyond the largest of so many is chance."""
+
 UNEVEN_SURE = 2.0
 """Standard errors by which a mean over places may be off the mean over all places."""
 
@@ -74,8 +77,11 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
             continue
         if one.outside:
             said.append(f"{at} {one.outside} of {one.points} points are faster than the trained range")
-        if one.over_bound:
-            said.append(f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m")
+        far = abs(one.worst_nm or 0.0) > FAR_OVER * one.bound_nm
+        if one.over_bound > OUTSIDE_MOST * (one.points - one.outside) or (one.over_bound and far):
+            said.append(
+                f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m, by up to {abs(one.worst_nm or 0.0):.4g} N m at {one.worst_at_rad_s:.3g} rad/s"
+            )
         if one.outside_band_share is not None and one.outside_band_share > OUTSIDE_MOST:
             said.append(f"{at} {100 * one.outside_band_share:.0f} % of the points lie outside the 95 % band")
         if one.rmse_nm > (one.allowed_rmse_nm or 0.0):

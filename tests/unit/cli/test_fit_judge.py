@@ -48,6 +48,51 @@ def test_weaker_friction_breaks_the_bound_with_its_sign(model: Path, tmp_path: P
     assert any("Coulomb + viscous" in fault for fault in body["faults"])
 
 
+def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0.0) -> Path:
+    """Points of the same joint, read with another factor of speed or friction, or another zero of the torque."""
+    v, f = np.loadtxt(_points(path, fastest=4.0), delimiter=",", skiprows=1).T
+    table = np.column_stack([speed * v, friction * f + zero])
+    np.savetxt(path, table, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("reading", "said"),
+    [
+        ({"friction": 1e3}, "1e+03 times the model's at all speeds: is it in mN m?"),
+        ({"friction": 1.3}, "times the model's at all speeds: a unit"),
+        ({"speed": 30 / np.pi}, "as if it were in rpm"),
+        ({"speed": 180 / np.pi}, "as if it were in deg/s"),
+        ({"speed": 0.5 / np.pi}, "as if it were in rev/s"),
+        ({"zero": 0.05}, "0.05 N m off at all speeds and in both directions"),
+    ],
+)
+def test_the_one_reading_under_which_the_model_fits_is_named(
+    model: Path, tmp_path: Path, reading: dict[str, float], said: str
+) -> None:
+    done = _run(_read(tmp_path / "r.csv", **reading), "--judge", model, "--json")
+    assert done.exit_code == 1
+    assert said in json.loads(done.output)["faults"][-1]
+
+
+def test_a_point_a_little_beyond_the_largest_error_before_is_no_fault_and_one_far_off_is(
+    model: Path, tmp_path: Path
+) -> None:
+    points = np.loadtxt(_points(tmp_path / "n.csv"), delimiter=",", skiprows=1)
+    bound = json.loads(_run(tmp_path / "n.csv", "--judge", model, "--json").output)["directions"][0][
+        "bound_nm"
+    ]
+    for times, code in ((1.3, 0), (20.0, 1)):
+        off = points.copy()
+        off[20, 1] += times * bound
+        np.savetxt(
+            tmp_path / "o.csv", off, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments=""
+        )
+        done = _run(tmp_path / "o.csv", "--judge", model)
+        assert done.exit_code == code, done.output
+        assert ("1 points break the stated bound" in done.output) == bool(code)
+
+
 def test_speeds_beyond_the_range_are_counted_and_left_out(model: Path, tmp_path: Path) -> None:
     done = _run(_points(tmp_path / "f.csv", fastest=8.0), "--judge", model, "--json")
     assert done.exit_code == 1

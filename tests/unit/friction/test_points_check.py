@@ -10,6 +10,7 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction.logs.logs import FrictionSamples, level_points
 from rtctl.friction.logs.points_check import doubtful_points, require_held_out, require_plausible_points
+from rtctl.friction.points.measured import FrictionPoints
 from rtctl.friction.points.reader import read_points
 from rtctl.rig_file.config import load
 
@@ -110,3 +111,32 @@ def test_units_that_no_hand_held_joint_has_are_named_unless_a_rig_file_knows_bet
     assert "in rpm or deg/s, or of the motor before the gear" in doubtful_points(rpm, known=False)[0]
     assert "in mN m, or a current" in doubtful_points(milli, known=False)[0]
     assert not doubtful_points(rpm, known=True) + doubtful_points(milli, known=True)
+
+
+def table_of(velocity, friction):
+    rows = zip(
+        velocity,
+        np.abs(friction),
+        np.sign(velocity),
+        np.full(len(velocity), np.nan),
+        np.full(len(velocity), np.nan),
+        strict=True,
+    )
+    return FrictionPoints.from_rows(rows, "table.csv", "0")
+
+
+def test_points_given_twice_of_few_digits_and_that_scatter_are_named():
+    speed = np.geomspace(0.02, 5.0, 40)
+    v = np.concatenate([speed, -speed])
+    f = np.sign(v) * (0.3 + 0.07 * np.abs(v)) * (1 + 0.004 * np.random.default_rng(4).normal(size=80))
+    assert not doubtful_points(table_of(v, f), known=True)
+    for table, said in (
+        (table_of(np.tile(v, 2), np.tile(f, 2)), "80 of 160 points repeat another one"),
+        (table_of(v, np.round(f, 1)), r"few digits: steps of 0\.1 N m"),
+        (
+            table_of(v, f * (1 + 0.3 * np.random.default_rng(5).normal(size=80)).clip(0.1)),
+            r"scatters by \d\d%",
+        ),
+    ):
+        (told,) = doubtful_points(table, known=True)
+        assert re.search(said, told)

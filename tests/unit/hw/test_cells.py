@@ -34,6 +34,15 @@ def test_words_that_say_nothing_in_one_unit_are_none(cells):
     assert read_words(cells, ".") is None
 
 
+def test_settings_that_name_the_columns_are_no_header(tmp_path):
+    path = tmp_path / "run.dat"
+    rows = "".join(f"{k} {k}.5 {2 * k} 20\n" for k in range(20))
+    path.write_text(f"# columns: t q tau\n# kt = 0.05\n# t q tau temp\n{rows}")
+    table = read_table(path, ("t", "q", "tau"))
+    assert table.columns["t"][3] == 3
+    assert table.columns["tau"][3] == 6
+
+
 def test_a_unit_behind_every_number_is_held_against_the_unit_that_is_given(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("t,x\n" + "".join(f"{k} ms,{k}.5 deg\n" for k in range(20)))

@@ -33,6 +33,9 @@ from hw.playback.units import require_unit, said_unit
         ("/joint/position", "", ""),
         ("counts/s", "", ""),
         ("built in Rome", "", ""),
+        ("M", "[Ncm]", "N cm"),
+        ("tau_ncm", "", "N cm"),
+        ("M [oz-in]", "", "oz in"),
     ],
 )
 def test_units_are_understood_however_they_are_spelt(name, row, unit):
@@ -47,6 +50,7 @@ def test_units_are_understood_however_they_are_spelt(name, row, unit):
         ({"column": "t"}, "ms", ("s", "ms"), "read in s, the file says ms"),
         ({"column": "m", "unit": "mN m", "scale": -1.0}, "Nm", ("N m", "mN m", "Nm"), "read in mN m, the file says N m"),
         ({"column": "i"}, "A", ("N m", "mN m"), "read in N m, the file says A, which is another quantity; .*torque constant"),
+        ({"column": "M [lbf-in]"}, "", ("N m", "mN m"), "the file says lb in, which needs a scale: give the one that makes N m of it"),
         ({"column": "CH2"}, "V", ("N m", "mN m"), "read in N m, the file says V, which is another quantity; .*give the scale"),
         ({"column": "Last in kg"}, "", ("N m", "N"), "the file says kg"),
         ({"column": "velocity_rad_s"}, "", ("rad", "deg"), "the file says rad/s, which is another quantity; map another"),

@@ -1,0 +1,103 @@
+"""A log that is of two parts: from some time on the torque has another zero or scale, the position another scale, or another joint moves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.friction.logs.balance import Balance, Fit
+from rtctl.friction.logs.other_readings import PEAK_SHARE
+
+TRIED, FINER = 24, 9
+"""Times that are tried, and those between the best and its neighbours."""
+
+PART_LEAST = 150
+"""Fewest rows of a part."""
+
+SAME = 0.1
+"""Share by which Coulomb friction may differ to be the same."""
+
+FACTOR_MOST = 5.0
+"""Largest change of the inertia that is told: more is that of a part whose strokes, each at one speed, hardly tell it."""
+
+STILL = 0.75
+"""What parts must leave over beside a friction that bends over speed, of what that leaves alone."""
+
+ALIKE = 1.15
+"""What a zero or a scale alone may leave over, of what parameters of their own leave, to be told for it."""
+
+
+def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
+    """The time from which on a log has other parameters, that leaves least over; the parameters told are those before it."""
+    n = len(balance.time_s)
+    if len(balance.signals.sources) > 1 or n < 3 * PART_LEAST:
+        return None
+    rows = np.linspace(PART_LEAST, n - PART_LEAST, TRIED).astype(int)
+    best = int(np.argmin([_parted(balance, row).rest for row in rows]))
+    near = np.linspace(rows[max(0, best - 1)], rows[min(TRIED - 1, best + 1)], FINER).astype(int)
+    row = min(near, key=lambda each: _parted(balance, each).rest)
+    what, fit = _what(balance, row)
+    before = np.array([fit.inertia, fit.viscous, fit.coulomb])
+    after = replace(fit, **dict(zip(("inertia", "viscous", "coulomb"), before + _more(fit), strict=True)))
+    if not (fit.is_joint(balance.speed) and after.is_joint(balance.speed)) or _is_bent(balance, row):
+        return None
+    if not 1 / FACTOR_MOST < after.inertia / fit.inertia < FACTOR_MOST:
+        return None
+    return (
+        f"{what} changes within the log, at about {balance.time_s[row]:.3g} s: with that, {100 * fit.rest / balance.spread:.2g} % of the torque is left over "
+        f"instead of {100 * plain.rest / balance.spread:.2g} %; cut the log there",
+        fit,
+    )
+
+
+def _more(fit: Fit) -> np.ndarray:
+    """By how much inertia, viscous and Coulomb friction are larger after it, where they were fitted."""
+    return fit.added[:3] if len(fit.added) > 3 else np.zeros(3)
+
+
+def _since(balance: Balance, row: int) -> np.ndarray:
+    """1 from a row on, (n, 1)."""
+    return (np.arange(len(balance.time_s)) >= row)[:, None].astype(float)
+
+
+def _parted(balance: Balance, row: int) -> Fit:
+    """The balance with parameters of their own from a row on."""
+    return balance.fit(
+        added=_since(balance, row) * np.column_stack([balance.motion, np.ones(len(balance.time_s))])
+    )
+
+
+def _is_bent(balance: Balance, row: int) -> bool:
+    """Whether friction that is not Coulomb + viscous explains most of it: parts of other speeds then look like other parameters."""
+    v, s = balance.velocity, balance.direction
+    usual = PEAK_SHARE * float(np.quantile(np.abs(v), 0.95))
+    bent = np.column_stack([v * np.abs(v), s * np.exp(-np.abs(v) / max(usual, 1e-12))])
+    parts = _since(balance, row) * np.column_stack([balance.motion, np.ones(len(v))])
+    return balance.fit(added=np.hstack([bent, parts])).rest > STILL * balance.fit(added=bent).rest
+
+
+def _what(balance: Balance, row: int) -> tuple[str, Fit]:
+    """What changes there: the least that leaves hardly more over than parameters of their own, and that fit."""
+    since, whole = _since(balance, row), _parted(balance, row)
+    zero = balance.fit(added=since)
+    if zero.rest < ALIKE * whole.rest:
+        return f"the zero of the torque, by {zero.added[0]:.3g} N m,", zero
+    before = np.array([whole.inertia, whole.viscous, whole.coulomb])
+    wanted = (balance.motion @ before)[:, None]
+    torque = balance.fit(added=since * np.column_stack([wanted, np.ones(len(wanted))]))
+    if torque.rest < ALIKE * whole.rest:
+        return (
+            f"the scale of the torque, by the factor {1 + torque.added[0]:.3g} (a range, a gain, a torque constant),",
+            torque,
+        )
+    inertia, viscous, coulomb = 1 + whole.added[:3] / before
+    if abs(coulomb - 1) < SAME:
+        return (
+            f"the inertia, by the factor {inertia:.3g}, and viscous friction, by {viscous:.3g}, but not Coulomb friction, (a load, a scale of the position, rows of another rate,)",
+            whole,
+        )
+    return (
+        f"what is moved, or how it rubs, (inertia by the factor {inertia:.3g}, Coulomb friction by {coulomb:.3g}: two logs in one, a load, a part that was touched)",
+        whole,
+    )

@@ -1,0 +1,74 @@
+"""Why points that speak against a model do: the one reading of them under which the model fits, where there is one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from rtctl.friction.model import FrictionModel
+from rtctl.friction.points.measured import FrictionPoints
+
+EXPLAINS, EXPLAINS_BEST = 0.3, 0.05
+"""What a reading may leave of the error, RMS, share of it; and of the friction."""
+
+SCALE_LEAST = 0.04
+"""Least distance of a factor from 1 that is told."""
+
+SPEEDS = {"rpm": 30 / math.pi, "deg/s": 180 / math.pi, "mrad/s, or mm/s": 1e3}
+"""Unit that is taken for rad/s (or m/s) -> by what the numbers are too large."""
+
+
+def cause(model: FrictionModel, points: FrictionPoints) -> str:
+    """The reading that leaves least of the error, in words; "" where none explains it."""
+    rows = np.concatenate([points.rows_of(way) for way in (1, -1)])
+    v, f = points.velocity_rad_s[rows], points.friction_nm[rows] * points.direction[rows]
+    least, text = min(_readings(model, v, f))
+    return text if least < EXPLAINS_BEST and least < EXPLAINS * _error(model, v, f) else ""
+
+
+def _error(model: FrictionModel, v: np.ndarray, f: np.ndarray, most: float = 0.5) -> float:
+    """RMS of model less friction (signed, N m) over the RMS of the friction, within the trained range; infinite where hardly a point lies in it."""
+    inside = _inside(model, v)
+    if inside.mean() < most:
+        return math.inf
+    wanted = np.sign(v[inside]) * model.magnitude(v[inside])
+    return float(np.sqrt(np.mean((wanted - f[inside]) ** 2) / np.mean(f[inside] ** 2)))
+
+
+def _inside(model: FrictionModel, v: np.ndarray) -> np.ndarray:
+    most = [branch.speed_max_rad_s for branch in model.branches]
+    return np.asarray((v != 0) & (v <= most[0]) & (v >= -most[1]))
+
+
+def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tuple[float, str]]:
+    """Error of each reading, and what it is."""
+    for unit, factor in SPEEDS.items():
+        yield (
+            _error(model, v / factor, f),
+            f"the velocity looks as if it were in {unit}: read so, the model fits",
+        )
+    yield (
+        _error(model, 2 * math.pi * v, f),
+        "the velocity looks as if it were in rev/s: read so, the model fits",
+    )
+    yield _error(model, -v, -f), "the directions look swapped: with both signs turned the model fits"
+    inside = _inside(model, v)
+    wanted, given = np.sign(v[inside]) * model.magnitude(v[inside]), f[inside]
+    factor = float(wanted @ given / max(float(wanted @ wanted), 1e-300))
+    if factor > 0 and abs(factor - 1) > SCALE_LEAST:
+        what = (
+            "is it in mN m?"
+            if 0.7 < factor / 1000 < 1.4
+            else "a unit, a torque constant, a gear, or friction that has changed as a whole (grease, temperature)"
+        )
+        yield (
+            _error(model, v, f / factor),
+            f"the friction is {factor:.3g} times the model's at all speeds: {what}",
+        )
+    zero = float(np.mean(given - wanted)) if len(given) else 0.0
+    yield (
+        _error(model, v, f - zero),
+        f"the torque is {zero:.3g} N m off at all speeds and in both directions: its zero, a weight or a slope",
+    )
