@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 TEST_POINTS_MIN = 2
-"""Of one point no error has a spread."""
+"""Least number of points of a test: the error of a single one has no spread."""
 
 
 @dataclass(frozen=True)

@@ -44,33 +44,6 @@ def test_a_screw_gives_the_ratio_and_the_counts_of_a_metre():
     assert load(CONFIGS / "mock.toml").config.hardware().moves(0) == ("rotary", 0.0)
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "refused"),
-    [
-        ("", "", None),
-        ("coulomb_n = 6.0", "coulomb_nm = 6.0", "axis[1].friction.coulomb_nm: the axis is linear: write coulomb_n"),
-        ("coulomb_nm = 0.25", "coulomb_n = 0.25", "axis[0].friction.coulomb_n: unknown key; did you mean coulomb_nm?"),
-    ],
-)  # fmt: skip
-def test_a_device_of_both_motions_has_the_names_of_each_axis_in_its_own_tables(tmp_path, old, new, refused):
-    crank, slide = (CONFIGS / "mock.toml").read_text(), SLIDE.read_text()
-    carriage = slide[slide.index("[[axis]]") : slide.index("# ----")].replace(
-        "[1.0, 0.0, 0.0]", "[0.0, 0.0, 1.0]"
-    )
-    text = crank.replace("# ----", f"{carriage}\n# ----", 1) + slide[slide.index("[[device.options.axis]]") :]
-    path = tmp_path / "rig.toml"
-    path.write_text(text.replace('"friction/', f'"{CONFIGS}/friction/').replace(old, new, 1))
-    if refused:
-        with pytest.raises(ConfigError) as error:
-            load(path)
-        assert refused in str(error.value.faults)
-        return
-    options = load(path).options
-    assert [one["inertia_kgm2"] for one in options["axis"]] == [0.012, 1.2]
-    assert [one["friction"]["coulomb_nm"] for one in options["axis"]] == [0.25, 6.0]
-    assert [one["stiffness_nm_rad"] for one in options["hand"]] == [5.0, 500.0]
-
-
 def test_without_a_lead_counts_are_of_a_metre_and_the_motor_pulls_itself(tmp_path):
     axis = load(changed(tmp_path, "lead_m = 0.005", "lead_m = 0.0")).config.axis[0]
     assert axis.motor_ratio == 1.0

@@ -1,0 +1,38 @@
+"""A rig file with a rotary and a linear axis on one simulated device."""
+
+from pathlib import Path
+
+import pytest
+
+from rtctl.errors import ConfigError
+from rtctl.rig_file.config import load
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+SLIDE = CONFIGS / "mock-linear.toml"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "refused"),
+    [
+        ("", "", None),
+        ("coulomb_n = 6.0", "coulomb_nm = 6.0", "axis[1].friction.coulomb_nm: the axis is linear: write coulomb_n"),
+        ("coulomb_nm = 0.25", "coulomb_n = 0.25", "axis[0].friction.coulomb_n: unknown key; did you mean coulomb_nm?"),
+    ],
+)  # fmt: skip
+def test_a_device_of_both_motions_has_the_names_of_each_axis_in_its_own_tables(tmp_path, old, new, refused):
+    crank, slide = (CONFIGS / "mock.toml").read_text(), SLIDE.read_text()
+    carriage = slide[slide.index("[[axis]]") : slide.index("# ----")].replace(
+        "[1.0, 0.0, 0.0]", "[0.0, 0.0, 1.0]"
+    )
+    text = crank.replace("# ----", f"{carriage}\n# ----", 1) + slide[slide.index("[[device.options.axis]]") :]
+    path = tmp_path / "rig.toml"
+    path.write_text(text.replace('"friction/', f'"{CONFIGS}/friction/').replace(old, new, 1))
+    if refused:
+        with pytest.raises(ConfigError) as error:
+            load(path)
+        assert refused in str(error.value.faults)
+        return
+    options = load(path).options
+    assert [one["inertia_kgm2"] for one in options["axis"]] == [0.012, 1.2]
+    assert [one["friction"]["coulomb_nm"] for one in options["axis"]] == [0.25, 6.0]
+    assert [one["stiffness_nm_rad"] for one in options["hand"]] == [5.0, 500.0]
