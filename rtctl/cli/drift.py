@@ -33,11 +33,13 @@ def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) ->
     table = DriftTable(warn_share=warn_share, window_s=window_s)
     rows = (batch.rows for batch in reader.batches())
     found = over_ticks(law.params, law.model, reader.axes, rows, table, reader.missing_fields())
+    found = [{**one, "motion": motion} for one, motion in zip(found, reader.motions, strict=True)]
     body = {"file": str(file), "axes": found, "left_out": [str(why) for why in reader.left_out.values()]}
     click.echo(json_text(body) if as_json else "\n".join(_lines(body)))
 
 
 def _lines(body: dict[str, Any]) -> list[str]:
+    from hw.motion import unit
     from hw.outside import shown
 
     lines = [f"LEFT OUT: {shown(why, 500)}" for why in body["left_out"]]
@@ -49,7 +51,8 @@ def _lines(body: dict[str, Any]) -> list[str]:
                 "many presliding lengths long"
             )
             continue
-        lines.append(f"{'time, s':>10}{'factor':>20}{'forward':>20}{'backward':>20}{'offset, mN m':>22}")
+        offset = "offset, m" + unit("N m", axis["motion"])
+        lines.append(f"{'time, s':>10}{'factor':>20}{'forward':>20}{'backward':>20}{offset:>22}")
         lines += [_row(f"{one['time_s']:.0f}", one) for one in axis["history"]]
         lines.append(_row("end", axis))
         if axis["place_trust"] > 0:

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import pytest
 
+from rtctl.cli.drift import _lines
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
 
@@ -36,3 +37,15 @@ def test_a_device_of_both_motions_has_the_names_of_each_axis_in_its_own_tables(t
     assert [one["inertia_kgm2"] for one in options["axis"]] == [0.012, 1.2]
     assert [one["friction"]["coulomb_nm"] for one in options["axis"]] == [0.25, 6.0]
     assert [one["stiffness_nm_rad"] for one in options["hand"]] == [5.0, 500.0]
+
+
+@pytest.mark.parametrize(("motion", "told"), [("rotary", "offset, mN m"), ("linear", "offset, mN")])
+def test_drift_has_the_unit_of_each_axis(motion, told):
+    value = {"value": 1.0, "low": 0.9, "high": 1.1}
+    names = ("factor", "forward", "backward", "offset_nm")
+    axis = {
+        **dict.fromkeys(names, value), "axis": "x", "motion": motion, "history": [], "place_trust": 0.0,
+        "warning": None, "stop": None,
+    }  # fmt: skip
+    head = _lines({"left_out": [], "axes": [axis]})[1]
+    assert head.endswith(f"  {told}")
