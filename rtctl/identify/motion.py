@@ -254,7 +254,9 @@ class Motion:
             look_s = abs(goal - self.position_rad) / speed_rad_s
             look_s = min(max(look_s, self.rig.period_s), LOOK_S)
             rows = yield from self.see(Order(order.fields if order else {}, look_s))
-            order = None
+            beyond = int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.TRAVEL
+            # a host that was late: the joint went out over the end still as this was asked, and was stopped there; the way back is open
+            order = self.turn(direction * speed_rad_s) if beyond else None
             patience_s -= len(rows) * self.rig.period_s
             if patience_s < 0:
                 raise DataError(

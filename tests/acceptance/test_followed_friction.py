@@ -45,13 +45,13 @@ class Followed:
         velocity, torque = rows["velocity_rad_s"][:, 0], rows["feedforward_torque_nm"][:, 0]
         sliding = np.abs(velocity) > self.axis.by.speed_min_rad_s
         self.moved_s += float(sliding.mean()) * len(rows) * self.sim.plan.period_s
-        open_ = (
-            sliding & (rows["friction_gate"][:, 0] > 0.999) & (np.abs(rows["friction_sign"][:, 0]) > 0.999)
-        )
+        gate = rows["friction_gate"][:, 0]
+        open_ = sliding & (gate > 0.95) & (np.abs(rows["friction_sign"][:, 0]) > 0.999)
         open_ &= rows["assistance_share"][:, 0] == 1.0
         v = velocity[open_]
         if open_.any():
-            self.shares.append(float((torque[open_] * np.sign(v)).sum() / self.axis.by.dry_nm(v).sum()))
+            whole = torque[open_] * np.sign(v) / gate[open_]
+            self.shares.append(float(whole.sum() / self.axis.by.dry_nm(v).sum()))
 
     def run(self, seconds):
         """Share of the learned dry friction that is compensated with the gate open, over the last of these seconds."""

@@ -148,7 +148,10 @@ def test_every_task_takes_at_most_five_commands():
 
 
 def test_a_rig_is_armed_and_stopped(desk):
-    armed, status, stopped = run(desk, *task("armed and stopped"))
+    for _ in range(4):  # a machine that stands in the test pulse leaves nothing measured
+        armed, status, stopped = run(desk, *task("armed and stopped"))
+        if "test pulse" in armed:
+            break
     assert "mock: ACTIVE" in armed
     assert "mock: ACTIVE" in status
     assert "mock: IDLE, no torque" in stopped

@@ -229,7 +229,11 @@ SEEDS = (
     ),
     Seed(
         "a fault at rest is told in words of later", "rtctl/rt/speech.py",
-        "if self._faults[0] == self._before or not self._spare:", "if True:", ("tests/unit/rt/test_speech.py",),
+        "if now == self._before or not (self._spare or now & ~self._looked_at):", "if True:", ("tests/unit/rt/test_speech.py",),
+    ),
+    Seed(
+        "a fault that others flickered before has no words", "rtctl/rt/speech.py",
+        "(self._spare or now & ~self._looked_at)", "self._spare", ("tests/unit/rt/test_speech.py",),
     ),
     Seed(
         "what is left of a lost rig is not stopped", "rtctl/rt/replug.py",

@@ -8,11 +8,13 @@ import numpy as np
 import pytest
 from identified import CONFIG, SMALL, Kept, run, true_friction_nm, variant
 
-from rtctl.control.vocabulary import State
+from rtctl.control.vocabulary import ProgramFlag, State
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
+from rtctl.identify.motion import Motion
 from rtctl.identify.places import gap_to
 from rtctl.identify.settings import rig_of, without_feedforward
 from rtctl.rig_file.config import load
+from rtctl.tick import new_ticks
 
 HAND = '[[device.options.hand]]\nkind = "none"                       # nobody holds the rig\n'
 GRIP = '[[device.options.hand]]\nkind = "rest"\nstiffness_nm_rad = 1.0\ndamping_nms_rad = 0.2\n'
@@ -121,6 +123,22 @@ def test_a_place_just_passed_is_not_gone_round_to():
     assert gap_to(Still, 1, 1.5 - 4 * np.pi, 0.2) == pytest.approx(0.5), "whole turns are the same place"
     assert gap_to(Still, 1, 0.9, 0.2) == 0.0
     assert gap_to(Still, 1, 0.7, 0.2) == pytest.approx(2 * np.pi - 0.3)
+
+
+def test_a_joint_that_was_stopped_beyond_its_travel_is_asked_back_again():
+    motion = Motion(rig_of(load(CONFIG), SMALL), SMALL)
+    motion.low_rad, motion.high_rad = -0.35, 0.35
+    rows = new_ticks(1, 1)
+    rows["state"], rows["position_rad"] = State.ACTIVE, -0.376
+    motion.last = rows[0]
+    steps = motion.advance(0.5, 0.5)
+    assert next(steps).fields["program_velocity_rad_s"] == 0.5
+    rows["program_flags"] = ProgramFlag.TRAVEL
+    again = steps.send(rows)
+    assert again.fields["program_count"] == 2
+    assert again.fields["program_velocity_rad_s"] == 0.5
+    rows["program_flags"] = 0
+    assert steps.send(rows).fields == {}
 
 
 def test_points_that_are_there_are_not_measured_again(kept):
