@@ -6,10 +6,11 @@ import math
 
 import numpy as np
 
+from rtctl.control.flicker import blind_damping_nms_rad, blind_hz
 from rtctl.control.proofs import stability
 from rtctl.control.stability_watch import FLOOR_SHARE
 from rtctl.control.velocity import kalman_gains, lowpass_alpha
-from rtctl.control.virtual_mass import BLIND_HZ, MASS_REST_HZ
+from rtctl.control.virtual_mass import MASS_REST_HZ
 from rtctl.control.vocabulary import DeviceVelocity, Display, VelocityMethod
 from rtctl.rig_file.axis_tables import AxisTable
 
@@ -84,13 +85,15 @@ def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> No
     p["mass_max_kgm2"][a] = shown.mass_max_kgm2 or shown.mass_kgm2
     p["mass_damping_max_nms_rad"][a] = shown.damping_max_nms_rad or shown.damping_nms_rad
     p["mass_rest_nms_rad"][a] = shown.rest_damping_nms_rad
-    p["mass_blind_nms_rad"][a] = max(shown.rest_damping_nms_rad, shown.velocity_gain_nms_rad)
+    p["mass_blind_nms_rad"][a] = blind_damping_nms_rad(
+        shown.rest_damping_nms_rad, shown.velocity_gain_nms_rad
+    )
     p["mass_rest_alpha"][a] = lowpass_alpha(MASS_REST_HZ, period_s)
     p["mass_compensation"][a] = shown.compensation_share
     p["mass_forward"][a] = shown.sent_ahead(axis.inertia_kgm2)
     p["mass_forward_alpha"][a] = lowpass_alpha(shown.feedforward_lowpass_hz, period_s)
     p["mass_force_alpha"][a] = lowpass_alpha(shown.force_lowpass_hz, period_s)
-    p["mass_blind_alpha"][a] = min(p["mass_force_alpha"][a], lowpass_alpha(BLIND_HZ, period_s))
+    p["mass_blind_alpha"][a] = lowpass_alpha(blind_hz(shown.force_lowpass_hz), period_s)
     p["mass_force_deadband_nm"][a] = shown.force_deadband_nm
     p["servo_velocity_gain_nms_rad"][a] = shown.velocity_gain_nms_rad
     p["servo_position_gain_nm_rad"][a] = shown.position_gain_nm_rad

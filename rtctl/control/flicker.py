@@ -19,6 +19,8 @@ and only where friction surely holds the joint against as much (`friction.guaran
 
 from __future__ import annotations
 
+import math
+
 from rtctl.control.jit import inlined
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
@@ -59,6 +61,20 @@ def _turn(s: Record, p: Record, axis: int) -> None:
         s.reading_turns[axis] = HELD_AFTER
         mean = s.reading_from_rad[axis] + s.reading_sum_rad[axis] / s.reading_ticks[axis]
         s.reading_held_rad[axis] = mean + s.reading_gap_rad[axis]
+
+
+BLIND_HZ = 1.0
+"""Low-pass of the hand's torque on a virtual mass while the joint is not seen: an answer to it would feed what nothing damps."""
+
+
+def blind_hz(force_lowpass_hz: float) -> float:
+    """That low-pass, Hz: the rig file's (0: none) where it is slower."""
+    return min(force_lowpass_hz or math.inf, BLIND_HZ)
+
+
+def blind_damping_nms_rad(rest_nms_rad: float, velocity_gain_nms_rad: float) -> float:
+    """Damping of the mass meanwhile, N m s/rad: that of a joint that sticks, and at least what the servo gives one that is seen."""
+    return max(rest_nms_rad, velocity_gain_nms_rad)
 
 
 @inlined

@@ -47,8 +47,6 @@ KEPT_SHARE = 0.02
 
 MASS_REST_HZ = 4.0
 """Motion of the mass above this is damped while the joint sticks: a hand that begins to move is slower, what rings on bent bristles faster."""
-BLIND_HZ = 1.0
-"""Low-pass of the hand's torque while the joint is not seen: an answer to it would feed what nothing damps."""
 
 _ACTIVE, _ARMING, _REMOTE = int(State.ACTIVE), int(State.ARMING), int(Environment.REMOTE)
 

@@ -16,11 +16,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rtctl.control.flicker import WIDE
+from rtctl.control.flicker import WIDE, blind_damping_nms_rad, blind_hz
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Swing, eigenvalues, fine_worlds
 from rtctl.control.proofs.admittance_margin import edge
 from rtctl.control.proofs.admittance_sticking import SOFTER, judge_stuck
-from rtctl.control.virtual_mass import BLIND_HZ
 
 LESS = (
     (0.0, 0.5),
@@ -89,9 +88,8 @@ def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
 
 def _blind(loop: AdmittanceLoop) -> AdmittanceLoop:
     """The loop while it does not see the joint (`virtual_mass`)."""
-    damping = max(loop.rest_damping_nms_rad, loop.velocity_gain_nms_rad)
-    hz = min(loop.force_lowpass_hz or math.inf, BLIND_HZ)
-    return replace(loop, force_lowpass_hz=hz, rest_damping_nms_rad=damping)
+    damping = blind_damping_nms_rad(loop.rest_damping_nms_rad, loop.velocity_gain_nms_rad)
+    return replace(loop, force_lowpass_hz=blind_hz(loop.force_lowpass_hz), rest_damping_nms_rad=damping)
 
 
 def _fastest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float, counts: float) -> Hunting:

@@ -63,9 +63,13 @@ def _since(balance: Balance, row: int) -> np.ndarray:
 
 def _parted(balance: Balance, row: int) -> Fit:
     """The balance with parameters of their own from a row on."""
-    return balance.fit(
-        added=_since(balance, row) * np.column_stack([balance.motion, np.ones(len(balance.time_s))])
-    )
+    return balance.fit(added=_own(balance, row))
+
+
+def _own(balance: Balance, row: int) -> np.ndarray:
+    """Columns of what parameters and a zero of their own add from a row on, (n, 1 + those of the motion)."""
+    columns: np.ndarray = np.column_stack([balance.motion, np.ones(len(balance.time_s))])
+    return np.asarray(_since(balance, row) * columns)
 
 
 def _is_bent(balance: Balance, row: int) -> bool:
@@ -73,8 +77,9 @@ def _is_bent(balance: Balance, row: int) -> bool:
     v, s = balance.velocity, balance.direction
     usual = PEAK_SHARE * float(np.quantile(np.abs(v), 0.95))
     bent = np.column_stack([v * np.abs(v), s * np.exp(-np.abs(v) / max(usual, 1e-12))])
-    parts = _since(balance, row) * np.column_stack([balance.motion, np.ones(len(v))])
-    return balance.fit(added=np.hstack([bent, parts])).rest > STILL * balance.fit(added=bent).rest
+    return (
+        balance.fit(added=np.hstack([bent, _own(balance, row)])).rest > STILL * balance.fit(added=bent).rest
+    )
 
 
 def _what(balance: Balance, row: int) -> tuple[str, Fit]:

@@ -9,11 +9,10 @@ from law_rig import COUNT, LawRig, T
 from test_admittance_sticking import HEAVY, Stuck, growth
 
 from rtctl.control import virtual_mass
-from rtctl.control.flicker import HELD_AFTER, HELD_S, is_blind, steady_reading
+from rtctl.control.flicker import BLIND_HZ, HELD_AFTER, HELD_S, is_blind, steady_reading
 from rtctl.control.proofs import admittance_counts
 from rtctl.control.proofs.admittance_loop import Swing, eigenvalues, points
 from rtctl.control.velocity import lowpass_alpha
-from rtctl.control.virtual_mass import BLIND_HZ
 from rtctl.control.vocabulary import State
 
 NAME = "admittance, hunting about a count"
