@@ -41,9 +41,13 @@ def _elastic(hz: float, inertia_kgm2: float = 0.012, damping_ratio: float = 0.02
 _ELASTIC_TOLD: Change = {"viscous_nms_rad": 0.04, "coupling": {"stiffness_nm_rad": 45.0}}
 """Only the motor's damping counts: k_c <= 2 (.04 - .01) / T = 60."""
 
-_SLOW_TOLD: Change = {"coupling": {"stiffness_nm_rad": 10.0}, "friction": {"intent_lowpass_hz": 18.0}}
+_SLOW_TOLD: Change = {
+    "coupling": {"stiffness_nm_rad": 10.0},
+    "friction": {"intent_lowpass_hz": 18.0},
+    "drive": {"resonance_hz": 500.0},
+}
 """The device declares 1.5 ticks of transport, a sample every second tick and a loop of 200 Hz: k_c <= 12.7, and the
-intent is proved over the mass of a hand up to 18.6 Hz."""
+intent is proved over the mass of a hand up to 18.6 Hz. Nothing yields in it: else so late an observer is a slow one."""
 
 _MX106_LOAD: Change = {
     "outside": 0.0222,

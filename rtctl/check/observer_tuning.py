@@ -1,11 +1,11 @@
 """How the disturbance observer of an axis goes by its force sensor: by how much it delays its own signals, and how quick it is.
 
-One place for the plan of the law and for `rtctl check`; it follows from what is declared and configured, never from what was measured since.
+It is as quick as gears that nobody declared bear. One place for the plan of the law and for `rtctl check`; it follows from what is declared and configured, never from what was measured since.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -14,7 +14,10 @@ from rtctl.check.admittance_figures import joints_of
 from rtctl.check.verdict import hand_factor
 
 if TYPE_CHECKING:
+    from hw.interface import Joint
+    from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.control.proofs.observer_loop import Loop
+    from rtctl.rig_file.axis_tables import AxisTable
     from rtctl.rig_file.config import LoadedConfig
 
 
@@ -32,17 +35,19 @@ class Tuning:
 
 
 def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
-    """As the rig file says; behind a late sensor what leaves every vibration enough damping, where it gives no bandwidth the largest that does (docs/theory.md 6.4)."""
+    """As the rig file says; where it gives no bandwidth the largest that leaves every vibration enough damping, behind a late sensor and of gears that are not known (docs/theory.md 6.4, 6.5)."""
     table, T = loaded.config.axis[axis], loaded.config.period_s
     observer, way = table.friction.observer, force_way.of_axis(loaded, axis)
     usual_hz = observer.bandwidth_at(1 / T)
-    if not (observer.gain > 0 and (way.ticks > 0 or way.sensor_hz > 0)):
+    late, fixed = way.ticks > 0 or way.sensor_hz > 0, observer.bandwidth_hz > 0
+    joint = lateness.joint_of_axis(loaded, axis)
+    if not (observer.gain > 0 and "force" not in loaded.config.rig.absent and (late or not fixed)):
         return Tuning(usual_hz, usual_hz=usual_hz)
     from rtctl.control.proofs import stability
     from rtctl.control.proofs.drive_in_hand import RIGID
     from rtctl.control.proofs.observer_loop import Loop  # reading a report's names must not load the compiler
 
-    between, joint = lateness.of_axis(loaded, axis).between, lateness.joint_of_axis(loaded, axis)
+    between = lateness.of_axis(loaded, axis).between
     loop = Loop(
         inertia_kgm2=table.inertia_kgm2,
         viscous_nms_rad=table.viscous_nms_rad,
@@ -63,13 +68,31 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
         joints=joints_of(joint, table.inertia_kgm2) if joint.stiffness_nm_rad > 0 else (RIGID,),
         hand=hand_factor(table.motion),
     )
-    return _tuned(loop, fixed=observer.bandwidth_hz > 0)
+    return _tuned(loop, () if fixed else gears_of(table, joint), fixed=fixed)
+
+
+def gears_of(table: AxisTable, joint: Joint) -> tuple[ElasticJoint, ...]:
+    """What the joint may be beside what is declared; none where its stiffness is."""
+    from rtctl.control.proofs.drive_in_hand import unknown_gears
+
+    return () if joint.stiffness_nm_rad > 0 else unknown_gears(table.inertia_kgm2, table.drive.resonance_hz)
+
+
+def slower_hz(hz: float) -> list[float]:
+    """Bandwidths below this one that are tried, the largest first."""
+    from rtctl.control.proofs import observer_margin
+
+    return [float(one) for one in reversed(observer_margin.BANDWIDTHS_HZ) if one < hz]
 
 
 @lru_cache(maxsize=256)
-def _tuned(loop: Loop, *, fixed: bool) -> Tuning:
-    from rtctl.control.proofs import observer_margin, observer_match
+def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tuning:
+    from rtctl.control.proofs import observer_match
 
-    slower = [hz for hz in reversed(observer_margin.BANDWIDTHS_HZ) if hz < loop.bandwidth_hz]
-    found = observer_match.tuned(loop, [loop.bandwidth_hz, *([] if fixed else slower)])
-    return Tuning(found.bandwidth_hz, found.own_ticks, found.excess, loop.bandwidth_hz)
+    slower = [] if fixed else slower_hz(loop.bandwidth_hz)
+    at_once = replace(loop, sensor_ticks=0, sensor_hz=0.0)
+    usual_hz = observer_match.largest_in_gears(at_once, gears, (loop.bandwidth_hz, *slower)) or slower[-1]
+    if observer_match.late_ticks(loop) == 0:
+        return Tuning(usual_hz, usual_hz=usual_hz)
+    found = observer_match.tuned(loop, [hz for hz in (loop.bandwidth_hz, *slower) if hz <= usual_hz], gears)
+    return Tuning(found.bandwidth_hz, found.own_ticks, found.excess, usual_hz)

@@ -30,6 +30,7 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
     verdicts_of_observer.closed_loop,
+    verdicts_of_observer.unknown_gear,
     verdicts_of_observer.steps_of_the_encoder,
     verdicts_of_observer.bias,
     verdicts_of_force.sensor_of_an_observer,

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from rtctl.check import observer_tuning
 from rtctl.check.admittance_figures import joints_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
@@ -129,6 +130,37 @@ def loop_of(s: Subject) -> Loop:
         joints=joints_of(s.joint, s.table.inertia_kgm2),
         hand=s.hand,
     )
+
+
+def unknown_gear(s: Subject) -> list[Verdict]:
+    """Damping that a gear of which nobody says how stiff it is keeps, while a hand holds its link."""
+    if not observes(s):
+        return []
+    from rtctl.control.proofs import observer_match
+
+    loop, gears = loop_of(s), observer_tuning.gears_of(s.table, s.joint)
+    found = observer_match.in_gears(loop, gears)
+    if found is None:
+        return []
+    outcome = Outcome.PASS if found.ok else Outcome.FAIL
+    meaning = "least share of the damping of a motor on its gear, 20 to 100 Hz or from drive.resonance_hz on, that is left in any undamped hand of the box"
+    if not found.ok:
+        hz = observer_match.largest_in_gears(loop, gears, observer_tuning.slower_hz(loop.bandwidth_hz))
+        ways = f"friction.observer.bandwidth_hz = {hz:g}" if hz > 0 else "friction.observer.gain = 0"
+        meaning = f"it rings with a {found.at}: {ways}, or drive.resonance_hz where the joint is known to be stiffer"
+    return [
+        s.row(
+            "disturbance observer, gear not declared",
+            f"{found.kept:.0%}",
+            f">= {_kept_least():.0%}",
+            outcome,
+            meaning,
+            _use(found),
+            ""
+            if found.ok
+            else f"{s.where}.friction.observer: axis {s.axis.name}: at bandwidth_hz = {loop.bandwidth_hz:g} {meaning}",
+        )
+    ]
 
 
 def steps_of_the_encoder(s: Subject) -> list[Verdict]:

@@ -57,6 +57,12 @@ class DriveTable(Table):
         default=1.0,
     )
     joint_damping_nms_rad: float = number(0, 1e3, "damping of an elastic joint itself", default=0.0)
+    resonance_hz: float = number(
+        0,
+        1e4,
+        "lowest resonance of gear and link, where it is known and no device declares it; 0: not known, 20 to 100 Hz are reckoned with (docs/theory.md 6.5)",
+        default=0.0,
+    )
     encoder: Literal["motor", "link"] = Field(
         "motor", description="side of an elastic joint that the encoder turns with; rigid: motor"
     )

@@ -49,6 +49,14 @@ def resonance(inertia_kgm2: float, hz: float) -> ElasticJoint:
     return ElasticJoint(0.5, reduced * omega**2, 2 * JOINT_DAMPING_RATIO * reduced * omega)
 
 
+def unknown_gears(inertia_kgm2: float, from_hz: float) -> tuple[ElasticJoint, ...]:
+    """What a joint may be that nobody calls elastic, or of which only the lowest resonance is known, Hz: `RESONANCES_HZ` and that one; none where it is beyond them."""
+    known = (from_hz,) if 0 < from_hz <= RESONANCES_HZ[-1] else ()
+    return tuple(
+        resonance(inertia_kgm2, hz) for hz in (*known, *(hz for hz in RESONANCES_HZ if hz > from_hz))
+    )
+
+
 def frequency_hz(inertia_kgm2: float, joint: ElasticJoint) -> float:
     """At which the two masses swing freely, Hz; 0 for a rigid joint."""
     reduced = joint.link_share * (1 - joint.link_share) * inertia_kgm2

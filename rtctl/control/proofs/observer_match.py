@@ -14,8 +14,9 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.control.disturbance_observer import LATE_MOST
+from rtctl.control.proofs.drive_in_hand import ElasticJoint
 from rtctl.control.proofs.observer_loop import Loop, grid
-from rtctl.control.proofs.observer_margin import judge
+from rtctl.control.proofs.observer_margin import Finding, judge
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 KEPT_WANTED = 0.4
@@ -31,8 +32,33 @@ def late_ticks(loop: Loop) -> float:
     return loop.sensor_ticks + lag
 
 
-def tuned(loop: Loop, bandwidths_hz: Iterable[float]) -> Loop:
-    """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration enough behind every sensor; the last if none does."""
+def in_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Finding | None:
+    """The worst of undamped hands on a joint that slides and has one of these gears, behind every sensor; None where there are none.
+
+    A hand that holds the link leaves the motor to swing on its gear, J_m of the inertia J that the observer takes from its torque. It feeds
+    gain LP (J - J_m) dv/dt to that swing, which drives it from where low-passes, delay and lag turn by half a turn (docs/theory.md 6.5).
+    """
+    if not gears:
+        return None
+    free = replace(loop, joints=gears, stiffness_nm_rad=0.0, damping_nms_rad=0.0, bristle_nm_rad=0.0)
+    points = _sliding(free)
+    found = (judge(one, points) for one in (free, *quicker_sensors(free)))
+    return max(found, key=lambda one: (not one.ok, one.radius if not one.ok else -one.kept))
+
+
+def bears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> bool:
+    """True where none of these gears rings by the observer."""
+    found = in_gears(loop, gears)
+    return found is None or found.ok
+
+
+def largest_in_gears(loop: Loop, gears: tuple[ElasticJoint, ...], bandwidths_hz: Iterable[float]) -> float:
+    """The first of the bandwidths with which none of these gears rings, Hz; 0 if there is none."""
+    return next((hz for hz in bandwidths_hz if bears(replace(loop, bandwidth_hz=hz), gears)), 0.0)
+
+
+def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint, ...] = ()) -> Loop:
+    """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration enough behind every sensor, those of unknown gears, too; the last if none does."""
     points = _sliding(loop)
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
     for hz in bandwidths_hz:
@@ -40,7 +66,7 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float]) -> Loop:
             tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
             kept, best = max(((_kept(one, points), -one.own_ticks) for one in tried), default=(0.0, 0))
             loop = replace(loop, bandwidth_hz=hz, own_ticks=-best, excess=excess)
-            if kept >= KEPT_WANTED:
+            if kept >= KEPT_WANTED and bears(loop, gears):
                 return loop
     return loop
 

@@ -99,7 +99,8 @@ def test_a_bandwidth_that_is_named_is_kept_and_refused_where_it_is_too_much():
     row = {one.name: one for one in axis.verdicts}[OBSERVER]
     assert axis.observer.bandwidth_hz == 20.0
     assert row.outcome == Outcome.FAIL
-    remedy = float(re.findall(r"or bandwidth_hz = ([\d.]+) at this gain", row.refusal)[0])
+    refusals = " ".join(one.refusal for one in axis.verdicts)
+    remedy = min(map(float, re.findall(r"bandwidth_hz = ([\d.]+)(?: at this gain|,)", refusals)))
     assert observer_of(0.0, 0.008, bandwidth_hz=remedy).ok
     assert observer_of(0.0, 0.002, bandwidth_hz=15.0).observer.bandwidth_hz == 15.0
     assert observer_of(0.0, 0.002, gain=0.0).observer.own_ticks == 0
