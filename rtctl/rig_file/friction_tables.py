@@ -19,7 +19,7 @@ class ObserverTable(Table):
     bandwidth_hz: float = number(
         0,
         200,
-        "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20, and less behind a force sensor that is late",
+        "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20, less behind a force sensor that is late and on a late rig whose gear is not known (drive.resonance_hz)",
         default=0.0,
     )
     deadband_nm: float = number(

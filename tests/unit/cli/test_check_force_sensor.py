@@ -116,7 +116,7 @@ def test_an_observer_is_judged_with_quicker_sensors_too(monkeypatch):
 
 
 def test_law_and_check_go_by_the_same_observer():
-    loaded = with_sensor("mock", 150.0, 0.004)
+    loaded = with_plant(with_sensor("mock", 150.0, 0.004), "harmonic-drive")
     axis, p = examine(loaded).axes[0], law_plan.build(loaded).params[0]
     assert p["observer_late_ticks"][0] == axis.observer.own_ticks > 0
     assert p["observer_excess"][0] == axis.observer.excess > 0
