@@ -9,9 +9,19 @@ PROOF = "tests/unit/control/test_admittance_proof.py"
 FILTER = "tests/unit/hw/test_force_filter.py"
 LAW = "tests/unit/control/test_disturbance_observer.py"
 INSTANT = f"{LAW}::test_torque_and_velocity_are_those_of_the_instant_of_a_force_that_comes_late"
+IN_GEARS = "tests/unit/control/test_observer_in_gears.py"
 IN_TIME = "tests/unit/control/test_observer_of_a_late_force.py"
 
 SEEDS = (
+    Seed(
+        "a joint of which nobody says how stiff it is counts as rigid for the observer",
+        "rtctl/check/observer_tuning.py",
+        "() if fixed else gears_of(table, joint)",
+        "()",
+        (
+            f"{IN_GEARS}::test_a_late_rig_has_a_slower_observer_until_its_gear_is_known_and_a_named_bandwidth_is_refused",
+        ),
+    ),
     Seed(
         "the observer is tuned for a rigid joint whatever the joint is",
         "rtctl/check/observer_tuning.py",
