@@ -80,12 +80,12 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint,
     for hz in bandwidths_hz:
         for excess in EXCESSES:
             tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
-            kept, best = max(((_kept(one, points), -one.own_ticks) for one in tried), default=(0.0, 0))
-            loop = replace(loop, bandwidth_hz=hz, own_ticks=-best, excess=excess)
-            if kept >= KEPT_WANTED:
-                if bears(loop, gears):
-                    return loop
-                break
+            ranked = sorted(((_kept(one, points), -one.own_ticks) for one in tried), reverse=True)
+            for kept, own in ranked:
+                found = replace(loop, bandwidth_hz=hz, own_ticks=-own, excess=excess)
+                if kept >= KEPT_WANTED and bears(found, gears):
+                    return found
+            loop = replace(loop, bandwidth_hz=hz, own_ticks=-ranked[0][1], excess=excess)
     return loop
 
 
