@@ -15,21 +15,12 @@ import numpy as np
 
 from rtctl.control.disturbance_observer import LATE_MOST
 from rtctl.control.proofs.drive_in_hand import ElasticJoint
-from rtctl.control.proofs.observer_loop import (
-    HAND_INERTIA_KGM2,
-    HAND_STIFFNESS_NM_RAD,
-    Loop,
-    grid,
-)
+from rtctl.control.proofs.observer_loop import Loop, grid
 from rtctl.control.proofs.observer_margin import Finding, judge
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 KEPT_WANTED = 0.4
 """Share of its damping that every vibration is to keep: more than `observer_margin.KEPT_LEAST`, as some hands are tried only."""
-
-GEAR_HANDS_NM_RAD = (0.0, HAND_STIFFNESS_NM_RAD[4], HAND_STIFFNESS_NM_RAD[-1])
-GEAR_HANDS_KGM2 = (0.0, HAND_INERTIA_KGM2[-1])
-"""Hands at the link of a gear that is not known: none, one that gives, one that holds; without mass and heavy."""
 
 EXCESSES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
 """What the inertia may be taken too high by, the least that is enough."""
@@ -50,12 +41,10 @@ def in_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Finding | None:
     if not gears:
         return None
     free = replace(loop, joints=gears, stiffness_nm_rad=0.0, damping_nms_rad=0.0, bristle_nm_rad=0.0)
-    points = grid(free)
-    held = np.isin(points.k_h, free.hand * np.array(GEAR_HANDS_NM_RAD)) & (points.b_h == 0.0)
-    some = np.flatnonzero(held & np.isin(points.m_h, free.hand * np.array(GEAR_HANDS_KGM2)))
+    points = _sliding(free)
     least: Finding | None = None
     for one in (free, *quicker_sensors(free)):
-        found = judge(one, some)
+        found = judge(one, points)
         if not found.ok:
             return found
         least = found if least is None or found.kept < least.kept else least
