@@ -5,6 +5,7 @@ import re
 
 import numpy as np
 import pytest
+from foreign_files import certified
 from foreign_rig import Rig, axis
 
 from rtctl.check import stability_report
@@ -78,3 +79,38 @@ def test_where_friction_holds_the_joint_it_comes_to_rest():
     held = coarse(dry_friction_nm=0.0055)
     assert told(held, True) <= 0.002
     assert max(moves(held, *one) for one in JOINTS) < 5e-4
+
+
+def test_a_hand_that_leans_on_a_joint_that_sticks_is_not_shaken():
+    """Its force moves the mass on while friction holds the joint: the damper of what is not seen braked the mass, and the joint leapt at up to 17 mrad/s for ten seconds."""
+    leant = coarse(
+        inertia_kgm2=0.0351, viscous_nms_rad=0.112, dry_friction_nm=0.3, torque_limit_nm=4.6, torque_rate_nm_s=460.0, current_limit_a=30.0,
+        admittance={
+            "mass_kgm2": 0.0647, "damping_nms_rad": 0.8, "velocity_gain_nms_rad": 1.4485, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0, "force_lowpass_hz": 48.4,
+            "velocity_lowpass_hz": 45.4, "hand_stiffness_nm_rad": 35.8, "hand_damping_nms_rad": 0.43, "hand_inertia_kgm2": 0.0011,
+        },
+        friction={"presliding_rad": 0.0071},
+        force={"sensor_delay_s": 0.004},
+    )  # fmt: skip
+    assert certified(leant)
+    own = {
+        "motor": 0.0351,
+        "viscous": 0.112,
+        "coulomb": 0.38,
+        "breakaway": 0.576,
+        "stribeck": 0.21,
+        "bristle": 81.3,
+    }
+    holder = {
+        "spring": 13.4,
+        "damper": 0.043,
+        "mass": 5e-4,
+        "amplitude": 0.129,
+        "hz": 0.3,
+        "from_s": 1.5,
+        "to_s": 3.54,
+    }
+    rig = Rig(leant, [axis(**own, **holder, force_delay_s=0.004)], step_s=4e-5)
+    speeds, _, states = rig.run(9.0)
+    assert states[-1] == State.ACTIVE
+    assert float(np.sqrt(np.mean(np.square(speeds[5000:])))) < 5e-4

@@ -39,9 +39,12 @@ SEEDS = (
         ),
     ),
     Seed(
-        "a damper that grows brings energy", MASS,
-        "        s.mass_calm_rad_s[axis] *= math.sqrt(before / damping)\n", "        pass\n",
-        (f"{COUNTS}::test_a_damper_that_grows_keeps_the_energy_of_what_hangs_on_it",),
+        "what is not seen is braked to rest", MASS,
+        "        s.mass_calm_rad_s[axis] = s.mass_velocity_rad_s[axis]\n", "        pass\n",
+        (
+            f"{COUNTS}::test_a_mass_that_a_leaning_hand_moves_on_is_not_jolted_where_the_joint_is_no_longer_seen",
+            "tests/acceptance/test_foreign_counts.py::test_a_hand_that_leans_on_a_joint_that_sticks_is_not_shaken",
+        ),
     ),
     Seed(
         "a joint that is not seen is answered at once", MASS,
