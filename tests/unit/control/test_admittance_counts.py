@@ -15,8 +15,6 @@ from rtctl.control.proofs.admittance_loop import Swing, eigenvalues, points
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import State
 
-NAME = "admittance, hunting about a count"
-
 
 def seen(counts):
     """Least and largest share of a swing that the readings show, wherever its middle is, by projection on a sine."""
