@@ -198,12 +198,16 @@ def run_rig(seed: int, index: int) -> tuple[Rig | None, list[Found]]:
 
 
 def run(
-    rigs: int, seed: int = 1, jobs: int = 0, progress: Callable[[int], None] = lambda _rigs: None
+    rigs: int,
+    seed: int = 1,
+    jobs: int = 0,
+    progress: Callable[[int], None] = lambda _rigs: None,
+    first: int = 0,
 ) -> Findings:
-    """Run rigs 0 to `rigs` on `jobs` processes (0: one per core); `progress` is told how many were done since."""
+    """Run so many rigs from number `first` on, on `jobs` processes (0: one per core); `progress` is told how many were done since."""
     findings = Findings()
     with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
-        for rig, found in pool.map(run_rig, [seed] * rigs, range(rigs)):
+        for rig, found in pool.map(run_rig, [seed] * rigs, range(first, first + rigs)):
             findings.add(rig, found)
             progress(1)
     return findings

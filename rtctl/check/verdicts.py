@@ -50,6 +50,7 @@ ADMITTANCE: tuple[Test, ...] = (
     verdicts_of_force.sensor_of_an_admittance,
     verdicts_of_admittance_steps.steps,
     verdicts_of_admittance_steps.hunting,
+    verdicts_of_admittance_steps.creeping,
 )
 """Tests of an axis that is displayed as an admittance, in their place; why, says `verdicts_of_admittance`."""
 

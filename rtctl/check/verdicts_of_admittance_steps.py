@@ -97,6 +97,29 @@ def hunting(s: Subject) -> list[Verdict]:
     ]
 
 
+def creeping(s: Subject) -> list[Verdict]:
+    """A joint that creeps crosses edges before a flicker among counts is held: how fast does it ring there, as long as it creeps?"""
+    if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
+        return []
+    found = hunting_of(loop_of(s.axis, s.table, s.joint, s.period_s), held=False)
+    speed, bound = found.counts_1_s * s.axis.count_rad, own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    outcome = Outcome.PASS if speed <= bound else Outcome.NOT_PROVED
+    meaning = "how fast a joint may ring between the counts of its encoder while it creeps, as servo and leaning hand wind up against its friction"
+    if outcome != Outcome.PASS:
+        counts = 1.01 * s.table.encoder_counts_per_rev * speed / bound
+        meaning += f": with a {found.at}: encoder_counts_per_rev = {counts:.3g} passes"
+    return [
+        s.row(
+            "admittance, creep among counts",
+            f"{speed:.3g} rad/s RMS",
+            f"<= {bound:g} rad/s",
+            outcome,
+            meaning,
+            speed / bound,
+        )
+    ]
+
+
 def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) -> str:
     """What passes: friction that is said to be there, damping at rest, or more counts."""
     most, ways = bound / s.axis.count_rad, []

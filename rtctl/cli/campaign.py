@@ -62,6 +62,13 @@ Told = tuple[str, dict[str, Any], Sequence[object]]
     help="certified admittance displays of all kinds of joints instead, each in 20 hands of its box: does one shake",
 )
 @click.option(
+    "--first",
+    type=click.IntRange(0),
+    default=0,
+    show_default=True,
+    help="with --admittance: number of the first rig, to go on where another run ended",
+)
+@click.option(
     "--policy", "policies", multiple=True, metavar="NAME", help="with --still: friction.policy, once or more"
 )
 @click.option(
@@ -85,6 +92,7 @@ def command(
     margins: bool,
     still: bool,
     admittance: bool,
+    first: int,
     policies: tuple[str, ...],
     hold_s: float,
     as_json: bool,
@@ -102,7 +110,7 @@ def command(
     elif still:
         text, result, broken = _still(rigs, seed, jobs, index, policies, hold_s, bar)
     elif admittance:
-        text, result, broken = _admittance(rigs, seed, jobs, index, bar)
+        text, result, broken = _admittance(rigs, seed, jobs, first, index, bar)
     else:
         from rtctl.campaign import run as campaign
 
@@ -134,7 +142,7 @@ def _margins(rigs: int, seed: int, jobs: int, bar: Bar) -> Told:
     return found.text(), found.as_dict(), found.shaking
 
 
-def _admittance(rigs: int, seed: int, jobs: int, index: int | None, bar: Bar) -> Told:
+def _admittance(rigs: int, seed: int, jobs: int, first: int, index: int | None, bar: Bar) -> Told:
     from rtctl.campaign import in_hands
 
     if index is not None:
@@ -142,7 +150,7 @@ def _admittance(rigs: int, seed: int, jobs: int, index: int | None, bar: Bar) ->
         found.add(*in_hands.run_rig(seed, index))
     else:
         with bar(rigs, "rigs") as done:
-            found = in_hands.run(rigs, seed, jobs, done)
+            found = in_hands.run(rigs, seed, jobs, done, first)
     return found.text(seed), found.as_dict(), found.shaking
 
 

@@ -83,17 +83,18 @@ def _bend(s: Record, p: Record, axis: int, dx: float) -> None:
 def _rest_damping(s: Record, p: Record, axis: int) -> float:
     """Damping of the mass while the joint sticks, N m s/rad, and more while the law does not see it: nothing may ring on a joint that does not follow.
 
-    Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick and slowed down where it grows, so it only takes.
+    Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick, so it only takes. Where the joint is no longer seen
+    it begins at the speed of the mass: a hand that leans on a joint that sticks moves the mass on, and to brake that would jolt the joint by counts.
     """
-    before, damping = s.mass_calms_nms_rad[axis], 0.0
-    if is_blind(s, p, axis):
+    before, damping, blind = s.mass_calms_nms_rad[axis], 0.0, is_blind(s, p, axis)
+    if blind:
         damping = p.mass_blind_nms_rad[axis]
     elif abs(s.mass_bristle_share[axis]) < 1.0:
         damping = p.mass_rest_nms_rad[axis]
     if damping == 0.0:
         s.mass_calm_rad_s[axis] = 0.0
-    elif damping > before:
-        s.mass_calm_rad_s[axis] *= math.sqrt(before / damping)
+    elif blind and before == 0.0:
+        s.mass_calm_rad_s[axis] = s.mass_velocity_rad_s[axis]
     s.mass_calms_nms_rad[axis] = damping
     return float(damping)
 

@@ -1,14 +1,18 @@
 """Certified admittance displays in hands of their box, on joints of the mock's family (`rtctl campaign --admittance`)."""
 
+import builtins
+import contextlib
 import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from rtctl.campaign import certified_pairs, in_hands
 from rtctl.check import stability_report
 from rtctl.check.verdict import Outcome
+from rtctl.cli.campaign import command
 from rtctl.control.environments.table import Environment
 from rtctl.experiments.admittance_runs import Shown, displayed, hold
 from rtctl.rig_file.config import Config, load
@@ -107,6 +111,15 @@ def test_a_case_follows_from_seed_and_number_alone(rigs):
     again = certified_pairs.drawn(7, 0)
     assert again.loop == rigs[0].loop
     assert certified_pairs.pair(again, 7, 5) == certified_pairs.pair(rigs[0], 7, 5)
+
+
+def test_a_run_goes_on_where_another_ended(monkeypatch):
+    asked = []
+    monkeypatch.setattr(in_hands, "run_rig", lambda seed, index: (None, asked.append((seed, index)) or []))
+    monkeypatch.setattr(in_hands, "ProcessPoolExecutor", lambda _jobs: contextlib.nullcontext(builtins))
+    shown = CliRunner().invoke(command, ["--admittance", "--seed", "7", "--first", "5", "--rigs", "2"])
+    assert shown.exit_code == 0
+    assert asked == [(7, 5), (7, 6)]
 
 
 def test_a_mass_is_helped_with_the_share_that_its_rig_file_says():

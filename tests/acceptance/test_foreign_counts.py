@@ -27,6 +27,13 @@ def coarse(**axis_says):
     return loaded.model_copy(update={"config": Config.model_validate(table)})
 
 
+def finer(loaded, counts):
+    """Its rig file with so many counts a turn."""
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["axis"][0]["encoder_counts_per_rev"] = counts
+    return Config.model_validate(table)
+
+
 JOINTS = (
     (
         {"coulomb": 0.376, "breakaway": 0.481, "bristle": 1760.0, "exponent": 1.5, "mass": 0.0019},
@@ -78,3 +85,76 @@ def test_where_friction_holds_the_joint_it_comes_to_rest():
     held = coarse(dry_friction_nm=0.0055)
     assert told(held, True) <= 0.002
     assert max(moves(held, *one) for one in JOINTS) < 5e-4
+
+
+def test_a_hand_that_leans_on_a_joint_that_sticks_is_not_shaken():
+    """Its force moves the mass on while friction holds the joint: the damper of what is not seen braked the mass, and the joint leapt at up to 17 mrad/s for ten seconds."""
+    leant = coarse(
+        inertia_kgm2=0.0351, viscous_nms_rad=0.112, dry_friction_nm=0.3, torque_limit_nm=4.6, torque_rate_nm_s=460.0, current_limit_a=30.0,
+        admittance={
+            "mass_kgm2": 0.0647, "damping_nms_rad": 0.8, "velocity_gain_nms_rad": 1.4485, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0, "force_lowpass_hz": 48.4,
+            "velocity_lowpass_hz": 45.4, "hand_stiffness_nm_rad": 35.8, "hand_damping_nms_rad": 0.43, "hand_inertia_kgm2": 0.0011,
+        },
+        friction={"presliding_rad": 0.0071},
+        force={"sensor_delay_s": 0.004},
+    )  # fmt: skip
+    report = stability_report.examine(leant)
+    row = {one.name: one for one in report.axes[0].verdicts}["admittance, creep among counts"]
+    assert report.ok
+    assert row.outcome == Outcome.NOT_PROVED
+    assert float(row.figure.split()[0]) == pytest.approx(told(leant, False), rel=0.01)
+    counts = float(re.findall(r"encoder_counts_per_rev = ([\d.e+]+)", row.meaning)[0])
+    assert told(leant.model_copy(update={"config": finer(leant, counts)}), False) <= 0.002
+    own = {
+        "motor": 0.0351,
+        "viscous": 0.112,
+        "coulomb": 0.38,
+        "breakaway": 0.576,
+        "stribeck": 0.21,
+        "bristle": 81.3,
+    }
+    holder = {
+        "spring": 13.4,
+        "damper": 0.043,
+        "mass": 5e-4,
+        "amplitude": 0.129,
+        "hz": 0.3,
+        "from_s": 1.5,
+        "to_s": 3.54,
+    }
+    rig = Rig(leant, [axis(**own, **holder, force_delay_s=0.004)], step_s=4e-5)
+    speeds, _, states = rig.run(9.0)
+    assert states[-1] == State.ACTIVE
+    assert float(np.sqrt(np.mean(np.square(speeds[5000:])))) < 5e-4
+
+
+def test_a_joint_that_creeps_rings_no_faster_than_is_said_and_the_counts_that_are_named_calm_it():
+    """An elastic joint of which a count kicks the motor by 85 mrad/s: its bristles give way under the ringing, so that it creeps on and rings on."""
+    admittance = {
+        "mass_kgm2": 0.0456, "damping_nms_rad": 0.56, "velocity_gain_nms_rad": 1.466, "position_gain_nm_rad": 1.93, "rest_damping_nms_rad": 0.0, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0,
+        "force_lowpass_hz": 249.0, "velocity_lowpass_hz": 46.2, "feedforward": 0.0, "hand_stiffness_nm_rad": 28.2, "hand_damping_nms_rad": 0.89, "hand_inertia_kgm2": 0.0086,
+    }  # fmt: skip
+    gear = {"stiffness_nm_rad": 62.67, "damping_nms_rad": 0.0244, "link_inertia_share": 0.55}
+    creeps = coarse(
+        encoder_counts_per_rev=20000.0, viscous_nms_rad=0.016, dry_friction_nm=0.3, torque_limit_nm=3.8, torque_rate_nm_s=380.0, current_limit_a=25.0, admittance=admittance,
+        friction={"presliding_rad": 0.0055}, force={"sensor_delay_s": 0.006},
+    )  # fmt: skip
+    first = {**creeps.options["axis"][0], "joint": gear}
+    creeps = creeps.model_copy(update={"options": {**creeps.options, "axis": [first]}})
+    own = {
+        "motor": 0.0054, "link": 0.0066, "gear": 62.67, "gear_damping": 0.0244, "viscous": 0.016, "coulomb": 0.3692, "breakaway": 0.478, "stribeck": 0.129, "bristle": 86.6, "force_delay_s": 0.006,
+    }  # fmt: skip
+    holder = {"spring": 8.84, "damper": 0.001, "amplitude": 0.162, "hz": 2.0, "from_s": 1.5, "to_s": 3.8165}
+
+    def rings(loaded):
+        rig = Rig(loaded, [axis(**own, **holder)], step_s=4e-5)
+        rig.law[3]["environment_kind"], rig.law[3]["environment_stiffness_nm_rad"] = (
+            Environment.SPRING,
+            1064.0,
+        )
+        rig.law[3]["environment_center_rad"] = -0.0109
+        return max(np.std(rig.run(12.0)[0][6500:, 0].reshape(-1, 500), axis=1))
+
+    assert 0.006 < rings(creeps) <= told(creeps, False)
+    calm = creeps.model_copy(update={"config": finer(creeps, 20000.0 * 1.01 * told(creeps, False) / 0.002)})
+    assert rings(calm) < 0.003

@@ -39,9 +39,16 @@ SEEDS = (
         ),
     ),
     Seed(
-        "a damper that grows brings energy", MASS,
-        "        s.mass_calm_rad_s[axis] *= math.sqrt(before / damping)\n", "        pass\n",
-        (f"{COUNTS}::test_a_damper_that_grows_keeps_the_energy_of_what_hangs_on_it",),
+        "what is not seen is braked to rest", MASS,
+        "        s.mass_calm_rad_s[axis] = s.mass_velocity_rad_s[axis]\n", "        pass\n",
+        (
+            f"{COUNTS}::test_a_mass_that_a_leaning_hand_moves_on_is_not_jolted_where_the_joint_is_no_longer_seen",
+        ),
+    ),
+    Seed(
+        "a joint that creeps is taken to be held", "rtctl/check/verdicts_of_admittance_steps.py",
+        "s.period_s), held=False)\n", "s.period_s), held=True)\n",
+        ("tests/unit/cli/test_check_force_sensor.py::test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered",),
     ),
     Seed(
         "a joint that is not seen is answered at once", MASS,

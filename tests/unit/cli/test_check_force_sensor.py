@@ -161,13 +161,17 @@ def test_a_sensor_of_which_nobody_says_what_its_filter_is_is_not_proved(monkeypa
 def test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered(monkeypatch):
     """Friction of the joint is a spring within its bristles, over many counts, and K_v pushes it by one count a tick."""
     coarser = {"encoder_counts_per_rev": 120000.0, "dry_friction_nm": 0.2}
-    row = rows("admittance", **coarser)[HUNTS]
-    assert row.outcome == Outcome.PASS
-    assert "is not answered" in row.meaning
+    found = rows("admittance", **coarser)
+    assert found[HUNTS].outcome == Outcome.PASS
+    assert "is not answered" in found[HUNTS].meaning
+    creeps = found["admittance, creep among counts"]
+    assert creeps.outcome == Outcome.NOT_PROVED
+    assert "encoder_counts_per_rev" in creeps.meaning
     monkeypatch.setattr(verdicts_of_admittance_steps, "holds_flicker", lambda *_: False)
     row = rows("admittance", **coarser)[HUNTS]
     assert row.outcome == Outcome.FAIL
     assert "encoder_counts_per_rev" in row.refusal
+    assert row.figure == creeps.figure
 
 
 def test_a_slow_sensor_narrows_the_intent_that_settles():
