@@ -10,7 +10,7 @@ from rtctl.check import stability_report
 from rtctl.friction import artefact
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.learn.fit import assemble, describe_branch
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import Config, load
 
 CONFIGS = Path(__file__).parents[1] / "configs"

@@ -18,7 +18,7 @@ from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.load_terms import Rows, fit_terms
 from rtctl.friction.load import LOOP_MOST
 from rtctl.friction.margins import friction_figures
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report.beside_speed import body, sentences
 from rtctl.friction.report.evidence import gather
 from rtctl.friction.report.sentences import headline
