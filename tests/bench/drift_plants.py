@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from hw import registry
-from hw.mock.family import FAMILY
 from rtctl.control.vocabulary import Environment
 from rtctl.friction import artefact, mock_points
 from rtctl.friction.drift_watch import RigWatch
@@ -19,7 +18,7 @@ from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.point_reader import read_points
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 from tests.bench.learned_by_place import learned_by_place, replace_axis
 
 Hand = Mapping[str, Any]

@@ -16,7 +16,6 @@ from typing import Any
 import click
 import numpy as np
 
-from hw.mock.family import merged
 from hw.mock.records import Hand
 from rtctl.campaign import still_cases
 from rtctl.check.stability_report import examine
@@ -35,7 +34,7 @@ from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import merged, with_plant
 from tests.bench.drift_plants import moved
 from tests.bench.load_on_mock import SHIPPED, points
 

@@ -15,11 +15,12 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hw.mock.family import merged
+from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.hold_out import folds_of
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation.family import merged
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"
 
