@@ -208,10 +208,10 @@ class Composite:
         for device in self._devices:
             device.bind(tick)
         row = tick.view(np.ndarray)
-        self._sample_count = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
-        self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
-        self._estop: Any = memoryview(row["estop"])  # type: ignore[arg-type]
-        self._slots: Any = memoryview(row["tick"])  # type: ignore[arg-type]
+        self._sample_count = row["sample_count"].data
+        self._link_faults: Any = row["link_faults"].data
+        self._estop: Any = row["estop"].data
+        self._slots: Any = row["tick"].data
         self._tick = tick
 
     def read(self, tick: np.ndarray) -> None:

@@ -48,7 +48,7 @@ class LinesBackend(SerialCore):
         self._poll = self._line(options["poll"])
         self.asks = bool(self._poll)
         self.packet = np.zeros(4 * LINE_MAX, np.uint8)
-        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        self._packet_bytes = self.packet.data
         self._identity: str | None = None
         self._opened = False
         shortest = len(sample["prefix"]) + 2 * sample["columns"]
