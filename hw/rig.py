@@ -16,7 +16,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -209,9 +208,9 @@ class Composite:
             device.bind(tick)
         row = tick.view(np.ndarray)
         self._sample_count = row["sample_count"].data
-        self._link_faults: Any = row["link_faults"].data
-        self._estop: Any = row["estop"].data
-        self._slots: Any = row["tick"].data
+        self._link_faults = row["link_faults"].data
+        self._estop = row["estop"].data
+        self._slots = row["tick"].data
         self._tick = tick
 
     def read(self, tick: np.ndarray) -> None:

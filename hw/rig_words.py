@@ -84,8 +84,8 @@ def copier(pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndar
             target[places] = source[chosen]
 
         return _by_index
-    read: Any = source.data
-    write: Any = target.data
+    read = source.data
+    write = target.data
     steps = [partial(write.__setitem__, slice(to, to + n), read[at : at + n]) for at, to, n in runs]
     if len(steps) == 1:
         return steps[0]
