@@ -282,9 +282,16 @@ SEEDS = (
     Seed(
         "both directions of a loaded gear are one",
         "rtctl/friction/learn/load_terms.py",
-        "np.where(rows.backward, backward, 1.0)",
-        "1.0",
+        "(dry + viscous * rows.speed) * np.where(rows.backward, backward, 1.0)",
+        "dry + viscous * rows.speed",
         TWO_SPEEDS,
+    ),
+    Seed(
+        "a form by load is fitted along a slope that is not its own",
+        "rtctl/friction/learn/load_terms.py",
+        "first * u * log_u - second",
+        "first * u * log_u + second",
+        ("tests/unit/friction/test_load.py",),
     ),
     Seed(
         "places that scatter from lap to lap are counted one by one, and a wave is taken for one of 49",
