@@ -287,13 +287,6 @@ SEEDS = (
         TWO_SPEEDS,
     ),
     Seed(
-        "a form by load is fitted along a slope that is not its own",
-        "rtctl/friction/learn/load_terms.py",
-        "first * u * log_u - second",
-        "first * u * log_u + second",
-        ("tests/unit/friction/test_load.py",),
-    ),
-    Seed(
         "places that scatter from lap to lap are counted one by one, and a wave is taken for one of 49",
         "rtctl/friction/learn/cogging.py",
         "return min(found, max(1, round(period_rad / float(np.median(onward)))))",
