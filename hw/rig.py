@@ -16,7 +16,6 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -208,10 +207,10 @@ class Composite:
         for device in self._devices:
             device.bind(tick)
         row = tick.view(np.ndarray)
-        self._sample_count = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
-        self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
-        self._estop: Any = memoryview(row["estop"])  # type: ignore[arg-type]
-        self._slots: Any = memoryview(row["tick"])  # type: ignore[arg-type]
+        self._sample_count = row["sample_count"].data
+        self._link_faults = row["link_faults"].data
+        self._estop = row["estop"].data
+        self._slots = row["tick"].data
         self._tick = tick
 
     def read(self, tick: np.ndarray) -> None:

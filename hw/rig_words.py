@@ -84,8 +84,8 @@ def copier(pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndar
             target[places] = source[chosen]
 
         return _by_index
-    read: Any = memoryview(source)  # type: ignore[arg-type] # its stubs do not know numpy
-    write: Any = memoryview(target)  # type: ignore[arg-type]
+    read = source.data
+    write = target.data
     steps = [partial(write.__setitem__, slice(to, to + n), read[at : at + n]) for at, to, n in runs]
     if len(steps) == 1:
         return steps[0]
@@ -143,7 +143,7 @@ class Exchange:
         measured = [name for name in fields if name != "estop"]
         self.deliver = copier(_back(_of(measured)), own_words, rig_words)
         """Show the rig what it has measured."""
-        self.words: Any = memoryview(own_words)  # type: ignore[arg-type]
+        self.words: Any = own_words.data
         """The device's own tick as words; the numbers of some of them follow."""
         at = own.dtype.fields
         assert at is not None

@@ -73,7 +73,9 @@ class Outcome:
 def write(log: Log, path: Path, text=lambda text: text, encoding="utf-8"):
     columns = {"time_s": log.time, "x": log.position, "motor": log.motor, "hand": log.hand, **log.extra}
     columns = {name: each for name, each in columns.items() if each is not None}
-    rows = "\n".join(",".join(f"{cell:.9g}" for cell in row) for row in zip(*columns.values(), strict=True))
+    table = np.column_stack(list(columns.values()))
+    row = ",".join(["%.9g"] * len(columns))
+    rows = "\n".join([row] * len(table)) % tuple(table.ravel().tolist())
     path.write_text(text(f"{','.join(columns)}\n{rows}\n"), encoding=encoding)
     return path
 

@@ -18,7 +18,7 @@ from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.tick import new_ticks
 
 

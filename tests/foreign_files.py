@@ -5,13 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.mock.family import merged
 from rtctl.check import stability_report
 from rtctl.friction import artefact
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.learn.fit import assemble, describe_branch
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import Config, load
+from rtctl.simulation.family import merged
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 DIRECTIONS = ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])

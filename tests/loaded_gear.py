@@ -11,7 +11,7 @@ import numpy as np
 from hw.mock.load import load_levels
 from rtctl.friction.learn.load_terms import NAMES
 from rtctl.friction.load import COEFFICIENTS
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 MATTERS = 0.02
 """A coefficient matters that makes this share of the largest friction at the largest load."""

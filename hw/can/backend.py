@@ -185,14 +185,13 @@ class CanBackend:
         """Keep plain views of the fields: looking them up costs more than filling them."""
         self._open_bus()
         row: Any = tick.view(np.ndarray)
-        view: Any = memoryview
-        self._slots, self._counts = view(row["tick"]), view(row["sample_count"])
-        self._faults, self._enabled = view(row["link_faults"].view(np.int64)), view(row["enabled"])
-        self._current = view(row["current_command_a"][0])
-        self._torque = view(row["torque_applied_nm"][0])
+        self._slots, self._counts = row["tick"].data, row["sample_count"].data
+        self._faults, self._enabled = row["link_faults"].view(np.int64).data, row["enabled"].data
+        self._current = row["current_command_a"][0].data
+        self._torque = row["torque_applied_nm"][0].data
         shown = [reading for reading in QUANTITIES if reading.name in self.provides]
-        self._shown = [(view(row[reading.field][0]), self.taken.of[reading.name]) for reading in shown]
-        self._estop = view(row["estop"]) if "estop" in self.provides else None
+        self._shown = [(row[reading.field][0].data, self.taken.of[reading.name]) for reading in shown]
+        self._estop = row["estop"].data if "estop" in self.provides else None
         self._slot = int(self._slots[0])
         self._tick = tick
 

@@ -79,8 +79,8 @@ class ForceSample:
         self._view: Any = memoryview(row["force_n"][0])
         if self._moment_rows is not None:
             self._moment_view: Any = memoryview(row["moment_nm"][0])
-        self._sample_count: Any = memoryview(row["sample_count"])  # type: ignore[arg-type] # as in playback
-        self._link_faults: Any = memoryview(row["link_faults"])  # type: ignore[arg-type]
+        self._sample_count = row["sample_count"].data
+        self._link_faults = row["link_faults"].data
 
 
 def _product(

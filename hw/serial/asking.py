@@ -5,7 +5,6 @@ from __future__ import annotations
 import select
 import time
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -32,8 +31,7 @@ def await_first(
         Bytes that came, when none of them made a sample. Raises LinkLost.
     """
     end, asked, seen = time.monotonic() + seconds, -1.0, 0
-    view: Any = memoryview
-    views = [view(chunk)]
+    views = [chunk.data]
     while not heard():
         now = time.monotonic()
         if now >= end:
@@ -68,8 +66,7 @@ def switched(
         Bytes that ask for the next sample, possibly none.
     """
     enter, idle, entered = bytes(command["enter"]), bytes(command["idle"]), False
-    view: Any = memoryview  # numpy offers the buffer
-    buffer, enabled = view(packet), view(tick["enabled"])
+    buffer, enabled = packet.data, tick["enabled"].data
 
     def _put(data: bytes, at: int = 0) -> int:
         buffer[at : at + len(data)] = data

@@ -42,9 +42,9 @@ class SerialCore:
         self._tick: np.ndarray | None = None
         self.chunk = np.zeros(CHUNK, np.uint8)
         self.packet = np.zeros(PACKET_MAX, np.uint8)
-        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        self._packet_bytes = self.packet.data
         self.meta = np.zeros(2, np.int64)
-        self._size = memoryview(self.meta)  # type: ignore[arg-type]
+        self._size = self.meta.data
         self._wire = records(np.zeros(1, PORT))
         self._wire["fd"] = -1
         self._receive: Callable[[], int] | None = None
@@ -91,7 +91,7 @@ class SerialCore:
         except BaseException:
             port.close()
             raise
-        self._views = [memoryview(self.chunk)]  # type: ignore[arg-type]
+        self._views = [self.chunk.data]
         self._patience_s = self._reopen_timeout_s
         self._port = port
         self._wire["fd"] = port.fd

@@ -48,7 +48,7 @@ class DescribedBackend(SerialCore):
         self.identity: tuple[int, str | None] | None = None
         self._poll, self.asks = bytes(options["poll"]), bool(options["poll"])
         self.packet = np.zeros(3 * LENGTH_MAX, np.uint8)  # a command and a poll
-        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        self._packet_bytes = self.packet.data
         sent = len(self._poll) + (0 if command is None else command["length"])
         own_hz = options.get("rate_hz") or 1.0 / rig.period_s
         require_line_rate(self._path, self._baud, sample["length"], own_hz, sent, 1.0 / rig.period_s)

@@ -123,7 +123,7 @@ class SerialBackend(SerialCore):
         """Ask until the board says who it is; refuse another board than before."""
         self._take_in(0)  # compiles before the clock below starts
         end = time.monotonic() + self._patience_s
-        views: list[memoryview] = [memoryview(self.chunk)]  # type: ignore[arg-type]
+        views: list[memoryview] = [self.chunk.data]
         ask, ask_at = self._packet(frame.TYPE_IDENTIFY), 0.0
         while not self.link[0]["identified"]:
             now = time.monotonic()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
 
 import numpy as np
 
@@ -48,7 +47,7 @@ class LinesBackend(SerialCore):
         self._poll = self._line(options["poll"])
         self.asks = bool(self._poll)
         self.packet = np.zeros(4 * LINE_MAX, np.uint8)
-        self._packet_bytes = memoryview(self.packet)  # type: ignore[arg-type] # numpy offers the buffer
+        self._packet_bytes = self.packet.data
         self._identity: str | None = None
         self._opened = False
         shortest = len(sample["prefix"]) + 2 * sample["columns"]
@@ -85,11 +84,10 @@ class LinesBackend(SerialCore):
         return self._end + (zero + self._line(command["idle"])) * STOP_REPEATS + last
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
-        view: Any = memoryview
         row = tick.view(np.ndarray)
-        chunk, size, sample = view(self.chunk), self._size, self.sample
+        chunk, size, sample = self.chunk.data, self._size, self.sample
         shown = sample.bind(row)
-        faults, count = view(row["link_faults"].view(np.int64)), view(row["sample_count"])
+        faults, count = row["link_faults"].view(np.int64).data, row["sample_count"].data
 
         def _receive() -> int:
             self._absorb(bytes(chunk[: size[0]]))
@@ -103,11 +101,10 @@ class LinesBackend(SerialCore):
         return _receive, self._sender(row)
 
     def _sender(self, row: np.ndarray) -> Callable[[], int]:
-        view: Any = memoryview
         writer, end, buffer, order = self._writer, self._end, self._packet_bytes, self.sample.order
         if writer is None:
             return switched(row, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
-        values, enabled = view(row[CHANNEL_FIELDS[self._channel]][0]), view(row["enabled"])
+        values, enabled = row[CHANNEL_FIELDS[self._channel]][0].data, row["enabled"].data
 
         def _send() -> int:
             # the line before may have gone out in part: it ends here

@@ -123,9 +123,8 @@ class LineSample:
 
     def bind(self, row: np.ndarray) -> Callable[[], None]:
         """A function that writes the values into the tick `row`."""
-        view: Any = memoryview
-        pairs = [(view(row[CHANNEL_FIELDS[name]][0]), view(self._values[name])) for name in self._shown]
-        estop = view(row["estop"]) if self._has_estop else None
+        pairs = [(row[CHANNEL_FIELDS[name]][0].data, memoryview(self._values[name])) for name in self._shown]
+        estop = row["estop"].data if self._has_estop else None
 
         def _show() -> None:
             for target, values in pairs:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from hw.mock.family import FAMILY
 from rtctl.campaign.draws import log_uniform
 from rtctl.check import stability_report
 from rtctl.control.environments.table import Environment
@@ -18,7 +17,7 @@ from rtctl.control.proofs.quicker_sensors import quicker_sensors
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.demo import shipped_config
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 
 PAIRS = 20
 """Hands in worlds, of each rig."""

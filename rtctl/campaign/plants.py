@@ -13,12 +13,11 @@ import math
 import numpy as np
 
 from hw.mock.effects import effect_fields
-from hw.mock.family import FAMILY
 from hw.mock.records import plant_records
 from rtctl.check import lateness
 from rtctl.control.proofs.stability import late_ticks
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 
 LEFT_OUT: tuple[str, ...] = ()
 """Plants on which an invariant does not hold: known, named here with their reason, and not drawn."""

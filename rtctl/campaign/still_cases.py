@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from hw import registry
-from hw.mock.family import merged
 from rtctl.campaign.draws import log_uniform
 from rtctl.friction.policies import STANDINGS
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.family import merged
 
 PERIOD_S = 2.0
 PERIODS = 2

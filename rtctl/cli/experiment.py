@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hw.mock.family import FAMILY
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
+from rtctl.simulation.family import FAMILY
 
 if TYPE_CHECKING:
     from rtctl.experiments.order import Order

@@ -16,7 +16,7 @@ from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of
 if TYPE_CHECKING:
     from rtctl.friction.logs.other_programs import Average
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
 
 _File = click.Path(dir_okay=False, path_type=Path)
 _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)

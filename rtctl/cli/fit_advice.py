@@ -73,7 +73,7 @@ def presliding_body(model: FrictionModel) -> dict[str, float | int | None]:
 
 def presliding_text(model: FrictionModel) -> str:
     """The model's presliding length in words."""
-    from rtctl.friction.points.presliding import Presliding
+    from rtctl.friction.presliding import Presliding
 
     if model.presliding_rad is None:
         return "not measured (rtctl identify measures it; --presliding gives it by hand)"

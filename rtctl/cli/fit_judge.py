@@ -15,7 +15,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import in_units_of
 
 if TYPE_CHECKING:
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
 
 _GOES_WITH = {
     "points",

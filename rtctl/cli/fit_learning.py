@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.load import Load
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
 
 
 def curves(

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from rtctl.friction.kinds.harmonics import Harmonics
     from rtctl.friction.learn.cogging import Sweep
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
     from rtctl.rig_file.config import LoadedConfig
 
 _File = click.Path(dir_okay=False, path_type=Path)
@@ -81,7 +81,7 @@ def learn(
     from rtctl.errors import ConfigError, DataError
     from rtctl.friction.learn.cogging import fit_cogging
     from rtctl.friction.learn.places import fit_places
-    from rtctl.friction.points.reader import read_points
+    from rtctl.friction.point_reader import read_points
 
     period = 2 * math.pi if turn is None else turn
     if not period and (places or sweep):
@@ -142,7 +142,7 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
     from rtctl.errors import DataError
     from rtctl.friction import artefact
     from rtctl.friction.learn.cogging import changed_since, find_shift
-    from rtctl.friction.points.reader import read_points
+    from rtctl.friction.point_reader import read_points
 
     model = artefact.load(path)
     if model.conservative is None:

@@ -14,7 +14,7 @@ from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.other_programs import Average
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
 
 
 def options(command: Callable[..., None]) -> Callable[..., None]:
@@ -59,10 +59,10 @@ def read(
     ConfigError
         Several files of the program's own format, which are one file.
     DataError
-        See `rtctl.friction.points.reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`.
+        See `rtctl.friction.point_reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`.
     """
     from rtctl.friction.logs.other_programs import ROLES, read_mapped
-    from rtctl.friction.points.reader import read_points
+    from rtctl.friction.point_reader import read_points
     from rtctl.recording.as_columns import register
 
     if not (columns or map_file or average != "none"):
@@ -90,7 +90,7 @@ def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
 
 def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:
     """The points without those that are far from their neighbours in speed, each named on stderr; all of them where asked."""
-    from rtctl.friction.points import outliers
+    from rtctl.friction import outliers
 
     if keep:
         return points

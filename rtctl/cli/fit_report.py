@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
     from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
     from rtctl.rig_file.config import LoadedConfig
 
 
@@ -58,7 +58,7 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
 def _test_points(path: Path) -> FrictionPoints:
     """Points to judge by, of either direction: few will do, as nothing is learned from them. Raises DataError."""
     from rtctl.errors import DataError
-    from rtctl.friction.points.reader import read_points
+    from rtctl.friction.point_reader import read_points
 
     points = read_points(path, of_speeds=False)
     if len(points.friction_nm) < TEST_POINTS_MIN:

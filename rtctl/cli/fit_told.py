@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
     from rtctl.friction.learn.ladder import Ladder
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
     from rtctl.rig_file.config import LoadedConfig
 
 

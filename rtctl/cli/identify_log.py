@@ -22,8 +22,8 @@ from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.log_input import Gearing
-    from rtctl.friction.points.measured import FrictionPoints
-    from rtctl.friction.points.presliding import Presliding
+    from rtctl.friction.points import FrictionPoints
+    from rtctl.friction.presliding import Presliding
     from rtctl.rig_file.axis_tables import AxisTable
 
 ROLES = {

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from rtctl.friction.logs.least_squares import Regression
     from rtctl.friction.logs.regression import JointFit
     from rtctl.friction.logs.reversal_memory import Reversals
-    from rtctl.friction.points.presliding import Presliding
+    from rtctl.friction.presliding import Presliding
 
 DEFAULT_UNITS = {
     "time": "s",

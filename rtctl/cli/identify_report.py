@@ -10,7 +10,7 @@ import click
 from rtctl.cli.invocation import as_run, shown
 
 if TYPE_CHECKING:
-    from rtctl.friction.points.presliding import Presliding
+    from rtctl.friction.presliding import Presliding
     from rtctl.friction.truth import Deviation
     from rtctl.identify.dataset import Dataset
     from rtctl.rig_file.config import LoadedConfig
@@ -56,7 +56,7 @@ def summary_of(dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...]) ->
 
 
 def _presliding(points: list[dict[str, Any]]) -> Presliding | None:
-    from rtctl.friction.points.presliding import Presliding, together
+    from rtctl.friction.presliding import Presliding, together
 
     return together(
         [

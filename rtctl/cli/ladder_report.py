@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from rtctl.friction.learn.ladder import Ladder, Options
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
 
 
 def climb(

@@ -111,7 +111,7 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
 
 
 def _presliding(found: dict[str, Any] | None) -> str:
-    from rtctl.friction.points.presliding import Presliding
+    from rtctl.friction.presliding import Presliding
 
     if found is None:
         return "not told by these logs: taken for 5 mrad, so less help near reversals (--presliding)"

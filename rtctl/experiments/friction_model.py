@@ -10,10 +10,10 @@ from rtctl.experiments import identification, models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
+from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder as climbing
 from rtctl.friction.learn.pool import workers
-from rtctl.friction.points import mock as mock_points
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import figures as report_figures
 from rtctl.friction.report import tables as report_tables

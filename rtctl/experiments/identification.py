@@ -18,7 +18,7 @@ from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction import truth
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.pool import workers
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import tables as report_tables
 from rtctl.friction.report.tables import Table

@@ -13,11 +13,11 @@ from rtctl.control.records import MODEL
 from rtctl.errors import DataError
 from rtctl.experiments.identification import measured
 from rtctl.experiments.order import Order
+from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.ladder import Ladder
-from rtctl.friction.points import mock as mock_points
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig
 
 COMPARED = {

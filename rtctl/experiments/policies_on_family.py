@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from hw.mock.family import FAMILY
 from rtctl.control.vocabulary import Policy
 from rtctl.errors import DataError
 from rtctl.experiments import virtual
@@ -17,7 +16,7 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
 from rtctl.friction.report.tables import Table
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 OBSERVER_ALONE_GAIN = 0.95

@@ -1,6 +1,6 @@
 """Friction models, offline: measured points in, a verified model file out. Where to look:
 
-    points/    friction as it was measured: the one reader of points, their columns
+    points     friction as it was measured; point_reader, point_columns: its files; outliers, presliding: what is in it; mock_points: measured on the simulated rig
     logs/      from a recording to friction samples and rigid-body parameters, and what is wrong with a log
     kinds/     what can be learned: one file per kind of curve (a new kernel is one file and one row), and how it is compiled
     learn/     folds, machines, formulas, search, choice: from points to a model

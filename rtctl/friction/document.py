@@ -16,7 +16,7 @@ from rtctl.control.records import MAX_SEGMENTS, PLACE_ORDERS
 from rtctl.friction.kinds.harmonics import ORDER_MAX, ORDERS_MOST
 from rtctl.friction.kinds.table import KINDS
 from rtctl.friction.model import SELF_TEST_VECTORS
-from rtctl.friction.points.presliding import LENGTH_MAX_RAD
+from rtctl.friction.presliding import LENGTH_MAX_RAD
 from rtctl.rig_file.fields import Name, Table
 
 FORMAT = "rtctl friction model"

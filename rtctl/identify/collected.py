@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.points.presliding import Ramp
+from rtctl.friction.presliding import Ramp
 from rtctl.identify.motion import SLIP_RAD
 from rtctl.identify.tick_readings import Measurement
 

@@ -23,7 +23,7 @@ COLUMNS = (
     "position_rad",
     "time_s",
 )
-"""Columns of the points; `rtctl.friction.points.columns` has their units and bounds. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
+"""Columns of the points; `rtctl.friction.point_columns` has their units and bounds. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
 the begin of the first session, over all of them."""
 _NUMBER = {
     "velocity_rad_s": ".9g",

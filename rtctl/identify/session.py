@@ -10,7 +10,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import State, state_and_cause
 from rtctl.errors import DataError, FaultError, HandOnRigError
-from rtctl.friction.points.presliding import presliding
+from rtctl.friction.presliding import presliding
 from rtctl.identify.bias import Bias, read_bias
 from rtctl.identify.collected import Collected, UnsteadyError
 from rtctl.identify.measurement_order import Known, Task, remaining
@@ -57,7 +57,7 @@ class Point:
     weakest_place_nm: float
     """Mean at the place where the friction was least, signed like `friction_torque_nm`."""
     presliding_rad: float | None = None
-    """Break-away: presliding length, see `rtctl.friction.points.presliding`; None elsewhere, or when it cannot be told."""
+    """Break-away: presliding length, see `rtctl.friction.presliding`; None elsewhere, or when it cannot be told."""
     presliding_spread_rad: float | None = None
     presliding_ramps: int | None = None
 

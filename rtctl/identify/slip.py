@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Program, ProgramFlag
 from rtctl.errors import DataError
-from rtctl.friction.points.presliding import ramp_of
+from rtctl.friction.presliding import ramp_of
 from rtctl.identify.collected import Collected
 from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, Motion, Order, Steps

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from rtctl.friction.points.measured import POINTS_MAX
+from rtctl.friction.points import POINTS_MAX
 from rtctl.identify.motion import SPARE_S, HandSeen, Motion, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.places import make_room

@@ -77,8 +77,7 @@ class Speech:
 
     def _bind(self, tick: np.ndarray) -> None:
         row: Any = tick.view(np.ndarray)
-        view: Any = memoryview
-        self._enabled, self._faults = view(row["enabled"]), view(row["faults"])
+        self._enabled, self._faults = row["enabled"].data, row["faults"].data
         self._tick = tick
 
 

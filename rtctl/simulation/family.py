@@ -1,14 +1,141 @@
-"""A rig file with a plant of the mock's family in place of its own (`hw.mock.family`)."""
+"""The family of simulated joints by which everything is judged: one name each, one table.
+
+A plant is told as a change of the mock's options, in the words of a rig file: what stands under `axis` goes into
+every [[device.options.axis]], what stands under `device` into [device.options]. `told` is what the controller's own
+[[axis]] must then say for it to be true of this plant: viscous damping that is surely on the motor's side, the
+delay, and a coupling inside what that leaves (docs/theory.md 2.4). Everything else stays the rig file's.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
 
 from pydantic import ValidationError
 
 from hw import registry
-from hw.mock.family import FAMILY, merged, options_with
 from hw.plain_words import explain
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import Config, LoadedConfig
+
+Change = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Plant:
+    """One joint of the family."""
+
+    name: str
+    text: str
+    axis: Change = field(default_factory=dict)
+    device: Change = field(default_factory=dict)
+    told: Change = field(default_factory=dict)
+
+
+def _friction(model: str, stiffness: float = 250.0, damping: float = 1.0, **more: float) -> Change:
+    bristles = {"bristle_stiffness_nm_rad": stiffness, "bristle_damping_nms_rad": damping}
+    return {"friction": {"model": model, **bristles, **more}}
+
+
+def _elastic(hz: float, inertia_kgm2: float = 0.012, damping_ratio: float = 0.02) -> Change:
+    """A joint whose two equal masses swing freely at `hz`; .8 of the viscous damping is the motor's."""
+    reduced, omega = inertia_kgm2 / 4, 2 * 3.141592653589793 * hz
+    stiffness, damping = round(reduced * omega**2, 1), round(2 * damping_ratio * reduced * omega, 5)
+    return {"elastic": {"stiffness_nm_rad": stiffness, "damping_nms_rad": damping, "link_viscous_share": 0.2}}
+
+
+_ELASTIC_TOLD: Change = {"viscous_nms_rad": 0.04, "coupling": {"stiffness_nm_rad": 45.0}}
+"""Only the motor's damping counts: k_c <= 2 (.04 - .01) / T = 60."""
+
+_SLOW_TOLD: Change = {
+    "coupling": {"stiffness_nm_rad": 10.0},
+    "friction": {"intent_lowpass_hz": 18.0},
+    "drive": {"resonance_hz": 500.0},
+}
+"""The device declares 1.5 ticks of transport, a sample every second tick and a loop of 200 Hz: k_c <= 12.7, and the
+intent is proved over the mass of a hand up to 18.6 Hz. Nothing yields in it: else so late an observer is a slow one."""
+
+_MX106_LOAD: Change = {
+    "outside": 0.0222,
+    "motor": 0.198,
+    "outside_peak": 0.0871,
+    "motor_peak": 0.1986,
+    "outside_square_nm": 7.33e-5,
+    "motor_square_nm": 0.01,
+}
+"""Load terms of m6 of a Dynamixel MX-106: Rhoban/bam, Apache-2.0, arXiv 2410.08650; on this joint's own friction."""
+
+_WAVES = {
+    "friction": [[0.18, 1.0, 0.4]],
+    "ripple": [[0.010, 80.0, 0.0], [0.006, 160.0, 1.1]],
+}
+"""Eccentric wave generator and gear mesh of an 80:1 gear, once and twice per motor turn."""
+
+_PLANTS = (
+    Plant("lugre", "LuGre, as the shipped rig", _friction("lugre")),
+    Plant("lugre-soft", "LuGre, soft bristles", _friction("lugre", 50.0, 0.1)),
+    Plant("lugre-stiff", "LuGre, stiff bristles", _friction("lugre", 2000.0, 3.0)),
+    Plant("elasto-plastic", "elasto-plastic", _friction("elasto_plastic")),
+    Plant("elasto-plastic-soft", "elasto-plastic, soft bristles", _friction("elasto_plastic", 100.0, 0.3)),
+    Plant("maxwell-slip", "eight Maxwell-slip elements", _friction("gms")),
+    Plant("maxwell-slip-stiff", "sixteen stiff elements", _friction("gms", 2000.0, 0.3, elements=16)),
+    Plant(
+        "maxwell-slip-elastic",
+        "eight Maxwell-slip elements, elastic joint of 60 Hz",
+        {**_friction("gms"), **_elastic(60.0)},
+        told=_ELASTIC_TOLD,
+    ),
+    Plant(
+        "elasto-plastic-30hz",
+        "elasto-plastic, elastic joint of 30 Hz",
+        {**_friction("elasto_plastic"), **_elastic(30.0)},
+        told=_ELASTIC_TOLD,
+    ),
+    Plant(
+        "slow-drive",
+        "fresh samples every second tick, 1.5 ticks of transport, current loop of 200 Hz",
+        {**_friction("lugre"), "current_loop": {"bandwidth_hz": 200.0}},
+        device={"timing": {"sample_every_ticks": 2, "transport_delay_ticks": 1.5}},
+        told=_SLOW_TOLD,
+    ),
+    Plant(
+        "harmonic-drive",
+        "18 % position modulation, ripple of two orders, elastic joint of 50 Hz",
+        {**_friction("lugre"), **_elastic(50.0), "waves": _WAVES},
+        told=_ELASTIC_TOLD,
+    ),
+    Plant(
+        "strong-stiction",
+        "break-away 1.7 times Coulomb friction, peak at slow speeds",
+        _friction("lugre", breakaway_nm=0.425, stribeck_rad_s=0.03, second_share=0.0),
+    ),
+    Plant("load-dependent", "friction grows with the torque through the gear", {"load": _MX106_LOAD}),
+    Plant(
+        "drifted",
+        "dry friction +30 %, viscous friction +60 % since it was learned",
+        {"drift": {"points": [[0.0, 1.3, 1.6]]}},
+    ),
+)
+
+FAMILY: Mapping[str, Plant] = {plant.name: plant for plant in _PLANTS}
+"""Every plant by its name, in the order in which reports show them."""
+
+
+def merged(table: Mapping[str, Any], change: Change) -> dict[str, Any]:
+    """`table` with `change` laid over it, table by table."""
+    out = dict(table)
+    for name, value in change.items():
+        old = out.get(name)
+        out[name] = merged(old or {}, value) if isinstance(value, Mapping) else value
+    return out
+
+
+def options_with(plant: Plant, options: Mapping[str, Any]) -> dict[str, Any]:
+    """The mock's options (not yet validated) with this plant in place of theirs, on every axis."""
+    out = merged(options, plant.device)
+    out["axis"] = [merged(axis, plant.axis) for axis in options.get("axis", [{}])]
+    return out
 
 
 def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:

@@ -34,7 +34,7 @@ from rtctl.friction.logs.log_input import of_file
 from rtctl.friction.logs.log_points import checked
 from rtctl.friction.logs.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.simulation.playback_run import load_log
 
 PERIODS_MIN = 10

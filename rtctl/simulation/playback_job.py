@@ -18,7 +18,7 @@ from rtctl.friction.learn.point_evidence import with_presliding
 from rtctl.friction.logs.log_input import of_file
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.presliding import Presliding
+from rtctl.friction.presliding import Presliding
 from rtctl.rig_file import config as rig_file
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.playback_figures import (

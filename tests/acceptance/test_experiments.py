@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from hw.mock.family import FAMILY
 from rtctl.cli import cli
 from rtctl.errors import ConfigError
 from rtctl.experiments import (
@@ -23,6 +22,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Variant
 from rtctl.rig_file.config import load
+from rtctl.simulation.family import FAMILY
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

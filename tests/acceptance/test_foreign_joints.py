@@ -12,10 +12,10 @@ import pytest
 from amounts import asked_often, some_of
 from foreign_joint import Holder, Joint, run
 
-from hw.mock.family import merged
 from rtctl.check import stability_report
 from rtctl.control.vocabulary import Fault
 from rtctl.rig_file.config import Config, load
+from rtctl.simulation.family import merged
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

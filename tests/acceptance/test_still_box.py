@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from amounts import asked_often, some_of
 
-from hw.mock.family import FAMILY
 from hw.mock.records import Hand
 from rtctl.campaign import still
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.demo import shipped_config
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 
 CASES = some_of(1000)
 """Hands that hold still; `rtctl campaign --still` takes as many as one likes."""

@@ -22,7 +22,7 @@ from rtctl.cli import cli
 from rtctl.errors import ConfigError, DataError, ModelError, RtctlError
 from rtctl.experiments.kept_runs import NAME, KeptRuns
 from rtctl.friction import artefact
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.machine import service_steps as service
 from rtctl.recording.incident import read_incident
 from rtctl.recording.reader import RecordingReader

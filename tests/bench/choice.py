@@ -19,8 +19,8 @@ from rtctl.errors import RtctlError
 from rtctl.friction.kinds.table import MEAN
 from rtctl.friction.learn import grids, ladder
 from rtctl.friction.learn.selection import Rung
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.outliers import without_outliers
+from rtctl.friction.outliers import without_outliers
+from rtctl.friction.points import FrictionPoints
 
 SPEEDS = (12, 14, 16, 20, 28, 45)
 SPEEDS_OF_A_SESSION = (8, 12, 16, 20)

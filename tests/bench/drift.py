@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hw.mock.family import FAMILY
 from rtctl.control.vocabulary import Fault
 from rtctl.friction import truth
 from rtctl.friction.drift_deployed import Deployed
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation.family import FAMILY
 from tests.bench.drift_plants import (
     BY_PLACE,
     LOADED,

@@ -14,7 +14,7 @@ from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
 from rtctl.friction.learn import grids, ladder, machines, search
 from rtctl.friction.learn.hold_out import TRAINS
 from rtctl.friction.learn.search import Side
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import load
 from tests.bench.row import Row
 

@@ -9,7 +9,7 @@ from rtctl.cli.fit_places import learn
 from rtctl.friction import artefact
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.identify.dataset import Dataset
 from rtctl.identify.session import identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward

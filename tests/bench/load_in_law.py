@@ -16,27 +16,25 @@ from typing import Any
 import click
 import numpy as np
 
-from hw.mock.family import merged
 from hw.mock.records import Hand
 from rtctl.campaign import still_cases
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.control.vocabulary import State
 from rtctl.experiments.still_hand import SHAKES_RAD_S
-from rtctl.friction import artefact
+from rtctl.friction import artefact, mock_points
 from rtctl.friction.gain import of_axis
 from rtctl.friction.learn import beside_speed
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.learn.unloaded import load_of, without_load
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points import mock as mock_points
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import merged, with_plant
 from tests.bench.drift_plants import moved
 from tests.bench.load_on_mock import SHIPPED, points
 

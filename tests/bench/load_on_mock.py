@@ -13,14 +13,13 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hw.mock.family import FAMILY
+from rtctl.friction import mock_points
 from rtctl.friction.learn.beside_speed import judge_load, rows_of
 from rtctl.friction.learn.load_terms import Rows, fit_terms
 from rtctl.friction.load import COEFFICIENTS
-from rtctl.friction.points import mock
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"
 
@@ -39,12 +38,12 @@ SETTLE_RAD = 0.03
 """Way at a speed before friction is measured: under load bristles bend as much further as friction is greater, 5 mrad, and six times that has to pass."""
 
 
-class WeightedRig(mock.Rig):
+class WeightedRig(mock_points.Rig):
     """The simulated rig with a weight of `outside_nm` on axis 0, which is hung there once the current's zero is read."""
 
     def __init__(self, loaded: LoadedConfig, outside_nm: float) -> None:
         super().__init__(loaded)
-        self.bias_a = mock.rested_a(self)
+        self.bias_a = mock_points.rested_a(self)
         plant = self.plant[0][0]
         plant["hand_kind"][0] = 1  # rests where it is
         plant["hand_stiffness_nm_rad"][0], plant["hand_damping_nms_rad"][0] = SPRING_NM_RAD, 0.0
@@ -54,12 +53,12 @@ class WeightedRig(mock.Rig):
 
     def point(self, velocity: float) -> tuple[float, float]:
         """(motor's torque, torque from outside), N m, averaged over `PLACES` places of a turn."""
-        jog = math.copysign(max(mock.JOG_RAD_S, abs(velocity)), velocity)
+        jog = math.copysign(max(mock_points.JOG_RAD_S, abs(velocity)), velocity)
         jog_s = 2 * math.pi / PLACES / abs(jog)
-        settle_s = mock.SETTLE_S + SETTLE_RAD / abs(velocity)
-        cycle = [(jog, jog_s), (velocity, settle_s), (velocity, mock.WINDOW_S)]
+        settle_s = mock_points.SETTLE_S + SETTLE_RAD / abs(velocity)
+        cycle = [(jog, jog_s), (velocity, settle_s), (velocity, mock_points.WINDOW_S)]
         start = float(self.tick["position_rad"][0, 0])
-        means_a = mock.turn_through(self, [(velocity, mock.SETTLE_S), *(cycle * PLACES)])[3::3]
+        means_a = mock_points.turn_through(self, [(velocity, mock_points.SETTLE_S), *(cycle * PLACES)])[3::3]
         middle = (start + float(self.tick["position_rad"][0, 0])) / 2
         motor_nm = float(np.mean(means_a) - self.bias_a) * self.torque_per_ampere
         return motor_nm, self.outside_nm - SPRING_NM_RAD * middle

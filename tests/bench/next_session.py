@@ -1,6 +1,6 @@
 """Held-out error against the error on the session after: the simulated joint drifts by a script, `python -m tests.bench.next_session`.
 
-Each session is measured from the joint's sensors as a laboratory would (`rtctl.friction.points.mock`), on a joint whose dry friction moves by a script: it
+Each session is measured from the joint's sensors as a laboratory would (`rtctl.friction.mock_points`), on a joint whose dry friction moves by a script: it
 warms up within each session, and is another one each day. The ladder learns from all sessions so far, holding out whole sessions, and
 is judged by the one after.
 """
@@ -15,12 +15,12 @@ from pathlib import Path
 import click
 import numpy as np
 
-from hw.mock.family import merged
+from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.hold_out import folds_of
-from rtctl.friction.points import mock
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation.family import merged
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"
 
@@ -58,12 +58,12 @@ def session(
     script = {"points": ((0.0, factor - WARMING / 2, 1.0), (120.0, factor + WARMING / 2, 1.0)), **QUIET}
     axes = [merged(axis, {"drift": script}) for axis in loaded.options["axis"]]
     changed = {**loaded.options, "axis": axes, "seed": number + 1}
-    rig = mock.Rig(loaded.model_copy(update={"options": changed}))
-    mock.constant_velocity_point(rig, 0.5, 2)  # bends the bristles once
+    rig = mock_points.Rig(loaded.model_copy(update={"options": changed}))
+    mock_points.constant_velocity_point(rig, 0.5, 2)  # bends the bristles once
     measured = [
-        mock.constant_velocity_point(rig, sign * float(speed), measurements)
+        mock_points.constant_velocity_point(rig, sign * float(speed), measurements)
         for sign in (1, -1)
-        for speed in np.geomspace(SLOWEST, mock.SPEED_MAX_RAD_S, levels)
+        for speed in np.geomspace(SLOWEST, mock_points.SPEED_MAX_RAD_S, levels)
     ]
     return [(p.velocity_rad_s, p.friction_torque_nm, p.std_nm, p.count, number) for p in measured]
 

@@ -16,8 +16,8 @@ import numpy as np
 
 from rtctl.friction.kinds.table import FAMILIES
 from rtctl.friction.learn import ladder
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.outliers import without_outliers
+from rtctl.friction.outliers import without_outliers
+from rtctl.friction.points import FrictionPoints
 
 FACTOR = 3.0
 

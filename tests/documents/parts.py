@@ -10,8 +10,8 @@ from rtctl import tick
 from rtctl.control import faults, states
 from rtctl.control.environments import table as environments
 from rtctl.control.vocabulary import Fault, State
+from rtctl.friction import point_columns
 from rtctl.friction.kinds import table as friction_kinds
-from rtctl.friction.points import columns as point_columns
 from tests.documents import client_reference, rig_file_keys
 
 

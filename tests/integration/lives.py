@@ -7,6 +7,7 @@ interpreter's start is left out, and the rig is ready and armed sooner (`QUICK`)
 
 import contextlib
 import ctypes
+import gc
 import json
 import os
 import signal
@@ -158,6 +159,7 @@ def nursery(config):
         import_module(name)
     LawRunner(LawArrays(made.params, made.model, made.command), made.n_axes)  # the record's own
     memory.close()
+    gc.freeze()  # else each life looks through what it was born with, and has a copy of all that made
     say("ready")
     for line in sys.stdin:
         order = json.loads(line)

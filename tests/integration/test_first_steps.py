@@ -87,8 +87,12 @@ class Desk:
         self.terminals.clear()
 
     def answers(self):
+        """Asked only where there is somebody to ask: each question starts the program."""
         asked = ["bash", "-c", "rtctl status"]
-        return subprocess.run(asked, env=self.environment, capture_output=True, check=False).returncode == 0
+        return (
+            any(self.folder.glob("run/*/command"))
+            and subprocess.run(asked, env=self.environment, capture_output=True, check=False).returncode == 0
+        )
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,7 @@ import click
 from click.testing import CliRunner
 
 from rtctl.cli import cli, identify
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
 QUICK = ["--train", "8", "--test", "2", "--measurements", "4", "--spots", "2", "--warm-up", "1"]

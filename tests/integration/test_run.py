@@ -130,16 +130,12 @@ def _is_slow(batch):
     return batch["missed_ticks"][-1] > 20
 
 
-def test_a_second_daemon_on_the_same_rig_is_refused_and_the_first_runs_on(running, folder):
+def test_a_second_daemon_is_refused_and_one_after_a_killed_host_finds_no_obstacle(running, folder):
     process, client = running
     code, body, _ = finish(start(CONFIGS / "mock.toml", folder, "--for", "1"))
     assert code == 8
     assert str(process.pid) in body["message"]
-    assert client.status()["state"] is not None
-
-
-def test_a_killed_host_takes_the_loop_with_it_and_leaves_no_obstacle(running, folder):
-    process, client = running
+    assert client.status()["state"] is not None, "the first runs on"
     (loop,) = children(process.pid)
     client.close()
     process.kill()

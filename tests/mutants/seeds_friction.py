@@ -263,4 +263,8 @@ SEEDS = (
         "a rig without compensation in force is stopped for too much of it", "rtctl/friction/drift_verdict.py",
         "by.least_factor(share))", "by.least_factor(1.0))", DRIFT,
     ),
+    Seed(
+        "a form by load is fitted along a slope that is not its own", "rtctl/friction/learn/load_terms.py",
+        "first * u * log_u - second", "first * u * log_u + second", ("tests/unit/friction/test_load.py",),
+    ),
 )  # fmt: skip

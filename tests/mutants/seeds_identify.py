@@ -109,7 +109,7 @@ SEEDS = (
     ),
     Seed(
         "bristles that soften make the presliding length longer",
-        "rtctl/friction/points/presliding.py",
+        "rtctl/friction/presliding.py",
         "curve = ramp.share + bend * _softening(ramp.share)",
         "curve = ramp.share",
         PRESLIDING,
@@ -151,7 +151,7 @@ SEEDS = (
     ),
     Seed(
         "the spread of two groups forgets how far apart they are",
-        "rtctl/friction/points/presliding.py",
+        "rtctl/friction/presliding.py",
         "(within + n @ np.square(each - length))",
         "within",
         PRESLIDING,

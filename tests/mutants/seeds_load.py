@@ -106,14 +106,14 @@ SEEDS = (
     ),
     Seed(
         "soft bristles are measured while they bend",
-        "rtctl/friction/points/mock.py",
+        "rtctl/friction/mock_points.py",
         "rig.settle_rad = max(rig.settle_rad, SETTLE_LENGTHS * (points[-1].presliding_rad or 0.0))",
         "pass",
         ("tests/unit/hw/test_mock_points.py::test_so_many_presliding_lengths_pass_before_a_measurement",),
     ),
     Seed(
         "a swing that dies away is a break-away",
-        "rtctl/friction/points/mock.py",
+        "rtctl/friction/mock_points.py",
         "if max(seen) - min(seen) <= REST_COUNTS * rig.count_rad:",
         "if True:",
         ("tests/unit/hw/test_mock_points.py::test_a_joint_that_swings_on_is_waited_for",),
@@ -282,8 +282,8 @@ SEEDS = (
     Seed(
         "both directions of a loaded gear are one",
         "rtctl/friction/learn/load_terms.py",
-        "np.where(rows.backward, backward, 1.0)",
-        "1.0",
+        "(dry + viscous * rows.speed) * np.where(rows.backward, backward, 1.0)",
+        "dry + viscous * rows.speed",
         TWO_SPEEDS,
     ),
     Seed(

@@ -12,7 +12,7 @@ from rtctl.friction import artefact
 from rtctl.friction.kinds.curve import Curve
 from rtctl.friction.kinds.spline import compile_spline
 from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 
 @pytest.fixture(scope="module")

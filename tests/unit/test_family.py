@@ -5,12 +5,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.family import FAMILY, merged
 from rtctl.check import stability_report
 from rtctl.errors import ConfigError
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, merged, with_plant
 
 MOCK = Path(__file__).parents[2] / "configs/mock.toml"
 

@@ -5,13 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.family import FAMILY
 from rtctl.check import stability_report
 from rtctl.control.vocabulary import State
 from rtctl.friction import truth
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, with_plant
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FILES = sorted(path.name for path in CONFIGS.glob("mock*.toml"))

@@ -20,7 +20,7 @@ from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.model import Branch
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 SURE = 2.0
 """Standard errors of the held-out error by which the band is stretched: candidates are chosen for a small one, which is partly luck."""

@@ -12,7 +12,7 @@ from rtctl.friction.learn.bands import way_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, shared_out, units_of
 from rtctl.friction.learn.load_terms import RUNGS, Rows, Terms
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 LOAD_SPAN = 0.5
 """Least span of the load, share of the friction's RMS: less changes friction by less than its noise."""

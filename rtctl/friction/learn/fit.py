@@ -23,7 +23,7 @@ from rtctl.friction.learn.grids import unit_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_of
 from rtctl.friction.learn.machines import Candidate, FailedFitError
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 EPSILON_NM = 0.005
 """Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""

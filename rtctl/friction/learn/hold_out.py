@@ -12,7 +12,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.learn.laps import laps_of
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 FOLDS = 5
 TRAINS = -1

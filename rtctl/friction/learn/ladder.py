@@ -14,7 +14,7 @@ from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 _POOLED_MAX = 12
 """Most candidates of the chosen rung that are tried on both directions as one curve; of a mean of many rungs two of each."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 ALIKE = 0.9
 """Correlation of a motion with itself one lap later from which it repeats itself."""

@@ -113,16 +113,47 @@ def friction(values: np.ndarray, rows: Rows) -> np.ndarray:
     """The closed form."""
     base, viscous, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power, second, v_2, backward = values
     e, m = rows.outside_nm, rows.motor_nm
-    against = e * m < 0
-    square = np.where(
-        against & (np.abs(e) < np.abs(m)),
-        q_e * e**2,
-        np.where(against & (np.abs(e) > np.abs(m)), q_m * m**2, 0.0),
-    )
+    drives, driven = _squares(rows)
     fall = peak_left(rows.speed, v_s, power, second, v_2) if v_s > 0 else np.zeros_like(e)
-    dry = base + np.abs(k_e * e - k_m * m) + fall * (peak + np.abs(p_e * e - p_m * m) + square)
+    peak_nm = peak + np.abs(p_e * e - p_m * m) + q_e * drives + q_m * driven
+    dry = base + np.abs(k_e * e - k_m * m) + fall * peak_nm
     found: np.ndarray = (dry + viscous * rows.speed) * np.where(rows.backward, backward, 1.0)
     return found
+
+
+def slopes(values: np.ndarray, rows: Rows) -> np.ndarray:
+    """Derivatives of `friction` by each parameter, shape (n, len(NAMES)); those of the fall are nil where v_s is."""
+    _, _, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power, second, v_2, backward = values
+    e, m, v = rows.outside_nm, rows.motor_nm, rows.speed
+    drives, driven = _squares(rows)
+    level, top = np.sign(k_e * e - k_m * m), np.sign(p_e * e - p_m * m)
+    peak_nm = peak + np.abs(p_e * e - p_m * m) + q_e * drives + q_m * driven
+    none = np.zeros_like(v)
+    fall, by_fall = none, [none] * 4
+    if v_s > 0:
+        u, w = (v / v_s) ** power, (v / v_2) ** power
+        log_u, log_w = (np.log(np.where(v > 0, v, one) / one) for one in (v_s, v_2))
+        first, last = np.exp(-u), np.exp(-w)
+        fall = (1 - second) * first + second * last
+        by_fall = [
+            (1 - second) * first * u * power / v_s,
+            -(1 - second) * first * u * log_u - second * last * w * log_w,
+            last - first,
+            second * last * w * power / v_2,
+        ]
+    columns = [np.ones_like(v), v, fall, level * e, -level * m, fall * top * e, -fall * top * m]
+    columns += [fall * drives, fall * driven, *(one * peak_nm for one in by_fall)]
+    side = np.where(rows.backward, backward, 1.0)
+    by_side = np.where(rows.backward, friction(np.array([*values[:-1], 1.0]), rows), 0.0)
+    return np.column_stack([*(one * side for one in columns), by_side])
+
+
+def _squares(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
+    """The smaller torque's square where the two oppose each other: where the motor drives, and where it is driven."""
+    e, m = rows.outside_nm, rows.motor_nm
+    against = e * m < 0
+    drives, driven = against & (np.abs(e) < np.abs(m)), against & (np.abs(e) > np.abs(m))
+    return np.where(drives, e**2, 0.0), np.where(driven, m**2, 0.0)
 
 
 def fit_terms(rung: str, rows: Rows) -> Terms:
@@ -153,11 +184,19 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
     def miss(part: np.ndarray) -> np.ndarray:
         return np.asarray(friction(whole(part), rows) - rows.friction_nm)
 
+    def by_part(part: np.ndarray) -> np.ndarray:
+        by = slopes(whole(part), rows)
+        if rung in SHARED:  # one coefficient for both torques
+            by[:, [3, 5]] += by[:, [4, 6]]
+        return np.asarray(by[:, free])
+
     best = None
     for start in _starts(rung, rows):
         begin = np.clip(start[free], low[free] + 1e-9, high[free])
         scale = np.maximum(begin, 1e-3)
-        found = least_squares(miss, begin, bounds=(low[free], high[free]), x_scale=scale, max_nfev=200)
+        found = least_squares(
+            miss, begin, by_part, bounds=(low[free], high[free]), x_scale=scale, max_nfev=200
+        )
         best = found if best is None or found.cost < best.cost else best
     assert best is not None  # there is always a start
     errors = np.full(len(NAMES), np.nan)
@@ -183,8 +222,7 @@ def _starts(rung: str, rows: Rows) -> list[np.ndarray]:
 
     has = [name in RUNGS[rung] for name in NAMES[:_FALL]]
     e, m = np.abs(rows.outside_nm), np.abs(rows.motor_nm)
-    against = rows.outside_nm * rows.motor_nm < 0
-    drives, driven = against & (e < m), against & (e > m)
+    drives, driven = _squares(rows)
     shared = rung in SHARED
     both = np.abs(rows.outside_nm - rows.motor_nm)
     found = []
@@ -199,8 +237,8 @@ def _starts(rung: str, rows: Rows) -> list[np.ndarray]:
                 np.zeros_like(s) if shared else m,
                 s * (both if shared else e),
                 np.zeros_like(s) if shared else s * m,
-                s * drives * e**2,
-                s * driven * m**2,
+                s * drives,
+                s * driven,
             ]
         )
         values, miss = nnls(columns * has, rows.friction_nm)

@@ -16,7 +16,7 @@ from rtctl.friction.learn import ladder
 from rtctl.friction.learn.certainty import standard_error
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 CHOSEN = "chosen"
 

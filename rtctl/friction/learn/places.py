@@ -24,7 +24,7 @@ from rtctl.friction.learn.fit import describe_branch
 from rtctl.friction.learn.grids import unit_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
-from rtctl.friction.points.measured import POINTS_MAX, FrictionPoints
+from rtctl.friction.points import POINTS_MAX, FrictionPoints
 
 SHARES = (0.03, 0.3)
 """lambda tried: how far friction may differ from place to place."""

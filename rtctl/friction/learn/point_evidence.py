@@ -1,6 +1,6 @@
 """What is known beside the points a model was learned from: presliding length, the weakest place, single measurements, test points.
 
-The columns are in `rtctl.friction.points.columns`; `rtctl identify` writes them.
+The columns are in `rtctl.friction.point_columns`; `rtctl identify` writes them.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ import numpy as np
 
 from rtctl.friction.drift_deployed import SPEED_MIN_SHARE
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.presliding import Presliding, together
+from rtctl.friction.points import FrictionPoints
+from rtctl.friction.presliding import Presliding, together
 
 
 def with_evidence(

@@ -19,7 +19,7 @@ from rtctl.friction.learn.gram import MANY, Gram
 from rtctl.friction.learn.grids import in_scale_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, Trained, train
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 if TYPE_CHECKING:
     from joblib import Parallel

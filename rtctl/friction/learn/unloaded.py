@@ -9,7 +9,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.learn.beside_speed import LoadVerdict, rows_of
 from rtctl.friction.load import COEFFICIENTS, Load
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 LIGHT = 0.5
 """Most of a light point's friction that is its load's: the curve without load is learned from light points, and held against them."""

@@ -13,9 +13,9 @@ from rtctl.errors import ConfigError
 from rtctl.friction.logs.log_input import Gearing
 from rtctl.friction.logs.log_points import points_of_logs
 from rtctl.friction.logs.other_programs import read_mapped
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.outliers import without_outliers
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.outliers import without_outliers
+from rtctl.friction.point_reader import read_points
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.fields import Table
 
 ROLES = {

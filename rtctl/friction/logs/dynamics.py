@@ -14,6 +14,7 @@ f+, f-   N m         torque level of slow motion forwards, backwards
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -109,10 +110,17 @@ class Dynamics:
 
 def smooth(signal: np.ndarray, rate_hz: float, cutoff_hz: float) -> np.ndarray:
     """Low-pass without delay: second-order Butterworth, forwards and backwards (-6 dB at the cut-off)."""
-    from scipy.signal import butter, sosfiltfilt
+    from scipy.signal import sosfiltfilt
 
-    sections = butter(2, cutoff_hz, fs=rate_hz, output="sos")
-    return np.asarray(sosfiltfilt(sections, signal))
+    return np.asarray(sosfiltfilt(_sections(rate_hz, cutoff_hz), signal))
+
+
+@lru_cache
+def _sections(rate_hz: float, cutoff_hz: float) -> np.ndarray:
+    """The low-pass of `smooth`: its design takes longer than the filtering of a short log."""
+    from scipy.signal import butter
+
+    return np.asarray(butter(2, cutoff_hz, fs=rate_hz, output="sos"))
 
 
 def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:

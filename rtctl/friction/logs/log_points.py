@@ -25,7 +25,7 @@ from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.logs.regression import JointFit, joint_fit, of_the_position
 from rtctl.friction.logs.regressors import Regressors, cutoff_for, of_stretches, pooled
 from rtctl.friction.logs.torque_shape import with_share
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 SPEED_MIN_RAD_S = 0.03
 """Slower rows are left out, times what stands for a radian of the axis."""

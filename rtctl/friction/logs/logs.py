@@ -26,8 +26,8 @@ from rtctl.friction.logs.dynamics import (
     regress,
     require_both_directions,
 )
-from rtctl.friction.points.columns import COLUMNS
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.point_columns import COLUMNS
+from rtctl.friction.points import FrictionPoints
 
 LEVELS_MAX = 60
 SAMPLES_PER_LEVEL = 8
@@ -45,7 +45,7 @@ class FrictionSamples:
     source: str
     sha256: str
     columns: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """What else was measured, by the names of `rtctl.friction.points.columns`."""
+    """What else was measured, by the names of `rtctl.friction.point_columns`."""
 
     def between(self, start_s: float, end_s: float) -> FrictionSamples:
         """The samples with start_s <= time < end_s."""

@@ -28,8 +28,8 @@ from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UN
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
-from rtctl.friction.points.columns import COLUMNS
-from rtctl.friction.points.measured import FrictionPoints, require_enough
+from rtctl.friction.point_columns import COLUMNS
+from rtctl.friction.points import FrictionPoints, require_enough
 
 Average = Literal["none", "file", "speed"]
 

@@ -9,7 +9,7 @@ import numpy as np
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig
 
 UNEQUAL = 0.3

@@ -22,7 +22,7 @@ import numpy as np
 
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog, smooth
 from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length, stop_operator
-from rtctl.friction.points.presliding import Presliding
+from rtctl.friction.presliding import Presliding
 
 PER_DECADE = 10
 """Lengths tried per decade."""

@@ -22,7 +22,7 @@ from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score
 from rtctl.friction.learn.selection import Rung, climb
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 CONFIDENCE = 0.95
 REGIMES = ("low speed", "high speed")

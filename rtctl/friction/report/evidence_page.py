@@ -12,7 +12,7 @@ from rtctl.friction.kinds.table import FORMULAS, is_machine
 from rtctl.friction.learn import hold_out, ladder, nested
 from rtctl.friction.learn.grids import noise_nm
 from rtctl.friction.learn.selection import Rung
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report.evidence import interval_nm
 from rtctl.friction.report.sentences import AGREES, formula_or_machine
 

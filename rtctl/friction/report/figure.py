@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl import pictures
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report import measured_range
 from rtctl.friction.report.figures import speak
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.friction.learn.grids import RESOLUTION_SHARE
 from rtctl.friction.model import Branch, FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 
 @dataclass(frozen=True)

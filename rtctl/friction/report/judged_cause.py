@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 EXPLAINS, EXPLAINS_BEST = 0.3, 0.05
 """What a reading may leave of the error, RMS, share of it; and of the friction."""

@@ -9,7 +9,7 @@ import numpy as np
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from rtctl.friction.points.measured import FrictionPoints
+    from rtctl.friction.points import FrictionPoints
 
 GAP_TIMES, GAP_SHARE = 3.0, 0.05
 """A gap in the measured speeds: so many times its neighbours, and more than this share of the range."""

@@ -7,7 +7,7 @@ import numpy as np
 from rtctl.check.stability_report import examine
 from rtctl.friction import artefact
 from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import load
 
 RIG = """

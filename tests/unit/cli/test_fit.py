@@ -83,7 +83,7 @@ def test_options_that_are_no_positive_number_are_wrong_usage(
 
 
 def test_a_bad_rig_name_or_folder_is_told_before_anything_is_learned(csv, monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr("rtctl.friction.points.reader.read_points", None)  # work would fail otherwise
+    monkeypatch.setattr("rtctl.friction.point_reader.read_points", None)  # work would fail otherwise
     code, _, err = _run(monkeypatch, capsys, "fit", csv, "--out", tmp_path / "m.json", "--rig", "two words")
     assert code == 2
     assert "'two words' is no rig's name: a letter, then at most 31 letters, digits, - or _" in err

@@ -8,7 +8,7 @@ import in_process
 import numpy as np
 import pytest
 
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
 

@@ -9,8 +9,8 @@ import pytest
 
 from rtctl.experiments import friction_model
 from rtctl.experiments.order import Order
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.mock import Point
+from rtctl.friction.mock_points import Point
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report.evidence import Errors
 from rtctl.rig_file.config import load
 

@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.family import FAMILY
 from rtctl.check.law_plan import build
 from rtctl.control.vocabulary import Policy
 from rtctl.experiments import policies, policies_on_family, still_hand, virtual
@@ -14,6 +13,7 @@ from rtctl.experiments.policies import Judged
 from rtctl.experiments.policies_on_family import ALONE, BOTH, HYBRID, LUGRE, MOTIONS
 from rtctl.experiments.still_hand import Still
 from rtctl.rig_file.config import load
+from rtctl.simulation.family import FAMILY
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 

@@ -5,7 +5,7 @@ from functools import cache
 import numpy as np
 
 from rtctl.friction.learn import ladder
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 V = np.concatenate([[0.0], np.geomspace(0.01, 2, 24)])
 

@@ -14,7 +14,7 @@ from rtctl.errors import ModelError
 from rtctl.friction import artefact
 from rtctl.friction.document import checksum, render
 from rtctl.friction.learn import fit, ladder
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 V = np.concatenate([[0.0], np.geomspace(0.01, 3, 30)])
 

@@ -14,7 +14,7 @@ from rtctl.friction.document import checksum, render
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.learn import bands, certainty, fit, ladder
 from rtctl.friction.learn.foretold import SESSIONS_MIN, Foretold
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report.judge import faults, judge
 from rtctl.rig_file.config import load
 

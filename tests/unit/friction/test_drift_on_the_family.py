@@ -2,9 +2,8 @@
 
 import pytest
 
-from hw.mock.family import FAMILY, merged
 from rtctl.rig_file.config import Config, load
-from rtctl.simulation.family import with_plant
+from rtctl.simulation.family import FAMILY, merged, with_plant
 from tests.bench import drift
 
 OTHER_FRICTION = ("harmonic-drive", "strong-stiction", "load-dependent", "drifted")

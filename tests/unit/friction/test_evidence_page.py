@@ -13,7 +13,7 @@ from rtctl.errors import ConfigError
 from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import ladder
 from rtctl.friction.logs.data_sets import read_description, read_set
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.friction.report import evidence_page
 from rtctl.friction.report.evidence_page import Found, Line, judge_set, page
 

@@ -11,8 +11,8 @@ from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn import fit, ladder, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, way_for
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 
 N = 200

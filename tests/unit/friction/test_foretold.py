@@ -7,7 +7,7 @@ import pytest
 
 from rtctl.friction.learn import foretold, ladder, search
 from rtctl.friction.learn.machines import Candidate
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 QUICK = ladder.Options(families=("coulomb_viscous",), backend="sequential", folds="log")
 

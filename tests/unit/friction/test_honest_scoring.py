@@ -15,8 +15,8 @@ from rtctl.friction.learn.laps import laps_of
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.logs.logs import FrictionSamples, level_points
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.outliers import without_outliers
+from rtctl.friction.outliers import without_outliers
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report.evidence import interval_nm
 from rtctl.friction.report.judge import judge
 from tests.bench import outliers

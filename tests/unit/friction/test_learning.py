@@ -8,7 +8,7 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn import fit
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 V = np.concatenate([[0.0], np.geomspace(0.01, 3, 53)])
 

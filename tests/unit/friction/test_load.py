@@ -15,10 +15,10 @@ from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn import beside_speed, unloaded
 from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.learn.load_terms import Rows, fit_terms
+from rtctl.friction.learn.load_terms import NAMES, Rows, fit_terms, friction, slopes
 from rtctl.friction.load import LOOP_MOST
 from rtctl.friction.margins import friction_figures
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report.beside_speed import body, sentences
 from rtctl.friction.report.evidence import gather
 from rtctl.friction.report.sentences import headline
@@ -67,6 +67,17 @@ def test_load_terms_are_found_again(name, model):
         np.sqrt(np.mean((one(clean) - true) ** 2)) for one in (found, fit_terms("coulomb_viscous", rows))
     )
     assert error <= 0.5 * plain
+
+
+def test_the_slopes_by_which_a_form_is_fitted_are_its_derivatives():
+    draw, n, step = np.random.default_rng(1), 200, 1e-6
+    speed = np.abs(draw.normal(size=n)) * (np.arange(n) >= 5)
+    rows = Rows(speed, *draw.normal(size=(3, n)), draw.random(n) < 0.5)
+    values = np.array([0.3, 0.1, 0.2, 0.05, 0.07, 0.03, 0.02, 0.01, 0.04, 0.3, 1.3, 0.2, 0.6, 1.2])
+    found = slopes(values, rows)
+    for k, moved in enumerate(step * np.eye(len(values))):
+        wanted = (friction(values + moved, rows) - friction(values - moved, rows)) / (2 * step)
+        assert found[:, k] == pytest.approx(wanted, abs=1e-8), NAMES[k]
 
 
 def test_held_out_points_choose_the_form():

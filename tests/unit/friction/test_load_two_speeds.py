@@ -5,7 +5,7 @@ import pytest
 
 from rtctl.friction.learn import beside_speed, unloaded
 from rtctl.friction.load import COEFFICIENTS
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 LOAD = {"outside": 0.03, "motor": 0.18, "outside_peak": 0.09, "motor_peak": 0.2}
 BACKWARD = 0.92

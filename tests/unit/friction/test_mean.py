@@ -19,7 +19,7 @@ from rtctl.friction.learn.machines import Candidate, train
 from rtctl.friction.learn.search import Score
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.model import FrictionModel
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 PEAK = {"coulomb_nm": 0.2, "viscous_nms_rad": 0.03, "breakaway_nm": 0.35, "stribeck_rad_s": 0.08}
 TOP = 2.0

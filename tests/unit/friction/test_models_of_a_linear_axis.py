@@ -16,7 +16,7 @@ from rtctl.friction.learn import grids
 from rtctl.friction.learn.ladder import Options, ascend, learn
 from rtctl.friction.learn.machines import train
 from rtctl.friction.learn.places import fit_places
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 LEAD_M = 0.005
 LENGTH, FORCE = 0.1, 25.0

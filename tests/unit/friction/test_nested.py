@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.friction.learn import ladder, nested
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 
 QUICK = ladder.Options(
     families=("coulomb_viscous", "gaussian"), symmetric="no", backend="sequential", n_jobs=1

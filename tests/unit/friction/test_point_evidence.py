@@ -9,7 +9,7 @@ from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn import fit
 from rtctl.friction.learn.point_evidence import with_evidence
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
 SPEEDS = [0.0, *np.geomspace(0.01, 2, 29)]

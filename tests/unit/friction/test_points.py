@@ -8,7 +8,7 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction.learn import fit
 from rtctl.friction.learn.point_evidence import with_evidence
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.friction.report import evidence
 
 SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]

@@ -10,8 +10,8 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction.logs.logs import FrictionSamples, level_points
 from rtctl.friction.logs.points_check import doubtful_points, require_held_out, require_plausible_points
-from rtctl.friction.points.measured import FrictionPoints
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
+from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"

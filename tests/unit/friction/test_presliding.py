@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.friction.points.presliding import Presliding, bend_of, presliding, ramp_of, together
+from rtctl.friction.presliding import Presliding, bend_of, presliding, ramp_of, together
 
 T = 1e-3
 COUNT = 2 * math.pi / 160_000

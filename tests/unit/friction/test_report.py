@@ -17,7 +17,7 @@ from rtctl.friction.kinds.table import FORMULAS
 from rtctl.friction.learn import fit, ladder
 from rtctl.friction.learn.machines import FailedFitError
 from rtctl.friction.margins import friction_figures
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import write as report
 from rtctl.rig_file import config

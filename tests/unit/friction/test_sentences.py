@@ -10,7 +10,7 @@ import pytest
 from rtctl.friction.learn import fit, selection
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score
-from rtctl.friction.points.measured import FrictionPoints
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report import evidence as report_evidence
 from rtctl.friction.report import measured_range, page, sentences, tables
 from rtctl.friction.report.measured_range import unmeasured

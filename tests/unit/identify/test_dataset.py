@@ -10,7 +10,7 @@ from identified import CONFIG, SMALL, run
 
 from rtctl.errors import DataError
 from rtctl.friction.learn.point_evidence import presliding_of
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.identify import dataset_files as module
 from rtctl.identify.dataset import Dataset
 from rtctl.identify.dataset_files import read_document, write_whole

@@ -11,7 +11,7 @@ from rtctl.cli import fit_places
 from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.points.reader import read_points
+from rtctl.friction.point_reader import read_points
 from rtctl.identify.measurement_order import tasks
 from rtctl.identify.place_rows import places_csv, rows_of
 from rtctl.identify.tick_readings import Measurement

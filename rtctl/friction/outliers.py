@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.friction.points.measured import POINTS_MIN, FrictionPoints
+from rtctl.friction.points import POINTS_MIN, FrictionPoints
 
 NEIGHBOURS = 4
 """Neighbours in speed on each side that a point is compared with."""

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rtctl.friction.points.presliding import LENGTH_MAX_RAD
+from rtctl.friction.presliding import LENGTH_MAX_RAD
 
 
 @dataclass(frozen=True)

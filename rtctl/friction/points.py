@@ -25,8 +25,8 @@ class FrictionPoints:
 
     `velocity_rad_s` signed, `friction_nm` the magnitude (> 0), `direction` +1 or -1, `std_nm` and `count`
     NaN where nobody says. `source` names the file in messages, `sha256` is of its bytes. `columns` holds all else that
-    was measured, by the names of `rtctl.friction.points.columns`, NaN where nobody says; each has at least one number.
-    `left_out` marks points that nothing is learned from or judged by (`rtctl.friction.points.outliers`); None: none.
+    was measured, by the names of `rtctl.friction.point_columns`, NaN where nobody says; each has at least one number.
+    `left_out` marks points that nothing is learned from or judged by (`rtctl.friction.outliers`); None: none.
     `motion` is "rotary" or "linear" (`hw.motion`): of the latter, all is in m and N.
     """
 

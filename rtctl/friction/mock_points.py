@@ -1,6 +1,6 @@
 """Measures friction points on the simulated rig as a laboratory would: from its sensors alone.
 
-    python -m rtctl.friction.points.mock OUT.csv [RIG.toml]
+    python -m rtctl.friction.mock_points OUT.csv [RIG.toml]
 
 The hand is off. With the motor off the bias of the Hall sensor is read. Then, for each direction: after a
 warm-up, the current is ramped open loop until the joint moves (break-away, the point at zero speed), and
@@ -21,7 +21,7 @@ import numpy as np
 from hw.jit import compiled, records
 from hw.mock.plant import plant_read, plant_write
 from hw.mock.records import plant_records
-from rtctl.friction.points.presliding import Presliding, Ramp, presliding, ramp_of
+from rtctl.friction.presliding import Presliding, Ramp, presliding, ramp_of
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.tick import new_ticks
 
@@ -287,9 +287,9 @@ def _cell(column: str, value: float | None) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """Entry point of `python -m rtctl.friction.points.mock OUT.csv [RIG.toml]`."""
+    """Entry point of `python -m rtctl.friction.mock_points OUT.csv [RIG.toml]`."""
     if len(arguments) not in (1, 2):
-        sys.exit("usage: python -m rtctl.friction.points.mock OUT.csv [RIG.toml]")
+        sys.exit("usage: python -m rtctl.friction.mock_points OUT.csv [RIG.toml]")
     shipped = Path(__file__).parents[3] / "configs" / "mock.toml"
     loaded = load(arguments[1] if len(arguments) == 2 else shipped)
     write_csv(measure(loaded), Path(arguments[0]))

@@ -1,4 +1,4 @@
-"""The reader of the program's own files of friction points: CSV with the columns of `rtctl.friction.points.columns`, in any order.
+"""The reader of the program's own files of friction points: CSV with the columns of `rtctl.friction.point_columns`, in any order.
 
 Lines that begin with `#` are comments. Files of other programs: `rtctl.friction.logs.other_programs`.
 """
@@ -16,8 +16,8 @@ import numpy as np
 from hw.motion import name, rotary_name
 from hw.outside import read_bounded
 from rtctl.errors import DataError
-from rtctl.friction.points.columns import COLUMNS, TORQUE, VELOCITY
-from rtctl.friction.points.measured import FrictionPoints, require_enough
+from rtctl.friction.point_columns import COLUMNS, TORQUE, VELOCITY
+from rtctl.friction.points import FrictionPoints, require_enough
 
 MOST_BYTES = 1 << 26
 """Largest file of points: a million rows."""

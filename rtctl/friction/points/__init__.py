@@ -1,1 +1,0 @@
-"""Friction as it was measured: points with every column they came with."""
