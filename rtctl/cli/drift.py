@@ -8,10 +8,11 @@ from typing import Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.recording_argument import RecordingFile
 
 
 @click.command("drift")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=RecordingFile())
 @click.option("--warn", "warn_share", type=click.FloatRange(0.05, 0.5), default=0.1, show_default=True)
 @click.option(
     "--window", "window_s", type=click.FloatRange(10, 300), default=24.0, show_default=True, metavar="S"

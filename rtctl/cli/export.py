@@ -10,13 +10,14 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
+from rtctl.cli.recording_argument import RecordingFile
 
 Kind = Literal["npz", "parquet", "csv", "mcap"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
 
 
 @click.command("export")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=RecordingFile())
 @click.option(
     "--to", "kind", type=click.Choice(KINDS), help="format; default: what the name of --out ends with"
 )

@@ -8,10 +8,11 @@ from typing import Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.recording_argument import RecordingFile
 
 
 @click.command("info")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=RecordingFile())
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(file: Path, *, as_json: bool) -> None:
     """Show rig, versions, duration, losses and states of the recording in FILE, over all its parts."""

@@ -11,11 +11,12 @@ import click
 from hw.motion import name as own_name
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
+from rtctl.cli.recording_argument import RecordingFile
 
 if TYPE_CHECKING:
     from rtctl.recording.panels import Run
 
-_FILE = click.Path(path_type=Path)
+_FILE = RecordingFile()
 _FROM = click.option(
     "--from", "from_s", type=float, default=0.0, show_default=True, help="s from the first tick"
 )

@@ -10,13 +10,14 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
+from rtctl.cli.recording_argument import RecordingFile
 
 if TYPE_CHECKING:
     from rtctl.recording.reader import RecordingReader
 
 
 @click.command("replay")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=RecordingFile())
 @click.option("--config", type=click.Path(path_type=Path), help="what this rig file would have done instead")
 @click.option("--plot", type=OutputFile(picture=True), help="with --config: overlay of both, PNG")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")

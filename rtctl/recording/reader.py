@@ -283,3 +283,10 @@ def all_parts(path: Path) -> list[Path]:
         parts.append(later)
         number += 1
     return parts
+
+
+def newest(folder: Path) -> Path | None:
+    """The part written last of all recordings in `folder`; a file of another name only where there is none of those. None: neither."""
+    found = [path for path in folder.glob("*.mcap") if path.is_file()]
+    own = [path for path in found if _PART.fullmatch(path.name)]
+    return max(own or found, key=lambda path: (path.stat().st_mtime_ns, path.name), default=None)

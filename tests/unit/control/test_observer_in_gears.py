@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.family import merged
+from rtctl.simulation.family import merged
 from rtctl.check import observer_tuning, stability_report
 from rtctl.control.proofs import observer_match
 from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, frequency_hz, unknown_gears
