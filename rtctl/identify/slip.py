@@ -61,8 +61,8 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
         got.discard()
         return
-    got.add(found)
-    if slow and not stood_still(rows):
+    got.add(motion.cogging.noted(found))
+    if slow and not motion.cogging.matters and not stood_still(rows):  # on a flank bristles are bent already
         torque = rows["motor_torque_nm"][:ended, rig.axis] - bias_nm
         position = rows["position_rad"][:ended, rig.axis]
         ramp = ramp_of(position, torque, found.torque_nm, rig.count_rad, rig.period_s)
