@@ -30,7 +30,7 @@ def sweep(motion: Motion, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]
     rows: list[Row] = []
     known, motion.cogging = motion.cogging, Cogging.none()
     for direction in (1, -1):
-        ticks = yield from _one_way(motion, direction, speed_rad_s)
+        ticks = yield from _one_way(motion, direction, speed_rad_s, steady=True)
         rows += averaged(motion, ticks, direction, speed_rad_s, bias_nm)
     motion.cogging = known
     return rows
@@ -40,7 +40,7 @@ def look_for_cogging(motion: Motion) -> Steps[None]:
     """Turn to and fro at the jog speed: what the motor gives at a place whichever way it turns is taken off from then on."""
     speed, rig, ways = motion.jog_speed_rad_s(), motion.rig, []
     for direction in (1, -1):
-        ticks = yield from _one_way(motion, direction, speed)
+        ticks = yield from _one_way(motion, direction, speed, steady=False)
         x = ticks["position_rad"][:, rig.axis]
         n = max(3, round(SMOOTH_S / rig.period_s) | 1)
         smooth = np.convolve(x, np.full(n, 1.0 / n), "valid")
@@ -50,17 +50,23 @@ def look_for_cogging(motion: Motion) -> Steps[None]:
     whole = min(float(np.ptp(x)) for x, _ in ways) >= 0.99 * rig.turn_rad
     motion.cogging = cogging_of(ways[0], ways[1], rig.turn_rad, whole)
     motion.creeps = motion.cogging.matters
+    if motion.creeps and not whole:  # what lies beyond the places that were seen has no cogging to take off
+        motion.low_rad, motion.high_rad = (float(motion.cogging.place_rad[k]) for k in (0, -1))
     yield from motion.rest()
 
 
-def _one_way(motion: Motion, direction: int, speed_rad_s: float) -> Steps[np.ndarray]:
+def _one_way(motion: Motion, direction: int, speed_rad_s: float, *, steady: bool) -> Steps[np.ndarray]:
     before = run_up_rad(motion, speed_rad_s) + SPARE_S * speed_rad_s
     reach = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad - before)
     pauses = 0
     while True:
         try:
             yield from make_room(motion, direction, reach + before)
-            yield from settle(motion, direction * speed_rad_s)
+            if steady:
+                yield from settle(motion, direction * speed_rad_s)
+            else:  # a joint that cogs has no steady torque to wait for, and a short travel no room to wait in
+                lead_rad = run_up_rad(motion, speed_rad_s) - motion.stopping_rad(speed_rad_s)
+                yield from motion.advance(direction * lead_rad, speed_rad_s)
             ticks = yield from motion.watch(min(reach, motion.room_rad(direction)) / speed_rad_s)
             yield from motion.rest()
             return ticks

@@ -79,3 +79,22 @@ def test_a_joint_that_cogs_as_much_as_it_rubs_is_identified(tmp_path, share, wav
     cogging_nm = [row[1] for rows in ways for row in rows]
     assert np.ptp(cogging_nm) > 0.7 * F_C_NM * share, "rtctl fit --places --sweep takes it off itself"
     assert all(point.presliding_rad is None for point in kept.points), "bristles are bent already on a flank"
+
+
+def test_over_a_part_of_a_turn_both_directions_together_are_right(tmp_path):
+    """The mean of cogging over less than its period is no 0: it stays, with another sign in either direction."""
+    path = cogging_rig(tmp_path, 1.0, 7)
+    limit = "velocity_limit_rad_s = 30.0"
+    path.write_text(
+        path.read_text().replace(limit, f"{limit}\nposition_min_rad = -1.1\nposition_max_rad = 1.2")
+    )
+    kept = run(
+        path,
+        replace(SMALL, train_levels=3, test_levels=0, speed_min_rad_s=0.05, speed_max_rad_s=1.0, spots=6),
+    )
+    assert not kept.skipped
+    moving = [point for point in kept.points if point.target_rad_s]
+    true_nm = true_friction_nm(load(path), 0, np.array([point.velocity_rad_s for point in moving]))
+    errors = np.abs([point.friction_torque_nm for point in moving]) - true_nm
+    assert np.abs(errors).max() < 0.1 * F_C_NM
+    assert np.abs(errors.reshape(-1, 2).mean(axis=1)).max() < 0.02 * F_C_NM
