@@ -9,7 +9,6 @@ from identified import SMALL, Kept, run, variant
 from rtctl.identify.measurement_order import tasks
 
 RAMPS = replace(SMALL, measurements=30, train_levels=2, test_levels=0)
-SPEEDS = [task.name for task in tasks(RAMPS) if task.speed_rad_s]
 
 
 def _break_aways(folder, law, stiffness, damping, counts=160_000, seed=1):
@@ -20,7 +19,9 @@ def _break_aways(folder, law, stiffness, damping, counts=160_000, seed=1):
         ("bristle_damping_nms_rad = 1.0", f"bristle_damping_nms_rad = {damping}"),
         ("encoder_counts_per_rev = 160000", f"encoder_counts_per_rev = {counts}"),
     )
-    return run(path, replace(RAMPS, seed=seed), store=Kept(SPEEDS)).points
+    settings = replace(RAMPS, seed=seed)
+    speeds = [task.name for task in tasks(settings) if task.speed_rad_s]
+    return run(path, settings, store=Kept(speeds)).points
 
 
 @pytest.mark.parametrize("law", ["lugre", "elasto_plastic"])
