@@ -139,6 +139,7 @@ LONG = (
     "unit/identify/test_dataset.py",
     "unit/identify/test_difficult_joints.py",
     "unit/identify/test_identify_a_linear_axis.py",
+    "unit/identify/test_cogging_joint.py",
     "unit/identify/test_light_joint.py",
     "unit/identify/test_place_rows.py",
     "unit/identify/test_session.py",

@@ -190,19 +190,27 @@ def _mat(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
     return read_matlab(path, raw, _most(len(raw)))
 
 
-def _parquet(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+def _arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+    """Parquet, and Feather, which is Arrow's own file."""
+    kind = "Feather" if path.suffix == ".feather" else "Parquet"
     if find_spec("pyarrow") is None:
         raise BackendError(
-            f"{path}: Parquet needs pyarrow: install rtctl with its extra `parquet` (pip install 'rtctl[parquet]'), or save the log as CSV"
+            f"{path}: {kind} needs pyarrow: install rtctl with its extra `parquet` (pip install 'rtctl[parquet]'), or save the log as CSV"
         )
-    parquet: Any = import_module("pyarrow.parquet")
     try:
-        file = parquet.ParquetFile(io.BytesIO(raw))
-        known = file.schema_arrow.names
-        found = file.read(columns=[name for name in dict.fromkeys(names) if name in known])
+        if kind == "Feather":
+            known = import_module("pyarrow.ipc").open_file(io.BytesIO(raw)).schema.names
+            read = import_module("pyarrow.feather").read_table
+            found: Any = read(
+                io.BytesIO(raw), columns=[name for name in dict.fromkeys(names) if name in known]
+            )
+        else:
+            file = import_module("pyarrow.parquet").ParquetFile(io.BytesIO(raw))
+            known = file.schema_arrow.names
+            found = file.read(columns=[name for name in dict.fromkeys(names) if name in known])
     except import_module("pyarrow").ArrowException as error:
         raise BackendError(
-            f"{path}: not a sound Parquet file ({str(error)[:200]}); copy or save it again"
+            f"{path}: not a sound {kind} file ({str(error)[:200]}); copy or save it again"
         ) from error
     listed: dict[str, Any] = dict.fromkeys(known, np.zeros(0))
     return listed | {name: found.column(name).to_numpy() for name in found.column_names}
@@ -212,7 +220,8 @@ BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any]]] =
     ".npz": _npz,
     ".npy": _npy,
     ".mat": _mat,
-    ".parquet": _parquet,
+    ".parquet": _arrow,
+    ".feather": _arrow,
     ".json": read_json,
     ".jsonl": read_json,
     ".ndjson": read_json,

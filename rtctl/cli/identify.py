@@ -198,13 +198,18 @@ def _ask(loaded: LoadedConfig, settings: Settings, motion: str) -> None:
 def _simulated(
     loaded: LoadedConfig, rig: Rig, settings: Settings, dataset: Dataset, progress: _Bar, _folder: str | None
 ) -> bool:
+    from rtctl.errors import HandOnRigError
     from rtctl.identify.session import identify
     from rtctl.identify.simulated import drive
     from rtctl.simulation.closed_loop import Simulation
 
     simulation = Simulation(loaded)
     steps = identify(rig, settings, dataset, progress, progress.notice)
-    drive(simulation, steps, rig.axis, dataset.ticks)
+    try:
+        drive(simulation, steps, rig.axis, dataset.ticks)
+    except HandOnRigError as why:
+        key = f'{loaded.path}: kind = "none" in [[device.options.hand]]'
+        raise HandOnRigError(f"{why}. The hand is simulated, too; {key} takes it off") from why
     return True
 
 

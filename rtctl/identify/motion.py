@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Fault, Program, ProgramFlag, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
+from rtctl.identify.cogging import Cogging
 from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import Rig, Settings
 
@@ -26,6 +27,8 @@ SPARE_S = 0.15
 """Time a host may be late in ending a motion; the planned travel leaves room for it."""
 REST_S = 0.3
 REST_PATIENCE_S = 5.0
+CREEP_RAD_S, CREEP_PATIENCE_S = 0.01, 30.0
+"""On the flank of a detent that pulls about as much as friction holds a joint creeps no faster, for minutes."""
 HAND_PATIENCE_S = 60.0
 PAUSES = 10
 FOLLOW_S = 1.0
@@ -66,8 +69,10 @@ class Motion:
         Most that the force sensor had beyond that when it last ended a motion.
     low_rad, high_rad
         Travel to use; set by `choose_travel`.
-    ripple, presliding_rad
-        The gear's ripple and the presliding length, as far as they were measured already.
+    ripple, cogging, presliding_rad
+        The gear's ripple, the cogging and the presliding length, as far as they were measured already. Cogging is taken off what is seen.
+    creeps
+        A joint that creeps counts as one at rest: there is cogging, or nothing is known of it yet.
     notice
         Receives what a person must know now; an empty text when it is over.
     """
@@ -78,8 +83,9 @@ class Motion:
         self.rig, self.settings, self.notice = rig, settings, notice
         self.hand_zero_nm = self.hand_seen_nm = 0.0
         self.low_rad, self.high_rad = rig.position_min_rad, rig.position_max_rad
-        self.ripple, self.presliding_rad = Ripple(), 0.0
+        self.ripple, self.cogging, self.presliding_rad = Ripple(), Cogging.none(), 0.0
         self.last: Any = None
+        self.creeps = True
         self._count = 0
 
     # -- what is
@@ -157,7 +163,7 @@ class Motion:
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             self.hand_seen_nm = float(self._hand_nm(rows).max())
             raise HandSeen
-        return rows
+        return self.cogging.taken_off(rows, self.rig.axis)
 
     def _hand_nm(self, rows: np.ndarray) -> np.ndarray:
         """Torque of these ticks that the force sensor has not at rest, N m, without its sign."""
@@ -195,8 +201,9 @@ class Motion:
             yield from self.watch(stop_s, Order(self.order(Program.SERVO, stop_s + 1.0), stop_s))
         rows = yield from self.watch(REST_S, Order(self.order(Program.BRAKE, 3600.0), REST_S))
         waited = REST_S
-        while np.ptp(rows["position_rad"][:, self.rig.axis]) > 4 * self.rig.count_rad:
-            if waited > REST_PATIENCE_S:
+        still_rad = 4 * self.rig.count_rad + (CREEP_RAD_S * REST_S * self.rig.radian if self.creeps else 0.0)
+        while np.ptp(rows["position_rad"][:, self.rig.axis]) > still_rad:
+            if waited > (CREEP_PATIENCE_S if self.creeps else REST_PATIENCE_S):
                 raise FaultError(
                     "the joint does not come to rest with the motor off: something else moves it "
                     "(gravity, a spring); friction cannot be identified on it"

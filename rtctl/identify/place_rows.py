@@ -43,6 +43,7 @@ def rows_of(direction: int, measurements: Sequence[Measurement]) -> list[Row]:
             float(np.mean([getattr(one, name) for one in group]))
             for name in ("torque_nm", "velocity_rad_s", "position_rad")
         )
+        torque += float(np.mean([one.cogging_nm for one in group]))  # `rtctl fit --sweep` takes it off
         if torque * direction > 0:  # else something pulls more than friction holds
             way = group[-1].time_s - group[0].time_s
             each = way / (len(group) - 1) if len(group) > 1 else 0.0

@@ -119,7 +119,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         ):
             del got.measurements[before:]  # it had become unsteady already: what grew into this was in them
             break
-        got.add(measurement)
+        got.add(motion.cogging.noted(measurement))
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over
         got.discard()

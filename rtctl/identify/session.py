@@ -19,7 +19,7 @@ from rtctl.identify.place_rows import Row
 from rtctl.identify.points import collect, look_for_ripple
 from rtctl.identify.settings import Rig, Settings
 from rtctl.identify.slip import FAST_SHARE, RISE_S
-from rtctl.identify.sweep import sweep
+from rtctl.identify.sweep import look_for_cogging, sweep
 from rtctl.identify.tick_readings import Measurement
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
@@ -129,6 +129,7 @@ def identify(
     total_s = settings.warm_up_s + sum(expected_s(motion, task) for task in todo)
     progress(0.0, total_s, "warm-up")
     yield from warm_up(motion)
+    yield from look_for_cogging(motion)
     yield from look_for_ripple(motion, bias.motor_torque_nm)
     store.warmed_up()
     done_s = settings.warm_up_s

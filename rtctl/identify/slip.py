@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -20,7 +21,9 @@ FAST_SHARE = 0.6
 SLOW_EVERY = 5
 """One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against damping too."""
 RISE_S = 4.0
-"""A ramp takes at least this long to the smallest break-away torque seen: the quicker it is, the more it adds while the joint gets under way."""
+"""A ramp takes at least this long to a usual break-away torque: the quicker it is, the more it adds while the joint gets under way."""
+SLOWEST_SHARE = 1.0 / 64.0
+"""No ramp is slower than this share of the one of the settings: from a crest of cogging a joint rolls by itself, and asks for nothing."""
 SLIP_MAX_RAD = 0.2
 
 
@@ -32,14 +35,14 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     yield from go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()
     slow = len(got.measurements) % SLOW_EVERY == 0
-    seen_nm = min((abs(m.torque_nm) for m in got.measurements), default=math.inf)
-    slope_nm_s = min(settings.ramp_nm_s, seen_nm / RISE_S)
+    seen_nm = [abs(m.torque_nm) for m in got.measurements]
+    slope_nm_s = ramp_slope(settings.ramp_nm_s, seen_nm)
     limit_s = 2.0 * rig.torque_limit_nm / slope_nm_s
     fields = motion.order(
         Program.RAMP,
         limit_s,
         ramp_nm_s=direction * slope_nm_s,
-        fast_nm=0.0 if slow else FAST_SHARE * seen_nm,
+        fast_nm=0.0 if slow else FAST_SHARE * min(seen_nm, default=math.inf),
         slip_rad=got.slip_rad,
     )
     parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
@@ -61,9 +64,15 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     if found is None or ProgramFlag.SLIPPED not in flags or found.torque_nm * direction <= 0:
         got.discard()
         return
-    got.add(found)
-    if slow and not stood_still(rows):
+    got.add(motion.cogging.noted(found))
+    if slow and not motion.cogging.matters and not stood_still(rows):  # on a flank bristles are bent already
         torque = rows["motor_torque_nm"][:ended, rig.axis] - bias_nm
         position = rows["position_rad"][:ended, rig.axis]
         ramp = ramp_of(position, torque, found.torque_nm, rig.count_rad, rig.period_s)
         got.ramps += [ramp] if ramp else []
+
+
+def ramp_slope(asked_nm_s: float, seen_nm: Sequence[float]) -> float:
+    """Slope of the next ramp, N m/s, at most `asked_nm_s`; `seen_nm` are the break-away torques so far, each above 0."""
+    usual_nm = float(np.median(seen_nm)) if seen_nm else math.inf
+    return min(asked_nm_s, max(usual_nm / RISE_S, SLOWEST_SHARE * asked_nm_s))

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from rtctl.friction.points import POINTS_MAX
+from rtctl.identify.cogging import Cogging, cogging_of
 from rtctl.identify.motion import SPARE_S, HandSeen, Motion, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.places import make_room
@@ -15,6 +16,8 @@ from rtctl.identify.windows import run_up_rad
 
 _PER_RIPPLE = 16
 _ROWS_LEAST = 512
+SMOOTH_S = 0.02
+"""The inertia is moved as the mean position over so long is."""
 
 
 def rows_per_turn(ripple_per_turn: float) -> int:
@@ -25,22 +28,48 @@ def rows_per_turn(ripple_per_turn: float) -> int:
 def sweep(motion: Motion, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]]:
     """Turn slowly through a turn, or the travel there is, each way; raises as the motions do."""
     rows: list[Row] = []
+    known, motion.cogging = motion.cogging, Cogging.none()
     for direction in (1, -1):
-        rows += yield from _one_way(motion, direction, speed_rad_s, bias_nm)
+        ticks = yield from _one_way(motion, direction, speed_rad_s, steady=True)
+        rows += averaged(motion, ticks, direction, speed_rad_s, bias_nm)
+    motion.cogging = known
     return rows
 
 
-def _one_way(motion: Motion, direction: int, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]]:
+def look_for_cogging(motion: Motion) -> Steps[None]:
+    """Turn to and fro at the jog speed: what the motor gives at a place whichever way it turns is taken off from then on."""
+    speed, rig, ways = motion.jog_speed_rad_s(), motion.rig, []
+    for direction in (1, -1):
+        ticks = yield from _one_way(motion, direction, speed, steady=False)
+        x = ticks["position_rad"][:, rig.axis]
+        n = max(3, round(SMOOTH_S / rig.period_s) | 1)
+        smooth = np.convolve(x, np.full(n, 1.0 / n), "valid")
+        moves_nm = rig.inertia_kgm2 * np.gradient(np.gradient(smooth, rig.period_s), rig.period_s)
+        cut = slice(n // 2, n // 2 + len(smooth))
+        ways.append((x[cut], ticks["motor_torque_nm"][cut, rig.axis] - moves_nm))
+    whole = min(float(np.ptp(x)) for x, _ in ways) >= 0.99 * rig.turn_rad
+    motion.cogging = cogging_of(ways[0], ways[1], rig.turn_rad, whole)
+    motion.creeps = motion.cogging.matters
+    if motion.creeps and not whole:  # what lies beyond the places that were seen has no cogging to take off
+        motion.low_rad, motion.high_rad = (float(motion.cogging.place_rad[k]) for k in (0, -1))
+    yield from motion.rest()
+
+
+def _one_way(motion: Motion, direction: int, speed_rad_s: float, *, steady: bool) -> Steps[np.ndarray]:
     before = run_up_rad(motion, speed_rad_s) + SPARE_S * speed_rad_s
     reach = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad - before)
     pauses = 0
     while True:
         try:
             yield from make_room(motion, direction, reach + before)
-            yield from settle(motion, direction * speed_rad_s)
+            if steady:
+                yield from settle(motion, direction * speed_rad_s)
+            else:  # a joint that cogs has no steady torque to wait for, and a short travel no room to wait in
+                lead_rad = run_up_rad(motion, speed_rad_s) - motion.stopping_rad(speed_rad_s)
+                yield from motion.advance(direction * lead_rad, speed_rad_s)
             ticks = yield from motion.watch(min(reach, motion.room_rad(direction)) / speed_rad_s)
             yield from motion.rest()
-            return averaged(motion, ticks, direction, speed_rad_s, bias_nm)
+            return ticks
         except HandSeen:
             pauses += 1
             yield from motion.wait_for_free_rig(pauses)

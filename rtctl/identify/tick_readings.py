@@ -164,6 +164,8 @@ class Measurement:
     time_s: float
     first_tick: int
     ticks: int
+    cogging_nm: float = 0.0
+    """What was taken off `torque_nm` as cogging at this place, along +x."""
 
 
 def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, bias_nm: float) -> Measurement:

@@ -32,13 +32,13 @@ class Allowance:
     def of(cls, motion: Motion, speed_rad_s: float) -> Allowance:
         """For a speed of this joint."""
         length_s, pairs = steady_window(motion, speed_rad_s)
-        ripple = motion.ripple
+        ripple, unevenness = motion.ripple, motion.cogging.slope_nm_rad / motion.rig.stiffness_nm_rad
         if pairs or ripple.amplitude_nm <= 0.0:
-            return cls(length_s, pairs)
+            return cls(length_s, pairs, speed_share=unevenness)
         # too slow for whole periods: the window sees a slope that it cannot tell from a drift
         share = ripple.slope_nm_rad / motion.rig.stiffness_nm_rad
         change = ripple.change_nm(speed_rad_s * length_s)
-        return cls(length_s, pairs, 3.0 * settle_rad(motion), change, share)
+        return cls(length_s, pairs, 3.0 * settle_rad(motion), change, share + unevenness)
 
 
 def per_place(motion: Motion) -> int:

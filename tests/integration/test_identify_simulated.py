@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import click
+import in_process
 from click.testing import CliRunner
 
 from rtctl.cli import cli, identify
@@ -48,3 +49,12 @@ def test_a_log_on_the_command_line_is_given_to_its_own_command(monkeypatch):
     monkeypatch.setitem(globals(), "command", command)
     assert CliRunner().invoke(cli, ["identify", "--log", "a.csv", "--log=b.csv"]).exit_code == 0
     assert taken == [("a.csv", "b.csv")]
+
+
+def test_a_simulated_hand_is_told_with_the_key_that_takes_it_off(monkeypatch, capsys, tmp_path):
+    rig = CONFIG.with_name("mock.toml")
+    code, _, said = in_process.run(
+        monkeypatch, capsys, "identify", str(rig), "--simulate", "--out", str(tmp_path / "set")
+    )
+    assert code == 13
+    assert f'{rig}: kind = "none" in [[device.options.hand]]' in said

@@ -182,6 +182,18 @@ def test_parquet_is_read_where_pyarrow_is_installed(tmp_path):
         read_table(tmp_path / "a.parquet", ("y",))
 
 
+def test_feather_is_read_where_pyarrow_is_installed(tmp_path):
+    arrow = pytest.importorskip("pyarrow")
+    feather = pytest.importorskip("pyarrow.feather")
+    feather.write_feather(
+        arrow.table({"t": T, "x": X, "tau": TAU, "note": ["a"] * 50}), tmp_path / "a.feather"
+    )
+    check(tmp_path / "a.feather")
+    (tmp_path / "b.feather").write_bytes(b"ARROW1\0\0 no more")
+    with pytest.raises(BackendError, match="not a sound Feather file"):
+        read_table(tmp_path / "b.feather", ("t",))
+
+
 def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "a.parquet").write_bytes(b"PAR1")
     monkeypatch.setitem(sys.modules, "pyarrow", None)

@@ -9,10 +9,9 @@ from identified import SMALL, Kept, run, variant
 from rtctl.identify.measurement_order import tasks
 
 RAMPS = replace(SMALL, measurements=30, train_levels=2, test_levels=0)
-SPEEDS = [task.name for task in tasks(RAMPS) if task.speed_rad_s]
 
 
-def _break_aways(folder, law, stiffness, damping, counts=160_000):
+def _break_aways(folder, law, stiffness, damping, counts=160_000, seed=1):
     path = variant(
         folder,
         ('model = "lugre" ', f'model = "{law}" '),
@@ -20,7 +19,9 @@ def _break_aways(folder, law, stiffness, damping, counts=160_000):
         ("bristle_damping_nms_rad = 1.0", f"bristle_damping_nms_rad = {damping}"),
         ("encoder_counts_per_rev = 160000", f"encoder_counts_per_rev = {counts}"),
     )
-    return run(path, RAMPS, store=Kept(SPEEDS)).points
+    settings = replace(RAMPS, seed=seed)
+    speeds = [task.name for task in tasks(settings) if task.speed_rad_s]
+    return run(path, settings, store=Kept(speeds)).points
 
 
 @pytest.mark.parametrize("law", ["lugre", "elasto_plastic"])
@@ -38,8 +39,12 @@ def test_it_is_break_away_over_bristle_stiffness_within_some_percent(tmp_path, l
 
 
 def test_a_coarse_encoder_still_tells_it_or_says_nothing(tmp_path):
-    soft = _break_aways(tmp_path, "lugre", 250, 1.0, counts=10_000)
-    assert [one.presliding_rad for one in soft] == pytest.approx([0.35 / 250, 0.371 / 250], rel=0.1)
+    """Where the ramps begin between two counts is chance: of eight seeds single lengths are up to 16 % off, on either side of the truth."""
+    soft = [_break_aways(tmp_path, "lugre", 250, 1.0, counts=10_000, seed=seed) for seed in (1, 2, 3, 4)]
+    lengths = np.array([[one.presliding_rad for one in points] for points in soft])
+    off = lengths / np.array([0.35 / 250, 0.371 / 250]) - 1.0
+    assert np.sqrt(np.mean(off**2)) < 0.1
+    assert abs(off.mean()) < 0.05
     stiff = _break_aways(tmp_path, "lugre", 1000, 1.0, counts=10_000)
     assert [one.presliding_rad for one in stiff] == [None, None]
     assert not np.isnan([one.friction_torque_nm for one in stiff]).any()

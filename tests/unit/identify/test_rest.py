@@ -1,9 +1,12 @@
 """Friction at rest where ramps are too quick for it: what the slowest speeds show."""
 
+import math
+
 import pytest
 
 from rtctl.identify.measurement_order import Known
 from rtctl.identify.rest import held_nm, raise_break_away
+from rtctl.identify.slip import RISE_S, ramp_slope
 
 FALLING = [Known(1, 0.005, 0.54), Known(1, 0.00125, 0.59), Known(1, 0.0025, 0.58), Known(-1, 0.005, 0.7)]
 
@@ -41,3 +44,12 @@ def test_viscous_friction_is_not_held_at_rest():
     rising = [Known(-1, 0.005, 0.02), Known(-1, 0.01, 0.04), Known(-1, 0.0, 1e-5)]
     assert held_nm(rising, -1) == held_nm(rising, 1) == 0.0
     assert held_nm(FALLING, 1) == 0.59
+
+
+@pytest.mark.parametrize(
+    ("seen", "slope"),
+    [([], 0.375), ([0.2], 0.05), ([0.2, 0.0016, 0.3], 0.05), ([0.0016], 0.375 / 64), ([9.0], 0.375)],
+)
+def test_a_break_away_that_took_nothing_makes_no_ramp_slow(seen, slope):
+    assert RISE_S == 4.0
+    assert math.isclose(ramp_slope(0.375, seen), slope)
