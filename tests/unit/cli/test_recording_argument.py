@@ -35,7 +35,14 @@ def test_every_command_that_reads_a_recording_takes_a_folder(name):
 
 
 def test_a_folder_is_its_newest_recording_and_what_was_exported_beside_it_is_none(tmp_path, capsys):
-    made(tmp_path, a__000_dot_mcap=3, b__000_dot_mcap=7, b__001_dot_mcap=8, b__001__ticks_dot_mcap=9, x_dot_csv=10)
+    made(
+        tmp_path,
+        a__000_dot_mcap=3,
+        b__000_dot_mcap=7,
+        b__001_dot_mcap=8,
+        b__001__ticks_dot_mcap=9,
+        x_dot_csv=10,
+    )
     found = RecordingFile().convert(str(tmp_path), None, None)
     assert found == tmp_path / "b-001.mcap"
     assert "b-001.mcap" in capsys.readouterr().err

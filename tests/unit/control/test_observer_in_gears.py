@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.simulation.family import merged
 from rtctl.check import observer_tuning, stability_report
 from rtctl.control.proofs import observer_match
 from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, frequency_hz, unknown_gears
 from rtctl.control.proofs.observer_loop import Loop
 from rtctl.control.proofs.observer_margin import BANDWIDTHS_HZ
 from rtctl.rig_file.config import Config, load
+from rtctl.simulation.family import merged
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 RIG = Loop(0.012, 0.05, 1e-3, 0.95, 20.0)
