@@ -91,8 +91,22 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
 
     slower = [] if fixed else slower_hz(loop.bandwidth_hz)
     at_once = replace(loop, sensor_ticks=0, sensor_hz=0.0)
-    usual_hz = observer_match.largest_in_gears(at_once, gears, (loop.bandwidth_hz, *slower)) or slower[-1]
+    usual_hz = observer_match.largest_in_gears(at_once, gears, (loop.bandwidth_hz, *slower))
+    if usual_hz == 0.0 or not _holds(replace(at_once, bandwidth_hz=usual_hz)):
+        usual_hz = (
+            loop.bandwidth_hz
+        )  # what gears bear is too slow for the joint as it is declared: `rtctl check` says so
     if observer_match.late_ticks(loop) == 0:
         return Tuning(usual_hz, usual_hz=usual_hz)
     found = observer_match.tuned(loop, [hz for hz in (loop.bandwidth_hz, *slower) if hz <= usual_hz], gears)
+    if gears and not _holds(found):
+        found = observer_match.tuned(loop, [loop.bandwidth_hz, *slower])
     return Tuning(found.bandwidth_hz, found.own_ticks, found.excess, usual_hz)
+
+
+def _holds(loop: Loop) -> bool:
+    """True where no vibration of the joint as it is declared loses its damping, in any hand of the box, behind this sensor and quicker ones."""
+    from rtctl.control.proofs import observer_margin
+    from rtctl.control.proofs.quicker_sensors import quicker_sensors
+
+    return all(observer_margin.judge(one).ok for one in (loop, *quicker_sensors(loop)))

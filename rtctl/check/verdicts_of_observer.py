@@ -142,9 +142,13 @@ def unknown_gear(s: Subject) -> list[Verdict]:
     found = observer_match.in_gears(loop, gears)
     if found is None:
         return []
-    outcome = Outcome.PASS if found.ok else Outcome.FAIL
+    named = s.table.friction.observer.bandwidth_hz > 0
+    beyond = Outcome.FAIL if named else Outcome.NOT_PROVED  # none bears gears and holds the joint as declared
+    outcome = Outcome.PASS if found.ok else beyond
     meaning = "least share of the damping of a motor on its gear, 20 to 100 Hz or from drive.resonance_hz on, that is left in any undamped hand of the box"
-    if not found.ok:
+    if not found.ok and not named:
+        meaning = f"it may ring with a {found.at}, and no bandwidth bears both it and a rigid joint in a hand: drive.resonance_hz where the joint is known to be stiffer"
+    elif not found.ok:
         hz = observer_match.largest_in_gears(loop, gears, observer_tuning.slower_hz(loop.bandwidth_hz))
         ways = f"friction.observer.bandwidth_hz = {hz:g}" if hz > 0 else "friction.observer.gain = 0"
         meaning = f"it rings with a {found.at}: {ways}, or drive.resonance_hz where the joint is known to be stiffer"
@@ -156,9 +160,9 @@ def unknown_gear(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             _use(found),
-            ""
-            if found.ok
-            else f"{s.where}.friction.observer: axis {s.axis.name}: at bandwidth_hz = {loop.bandwidth_hz:g} {meaning}",
+            f"{s.where}.friction.observer: axis {s.axis.name}: at bandwidth_hz = {loop.bandwidth_hz:g} {meaning}"
+            if outcome == Outcome.FAIL
+            else "",
         )
     ]
 

@@ -94,3 +94,15 @@ def test_a_late_rig_has_a_slower_observer_until_its_gear_is_known_and_a_named_ba
     assert refused.outcome.label == "FAIL"
     assert f"bandwidth_hz = {slower:g}" in refused.refusal
     assert "drive.resonance_hz" in refused.refusal
+
+
+def test_a_slow_loop_keeps_its_bandwidth_where_what_gears_bear_is_too_slow_for_its_own_joint():
+    """At 100 Hz gears bear 3 Hz, with which a rigid joint in a hand hardly damps: the file that passed was refused."""
+    loaded = load(CONFIGS / "mock.toml")
+    table = loaded.config.model_dump(mode="json", by_alias=True)
+    table["loop"]["rate_hz"], table["axis"][0]["coupling"]["stiffness_nm_rad"] = 100.0, 5.0
+    slow = loaded.model_copy(update={"config": Config.model_validate(table)})
+    found = rows(slow)
+    assert observer_tuning.of_axis(slow, 0).bandwidth_hz == 5.0
+    assert found[ROW].outcome.label == "NOT PROVED"
+    assert not [row.name for row in found.values() if row.refusal]
