@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.control.proofs.observer_loop import Loop
+    from rtctl.control.proofs.observer_margin import Finding
     from rtctl.rig_file.axis_tables import AxisTable
     from rtctl.rig_file.config import LoadedConfig
 
@@ -92,21 +93,23 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
     slower = [] if fixed else slower_hz(loop.bandwidth_hz)
     at_once = replace(loop, sensor_ticks=0, sensor_hz=0.0)
     usual_hz = observer_match.largest_in_gears(at_once, gears, (loop.bandwidth_hz, *slower))
-    if usual_hz == 0.0 or not _holds(replace(at_once, bandwidth_hz=usual_hz)):
+    if usual_hz == 0.0 or not judged(replace(at_once, bandwidth_hz=usual_hz)).ok:
         usual_hz = (
             loop.bandwidth_hz
         )  # what gears bear is too slow for the joint as it is declared: `rtctl check` says so
     if observer_match.late_ticks(loop) == 0:
         return Tuning(usual_hz, usual_hz=usual_hz)
     found = observer_match.tuned(loop, [hz for hz in (loop.bandwidth_hz, *slower) if hz <= usual_hz], gears)
-    if gears and not _holds(found):
+    if gears and not judged(found).ok:
         found = observer_match.tuned(loop, [loop.bandwidth_hz, *slower])
     return Tuning(found.bandwidth_hz, found.own_ticks, found.excess, usual_hz)
 
 
-def _holds(loop: Loop) -> bool:
-    """True where no vibration of the joint as it is declared loses its damping, in any hand of the box, behind this sensor and quicker ones."""
+@lru_cache(maxsize=256)
+def judged(loop: Loop) -> Finding:
+    """The worst of the joint as it is declared in any hand of the box, with its force sensor and with quicker ones."""
     from rtctl.control.proofs import observer_margin
     from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
-    return all(observer_margin.judge(one).ok for one in (loop, *quicker_sensors(loop)))
+    found = map(observer_margin.judge, (loop, *quicker_sensors(loop)))
+    return max(found, key=lambda one: (not one.ok, -one.kept))

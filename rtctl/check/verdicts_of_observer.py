@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 from rtctl.check import observer_tuning
 from rtctl.check.admittance_figures import joints_of
+from rtctl.check.observer_tuning import judged
 from rtctl.check.verdict import Outcome, Subject, Verdict
-from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.observer_loop import Loop
@@ -28,7 +28,7 @@ def closed_loop(s: Subject) -> list[Verdict]:
     if not observes(s):
         return []
     loop = loop_of(s)
-    found = _judged(loop)
+    found = judged(loop)
     unknown = s.joint.motor_share < 1 and not s.joint.stiffness_nm_rad > 0
     beyond = Outcome.NOT_PROVED if unknown else Outcome.FAIL
     outcome = Outcome.PASS if found.ok else beyond
@@ -66,15 +66,6 @@ def _kept_least() -> float:
     return observer_margin.KEPT_LEAST
 
 
-@lru_cache(maxsize=256)
-def _judged(loop: Loop) -> Finding:
-    """The worst with its force sensor and with quicker ones."""
-    from rtctl.control.proofs import observer_margin
-
-    found = map(observer_margin.judge, (loop, *quicker_sensors(loop)))
-    return max(found, key=lambda one: (not one.ok, -one.kept))
-
-
 @lru_cache(maxsize=64)
 def _passing(loop: Loop) -> tuple[float, float]:
     """Largest gain at this bandwidth, nearest bandwidth at this gain; behind a late sensor of some gains, and of slower ones, as the law would be tuned then."""
@@ -85,7 +76,7 @@ def _passing(loop: Loop) -> tuple[float, float]:
         slower = [float(hz) for hz in reversed(observer_margin.BANDWIDTHS_HZ) if hz < loop.bandwidth_hz]
         tried = (observer_match.tuned(replace(loop, gain=gain), [loop.bandwidth_hz]) for gain in gains)
         one = observer_match.tuned(loop, slower)
-        return next((gain.gain for gain in tried if _judged(gain).ok), 0.0), one.bandwidth_hz if _judged(
+        return next((gain.gain for gain in tried if judged(gain).ok), 0.0), one.bandwidth_hz if judged(
             one
         ).ok else 0.0
     return observer_margin.largest_gain(loop), observer_margin.nearest_bandwidth(loop)

@@ -130,7 +130,7 @@ def test_help_with_friction_goes_by_the_mass_and_does_not_push_the_joint_into_a_
     )
     assert bare.calm
     assert helped.calm
-    assert helped.way_rad < 1.05 * bare.way_rad  # help for the hand's push drove it in five times as far
+    assert helped.way_rad < 1.005 * bare.way_rad  # help for the hand's push drove it in five times as far
 
 
 def test_help_with_friction_turns_with_the_mass_and_makes_it_no_lighter(mock):
