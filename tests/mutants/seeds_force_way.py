@@ -196,7 +196,7 @@ SEEDS = (
     ),
     Seed(
         "the observer is judged with the slowest sensor alone",
-        "rtctl/check/verdicts_of_observer.py",
+        "rtctl/check/observer_tuning.py",
         "(loop, *quicker_sensors(loop))",
         "(loop,)",
         (f"{CHECK}::test_an_observer_is_judged_with_quicker_sensors_too",),
