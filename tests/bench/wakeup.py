@@ -1,7 +1,8 @@
 """How late a tick of the whole loop starts, beside cyclictest: at three rates, idle and under named loads, in turns; what it costs.
 
-Ours is the real loop on the mock, each wake-up from the deadline of its slot on. Priority, core and interval are the same for both; every round runs one after the other, so that what the machine does
-meanwhile meets both.
+Ours is the real loop on the mock, each wake-up from the deadline of its slot on. Beside both stands a loop that never sleeps (`tests.bench.looking`): how late it is, nobody can be
+earlier on this machine. Priority, core and interval are the same for all; every round runs one after the other, so that what the machine does
+meanwhile meets all.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -26,7 +28,7 @@ RATES_HZ = (1000.0, 4000.0, 10_000.0)
 TARGETS = ((50.0, 0.05), (99.0, 0.5), (99.9, 1.0))
 """Percentile, and most that it may be of cyclictest's."""
 
-BESIDES_S = 8.0
+BESIDES_S = 10.0
 """A turn takes that much longer than both measurements: starting, and what looking costs."""
 
 MOST_COST = 0.08
@@ -43,6 +45,7 @@ class Beside:
     apart: bool = False
     ours: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
     theirs: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
+    awake: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
     cost: list[float] = field(default_factory=list)
     early_us: list[float] = field(default_factory=list)
     missed: int = 0
@@ -58,19 +61,21 @@ class Beside:
         with loads.running(self.load, self.core if self.apart else -1):
             self.theirs += cyclictest.run(seconds, round(1e6 / self.rate_hz), loop.priority, self.core)
             ours = probe("loop", config, seconds, self.rate_hz, self.core)
-            cost = _cost(self.rate_hz, loop.priority, self.core)
+            looked = _looked(self.rate_hz, loop.priority, self.core)
         # slots missed meanwhile: `wakeup_ns` counts from the last of them
         passed = np.diff(ours[2], prepend=ours[2][:1])
         self.ours += Latencies.of(ours[0] + passed * round(1e9 / self.rate_hz))
         self.missed += int(ours[2][-1])
-        self.cost.append(cost["share"])
-        self.early_us.append(cost["early_us"])
+        self.awake += Latencies.of(np.array(looked["awake_ns"]))
+        self.cost.append(looked["share"])
+        self.early_us.append(looked["early_us"])
 
     def rows(self) -> Iterator[Row]:
         """What is asked of wake-ups, and what looking early costs."""
         for percent, most in TARGETS:
             mine, reference = self.ours.percentile_us(percent), self.theirs.percentile_us(percent)
-            text = f"ours {mine:.2f} us, cyclictest {reference:.1f} us"
+            floor = self.awake.percentile_us(percent)
+            text = f"ours {mine:.2f} us, cyclictest {reference:.1f} us; who never sleeps {floor:.2f} us"
             yield Row(
                 f"start against cyclictest, p{percent:g}, {self.name}",
                 mine / max(reference, 1e-9),
@@ -141,10 +146,10 @@ def picture(pairs: list[Beside], path: Path) -> None:
     figure.savefig(path, dpi=120)
 
 
-def _cost(rate_hz: float, priority: int, cpu: int) -> dict[str, float]:
+def _looked(rate_hz: float, priority: int, cpu: int) -> dict[str, Any]:
     command = [sys.executable, "-m", "tests.bench.looking", *map(str, (rate_hz, priority, cpu))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RtctlError(f"the measuring process failed: {done.stderr.strip().splitlines()[-1]}")
-    found: dict[str, float] = json.loads(done.stdout)
+    found: dict[str, Any] = json.loads(done.stdout)
     return found
