@@ -92,17 +92,20 @@ def _not_toml(path: Path, text: str, error: tomllib.TOMLDecodeError) -> ConfigEr
     return ConfigError(f"{path}:{number}: not a TOML file: {told}: {shown(line)}")
 
 
-def read_toml(path: Path) -> tuple[bytes, dict[str, Any], Callable[[Key], str]]:
-    """The file, its tables, and what tells file and line of a key. Raises ConfigError."""
+def read_toml(
+    path: Path, what: str = "rig file", if_missing: str = " (`rtctl init` lists those that can be copied)"
+) -> tuple[bytes, dict[str, Any], Callable[[Key], str]]:
+    """The file, its tables, and what tells file and line of a key.
+
+    Raises ConfigError, which calls the file `what` and adds `if_missing` where there is none.
+    """
     try:
         raw = read_bounded(path, MOST_TABLE_BYTES)
         data = toml_of(raw)
     except FileNotFoundError as error:
-        raise ConfigError(
-            f"{path}: cannot read the rig file: there is no such file (`rtctl init` lists those that can be copied)"
-        ) from error
+        raise ConfigError(f"{path}: cannot read the {what}: there is no such file{if_missing}") from error
     except OSError as error:
-        raise ConfigError(f"{path}: cannot read the rig file: {error.strerror}") from error
+        raise ConfigError(f"{path}: cannot read the {what}: {error.strerror}") from error
     except tomllib.TOMLDecodeError as error:
         raise _not_toml(path, raw.decode(), error) from error
     except ValueError as error:

@@ -7,8 +7,6 @@ from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from hw.outside import read_toml
-from hw.plain_words import explain
 from rtctl.errors import ConfigError
 from rtctl.friction.logs.log_input import Gearing
 from rtctl.friction.logs.log_points import points_of_logs
@@ -17,6 +15,8 @@ from rtctl.friction.outliers import without_outliers
 from rtctl.friction.point_reader import read_points
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.fields import Table
+from rtctl.rig_file.mistakes import fault_lines
+from rtctl.rig_file.toml_lines import read_toml
 
 ROLES = {
     "time": "time",
@@ -56,11 +56,11 @@ class Description(Table):
 
 def read_description(path: Path) -> tuple[DataSet, ...]:
     """The sets of a description. Raises ConfigError, naming file, key and what is wrong."""
-    data = read_toml(path)
+    _raw, data, where = read_toml(path, "description", " (docs/evidence.toml is one)")
     try:
         return Description.model_validate(data).set
     except ValidationError as error:
-        faults = tuple(f"{told.where}: {told.text}" for told in explain(error, Description, data))
+        faults = tuple(fault_lines(where, (), error, Description, data))
         raise ConfigError(f"{path}: not a description of data sets", faults) from error
 
 
