@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rtctl.errors import DataError
+from rtctl.whole_files import whole
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,18 +27,13 @@ def blank(width: float, height: float, facecolor: str | None = None) -> Figure:
 
 
 def save(figure: Figure, path: str | Path, metadata: Metadata | None = None) -> None:
-    """Write a PNG, PDF or SVG file, by its ending. Raises DataError."""
-    try:
-        figure.savefig(path, dpi=120, metadata=metadata)
-    except (OSError, ValueError) as error:
-        raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
-
-
-def save_whole(figure: Figure, path: Path) -> None:
-    """Write a PNG that is whole once it is there. Raises OSError."""
-    part = path.with_name(path.name + ".part")
-    figure.savefig(part, format="png", dpi=110)
-    part.replace(path)
+    """Write a PNG, PDF, SVG or JPEG file, by its ending; it is whole once it is there. Raises DataError."""
+    path = Path(path)
+    with whole(path) as new:
+        try:
+            figure.savefig(new, dpi=120, format=path.suffix.removeprefix("."), metadata=metadata)
+        except ValueError as error:
+            raise DataError(f"{path}: cannot write the plot: {error}; choose another path, .png") from error
 
 
 def png(figure: Figure, metadata: Metadata | None = None) -> bytes:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 
 from rtctl.errors import DataError
@@ -12,6 +13,27 @@ from rtctl.errors import DataError
 def beside(path: Path) -> Path:
     """The hidden file in the same folder that becomes `path` once it is whole."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+@contextmanager
+def whole(path: Path) -> Iterator[Path]:
+    """A name to write under, which becomes `path` at the end; nothing of it is left when anything fails.
+
+    Raises
+    ------
+    DataError
+        It cannot be written; names the file and what to do.
+    """
+    new = beside(path)
+    try:
+        yield new
+        new.replace(path)
+    except OSError as error:
+        raise DataError(
+            f"{path}: cannot write: {error.strerror or error}; free space or choose another place"
+        ) from error
+    finally:
+        new.unlink(missing_ok=True)  # gone already when the rename was done
 
 
 def write_whole(path: Path, content: bytes) -> None:

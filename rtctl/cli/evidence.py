@@ -51,6 +51,7 @@ def command(
     from rtctl.friction.logs.data_sets import read_description, read_set
     from rtctl.friction.report.evidence_page import judge_set, page
     from rtctl.recording.as_columns import register
+    from rtctl.whole_files import whole
 
     register()
     sets = read_description(description)
@@ -70,7 +71,8 @@ def command(
         found.append(judge_set(one.name, one.source, points, told, options))
     text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")
     if out is not None:
-        out.write_text(text, encoding="utf-8")
+        with whole(out) as new:
+            new.write_text(text, encoding="utf-8")
     if as_json:
         click.echo(json_text({"sets": [asdict(one) for one in found]}, indent=2))
     else:

@@ -32,10 +32,13 @@ class OutputFile(click.Path):
     ) -> Path:
         """The path, once it has been tried."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
+        path = path.resolve() if path.is_symlink() else path  # what it names is replaced, never the link
         if self._picture and path.suffix.lower() not in PICTURES:
             self.fail(f"{path}: a picture ends in {', '.join(PICTURES)}", param, ctx)
         why = "" if path.parent.is_dir() else f"there is no folder {path.parent}; make it first"
         why = why or _why_not(path.parent)
+        if not why and path.exists() and not path.is_file():
+            why = "it is a device or a pipe; name a file"
         if not why and path.exists() and not os.access(path, os.W_OK):
             why = "it exists and may not be written"
         if why:

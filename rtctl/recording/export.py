@@ -6,7 +6,6 @@ import csv
 import json
 import math
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, Literal
@@ -18,6 +17,7 @@ from hw.motion import unit
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
+from rtctl.whole_files import whole
 
 Kind = Literal["npz", "parquet", "csv", "mcap"]
 Progress = Callable[[int], None]
@@ -48,12 +48,14 @@ def export(
     ------
     ConfigError
         A field that does not exist, or some fields only for MCAP, which has whole ticks.
+    DataError
+        It cannot be written.
     RtctlError
         Parquet without pyarrow.
     """
     names = _names(fields)
     write = {"npz": _npz, "parquet": _parquet, "csv": _csv, "mcap": _mcap}[kind]
-    with _whole(path) as part:
+    with whole(path) as part:
         return write(reader, part, names, progress or (lambda _ticks: None))
 
 
@@ -114,17 +116,6 @@ def _names(fields: tuple[str, ...]) -> list[str]:
     if unknown:
         raise ConfigError(f"no tick field is called {', '.join(unknown)}; docs/tick.md lists them")
     return list(fields) or known
-
-
-@contextmanager
-def _whole(path: Path) -> Iterator[Path]:
-    """A name to write under; becomes `path` at the end, and nothing when anything fails."""
-    part = path.with_name(path.name + ".part")
-    try:
-        yield part
-        part.replace(path)
-    finally:
-        part.unlink(missing_ok=True)
 
 
 def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:

@@ -34,7 +34,7 @@ _PANELS = (
 
 
 def plot_incident(incident: Incident, path: Path) -> None:
-    """Write a PNG. The transition is at 0; every axis of the rig in each panel. Raises OSError."""
+    """Write a PNG. The transition is at 0; every axis of the rig in each panel. Raises DataError."""
     ticks, motions = incident.ticks, motions_of(incident)
     zero = trigger_row(incident)
     time_ms = (ticks["time_ns"] - ticks["time_ns"][zero]) * 1e-6
@@ -61,7 +61,7 @@ def plot_incident(incident: Incident, path: Path) -> None:
         f"{incident.about.get('rig', '')}: {what}, {trigger.get('cause', '')}, tick {trigger['tick']}"
     )
     panels[-1].set_xlabel("time from the transition, ms")
-    pictures.save_whole(figure, path)
+    pictures.save(figure, path)
 
 
 def _state_panel(panel: Axes, time_ms: np.ndarray, ticks: np.ndarray) -> None:

@@ -85,7 +85,7 @@ def chosen_panels(fields: Sequence[str]) -> tuple[tuple[str, ...], ...]:
 
 
 def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> None:
-    """Write a PNG of one run, or of several on one time axis. Raises OSError, DataError."""
+    """Write a PNG of one run, or of several on one time axis. Raises DataError."""
     panels = [
         (names, units) for names in chosen_panels(fields) for units in _units(names[0], runs)
     ]  # one for each unit: rad and m have no scale in common
@@ -101,7 +101,7 @@ def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> No
             place.set_yticks([int(state) for state in State], [state.name for state in State], fontsize=6)
     places[0].set_title(" and ".join(run.label for run in runs))
     places[-1].set_xlabel("time, s")
-    pictures.save_whole(figure, path)
+    pictures.save(figure, path)
 
 
 def _units(name: str, runs: Sequence[Run]) -> list[str]:

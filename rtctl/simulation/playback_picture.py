@@ -32,4 +32,4 @@ def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | 
     bottom.set(xlabel="velocity, rad/s", ylabel="friction, N m")
     bottom.grid(visible=True, alpha=0.3)
     bottom.legend(loc="upper left")
-    figure.savefig(path, dpi=120)
+    pictures.save(figure, path)

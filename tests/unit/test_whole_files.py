@@ -1,11 +1,14 @@
 """Files that belong together are written together or not at all."""
 
+import resource
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
+from rtctl import pictures
 from rtctl.errors import DataError
-from rtctl.whole_files import write_together
+from rtctl.whole_files import whole, write_together
 
 
 def test_all_files_are_there_and_nothing_else(tmp_path):
@@ -52,3 +55,37 @@ def test_a_file_in_place_of_the_folder_is_named(tmp_path):
     (tmp_path / "out").write_text("")
     with pytest.raises(DataError, match="out: cannot write"):
         write_together(tmp_path / "out", {"one": b"1"})
+
+
+@contextmanager
+def room_for(n_bytes):
+    """No file may grow beyond that, as on a full disk."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_file_without_room_keeps_its_old_content_and_is_named(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text("old")
+    with (
+        room_for(1000),
+        pytest.raises(DataError, match=r"a\.csv: cannot write: .*free space"),
+        whole(path) as new,
+    ):
+        new.write_bytes(bytes(5000))
+    assert {one.name: one.read_text() for one in tmp_path.iterdir()} == {"a.csv": "old"}
+
+
+@pytest.mark.parametrize(("name", "begins"), [("a.png", b"\x89PNG"), ("a.pdf", b"%PDF"), ("a.svg", b"<?xml")])
+def test_a_picture_is_what_its_name_ends_with_and_whole_or_not_there(name, begins, tmp_path):
+    figure = pictures.blank(3, 2)
+    figure.subplots().plot([0, 1])
+    with room_for(1000), pytest.raises(DataError, match="cannot write"):
+        pictures.save(figure, tmp_path / name)
+    assert list(tmp_path.iterdir()) == []
+    pictures.save(figure, tmp_path / name)
+    assert (tmp_path / name).read_bytes().startswith(begins)

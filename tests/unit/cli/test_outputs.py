@@ -1,5 +1,8 @@
 """What is written is tried before work begins, by every command, and trying leaves nothing behind."""
 
+import os
+import stat
+
 import click
 import pytest
 from click.testing import CliRunner
@@ -102,3 +105,19 @@ def test_a_folder_that_takes_no_file_is_told(tmp_path, monkeypatch):
 
     monkeypatch.setattr("tempfile.TemporaryFile", full)
     assert why_no_folder(tmp_path / "x") == f"No space left on device ({tmp_path})"
+
+
+def test_a_device_is_never_written_over(tmp_path):
+    """Root could: a file that is renamed to the name of a device takes the place of the device."""
+    pipe = tmp_path / "null.csv"
+    os.mkfifo(pipe)
+    with pytest.raises(click.BadParameter, match="a device or a pipe; name a file"):
+        OutputFile().convert(str(pipe), None, None)
+    assert stat.S_ISFIFO(pipe.stat().st_mode)
+
+
+def test_what_a_link_names_is_written_not_the_link(tmp_path):
+    there, link = tmp_path / "there.csv", tmp_path / "link.csv"
+    there.write_text("old")
+    link.symlink_to(there)
+    assert OutputFile().convert(str(link), None, None) == there

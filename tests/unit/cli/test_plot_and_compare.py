@@ -64,7 +64,7 @@ def test_an_axis_is_drawn_and_told_in_its_own_units_each_with_a_panel(tmp_path, 
     drawn = {}
     monkeypatch.setattr(
         pictures,
-        "save_whole",
+        "save",
         lambda figure, path: drawn.update(
             (place.get_ylabel(), [line.get_label() for line in place.lines]) for place in figure.axes
         ),
