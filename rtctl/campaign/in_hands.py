@@ -14,15 +14,14 @@ the refusal names. Hands in worlds that are not linear, of which the certificate
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from hw.mock.records import Hand
+from rtctl.campaign import workers
 from rtctl.campaign.certified_pairs import PAIRS, TRIES, Pair, Rig, drawn, pair
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
@@ -206,8 +205,7 @@ def run(
 ) -> Findings:
     """Run so many rigs from number `first` on, on `jobs` processes (0: one per core); `progress` is told how many were done since."""
     findings = Findings()
-    with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
-        for rig, found in pool.map(run_rig, [seed] * rigs, range(first, first + rigs)):
-            findings.add(rig, found)
-            progress(1)
+    for rig, found in workers.results(run_rig, [seed] * rigs, range(first, first + rigs), jobs=jobs):
+        findings.add(rig, found)
+        progress(1)
     return findings

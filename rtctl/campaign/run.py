@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -13,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.campaign import workers
 from rtctl.campaign.drive import drive
 from rtctl.campaign.jit import records
 from rtctl.campaign.monitor import INVARIANTS
@@ -167,9 +166,9 @@ def run(order: Order, jobs: int = 0, progress: Callable[[int], None] = lambda _r
     `progress` is told how many rigs were done since the last call.
     """
     began, total = time.monotonic(), Result()
-    with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
-        for part in pool.map(run_part, *zip(*((order, indices) for indices in _parts(order)), strict=True)):
-            total.add(part)
-            progress(part.rigs)
+    parts = list(_parts(order))
+    for part in workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
+        total.add(part)
+        progress(part.rigs)
     total.seconds = time.monotonic() - began
     return total

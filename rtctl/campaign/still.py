@@ -17,14 +17,13 @@ The judge knows the truth only: velocity, and the hand's torque times the way of
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from hw.mock.records import Hand
+from rtctl.campaign import workers
 from rtctl.campaign.still_cases import PERIOD_S, PERIODS, POLICIES, Case, drawn, rig
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
@@ -204,9 +203,8 @@ def _parts(cases: int) -> Iterator[range]:
 def run(order: Order, jobs: int = 0, progress: Callable[[int], None] = lambda _cases: None) -> Findings:
     """Run them all on `jobs` processes (0: one per core); `progress` is told how many were done since."""
     findings = Findings()
-    with ProcessPoolExecutor(jobs or os.cpu_count() or 1) as pool:
-        parts = list(_parts(order.cases))
-        for found in pool.map(run_part, [order] * len(parts), parts):
-            findings.add(found, order.hold_s)
-            progress(len(found))
+    parts = list(_parts(order.cases))
+    for found in workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
+        findings.add(found, order.hold_s)
+        progress(len(found))
     return findings

@@ -1,0 +1,42 @@
+"""Workers of a campaign end with the process that began them: a campaign that was ended left one process a core for ever."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from rtctl.campaign.workers import results
+
+WORK = """
+import os, time
+from rtctl.campaign.workers import results
+def work(i):
+    print(os.getpid(), flush=True)
+    time.sleep(600)
+list(results(work, [1, 2], jobs=2))
+"""
+
+
+def test_results_come_in_the_order_of_what_was_asked():
+    assert list(results(pow, [2, 3, 4], [1, 2, 3], jobs=2)) == [2, 9, 64]
+
+
+def test_workers_end_with_their_parent():
+    command = [sys.executable, "-c", WORK]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
+        workers = [int(parent.stdout.readline()) for _ in range(2)]
+        parent.send_signal(signal.SIGTERM)
+        assert parent.wait(10) == -signal.SIGTERM
+        late = time.monotonic() + 10.0
+        while (left := [pid for pid in workers if _lives(pid)]) and time.monotonic() < late:
+            time.sleep(0.02)
+        for pid in left:
+            os.kill(pid, signal.SIGKILL)
+    assert not left
+
+
+def _lives(pid):
+    """Whether it runs: one that has ended and that nobody has asked for has no program."""
+    return Path(f"/proc/{pid}/exe").exists()
