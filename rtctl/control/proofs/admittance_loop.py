@@ -244,7 +244,11 @@ def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
 
 def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no number."""
-    M = matrices(loop, at, swing)
+    return eigenvalues_of(loop, matrices(loop, at, swing))
+
+
+def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
+    """The same of `matrices` that are there already."""
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():
