@@ -248,7 +248,7 @@ def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) ->
 
 
 def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
-    """The same of `matrices` that are there already."""
+    """Eigenvalues of one period, of closed loops that are there already as `matrices` gives them; infinite where one is no number."""
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():
