@@ -88,6 +88,16 @@ def _state_numbers() -> str:
     return "States: " + ", ".join(f"{state.value} `{state.name}`" for state in State) + ".\n"
 
 
+def _environment_numbers() -> str:
+    kinds = environments.Environment
+    return "Environments: " + ", ".join(f"{kind} `{kind.word}`" for kind in kinds) + ".\n"
+
+
+def _environment_forces() -> str:
+    rows = ((kind.word, kind.about.force, kind.about.solution) for kind in environments.Environment)
+    return _table("kind|force on the proxy|solution", rows)
+
+
 def _environment_keys() -> str:
     names = ", ".join(f"`{name}`" for name in environments.NAMES)
     rows = [
@@ -115,9 +125,9 @@ PARTS: dict[str, Callable[[], str]] = {
     "transitions": _transitions,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,
-    "environment numbers": environments.numbers,
+    "environment numbers": _environment_numbers,
     "environment keys": _environment_keys,
-    "environment forces": environments.forces,
+    "environment forces": _environment_forces,
     "rig file keys": rig_file_keys.rig_file,
     "client reference": client_reference.reference,
     "device option keys": rig_file_keys.device_options,
