@@ -216,15 +216,3 @@ KINDS: dict[tuple[str, str], Kind] = {
 def campaign_table() -> np.ndarray:
     """Every kind as a row of numbers, for compiled code that draws faults: channel, effect, low, high of the value."""
     return np.array([[kind.channel, kind.effect, kind.low, kind.high] for kind in KINDS.values()], float)
-
-
-def markdown_table() -> str:
-    """Table of all kinds for docs/faults.md."""
-    lines = ["| channel | kind | what happens while it is due | value |", "|---|---|---|---|"]
-    for (channel, name), kind in KINDS.items():
-        value = ""
-        if kind.unit:
-            given = "required" if kind.default is None else f"default {kind.default:g}"
-            value = f"{kind.unit}, {kind.low:g} to {kind.high:g}, {given}"
-        lines.append(f"| `{channel}` | `{name}` | {kind.meaning} | {value} |")
-    return "\n".join(lines) + "\n"

@@ -14,6 +14,7 @@ import numpy as np
 
 from hw.channels import READINGS
 from hw.interface import Rig
+from hw.record_fields import placed
 
 _XYZ = {reading.field for reading in READINGS if reading.shape == "xyz"} | {
     "force_tared_n",
@@ -56,7 +57,7 @@ def device_dtype(dtype: np.dtype[np.void], n_axes: int) -> np.dtype[np.void]:
 
 def _pairs(rig: np.dtype[np.void], own: np.dtype[np.void], name: str, axes: Sequence[int]) -> list[Any]:
     """Word numbers (in the rig's tick, in the device's) of one field."""
-    rig_at, own_at = rig.fields[name][1] // 8, own.fields[name][1] // 8  # type: ignore[index]
+    rig_at, own_at = placed(rig, name)[1] // 8, placed(own, name)[1] // 8
     shape = own[name].shape
     if not shape:
         return [(rig_at, own_at)]

@@ -273,13 +273,3 @@ def json_schema(n_axes: int = 1, motions: Sequence[str] = ()) -> dict[str, Any]:
         "required": [field.name for field in FIELDS],
         "additionalProperties": False,
     }
-
-
-def markdown_table() -> str:
-    """Table of every field for `docs/tick.md`."""
-    lines = ["| field | shape | unit | written by | meaning |", "|---|---|---|---|---|"]
-    lines += [
-        f"| `{field.name}` | {field.kind} {field.shape} | {field.unit} | {field.writer} | {field.meaning} |"
-        for field in FIELDS
-    ]
-    return "\n".join(lines) + "\n"

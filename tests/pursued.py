@@ -10,7 +10,7 @@ from rtctl.campaign.pursuit import FOE
 from rtctl.control.vocabulary import Environment, Program, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 class Pursued:

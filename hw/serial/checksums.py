@@ -33,16 +33,6 @@ KINDS = {
 SIZE = {"sum8": 1, "xor8": 1, "crc8": 1, "crc16-ccitt": 2, "crc16-modbus": 2, "crc32": 4, "crc16-xmodem": 2}
 """Bytes of each on the wire."""
 
-CHECK = {
-    "sum8": 0xDD,
-    "xor8": 0x31,
-    "crc8": 0xF4,
-    "crc16-ccitt": 0x29B1,
-    "crc16-modbus": 0x4B37,
-    "crc32": 0xCBF43926,
-    "crc16-xmodem": 0x31C3,
-}
-
 
 def _forward(polynomial: int, width: int) -> np.ndarray:
     """Remainders of all bytes, highest bit first."""

@@ -16,8 +16,8 @@ from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
-from rtctl.simulation.demo import shipped_config
 from rtctl.simulation.family import FAMILY, with_plant
+from rtctl.simulation.shipped_files import shipped_config
 
 PAIRS = 20
 """Hands in worlds, of each rig."""

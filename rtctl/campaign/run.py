@@ -19,7 +19,7 @@ from rtctl.campaign.rigs import Rig, make
 from rtctl.control.vocabulary import Fault, Program, State
 from rtctl.rig_file import config
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 TRACE_TICKS = 2000
 

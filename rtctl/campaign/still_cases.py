@@ -15,8 +15,8 @@ from rtctl.friction.policies import STANDINGS
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
 from rtctl.simulation.family import merged
+from rtctl.simulation.shipped_files import shipped_config
 
 PERIOD_S = 2.0
 PERIODS = 2

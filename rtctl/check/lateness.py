@@ -13,9 +13,9 @@ from hw import registry
 from hw.interface import Joint
 from hw.member import Member
 from hw.rig_words import subset
-from rtctl.check.measured_timing import AxisTiming
 from rtctl.control.proofs.stability import Between, lag_ticks
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.rig_file.measured_timing import AxisTiming
 
 _COMMANDS = frozenset({"torque", "current_command"})
 _SLACK_TICKS = 1e-6

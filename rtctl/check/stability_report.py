@@ -33,7 +33,6 @@ from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
 from rtctl.check.lateness import Lateness
-from rtctl.check.measured_timing import AxisTiming
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
 from rtctl.control.environments.kind import STIFFNESS
@@ -47,6 +46,7 @@ from rtctl.friction.margins import FrictionFigures, friction_figures
 from rtctl.plain_data import as_data
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.rig_file.measured_timing import AxisTiming
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop

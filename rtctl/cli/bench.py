@@ -165,7 +165,7 @@ class Wakeups(NamedTuple):
 
 
 def _wakeup(*, quick: bool, minutes: float | None, asked: Wakeups) -> list[Row]:
-    from rtctl.simulation.demo import shipped_config
+    from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import wakeup
 
     seconds = 2.0 if quick else 5.0
@@ -187,7 +187,7 @@ def measurements(
 
 def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[], list[Row]]]:
     """Groups that compute and simulate."""
-    from rtctl.simulation.demo import shipped_config
+    from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import drift, feel, ladder, safety, virtual
     from tests.bench import friction_evaluation as friction
 
@@ -210,7 +210,7 @@ def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[],
 
 def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[str, Callable[[], list[Row]]]:
     """Groups that run daemons, devices and loads of this machine."""
-    from rtctl.simulation.demo import shipped_config
+    from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import (
         attacks,
         blame,

@@ -34,10 +34,10 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     Figures first, then what the tests say of them, the weakest last. What the last arming measured of the torque's
     delay on these devices counts where it is worse than declared. Exit code 5 when a test fails.
     """
-    from rtctl.check import measured_timing as timing
     from rtctl.check import stability_report
     from rtctl.friction import advice
     from rtctl.recording.state_folder import written_folder
+    from rtctl.rig_file import measured_timing as timing
     from rtctl.rig_file.config import load
 
     loaded = load(config)

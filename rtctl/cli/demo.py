@@ -26,10 +26,11 @@ from rtctl.simulation.shipped_files import shipped
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(config: Path | None, measure: float, plot: Path | None, *, as_json: bool) -> None:
     """Feel the difference: a simulated hand moves a simulated rig, friction compensation off, then on."""
+    from rtctl.cli.demo_run import Demo
     from rtctl.errors import ConfigError
     from rtctl.host.supervisor import Host
     from rtctl.rig_file.config import load
-    from rtctl.simulation.demo import Demo, shipped_config
+    from rtctl.simulation.shipped_files import shipped_config
 
     loaded = load(config or shipped_config("mock.toml"))
     if not loaded.config.simulated:
@@ -47,7 +48,7 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
     off, on = (phase.rms_nm() for phase in demo.phases)
     summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
     if plot is not None:
-        from rtctl.simulation.demo_figure import draw
+        from rtctl.cli.demo_figure import draw
 
         draw(plot, *demo.trace(), demo.switch_s, (off, on))
         summary["picture"] = str(plot)

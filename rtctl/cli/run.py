@@ -12,8 +12,8 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
-    from rtctl.host.loop.waiting import WaitingLoop
     from rtctl.host.supervisor import Host
+    from rtctl.host.waiting_loop import WaitingLoop
 
 
 @click.command("run")
@@ -51,7 +51,7 @@ def command(
     refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault, 14 when
     the recording has gaps because the disk refused it.
     """
-    from rtctl.host.loop.waiting import WaitingLoop
+    from rtctl.host.waiting_loop import WaitingLoop
 
     # first of all: what the loop imports is imported beside what this process does
     with WaitingLoop() as waiting, _host(config, faults, runtime_dir, record_to, waiting, arm=arm) as host:
@@ -82,7 +82,7 @@ def _host(
 ) -> Host:
     """The host of this rig file, not entered yet."""
     from rtctl.errors import ConfigError
-    from rtctl.host.loop.process import order_of
+    from rtctl.host.loop_process import order_of
     from rtctl.rig_file.config import load
 
     loaded = load(config, faults)

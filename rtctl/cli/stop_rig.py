@@ -21,7 +21,7 @@ def command(config: Path, *, as_json: bool) -> None:
     opened and told; simulated devices have no torque to take away.
     """
     from rtctl.errors import DeviceError
-    from rtctl.host.loop.safe_stop import SafeStop
+    from rtctl.host.safe_stop import SafeStop
     from rtctl.rig_file.config import load
 
     stopped = SafeStop(load(config)).now()

@@ -309,16 +309,3 @@ LATCHING_AT_REST = sum(
 
 LATCHED = CUT | RAMP | STOP | ESTOP | LOCKOUT
 """Faults that may be the first cause of a stop."""
-
-
-def markdown_table() -> str:
-    """The table for `docs/safety.md`."""
-    lines = [
-        "| fault | reaction | within | detected by | cleared by | what to do |",
-        "|---|---|---|---|---|---|",
-    ]
-    lines += [
-        f"| `{row.name}` | {row.reaction.name} | {row.within_ticks} | {row.detection} | {row.clears} | {row.text} |"
-        for row in TABLE
-    ]
-    return "\n".join(lines) + "\n"

@@ -318,12 +318,3 @@ def _count(s: Record, p: Record, faults: int) -> None:
         raise_authority(s, p)
     elif s.state == _HOLD:
         s.authority = 1.0
-
-
-def markdown_table() -> str:
-    """The transitions for `docs/safety.md`, in order of priority."""
-    lines = ["| in | on | goes to | brought about by | meaning |", "|---|---|---|---|---|"]
-    for row in TRANSITIONS:
-        states = ", ".join(state.name for state in row.states)
-        lines.append(f"| {states} | {row.event.name} | {row.to.name} | {row.who} | {row.meaning} |")
-    return "\n".join(lines) + "\n"

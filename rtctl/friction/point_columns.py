@@ -67,12 +67,3 @@ BESIDE = (
 """What a point may have beside: `FrictionPoints.columns`."""
 
 COLUMNS = {column.name: column for column in (VELOCITY, TORQUE, DIRECTION, STD, COUNT, *BESIDE)}
-
-
-def markdown_table() -> str:
-    """The columns as docs/identify.md shows them."""
-    rows = [
-        f"| `{one.name}` | {one.unit} | {one.low:g} to {one.high:g} | {'required' if one.required else ''} | {one.meaning} |"
-        for one in COLUMNS.values()
-    ]
-    return "\n".join(["| column | unit | bounds |  | meaning |", "|---|---|---|---|---|", *rows]) + "\n"

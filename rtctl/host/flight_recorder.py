@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.check import measured_timing as timing
 from rtctl.host.repeated_events import ChatterFilter
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
@@ -28,6 +27,7 @@ from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog
 from rtctl.recording.incident import FOLDER, Capture, Incident, write_incident
+from rtctl.rig_file import measured_timing as timing
 
 QUEUE_ITEMS = 256
 END_S = 2.0

@@ -25,16 +25,16 @@ from rtctl.host.access.entrances import Access
 from rtctl.host.access.freed_memory import Heap
 from rtctl.host.access.intruders import Resident
 from rtctl.host.access.openings import Openings
-from rtctl.host.loop.guard import LoopGuard
-from rtctl.host.loop.heartbeat import Heartbeat, promised_ticks
-from rtctl.host.loop.process import Compiling, LoopProcess
-from rtctl.host.loop.waiting import WaitingLoop
+from rtctl.host.heartbeat import Heartbeat, promised_ticks
+from rtctl.host.loop_guard import LoopGuard
+from rtctl.host.loop_process import Compiling, LoopProcess
 from rtctl.host.notices import Notices
 from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
 from rtctl.host.telemetry.run_statistics import RunStatistics
+from rtctl.host.waiting_loop import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader

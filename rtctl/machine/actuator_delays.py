@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rtctl.check import lateness
-from rtctl.check import measured_timing as timing
+from rtctl.rig_file import measured_timing as timing
 from rtctl.rig_file.config import LoadedConfig
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.entry_points import Address, call, entry_point
+from hw.record_fields import placed
 from rtctl.control import law
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype, state_dtype
@@ -72,7 +73,7 @@ def field_words(n_axes: int, names: list[str]) -> np.ndarray:
     dtype = tick_dtype(n_axes)
     index: list[int] = []
     for name in names:
-        kind, offset = dtype.fields[name][:2]  # type: ignore[index]
+        kind, offset = placed(dtype, name)
         index += range(offset // 8, (offset + kind.itemsize) // 8)
     return np.array(index, np.int64)
 

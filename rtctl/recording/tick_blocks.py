@@ -13,6 +13,7 @@ from functools import cache
 import numpy as np
 
 from hw.interface import OPTIONAL_FIELDS
+from hw.record_fields import placed
 from rtctl.errors import DataError
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.jit import compiled
@@ -105,7 +106,7 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     same = (words == words[0]).all(axis=0)
     table, lengths, at = [], [], 0
     for column in own_columns():
-        kind, offset = rows.dtype.fields[column.name][:2]  # type: ignore[index]
+        kind, offset = placed(rows.dtype, column.name)
         first, count = offset // 8, kind.itemsize // 8
         one = not column.stepped and same[first : first + count].all()
         length = 1 if one else n
@@ -154,7 +155,7 @@ class Block:
 
     def column(self, name: str) -> np.ndarray:
         """A field of one number per tick, shape (n,), by itself."""
-        kind, offset = self.row.fields[name][:2]  # type: ignore[index]
+        kind, offset = placed(self.row, name)
         for word, at, each in self.table.tolist():
             if word == offset // 8:
                 found = self.words[at : at + (self.n if each else 1)].view(kind)
@@ -193,7 +194,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
         if length > len(words) - at - 1:
             raise DataError("a block of ticks is shorter than it says")
         if column.name in FIELD:
-            kind, offset = row.fields[column.name][:2]  # type: ignore[index]
+            kind, offset = placed(row, column.name)
             count = kind.itemsize // 8
             if length not in (count * n, 0 if column.stepped else count):
                 raise DataError(f"a block of ticks has {length} numbers of {column.name}")

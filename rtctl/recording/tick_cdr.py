@@ -11,6 +11,7 @@ from functools import cache
 import numpy as np
 
 from hw.interface import OPTIONAL_FIELDS
+from hw.record_fields import placed
 from rtctl.errors import DataError
 from rtctl.tick import FIELD, FIELDS, Field, tick_dtype
 
@@ -183,15 +184,10 @@ def _places(layout: np.dtype[np.void], row: np.dtype[np.void]) -> tuple[np.ndarr
     for name in row.names or ():
         if name in (layout.names or ()):
             size = row[name].itemsize // 8
-            there, here = (_offset(kind, name) // 8 for kind in (layout, row))
+            there, here = (placed(kind, name)[1] // 8 for kind in (layout, row))
             of_message += range(there, there + size)
             of_row += range(here, here + size)
     return np.array(of_message, np.int64), np.array(of_row, np.int64)
-
-
-def _offset(kind: np.dtype[np.void], name: str) -> int:
-    assert kind.fields is not None
-    return int(kind.fields[name][1])
 
 
 def _gathered(records: bytes, starts: np.ndarray, size: int) -> np.ndarray:

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hw.interface import OPTIONAL_FIELDS, Backend, CompiledBackend
+from hw.record_fields import placed
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.cycle import DEADLINE, MISSED, PERIOD, RECORD_NS, SLOT, WOKE, Cycle
@@ -80,7 +81,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     cycle = Cycle(memory)
     tick = cycle.tick
     word, grid = _ints(cycle.tick_words[0]), _ints(cycle.grid)
-    state_word = tick_dtype(memory.n_axes).fields["state"][1] // 8  # type: ignore[index]
+    state_word = placed(tick_dtype(memory.n_axes), "state")[1] // 8
     read, decide, write, record, now = backend.read, cycle.decide, backend.write, cycle.record, clock.now
     if isinstance(backend, CompiledBackend):
         backend.warm_up(tick)

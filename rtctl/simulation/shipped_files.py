@@ -22,6 +22,11 @@ def shipped(name: str) -> Path:
     return inside if inside.exists() else package.parent / name
 
 
+def shipped_config(name: str) -> Path:
+    """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed package."""
+    return shipped(f"configs/{name}")
+
+
 def rig_files() -> list[Path]:
     """Every shipped rig file, sorted by name."""
     return sorted(shipped("configs").glob("*.toml"))

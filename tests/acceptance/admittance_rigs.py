@@ -4,7 +4,7 @@ import numpy as np
 
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 SLIPPERY = (
     ("coulomb_nm = 0.25", "coulomb_nm = 1e-5"),

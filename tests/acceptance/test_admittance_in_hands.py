@@ -17,7 +17,7 @@ from rtctl.control.environments.table import Environment
 from rtctl.experiments.admittance_runs import Shown, displayed, hold
 from rtctl.rig_file.config import Config, load
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,7 @@ from rtctl.check.verdict import Outcome
 from rtctl.control.environments.table import Environment
 from rtctl.control.vocabulary import State
 from rtctl.rig_file.config import Config, load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 pytestmark = pytest.mark.compiled
 

@@ -9,8 +9,8 @@ from rtctl.campaign import still
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
 from rtctl.simulation.family import FAMILY, with_plant
+from rtctl.simulation.shipped_files import shipped_config
 
 CASES = some_of(1000)
 """Hands that hold still; `rtctl campaign --still` takes as many as one likes."""

@@ -8,7 +8,7 @@ from patience import PATIENCE_S, until
 from ports import free_ports
 
 from rtctl.client import RigClient
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.wire.keys import KeyStore
 
 

@@ -27,11 +27,9 @@ from rtctl.machine import service_steps as service
 from rtctl.recording.incident import read_incident
 from rtctl.recording.reader import RecordingReader
 from rtctl.rig_file.config import load
-from rtctl.simulation import demo
+from rtctl.simulation.shipped_files import shipped_config
 
-MOCK = (
-    demo.shipped_config("mock.toml").read_text().replace('"friction/', f'"{demo.shipped_config("friction")}/')
-)
+MOCK = shipped_config("mock.toml").read_text().replace('"friction/', f'"{shipped_config("friction")}/')
 EVIL = "\x1b]0;owned\x07\x1b[2J\u202e"
 
 
@@ -134,7 +132,7 @@ def test_what_is_no_file_is_not_read(tmp_path, endless):
                 read(path)
         with pytest.raises(BackendError, match="not a regular file"):
             read_table(path, ("a",))
-        text = MOCK.replace(f'model = "{demo.shipped_config("friction")}/mock.json"', f'model = "{path}"', 1)
+        text = MOCK.replace(f'model = "{shipped_config("friction")}/mock.json"', f'model = "{path}"', 1)
         assert str(path) in text
         shown = CliRunner().invoke(cli, ["check", str(rig(tmp_path, text))])
         assert isinstance(shown.exception, ModelError)
@@ -175,8 +173,8 @@ def test_a_pipe_in_place_of_what_rtctl_wrote_is_waited_for_by_no_command(tmp_pat
 def test_a_link_to_itself_is_refused_by_name(tmp_path, words):
     loop = tmp_path / "loop"
     loop.symlink_to("loop")
-    model = f'model = "{demo.shipped_config("friction")}/mock.json"'
-    port = demo.shipped_config("serial.toml").read_text().replace("/tmp/rtctl-board", str(loop))
+    model = f'model = "{shipped_config("friction")}/mock.json"'
+    port = shipped_config("serial.toml").read_text().replace("/tmp/rtctl-board", str(loop))
     texts = {
         "mock": MOCK,
         "rig": f'{MOCK}\n[record]\nfolder = "loop"\n',
@@ -194,7 +192,7 @@ def test_a_link_to_itself_is_refused_by_name(tmp_path, words):
 
 
 def test_a_model_that_is_nested_or_has_numbers_nobody_means_is_refused(tmp_path):
-    text = demo.shipped_config("friction/mock.json").read_text()
+    text = shipped_config("friction/mock.json").read_text()
     path = tmp_path / "m.json"
     for bad in (
         "[" * 100_000,
@@ -254,12 +252,12 @@ def to_install(tmp_path):
     folder = tmp_path / "rig"
     (folder / "models").mkdir(parents=True)
     (folder / "secret").write_text("root's own")
-    (folder / "models" / "mock.json").write_bytes(demo.shipped_config("friction/mock.json").read_bytes())
+    (folder / "models" / "mock.json").write_bytes(shipped_config("friction/mock.json").read_bytes())
     return folder
 
 
 def installed(folder, text):
-    (folder / "rig.toml").write_text(text.replace(f'"{demo.shipped_config("friction")}/', '"models/'))
+    (folder / "rig.toml").write_text(text.replace(f'"{shipped_config("friction")}/', '"models/'))
     return {
         str(file.path): file.content
         for file in service.plan(load(folder / "rig.toml"), Path("/x"), "rtctl", start=False).files

@@ -14,7 +14,7 @@ from test_strangers import MOST_MS, shown
 from rtctl.client import RigClient
 from rtctl.errors import RecordingError
 from rtctl.recording.reader import RecordingReader, all_parts
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from tests.bench.attacks import MOST_MB, stop_ms
 from tests.bench.flood import memory_mb
 

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 FULL = """
 set -e

@@ -15,7 +15,7 @@ from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader, all_parts
 from rtctl.recording.setup import Setup, setup_of
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.tick import new_ticks
 
 pytestmark = pytest.mark.compiled

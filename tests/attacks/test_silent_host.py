@@ -8,11 +8,11 @@ import pytest
 from patience import PATIENCE_S
 
 from rtctl.control.vocabulary import Fault, State
+from rtctl.host import heartbeat
 from rtctl.host.auto_arm import AutoArm
-from rtctl.host.loop import heartbeat
 from rtctl.host.supervisor import Host
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 pytestmark = pytest.mark.compiled
 SILENCE_TICKS = 500

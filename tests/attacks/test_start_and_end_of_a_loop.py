@@ -13,7 +13,7 @@ from patience import PATIENCE_S, until
 
 from rtctl.errors import BusyError
 from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.loop.process import LoopProcess, is_dying
+from rtctl.host.loop_process import LoopProcess, is_dying
 from rtctl.rig_file.config import load
 from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.rt.shared_memory import Memory
@@ -26,7 +26,7 @@ SHORT_LIVED_HOST = """
 import os, signal, sys, time
 from rtctl.rig_file.config import load
 from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.loop.process import LoopProcess
+from rtctl.host.loop_process import LoopProcess
 from rtctl.rt.shared_memory import Memory
 held = RuntimeDirectory.acquire("mock", sys.argv[2])
 loop = LoopProcess(load(sys.argv[1]), Memory.create(1, 64, 1_000_000), held.lock_fd)

@@ -18,7 +18,7 @@ from patience import PATIENCE_S, until
 
 from rtctl.client import RigClient
 from rtctl.client.connection import Connection, remote_endpoints
-from rtctl.host.loop.heartbeat import LENIENT_S
+from rtctl.host.heartbeat import LENIENT_S
 from rtctl.wire.keys import ClientKey
 from tests.bench.attacks import ATTACKS, MOST_MB, Attack, address_of, at_work, stop_ms
 

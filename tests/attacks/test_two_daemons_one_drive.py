@@ -13,11 +13,11 @@ from ports import free_ports
 from hw.claims import Claims, claims_on
 from hw.interface import BackendError
 from rtctl.errors import DeviceError
-from rtctl.host.loop.safe_stop import SafeStop
+from rtctl.host.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
 from rtctl.machine import device_readings as probe
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 ROOT = Path(__file__).parents[2]
 HOLDER = """

@@ -12,7 +12,7 @@ from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import Environment, Fault, Reaction, State
 from rtctl.rig_file import config
 from rtctl.rt.replug import Replug
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.tick import new_ticks
 
 LEASE = 5

@@ -13,7 +13,7 @@ import serial_boards
 from matrix_rig import Rig, edited, enter, expect
 
 from rtctl.control.vocabulary import Fault, State
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 PUSH_NM = 1.4
 V_MAX_RAD_S = 6.0

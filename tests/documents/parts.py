@@ -3,16 +3,80 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
-from hw import fault_kinds
-from rtctl import tick
-from rtctl.control import faults, states
+from hw.fault_kinds import KINDS
+from rtctl.control import faults
 from rtctl.control.environments import table as environments
+from rtctl.control.states import TRANSITIONS
 from rtctl.control.vocabulary import Fault, State
-from rtctl.friction import point_columns
 from rtctl.friction.kinds import table as friction_kinds
+from rtctl.friction.point_columns import COLUMNS
+from rtctl.tick import FIELDS
 from tests.documents import client_reference, rig_file_keys
+
+
+def _table(head: str, rows: Iterable[tuple[object, ...]]) -> str:
+    """A table with these names, which `|` parts, over its columns."""
+    names = head.split("|")
+    lines = [" | ".join(map(str, row)) for row in (names, *rows)]
+    lines = [f"| {line} |" for line in lines]
+    return "\n".join([lines[0], f"|{'---|' * len(names)}", *lines[1:]]) + "\n"
+
+
+def _tick_fields() -> str:
+    rows = ((f"`{one.name}`", f"{one.kind} {one.shape}", one.unit, one.writer, one.meaning) for one in FIELDS)
+    return _table("field|shape|unit|written by|meaning", rows)
+
+
+def _faults() -> str:
+    rows = (
+        (f"`{one.name}`", one.reaction.name, one.within_ticks, one.detection, one.clears, one.text)
+        for one in faults.TABLE
+    )
+    return _table("fault|reaction|within|detected by|cleared by|what to do", rows)
+
+
+def _transitions() -> str:
+    rows = (
+        (", ".join(state.name for state in one.states), one.event.name, one.to.name, one.who, one.meaning)
+        for one in TRANSITIONS
+    )
+    return _table("in|on|goes to|brought about by|meaning", rows)
+
+
+def scripted_faults() -> str:
+    """Every kind of fault that a script may have."""
+    rows = []
+    for (channel, name), kind in KINDS.items():
+        given = "required" if kind.default is None else f"default {kind.default:g}"
+        value = f"{kind.unit}, {kind.low:g} to {kind.high:g}, {given}" if kind.unit else ""
+        rows.append((f"`{channel}`", f"`{name}`", kind.meaning, value))
+    return _table("channel|kind|what happens while it is due|value", rows)
+
+
+def _point_columns() -> str:
+    rows = (
+        (
+            f"`{one.name}`",
+            one.unit,
+            f"{one.low:g} to {one.high:g}",
+            "required" if one.required else "",
+            one.meaning,
+        )
+        for one in COLUMNS.values()
+    )
+    return _table("column|unit|bounds||meaning", rows)
+
+
+def rungs() -> str:
+    """Every rung of the ladder of friction models."""
+    rows = [(f"`{name}`", kind.what) for name, kind in friction_kinds.FORMULAS.items()]
+    for name, kernel in friction_kinds.KERNELS.items():
+        machines = ", ".join(f"`{machine}-{name}`" for machine in friction_kinds.MACHINES)
+        rows.append((machines, f"support-vector regression, {kernel.what}"))
+    rows.append((f"`{friction_kinds.MEAN.name}`", friction_kinds.MEAN.what))
+    return _table("rung|what it is", rows)
 
 
 def _fault_bits() -> str:
@@ -22,6 +86,16 @@ def _fault_bits() -> str:
 
 def _state_numbers() -> str:
     return "States: " + ", ".join(f"{state.value} `{state.name}`" for state in State) + ".\n"
+
+
+def _environment_numbers() -> str:
+    kinds = environments.Environment
+    return "Environments: " + ", ".join(f"{kind} `{kind.word}`" for kind in kinds) + ".\n"
+
+
+def _environment_forces() -> str:
+    rows = ((kind.word, kind.about.force, kind.about.solution) for kind in environments.Environment)
+    return _table("kind|force on the proxy|solution", rows)
 
 
 def _environment_keys() -> str:
@@ -43,17 +117,17 @@ def _environment_keys() -> str:
 
 
 PARTS: dict[str, Callable[[], str]] = {
-    "tick fields": tick.markdown_table,
-    "faults": faults.markdown_table,
-    "kinds of scripted faults": fault_kinds.markdown_table,
-    "columns of points": point_columns.markdown_table,
-    "rungs of the ladder": friction_kinds.markdown_table,
-    "transitions": states.markdown_table,
+    "tick fields": _tick_fields,
+    "faults": _faults,
+    "kinds of scripted faults": scripted_faults,
+    "columns of points": _point_columns,
+    "rungs of the ladder": rungs,
+    "transitions": _transitions,
     "fault bits": _fault_bits,
     "state numbers": _state_numbers,
-    "environment numbers": environments.numbers,
+    "environment numbers": _environment_numbers,
     "environment keys": _environment_keys,
-    "environment forces": environments.forces,
+    "environment forces": _environment_forces,
     "rig file keys": rig_file_keys.rig_file,
     "client reference": client_reference.reference,
     "device option keys": rig_file_keys.device_options,

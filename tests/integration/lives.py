@@ -21,8 +21,8 @@ from types import SimpleNamespace
 from hw.rig import compose
 from rtctl.check import law_plan as plan
 from rtctl.errors import FaultError, RtctlError
-from rtctl.host.loop import waiting
-from rtctl.host.loop.safe_stop import SafeStop
+from rtctl.host import waiting_loop
+from rtctl.host.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LawRunner
@@ -132,7 +132,9 @@ def host_main(config, folder, said):
             os.dup2(fd, to)
         for name, value in QUICK.items():
             setattr(plan, name, value)
-        waiting.subprocess = SimpleNamespace(Popen=Forked, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
+        waiting_loop.subprocess = SimpleNamespace(
+            Popen=Forked, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL
+        )
         try:
             with Host(load(Path(config)), runtime_dir=folder, announce=say) as host:
                 summary = host.run()

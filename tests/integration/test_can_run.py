@@ -16,7 +16,7 @@ from hw.interface import LinkFault
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
 from rtctl.errors import ClientError, DeviceError
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 WIRE = Path(__file__).parents[1] / "contract" / "slcan_wire.py"
 RATE_HZ = 100  # a shared machine; the ratio of the rates does not matter here

@@ -14,9 +14,6 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
-DOCUMENTS = {"markdown_table"}
-"""Functions and classes that are only read by people."""
-
 COMPARISONS: dict[type[ast.cmpop], tuple[type[ast.cmpop], ...]] = {
     ast.Lt: (ast.LtE, ast.Gt), ast.LtE: (ast.Lt, ast.Gt), ast.Gt: (ast.GtE, ast.Lt), ast.GtE: (ast.Gt, ast.Lt),
     ast.Eq: (ast.NotEq,), ast.NotEq: (ast.Eq,), ast.In: (ast.NotIn,), ast.NotIn: (ast.In,),
@@ -110,11 +107,8 @@ def _places(node: ast.AST, at: At) -> Iterator[tuple[At, ast.AST, str, int | Non
             if not isinstance(child, ast.AST) or isinstance(child, ast.Import | ast.ImportFrom):
                 continue
             inner = (at[0], child.lineno) if isinstance(child, ast.stmt) else at
-            if isinstance(child, ast.FunctionDef | ast.ClassDef):
-                if child.name in DOCUMENTS:
-                    continue
-                if isinstance(node, ast.Module) and isinstance(child, ast.FunctionDef):
-                    inner = (child.name, child.lineno)
+            if isinstance(node, ast.Module) and isinstance(child, ast.FunctionDef):
+                inner = (child.name, child.lineno)
             yield inner, node, field, index, child
             yield from _places(child, inner)
 

@@ -195,6 +195,13 @@ SEEDS = (
         (f"{IN_TIME}::test_what_is_chosen_passes_with_every_quicker_sensor",),
     ),
     Seed(
+        "an observer is left out that keeps enough where the last one failed",
+        "rtctl/control/proofs/observer_match.py",
+        "np.array([*self._points]))) >= wanted",
+        "np.array([*self._points]))) >= 0.9",
+        (f"{IN_TIME}::test_no_loop_that_is_left_out_would_have_been_chosen",),
+    ),
+    Seed(
         "the observer is judged with the slowest sensor alone",
         "rtctl/check/observer_tuning.py",
         "(loop, *quicker_sensors(loop))",

@@ -19,7 +19,7 @@ from rtctl.campaign.run import TWO_AXES_OF, Order, run_traced
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 DAY_NS = 86_400 * 10**9
 SPOILED = {

@@ -12,7 +12,7 @@ from rtctl.control.jit import compiled, records
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 POWERED = (State.ARMING, State.ACTIVE, State.HOLD, State.STOPPING)
 CLOSED = (State.LOCKOUT, State.SHUTDOWN)

@@ -4,7 +4,7 @@ import math
 
 import pytest
 
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from tests.bench import soak
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(400)]

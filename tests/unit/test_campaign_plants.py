@@ -5,7 +5,7 @@ import pytest
 
 from rtctl.campaign import plants, rigs
 from rtctl.rig_file import config
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 @pytest.fixture(scope="module")

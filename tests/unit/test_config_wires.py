@@ -6,7 +6,7 @@ import pytest
 
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 def device(kind, name, axis, nodes, *, bus="", more=""):

@@ -5,13 +5,13 @@ import pytest
 
 from rtctl.check import law_plan as plan
 from rtctl.check import stability_report
-from rtctl.check.measured_timing import AxisTiming
 from rtctl.control.detectors import age_fault
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.errors import FaultError
 from rtctl.rig_file import config
+from rtctl.rig_file.measured_timing import AxisTiming
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 PER_AMPERE = 0.768
 """N m at the joint per ampere of configs/mock.toml: gear ratio, efficiency, torque constant."""

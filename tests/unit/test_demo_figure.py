@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from rtctl.cli.demo_figure import draw
+from rtctl.cli.demo_run import TRACE_HZ, Demo
 from rtctl.control.vocabulary import State
 from rtctl.errors import DataError
-from rtctl.simulation.demo import TRACE_HZ, Demo
-from rtctl.simulation.demo_figure import draw
 from rtctl.tick import new_ticks
 
 RATE_HZ = 1000.0

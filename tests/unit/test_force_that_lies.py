@@ -6,7 +6,7 @@ import pytest
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 FROZEN_AT_S = 3.3
 

@@ -3,9 +3,9 @@
 import pytest
 from import_graph import circles, file_graph, folder_graph, modules
 
-MOST_PACKAGES = 35
-MOST_ARROWS = 175
-"""Today's figures (docs/decisions/0079): whoever adds a room or an arrow raises them with a reason, or does without."""
+MOST_PACKAGES = 34
+MOST_ARROWS = 167
+"""Today's figures (docs/decisions/0085): whoever adds a room or an arrow raises them with a reason, or does without."""
 
 FOLDER_AND_ITS_OWN = [
     [

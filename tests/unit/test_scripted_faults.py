@@ -9,7 +9,6 @@ import pytest
 from one_by_one import require_same, ticks_one_by_one
 
 from hw import registry
-from hw.fault_kinds import markdown_table
 from hw.interface import LinkLost
 from hw.member import Member
 from hw.rig import compose
@@ -19,6 +18,7 @@ from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.tick import new_ticks
+from tests.documents.parts import scripted_faults
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 MOCK = CONFIGS / "mock.toml"
@@ -169,7 +169,7 @@ def test_the_tour_goes_through_one_fault_after_another_on_a_shipped_rig():
 
 def test_the_document_has_the_table_of_kinds_there_are(request):
     text = (request.config.rootpath / "docs" / "faults.md").read_text()
-    assert markdown_table() in text, "paste hw.fault_kinds.markdown_table() into docs/faults.md"
+    assert scripted_faults() in text, "make docs"
 
 
 def test_in_a_rig_of_several_devices_a_fault_stays_in_its_own():

@@ -8,7 +8,7 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ConfigError
 from rtctl.rig_file import config
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 MODEL = shipped_config("friction/mock.json")
 QUIET = ("resolution_n = 0.005\nnoise_n = 0.005", "resolution_n = 1e-6\nnoise_n = 0.0")

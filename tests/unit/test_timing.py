@@ -5,10 +5,10 @@ import math
 
 import pytest
 
-from rtctl.check import measured_timing as timing
-from rtctl.check.measured_timing import AxisTiming
 from rtctl.rig_file import config
-from rtctl.simulation.demo import shipped_config
+from rtctl.rig_file import measured_timing as timing
+from rtctl.rig_file.measured_timing import AxisTiming
+from rtctl.simulation.shipped_files import shipped_config
 
 ONE = AxisTiming(
     delay_s=1e-3,

@@ -62,14 +62,3 @@ def meaning(parameter: Parameter) -> str:
     for kind in using(parameter):
         kinds.setdefault(kind.about.parameters[parameter], []).append(kind.word)
     return "; ".join(f"{', '.join(words)}: {text}" for text, words in kinds.items())
-
-
-def forces() -> str:
-    """Table of docs/theory.md 3.1."""
-    rows = [f"| {kind.word} | {kind.about.force} | {kind.about.solution} |" for kind in Environment]
-    return "\n".join(["| kind | force on the proxy | solution |", "|---|---|---|", *rows]) + "\n"
-
-
-def numbers() -> str:
-    """The line of docs/protocol.md."""
-    return "Environments: " + ", ".join(f"{kind} `{kind.word}`" for kind in Environment) + ".\n"

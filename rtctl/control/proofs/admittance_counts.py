@@ -13,11 +13,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from rtctl.control.flicker import WIDE, blind_damping_nms_rad, blind_hz
-from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Swing, eigenvalues, fine_worlds
+from rtctl.control.proofs.admittance_loop import (
+    AdmittanceLoop,
+    Points,
+    Swing,
+    eigenvalues_of,
+    fine_worlds,
+    matrices,
+)
 from rtctl.control.proofs.admittance_margin import edge
 from rtctl.control.proofs.admittance_sticking import SOFTER, judge_stuck
 
@@ -69,7 +77,7 @@ def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
     shares = (*SOFTER, *(4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)))
     stuck = [share * loop.bristle_nm_rad for share in shares] if loop.bristle_nm_rad > 0 else [0.0]
     late = replace(loop, delay=loop.delay + _LATE_TICKS * loop.sample_ticks)
-    tried = [(loop, bristle, *one) for one in LESS for bristle in stuck]
+    tried = [(loop, bristle, *one) for bristle in stuck for one in LESS]
     tried += [(late if counts < LESS[0][1] else loop, stuck[-1], seen, counts) for seen, counts in MORE]
     if held:
         tried = [one for one in tried if one[-1] > FLICKER_COUNTS]
@@ -93,14 +101,27 @@ def _blind(loop: AdmittanceLoop) -> AdmittanceLoop:
 
 
 def _fastest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float, counts: float) -> Hunting:
-    """The fastest of what grows where so much of the joint's motion is seen."""
-    at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
-    at = replace(at, bristle=np.full(at.size, bristle_nm_rad))
-    none = np.zeros(at.size)
-    z = eigenvalues(loop, at, Swing(none, none, none, np.full(at.size, seen)))
+    """The fastest of what grows where so much of the joint's motion is seen, in a swing of so many counts."""
+    turns_1_s, at = _quickest(loop, bristle_nm_rad, seen)
+    return Hunting(counts * turns_1_s / math.sqrt(2.0), at)
+
+
+@lru_cache(maxsize=1024)
+def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple[float, str]:
+    """The quickest of what grows, rad/s, and the hand, joint and world of that; 0: nothing does. A hunt that creeps asks the same again."""
+    at, blind, sight = _seeing(loop, bristle_nm_rad)
+    z = eigenvalues_of(loop, blind + seen * sight)
     turns = np.abs(np.angle(z)) / loop.period_s
     grows = ~(np.abs(z) <= edge(loop)) & ~(turns <= _SLOWEST_RAD_S)
     speeds = np.where(grows, np.nan_to_num(turns, nan=math.inf), 0.0).max(axis=1)
     worst = int(np.argmax(speeds))
-    speed = counts * float(speeds[worst]) / math.sqrt(2.0)
-    return Hunting(speed, at.words(loop, worst) if speed > 0 else "")
+    return float(speeds[worst]), at.words(loop, worst) if speeds[worst] > 0 else ""
+
+
+@lru_cache(maxsize=1)
+def _seeing(loop: AdmittanceLoop, bristle_nm_rad: float) -> tuple[Points, np.ndarray, np.ndarray]:
+    """Points, their closed loops where nothing of the joint's motion is seen, and what is added to them where all is: they are linear in it."""
+    at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
+    at, none = replace(at, bristle=np.full(at.size, bristle_nm_rad)), np.zeros(at.size)
+    blind, sees = (matrices(loop, at, Swing(none, none, none, np.full(at.size, seen))) for seen in (0.0, 1.0))
+    return at, blind, sees - blind

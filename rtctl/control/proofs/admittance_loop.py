@@ -244,7 +244,11 @@ def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
 
 def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no number."""
-    M = matrices(loop, at, swing)
+    return eigenvalues_of(loop, matrices(loop, at, swing))
+
+
+def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
+    """Eigenvalues of one period, of closed loops that are there already as `matrices` gives them; infinite where one is no number."""
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():

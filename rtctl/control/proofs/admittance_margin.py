@@ -99,7 +99,11 @@ def judge_stiffest(loop: AdmittanceLoop) -> Finding:
 
 def worst_of(loop: AdmittanceLoop, at: Points) -> Finding:
     """The worst of some points."""
-    z = eigenvalues(loop, at)
+    return worst_among(loop, at, eigenvalues(loop, at))
+
+
+def worst_among(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> Finding:
+    """The worst of some points of which the eigenvalues are there already."""
     size = np.abs(z)
     radius, kept = size.max(axis=1), _kept(loop, at, z)
     stable = bool(radius.max() <= edge(loop))  # NaN is not

@@ -13,11 +13,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Points, eigenvalues, grid, spectral_radii
-from rtctl.control.proofs.admittance_margin import Finding, edge, worst_of
+from rtctl.control.proofs.admittance_margin import Finding, edge, worst_among
 
 SOFTER = (0.0625, 0.25)
 """Softer bristles of a joint that sticks, as shares of those told: friction may be less than its peak."""
@@ -47,7 +48,7 @@ class Sticking:
 
 def judge_stuck(loop: AdmittanceLoop) -> Finding:
     """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on softer and stiffer bristles than told."""
-    found = [worst_of(one, _points(one, share)) for share, one in _tried(loop)]
+    found = [worst_among(one, *_spectrum(one, share)) for share, one in _tried(loop)]
     return max(found, key=lambda one: math.inf if math.isnan(one.radius) else one.radius)
 
 
@@ -97,10 +98,16 @@ def _points(loop: AdmittanceLoop, share: float) -> Points:
     return at[np.flatnonzero((at.bristle > 0) & ((share == 1.0) | (at.b_h == 0)))]
 
 
+@lru_cache(maxsize=8)
+def _spectrum(loop: AdmittanceLoop, share: float) -> tuple[Points, np.ndarray]:
+    """The points and their eigenvalues, not to be written to: those that grow are followed once it is known that some do."""
+    at = _points(loop, share)
+    return at, eigenvalues(loop, at)
+
+
 def _growing(loop: AdmittanceLoop, share: float) -> tuple[Points, np.ndarray]:
     """Points that grow while the joint sticks, and the eigenvalue of each that does."""
-    at = _points(loop, share)
-    z = eigenvalues(loop, at)
+    at, z = _spectrum(loop, share)
     worst = z[np.arange(at.size), np.argmax(np.abs(z), axis=1)]
     grows = np.flatnonzero(~(np.abs(worst) <= edge(loop)))
     return at[grows], worst[grows]

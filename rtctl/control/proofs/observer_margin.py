@@ -48,6 +48,8 @@ class Finding:
     at: str
     """The hand, joint and state of the worst point, in words."""
     points: int
+    worst: int
+    """Which of the points judged that is."""
 
     @property
     def ok(self) -> bool:
@@ -101,7 +103,9 @@ def judge(loop: Loop, chosen: np.ndarray | None = None) -> Finding:
 def _finding(loop: Loop, points: Points, radius: np.ndarray, kept: np.ndarray) -> Finding:
     unstable = radius.max() > 1 + TOLERANCE
     worst = int(np.argmax(radius)) if unstable else int(np.argmin(kept))
-    return Finding(float(radius.max()), min(float(kept.min()), 1.0), _words(loop, points, worst), points.size)
+    return Finding(
+        float(radius.max()), min(float(kept.min()), 1.0), _words(loop, points, worst), points.size, worst
+    )
 
 
 def _words(loop: Loop, points: Points, at: int) -> str:

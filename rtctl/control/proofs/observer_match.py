@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 
@@ -64,18 +65,51 @@ def largest_in_gears(loop: Loop, gears: tuple[ElasticJoint, ...], bandwidths_hz:
 
 def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint, ...] = ()) -> Loop:
     """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration enough behind every sensor, those of unknown gears, too; the last if none does."""
-    points = _sliding(loop)
+    points, hard = _sliding(loop), _Hard()
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
-    for hz in bandwidths_hz:
-        for excess in EXCESSES:
-            tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
-            ranked = sorted(((_kept(one, points), -one.own_ticks) for one in tried), reverse=True)
-            for kept, own in ranked:
-                found = replace(loop, bandwidth_hz=hz, own_ticks=-own, excess=excess)
-                if kept >= KEPT_WANTED and bears(found, gears):
-                    return found
-            loop = replace(loop, bandwidth_hz=hz, own_ticks=-ranked[0][1], excess=excess)
-    return loop
+    tried: list[Loop] = []
+    for hz, excess in product(bandwidths_hz, EXCESSES):
+        tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
+        left, known = list(tried), dict[Loop, float]()
+        while found := _best(left, points, hard, known):
+            if bears(found, gears):
+                return found
+            left.remove(found)
+    return max(tried, key=lambda one: (_kept(one, points, hard), -one.own_ticks), default=loop)
+
+
+class _Hard:
+    """The sensor with which a loop was damped too little, and points that were the worst with it: most that fail, fail there, too."""
+
+    def __init__(self) -> None:
+        self._sensor, self._points = (0.0, 0), dict[int, None]()
+
+    def found(self, loop: Loop, point: int) -> None:
+        """Keep that this loop was the worst at this point of the grid."""
+        if self._sensor != (loop.sensor_hz, loop.sensor_ticks):
+            self._sensor, self._points = (loop.sensor_hz, loop.sensor_ticks), {}
+        self._points[point] = None
+
+    def fails(self, loop: Loop, wanted: float) -> bool:
+        """True if a loop keeps too little at these already; False: all must be looked at."""
+        behind = replace(loop, sensor_hz=self._sensor[0], sensor_ticks=self._sensor[1])
+        return bool(self._points) and not _share(judge(behind, np.array([*self._points]))) >= wanted
+
+
+def _best(loops: list[Loop], points: np.ndarray, hard: _Hard, known: dict[Loop, float]) -> Loop | None:
+    """The one that keeps the most, of equals the one that delays least; None if none keeps enough. What cannot be the best is not looked at to the end.
+
+    `known`: what those keep that were looked at to the end.
+    """
+    best, most = None, (KEPT_WANTED, -math.inf)
+    for one in sorted(loops, key=lambda one: one not in known):
+        if one not in known and not hard.fails(one, most[0]):
+            kept = _kept(one, points, hard, most[0])
+            if kept >= most[0]:
+                known[one] = kept
+        if (rank := (known.get(one, -math.inf), -one.own_ticks)) > most:
+            best, most = one, rank
+    return best
 
 
 def _sliding(loop: Loop) -> np.ndarray:
@@ -84,12 +118,18 @@ def _sliding(loop: Loop) -> np.ndarray:
     return np.flatnonzero((points.b_h == 0.0) & (points.bristle == 0.0))
 
 
-def _kept(loop: Loop, points: np.ndarray) -> float:
-    """Least share that is kept with every sensor, or as soon as it is too little; less than 0 where something grows."""
+def _share(found: Finding) -> float:
+    """Share of its damping that the least damped vibration keeps; less than 0 where something grows."""
+    return found.kept if found.ok else -found.radius
+
+
+def _kept(loop: Loop, points: np.ndarray, hard: _Hard, wanted: float = KEPT_WANTED) -> float:
+    """Least share that is kept with every sensor, or as soon as it is too little."""
     least = 1.0
     for one in (loop, *quicker_sensors(loop)):
         found = judge(one, points)
-        least = min(least, found.kept if found.ok else -found.radius)
-        if not least >= KEPT_WANTED:
+        least = min(least, _share(found))
+        if not least >= wanted:
+            hard.found(one, int(points[found.worst]))
             break
     return least

@@ -33,13 +33,3 @@ FAMILIES = (*FORMULAS, *(f"{machine}-{kernel}" for kernel in KERNELS for machine
 def is_machine(family: str) -> bool:
     """Whether a rung is a support-vector machine: neither a formula nor the mean."""
     return family in FAMILIES and family not in FORMULAS
-
-
-def markdown_table() -> str:
-    """The rungs as docs/ladder.md shows them."""
-    rows = [f"| `{name}` | {kind.what} |" for name, kind in FORMULAS.items()]
-    for name, kind in KERNELS.items():
-        rungs = ", ".join(f"`{machine}-{name}`" for machine in MACHINES)
-        rows.append(f"| {rungs} | support-vector regression, {kind.what} |")
-    rows.append(f"| `{MEAN.name}` | {MEAN.what} |")
-    return "\n".join(["| rung | what it is |", "|---|---|", *rows]) + "\n"

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from rtctl import __version__
-from rtctl.check import measured_timing as timing
 from rtctl.control.vocabulary import PARAMETERS
 from rtctl.friction import artefact
+from rtctl.rig_file import measured_timing as timing
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 

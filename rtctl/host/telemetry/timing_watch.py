@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.check.measured_timing import AxisTiming, plausible
 from rtctl.control.vocabulary import State
 from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.rig_file.measured_timing import AxisTiming, plausible
 
 EVENT = "measured"
 

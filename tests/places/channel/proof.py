@@ -15,8 +15,9 @@ from rtctl.recording.reader import RecordingReader
 from rtctl.recording.setup import setup_of
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.tick import json_schema, markdown_table
+from rtctl.tick import json_schema
 from rtctl.wire.encoding import encode
+from tests.documents.parts import PARTS
 
 FAULT = '[[device.options.faults]]\nchannel = "supply"\nkind = "offset"\nat_tick = 700\nfor_ticks = 50\nvalue = -3.0\n'
 
@@ -52,7 +53,7 @@ def test_the_tick_shows_what_the_motor_draws_and_what_a_script_makes_of_it(run):
 
 def test_documents_schema_and_telemetry_have_it(run):
     assert "supply_v" in json_schema(1)["required"]
-    assert "| `supply_v` |" in markdown_table()
+    assert "| `supply_v` |" in PARTS["tick fields"]()
     told = tick_columns(run[0][-3:])["supply_v"]
     assert told["shape"] == [3, 1]
     assert np.frombuffer(told["data"], told["dtype"]).tolist() == run[0]["supply_v"][-3:, 0].tolist()

@@ -15,7 +15,7 @@ from rtctl.cli import service as cli
 from rtctl.cli.service import command
 from rtctl.machine import service_steps as service
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 @pytest.fixture(autouse=True)

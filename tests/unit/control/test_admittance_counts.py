@@ -11,7 +11,7 @@ from test_admittance_sticking import HEAVY, Stuck, growth
 from rtctl.control import virtual_mass
 from rtctl.control.flicker import BLIND_HZ, HELD_AFTER, HELD_S, is_blind, steady_reading
 from rtctl.control.proofs import admittance_counts
-from rtctl.control.proofs.admittance_loop import Swing, eigenvalues, points
+from rtctl.control.proofs.admittance_loop import Swing, eigenvalues, matrices, points
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import State
 
@@ -78,3 +78,11 @@ def test_the_law_is_blind_while_the_reading_is_held_or_does_not_change():
     for _ in range(2 * round(HELD_S / T)):
         steady_reading(s, p, 0, COUNT, False)
     assert not is_blind(s, p, 0)
+
+
+@pytest.mark.parametrize("share", [0.3, 1.25])
+def test_a_loop_that_sees_a_part_of_the_joint_lies_between_one_that_is_blind_and_one_that_sees_all(share):
+    at, blind, sight = admittance_counts._seeing(HEAVY, HEAVY.bristle_nm_rad)
+    none = np.zeros(at.size)
+    part = matrices(HEAVY, at, Swing(none, none, none, np.full(at.size, share)))
+    np.testing.assert_allclose(blind + share * sight, part, rtol=1e-12, atol=1e-9)

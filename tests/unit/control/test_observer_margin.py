@@ -143,6 +143,6 @@ def test_a_very_stiff_elastic_joint_is_a_rigid_one():
 def test_what_is_no_number_does_not_pass():
     assert not judge(replace(RIG, inertia_kgm2=math.nan)).ok
     assert not judge(replace(RIG, gain=math.nan)).ok
-    assert not Finding(math.nan, 1.0, "", 1).ok
-    assert [Finding(1.0, kept, "", 1).ok for kept in (0.1, 0.3)] == [False, True]
-    assert not Finding(1.0, math.nan, "", 1).ok
+    assert not Finding(math.nan, 1.0, "", 1, 0).ok
+    assert [Finding(1.0, kept, "", 1, 0).ok for kept in (0.1, 0.3)] == [False, True]
+    assert not Finding(1.0, math.nan, "", 1, 0).ok

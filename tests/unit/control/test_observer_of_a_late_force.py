@@ -2,13 +2,15 @@
 
 import math
 from dataclasses import replace
-from itertools import pairwise
+from itertools import pairwise, product
 
 import numpy as np
 import pytest
 
+from rtctl.control.disturbance_observer import LATE_MOST
 from rtctl.control.proofs import observer_match
-from rtctl.control.proofs.observer_loop import Loop, Points
+from rtctl.control.proofs.drive_in_hand import unknown_gears
+from rtctl.control.proofs.observer_loop import Loop, Points, grid
 from rtctl.control.proofs.observer_margin import BANDWIDTHS_HZ, judge, modes
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
@@ -151,3 +153,32 @@ def test_left_over_lateness_is_damping_as_the_theory_has_it(hand):
         points = Points(*(np.array([value]) for value in (*hand, 0.0, 0.0)))
         left = -2 * mass * math.log(float(modes(loop, points)[1][0])) / T
         assert left - loop.viscous_nms_rad == pytest.approx(c, abs=0.2 * abs(c) + 0.02), (excess, ticks, own)
+
+
+def chosen_of_all(loop, bandwidths_hz, gears):
+    """The observer that every loop looked at to the end, with every sensor and at every undamped hand, leaves as the best."""
+    at = grid(loop)
+    undamped = np.flatnonzero((at.b_h == 0.0) & (at.bristle == 0.0))
+    late = observer_match.late_ticks(loop)
+    owns = sorted({min(math.ceil(late * part), LATE_MOST) for part in (0.0, 0.125, 0.25, 0.375, 0.5)})
+    for hz, excess in product(bandwidths_hz, observer_match.EXCESSES):
+        shares = {}
+        for own in owns:
+            one = replace(loop, bandwidth_hz=hz, excess=excess, own_ticks=own)
+            found = [judge(behind, undamped) for behind in (one, *quicker_sensors(one))]
+            shares[one] = min(each.kept for each in found) if all(each.ok for each in found) else -1.0
+        for one, share in sorted(shares.items(), key=lambda each: (-each[1], each[0].own_ticks)):
+            if share >= 0.4 and observer_match.bears(one, gears):
+                return one
+    return None
+
+
+@pytest.mark.parametrize(
+    ("ticks", "hz", "gears"),
+    [(3, 0.0, ()), (2, 150.0, ()), (0, 60.0, ()), (4, 0.0, unknown_gears(0.012, 0.0))],
+)
+def test_no_loop_that_is_left_out_would_have_been_chosen(ticks, hz, gears):
+    loop = replace(RIG, sensor_ticks=ticks, sensor_hz=hz)
+    wanted = chosen_of_all(loop, SLOWER[:4], gears)
+    assert wanted is not None
+    assert observer_match.tuned(loop, SLOWER[:4], gears) == wanted

@@ -13,8 +13,8 @@ from rtctl.experiments.admittance_findings import Felt
 from rtctl.experiments.admittance_runs import Contact, Rubbing, Shown
 from rtctl.experiments.statistics import Estimate
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
 from rtctl.simulation.family import with_plant
+from rtctl.simulation.shipped_files import shipped_config
 
 SHOWN = Shown(0.012, 0.1, 2.0, 20.0)
 

@@ -1,9 +1,9 @@
 import pytest
 
-from rtctl.host.loop.heartbeat import BEAT_S, SILENCE_S, Heartbeat, promised_ticks
+from rtctl.host.heartbeat import BEAT_S, SILENCE_S, Heartbeat, promised_ticks
 from rtctl.rig_file.config import load
 from rtctl.rt.shared_memory import CommandWriter, Memory
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@ import signal
 import subprocess
 import sys
 
-from rtctl.host.loop.process import is_dying
+from rtctl.host.loop_process import is_dying
 
 
 def test_a_process_counts_as_dying_from_its_end_on_before_anybody_has_waited_for_it():

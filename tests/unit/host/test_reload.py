@@ -4,7 +4,7 @@ from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import State
 from rtctl.host.reload import AT_REST, compare, environment_fields, refused
 from rtctl.rig_file import config
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 
 def changed(tmp_path, *pairs):

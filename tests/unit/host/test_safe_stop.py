@@ -9,7 +9,7 @@ import pytest
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo
-from rtctl.host.loop.safe_stop import SafeStop
+from rtctl.host.safe_stop import SafeStop
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rtctl.host.loop.stall_watch import LOOK_S, SLACK_S, STALL_PERIODS, STALL_S, StallWatch, Verdict
+from rtctl.host.stall_watch import LOOK_S, SLACK_S, STALL_PERIODS, STALL_S, StallWatch, Verdict
 
 PERIODS_S = (1e-4, 1e-3, 5e-3, 1e-2)
 

@@ -5,13 +5,13 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.check import measured_timing as timing
 from rtctl.cli.events import line
 from rtctl.control.vocabulary import State
 from rtctl.host.flight_recorder import FlightRecorder
 from rtctl.host.telemetry.events import EventDetector
 from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
 from rtctl.host.telemetry.timing_watch import TimingWatch
+from rtctl.rig_file import measured_timing as timing
 from rtctl.tick import new_ticks
 
 RIG = RigDescription(

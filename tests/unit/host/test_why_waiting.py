@@ -11,7 +11,7 @@ from hw import code_cache
 from hw.jit import JIT_DISABLED
 from rtctl.errors import LoopDiedError
 from rtctl.host import preparation, supervisor
-from rtctl.host.loop.process import Compiling, LoopProcess
+from rtctl.host.loop_process import Compiling, LoopProcess
 from rtctl.host.supervisor import _why_waiting
 from rtctl.rt import process as loop
 

@@ -15,7 +15,7 @@ from hw.entry_points import call_for_int, entry_point
 from hw.jit import JIT_DISABLED, compiled
 from hw.simulators.can_device import make_drives
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.tick import new_ticks
 
 

@@ -11,7 +11,7 @@ from hw.simulators.serial_line import Damage, Line
 from hw.simulators.serial_rig import Simulation, read_described
 from rtctl.control.jit import records
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.tick import new_ticks
 
 

@@ -12,7 +12,7 @@ from hw.can.board_options import BoardOptions
 from hw.interface import BackendError, Rig
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 DBC = """VERSION ""
 

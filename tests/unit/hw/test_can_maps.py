@@ -14,7 +14,7 @@ from hw.rig import compose
 from hw.simulators.can_device import DriveSim, make_drives
 from hw.simulators.can_plant import Inertia
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.tick import new_ticks
 
 _numbers = itertools.count()

@@ -6,7 +6,7 @@ import pytest
 
 from hw.rig import compose
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 LAW = """
 [force_sensor]

@@ -17,7 +17,7 @@ from hw.serial.checksums import KINDS, checksum
 from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
 from rtctl.rig_file.config import load
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 FORCE = {"channel": "force", "type": "i16", "offset": 2, "unit": "mN", "scale": 5.0}
 SENSOR = {

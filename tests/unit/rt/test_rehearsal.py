@@ -11,7 +11,7 @@ from rtctl.rt.clock import VirtualClock, now_ns
 from rtctl.rt.loop import Stop, run_loop
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import CommandWriter, Memory
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 pytestmark = pytest.mark.compiled
 

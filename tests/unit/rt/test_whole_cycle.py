@@ -14,7 +14,7 @@ from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
-from rtctl.simulation.demo import shipped_config
+from rtctl.simulation.shipped_files import shipped_config
 
 pytestmark = pytest.mark.compiled
 

@@ -15,7 +15,7 @@ from typing import IO, Any, NamedTuple, cast
 import numpy as np
 
 from rtctl.errors import DeviceError, LoopDiedError, RealtimeError
-from rtctl.host.loop.waiting import WaitingLoop
+from rtctl.host.waiting_loop import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.shared_memory import Memory
 

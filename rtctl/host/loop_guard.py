@@ -5,9 +5,9 @@ from __future__ import annotations
 import time
 
 from rtctl.errors import LoopDiedError
-from rtctl.host.loop.process import LoopProcess
-from rtctl.host.loop.safe_stop import SafeStop
-from rtctl.host.loop.stall_watch import StallWatch, Verdict
+from rtctl.host.loop_process import LoopProcess
+from rtctl.host.safe_stop import SafeStop
+from rtctl.host.stall_watch import StallWatch, Verdict
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.shared_memory import Memory
 

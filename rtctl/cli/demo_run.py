@@ -9,24 +9,17 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from pathlib import Path
 
 import numpy as np
 
 from rtctl.control.vocabulary import State
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
-from rtctl.simulation.shipped_files import shipped
 
 SETTLE_S = 1.0
 
 TRACE_HZ = 50.0
 """Samples a second that are kept for the picture."""
-
-
-def shipped_config(name: str) -> Path:
-    """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed package."""
-    return shipped(f"configs/{name}")
 
 
 @dataclass
