@@ -39,6 +39,9 @@ RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
 _HEAVIEST = 64.0
 _STEPS = 18
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
+_SOFTEST_HAND, _STIFFEST_HAND = 0.5, 1e5
+_LEAST_DAMPING, _MOST_DAMPING = 1e-3, 20.0
+"""Hands and virtual dampings of a search, N m/rad and N m s/rad of a joint of the usual size; of any other in proportion."""
 _HALVINGS = 10
 _CONFIRMS = 16
 _WORLDS = 24
@@ -133,8 +136,8 @@ def _passes(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) 
     return bool(spectral_radii(slides, at).max() <= edge(loop))
 
 
-def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
-    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; `most` if none is too stiff.
+def largest_hand(loop: AdmittanceLoop, *, world: bool = True) -> float:
+    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; 1e5 of a usual joint if none is too stiff.
 
     The softest hands first: what passes is the stretch up to the first that does not.
     """
@@ -146,7 +149,8 @@ def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5)
     low = 0.0
     if not passes(low):
         return 0.0
-    for k_h in np.geomspace(0.5, most, _STEPS):
+    most = max(_STIFFEST_HAND * loop.size, loop.box.stiffness_nm_rad)
+    for k_h in np.geomspace(_SOFTEST_HAND * loop.size, most, _STEPS):
         if not passes(float(k_h)):
             found = _between(passes, low, float(k_h))
             return _confirmed(loop, found, 0.97, _with_hand) if world else found
@@ -192,9 +196,9 @@ def smallest_mass(loop: AdmittanceLoop) -> float:
 
 def least_damping(loop: AdmittanceLoop) -> float:
     """Least virtual damping, no less than the present, that passes, N m s/rad; 0 if none does."""
-    present = max(loop.virtual_damping_nms_rad, 1e-3)
+    present = max(loop.virtual_damping_nms_rad, _LEAST_DAMPING * loop.size)
     low = present
-    for damping in np.geomspace(present, max(20.0, 4 * present), _STEPS):
+    for damping in np.geomspace(present, max(_MOST_DAMPING * loop.size, 4 * present), _STEPS):
         if _passes(replace(loop, virtual_damping_nms_rad=float(damping))):
             found = _between(lambda b: _passes(replace(loop, virtual_damping_nms_rad=b)), float(damping), low)
             return _confirmed(loop, found, 1.03, _with_damping)
