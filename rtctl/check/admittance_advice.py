@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import product
@@ -54,7 +55,7 @@ def _holds(loop: AdmittanceLoop) -> bool:
 def _change(shares: tuple[float, float, float, float]) -> float:
     """How much another thing a hand holds: a mass or damping counts what it is larger by, a gain less, a servo's spring least."""
     mass, damped, gain, held = shares
-    return mass * damped / gain**0.5 + 0.1 * (1 - held)
+    return mass * damped / math.sqrt(gain) + 0.1 * (1 - held)
 
 
 def _changed(loop: AdmittanceLoop, mass: float, damped: float, gain: float, held: float) -> AdmittanceLoop:
