@@ -18,7 +18,8 @@ from __future__ import annotations
 
 import math
 
-from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
+from rtctl.check.admittance_advice import passing_together
+from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of, rounded_up
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_loop import SHAKE_RAD_S, between_text
 
@@ -40,7 +41,7 @@ def closed_loop(s: Subject) -> list[Verdict]:
     )
     hands = f"{shown}hands to {box.hand_stiffness_nm_rad:g} N m/rad, {box.hand_damping_nms_rad:g} N m s/rad, {box.hand_inertia_kgm2:g} kg m^2"
     if not one.stable:
-        meaning = f"grows with a {one.worst}: {remedy(s, one)}"
+        meaning = f"grows with a {one.worst}: {remedy(s, one)}{_together(s)}"
     elif one.proved:
         meaning = (
             f"{hands}, any linear world: proved between the points, too, in {one.cells} cells; {_room(one)}"
@@ -64,6 +65,17 @@ def closed_loop(s: Subject) -> list[Verdict]:
     ]
 
 
+def _together(s: Subject) -> str:
+    """One set of numbers with which all these rows pass: what helps one of them alone may fail another."""
+    advice = passing_together(loop_of(s.axis, s.table, s.joint, s.period_s))
+    if advice.keys:
+        return f"; all hands, dry friction and a joint that sticks pass with {advice.words()}"
+    return (
+        "; no masses, dampings and gains that were tried pass together: less delay or lag, or less hand_stiffness_nm_rad and hand_inertia_kgm2, "
+        "if no stiffer or heavier hand holds it"
+    )
+
+
 def _room(one: AdmittanceFigures) -> str:
     return (
         f"passes up to a hand of {one.hand_stiffness_max_nm_rad:.4g} N m/rad ({one.hand_stiffness_max_free_nm_rad:.4g} in free "
@@ -75,9 +87,9 @@ def remedy(s: Subject, one: AdmittanceFigures) -> str:
     """What passes nearest by."""
     ways = []
     if one.mass_min_kgm2 > s.table.admittance.mass_kgm2:
-        ways.append(f"mass_kgm2 = {_up(one.mass_min_kgm2)}")
+        ways.append(f"mass_kgm2 = {rounded_up(one.mass_min_kgm2)}")
     if one.damping_min_nms_rad > 0:
-        ways.append(f"damping_nms_rad = {_up(one.damping_min_nms_rad)}")
+        ways.append(f"damping_nms_rad = {rounded_up(one.damping_min_nms_rad)}")
     if one.hand_stiffness_max_nm_rad > 0:
         ways.append(
             f"hand_stiffness_nm_rad = {_down(one.hand_stiffness_max_nm_rad)}, if no stiffer hand holds it"
@@ -87,11 +99,6 @@ def remedy(s: Subject, one: AdmittanceFigures) -> str:
         if ways
         else "no mass passes at these gains: another velocity_gain_nms_rad, or less delay"
     )
-
-
-def _up(value: float) -> str:
-    step = 10.0 ** (math.floor(math.log10(value)) - 2)
-    return f"{math.ceil(value / step) * step:.3g}"
 
 
 def _down(value: float) -> str:
@@ -113,7 +120,7 @@ def stuck_joint(s: Subject) -> list[Verdict]:
         shakes = f"within a presliding of {mrad:.3g} mrad, where friction is a spring, the joint shakes with a {one.stuck_worst}"
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
         if speed > SHAKE_RAD_S:
-            outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}"
+            outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}{_together(s)}"
             if not s.axis.guarantee.measured:
                 outcome = Outcome.NOT_PROVED
                 meaning += f"; nobody says what the presliding length is ({mrad:.3g} mrad are assumed)"
@@ -137,7 +144,7 @@ def stuck_joint(s: Subject) -> list[Verdict]:
 def _rest_remedy(one: AdmittanceFigures) -> str:
     ways = "less hand_inertia_kgm2, if no heavier hand holds it, less velocity_gain_nms_rad, or more damping_nms_rad"
     if one.rest_damping_min_nms_rad > 0:
-        return f"rest_damping_nms_rad = {_up(one.rest_damping_min_nms_rad)}, or {ways}"
+        return f"rest_damping_nms_rad = {rounded_up(one.rest_damping_min_nms_rad)}, or {ways}"
     return ways
 
 
@@ -149,7 +156,7 @@ def dry_friction(s: Subject) -> list[Verdict]:
     if not passes:
         meaning = (
             f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
-            "less position_gain_nm_rad, or more velocity_gain_nms_rad or damping_nms_rad"
+            f"{'less position_gain_nm_rad, or ' if table.position_gain_nm_rad > 0 else ''}more velocity_gain_nms_rad or damping_nms_rad{_together(s)}"
         )
     refusal = (
         f"{s.where}.admittance.position_gain_nm_rad: axis {s.axis.name}: {table.position_gain_nm_rad:g} with velocity_gain_nms_rad = "

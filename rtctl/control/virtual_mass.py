@@ -85,6 +85,7 @@ def _rest_damping(s: Record, p: Record, axis: int) -> float:
 
     Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick, so it only takes. Where the joint is no longer seen
     it begins at the speed of the mass: a hand that leans on a joint that sticks moves the mass on, and to brake that would jolt the joint by counts.
+    So does it where the joint gave way by a count at the end of its bristles and the mass goes on towards that end: nothing turned back.
     """
     before, damping, blind = s.mass_calms_nms_rad[axis], 0.0, is_blind(s, p, axis)
     if blind:
@@ -93,7 +94,7 @@ def _rest_damping(s: Record, p: Record, axis: int) -> float:
         damping = p.mass_rest_nms_rad[axis]
     if damping == 0.0:
         s.mass_calm_rad_s[axis] = 0.0
-    elif blind and before == 0.0:
+    elif before == 0.0 and (blind or s.mass_velocity_rad_s[axis] * s.mass_bristle_share[axis] > 0.0):
         s.mass_calm_rad_s[axis] = s.mass_velocity_rad_s[axis]
     s.mass_calms_nms_rad[axis] = damping
     return float(damping)

@@ -70,7 +70,9 @@ def told(loaded, held):
 def test_where_no_friction_is_told_it_hunts_no_faster_than_is_said_and_the_remedies_pass():
     loose = coarse(dry_friction_nm=0.0)
     speeds = [moves(loose, *one) for one in JOINTS]
-    assert 0.004 < max(speeds) <= told(loose, False)
+    assert max(speeds) <= told(
+        loose, False
+    )  # the second hunted at .005 until the damper of rest no longer jolted its mass
     rows = {one.name: one for one in stability_report.examine(loose).axes[0].verdicts}
     row = rows["admittance, hunting about a count"]
     assert row.outcome == Outcome.FAIL
@@ -158,3 +160,32 @@ def test_a_joint_that_creeps_rings_no_faster_than_is_said_and_the_counts_that_ar
     assert 0.006 < rings(creeps) <= told(creeps, False)
     calm = creeps.model_copy(update={"config": finer(creeps, 20000.0 * 1.01 * told(creeps, False) / 0.002)})
     assert rings(calm) < 0.003
+
+
+def test_a_joint_that_gives_way_by_a_count_under_a_leaning_mass_is_not_jolted():
+    """At the end of its bristles: each count back the damper of rest began at rest and braked the mass, four times a second; it swung at 2.3 to 2.8 mrad/s for good."""
+    wheel = coarse(
+        inertia_kgm2=0.0409, viscous_nms_rad=0.0821, encoder_counts_per_rev=1018000.0, dry_friction_nm=0.1415, torque_limit_nm=8.24, torque_rate_nm_s=507.0, current_limit_a=24.7,
+        coupling={"delay_ticks": 1.0}, drive={"current_loop_hz": 300.0}, friction={"presliding_rad": 0.00124}, force={"sensor_delay_s": 0.005},
+        admittance={
+            "mass_kgm2": 0.0744, "damping_nms_rad": 0.421, "velocity_gain_nms_rad": 2.086, "position_gain_nm_rad": 0.0, "rest_damping_nms_rad": 0.497, "mass_max_kgm2": 0.0,
+            "damping_max_nms_rad": 0.0, "hand_stiffness_nm_rad": 15.65, "hand_damping_nms_rad": 0.227, "hand_inertia_kgm2": 0.0124, "force_deadband_nm": 0.003,
+        },
+    )  # fmt: skip
+    own = {
+        "motor": 0.0409,
+        "viscous": 0.0821,
+        "coulomb": 0.202,
+        "breakaway": 0.29,
+        "stribeck": 0.234,
+        "bristle": 235.0,
+    }
+    late = {"delay_ticks": 1.0, "lag_s": 1 / (2 * math.pi * 300), "force_delay_s": 0.005}
+    hold = {"spring": 15.65, "damper": 2e-4, "amplitude": 0.12, "hz": 0.5, "from_s": 1.5, "to_s": 4.0}
+    for exponent in (0.0, 1.0):
+        rig = Rig(wheel, [axis(**own, **late, **hold, exponent=exponent)], step_s=4e-5)
+        command = rig.law[3]
+        command["environment_kind"], command["environment_damping_nms_rad"] = int(Environment.DAMPER), 2.46
+        speeds, _, states = rig.run(8.0)
+        assert states[-1] == State.ACTIVE
+        assert float(np.sqrt(np.mean(np.square(speeds[-2000:])))) < 5e-4

@@ -19,7 +19,21 @@ CHECKED = "tests/unit/cli/test_check_admittance.py"
 
 HELP = "tests/unit/control/test_admittance_help.py"
 
+SIZES = "tests/unit/control/test_joints_of_other_sizes.py"
+
+GIVES = "tests/acceptance/test_foreign_counts.py::test_a_joint_that_gives_way_by_a_count_under_a_leaning_mass_is_not_jolted"
+
 SEEDS = (
+    Seed(
+        "a damper of rest begins at rest under a mass that goes on", MASS,
+        " and (blind or s.mass_velocity_rad_s[axis] * s.mass_bristle_share[axis] > 0.0)", " and blind",
+        (GIVES, f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time"),
+    ),
+    Seed(
+        "a knob is certified in the springs of a joint", "rtctl/control/proofs/admittance_loop.py",
+        "    smaller = min(loop.size, 1.0)\n", "    smaller = 1.0\n",
+        (f"{SIZES}::test_a_small_joint_that_the_springs_of_a_usual_one_certified_shakes_and_is_refused",),
+    ),
     Seed(
         "help with friction is judged as if it turned at once", "rtctl/control/proofs/admittance_help.py",
         "np.array(amplitude_rad / loop.help_turns_rad)", "np.array(1e9)",

@@ -66,5 +66,5 @@ def test_the_picture_names_both_figures_and_has_no_date(tmp_path):
 
 
 def test_a_picture_that_cannot_be_written_is_told(tmp_path):
-    with pytest.raises(DataError, match="a.png: cannot write"):
+    with pytest.raises(DataError, match=r"a\.png: cannot write"):
         draw(tmp_path / "nowhere" / "a.png", np.zeros(2), np.zeros(2), 1.0, (1.0, 1.0))

@@ -41,11 +41,12 @@ WORLD_STIFFNESS_NM_RAD = 1e6
 WORLD_DAMPING_NMS_RAD = 1e3
 """The virtual worlds: from nothing to these."""
 
-_WORLDS = (
-    *((stiffness, 0.0) for stiffness in (0.0, *np.geomspace(3.0, WORLD_STIFFNESS_NM_RAD, 12).tolist())),
-    *((0.0, damping) for damping in (0.3, 3.0, 30.0)),
-)
-"""Stiffness and damping of those in the grid."""
+USUAL_INERTIA_KGM2 = 0.012
+"""Joint of the size for which the springs and dampers that are tried are written; of any other they are in proportion."""
+
+_SPRINGS, _SOFTEST_SPRING = 12, 3.0
+_DAMPERS = (0.3, 3.0, 30.0)
+"""Worlds of the grid: how many springs, the softest N m/rad, and dampers N m s/rad."""
 
 _STIFFNESSES = 9
 _SOFTEST = 0.004
@@ -115,6 +116,11 @@ class AdmittanceLoop:
     box: Box = Box()
 
     @property
+    def size(self) -> float:
+        """How many times the usual joint it is: a knob's springs are no joint's."""
+        return self.inertia_kgm2 / USUAL_INERTIA_KGM2
+
+    @property
     def bristles(self) -> tuple[float, ...]:
         """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that sticks, N m/rad."""
         return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
@@ -159,7 +165,17 @@ def grid(loop: AdmittanceLoop) -> Points:
     b_h = [share * box.damping_nms_rad for share in _DAMPINGS]
     m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
     hands = product(sorted({*k_h}), sorted({*b_h}), sorted({*m_h}), loop.bristles, range(len(loop.joints)))
-    return points([(*hand, *world) for hand, world in product(hands, _WORLDS)])
+    worlds = [(spring, 0.0) for spring in springs(loop, _SOFTEST_SPRING, _SPRINGS)]
+    worlds += [(0.0, min(loop.size, 1.0) * damper) for damper in _DAMPERS]
+    return points([(*hand, *world) for hand, world in product(hands, worlds)])
+
+
+def springs(loop: AdmittanceLoop, softest_nm_rad: float, count: int) -> list[float]:
+    """None and `count` springs of worlds, N m/rad, from the softest of a usual joint to the stiffest; of a smaller joint softer ones, and that stiffest."""
+    smaller = min(loop.size, 1.0)
+    ends = smaller * softest_nm_rad, smaller * WORLD_STIFFNESS_NM_RAD
+    stiffest = [WORLD_STIFFNESS_NM_RAD] if smaller < 1 else []
+    return [0.0, *np.geomspace(*ends, count).tolist(), *stiffest]
 
 
 def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -> Points:
@@ -167,7 +183,7 @@ def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -
     box = loop.box
     k_h = np.geomspace(_SOFTEST, 1.0, _STIFFNESSES)[-1 if only_stiffest else 0 :] * box.stiffness_nm_rad
     m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
-    k_e = (0.0, *np.geomspace(1.0, WORLD_STIFFNESS_NM_RAD, count).tolist())
+    k_e = springs(loop, 1.0, count)
     softest = [] if only_stiffest else [0.0]
     hands = product(
         sorted({*softest, *k_h.tolist()}), (0.0,), sorted({*m_h}), (0.0,), range(len(loop.joints))

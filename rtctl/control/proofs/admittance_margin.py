@@ -39,6 +39,9 @@ RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
 _HEAVIEST = 64.0
 _STEPS = 18
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
+_SOFTEST_HAND, _STIFFEST_HAND = 0.5, 1e5
+_LEAST_DAMPING, _MOST_DAMPING = 1e-3, 20.0
+"""Hands and virtual dampings of a search, N m/rad and N m s/rad of a joint of the usual size; of any other in proportion."""
 _HALVINGS = 10
 _CONFIRMS = 16
 _WORLDS = 24
@@ -73,8 +76,8 @@ def judge(loop: AdmittanceLoop) -> Finding:
     return worst_of(loop, at.beside(fine_worlds(loop, only_stiffest=False)))
 
 
-def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
-    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad.
+def judge_rubbing(loop: AdmittanceLoop, *, some: bool = False) -> tuple[Finding, float]:
+    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad; `some`: of the stiffest hands and of those that have no spring.
 
     Notes
     -----
@@ -84,6 +87,7 @@ def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
     velocity gains.
     """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
+    at = at[np.flatnonzero((at.k_h == 0) | (at.k_h == at.k_h.max()))] if some else at
     dampings = [by * loop.velocity_gain_nms_rad for by in RUBS]
     tried = [
         replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0) for more in dampings
@@ -127,7 +131,7 @@ def proof(loop: AdmittanceLoop) -> Proof:
     return admittance_proof.prove(replace(loop, bristle_nm_rad=0.0))
 
 
-def _passes(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
+def passes_stiffest(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
     """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide most, and
     what it finds is confirmed by more worlds and by `judge`.
     """
@@ -137,20 +141,21 @@ def _passes(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) 
     return bool(spectral_radii(slides, at).max() <= edge(loop))
 
 
-def largest_hand(loop: AdmittanceLoop, *, world: bool = True, most: float = 1e5) -> float:
-    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; `most` if none is too stiff.
+def largest_hand(loop: AdmittanceLoop, *, world: bool = True) -> float:
+    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; 1e5 of a usual joint if none is too stiff.
 
     The softest hands first: what passes is the stretch up to the first that does not.
     """
 
     def passes(k_h: float) -> bool:
         box = replace(loop.box, stiffness_nm_rad=k_h)
-        return _passes(replace(loop, box=box), world=world)
+        return passes_stiffest(replace(loop, box=box), world=world)
 
     low = 0.0
     if not passes(low):
         return 0.0
-    for k_h in np.geomspace(0.5, most, _STEPS):
+    most = max(_STIFFEST_HAND * loop.size, loop.box.stiffness_nm_rad)
+    for k_h in np.geomspace(_SOFTEST_HAND * loop.size, most, _STEPS):
         if not passes(float(k_h)):
             found = _between(passes, low, float(k_h))
             return _confirmed(loop, found, 0.97, _with_hand) if world else found
@@ -169,7 +174,7 @@ def slowest_sensor(loop: AdmittanceLoop) -> float:
     """
 
     def passes(hz: float) -> bool:
-        return _passes(replace(loop, sensor_hz=hz))
+        return passes_stiffest(replace(loop, sensor_hz=hz))
 
     quicker = 0.0
     for hz in np.geomspace(*SENSORS_HZ, _STEPS):
@@ -185,22 +190,24 @@ def smallest_mass(loop: AdmittanceLoop) -> float:
     masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
     heavier = None
     for mass in masses[::-1]:
-        if not _passes(_with_mass(loop, float(mass))):
+        if not passes_stiffest(with_mass(loop, float(mass))):
             if heavier is None:
                 continue  # so heavy that the filters outweigh it: lighter may do
-            found = _between(lambda m: _passes(_with_mass(loop, m)), heavier, float(mass))
-            return _confirmed(loop, found, 1.03, _with_mass)
+            found = _between(lambda m: passes_stiffest(with_mass(loop, m)), heavier, float(mass))
+            return _confirmed(loop, found, 1.03, with_mass)
         heavier = float(mass)
     return heavier or 0.0
 
 
 def least_damping(loop: AdmittanceLoop) -> float:
     """Least virtual damping, no less than the present, that passes, N m s/rad; 0 if none does."""
-    present = max(loop.virtual_damping_nms_rad, 1e-3)
+    present = max(loop.virtual_damping_nms_rad, _LEAST_DAMPING * loop.size)
     low = present
-    for damping in np.geomspace(present, max(20.0, 4 * present), _STEPS):
-        if _passes(replace(loop, virtual_damping_nms_rad=float(damping))):
-            found = _between(lambda b: _passes(replace(loop, virtual_damping_nms_rad=b)), float(damping), low)
+    for damping in np.geomspace(present, max(_MOST_DAMPING * loop.size, 4 * present), _STEPS):
+        if passes_stiffest(replace(loop, virtual_damping_nms_rad=float(damping))):
+            found = _between(
+                lambda b: passes_stiffest(replace(loop, virtual_damping_nms_rad=b)), float(damping), low
+            )
             return _confirmed(loop, found, 1.03, _with_damping)
         low = float(damping)
     return 0.0
@@ -210,7 +217,7 @@ def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
     return replace(loop, box=replace(loop.box, stiffness_nm_rad=k_h))
 
 
-def _with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
+def with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
     """With the share that is sent ahead of a mass below the joint's (`admittance_table.AdmittanceTable.sent_ahead`)."""
     now, then = (min(1.0, one / loop.inertia_kgm2) for one in (loop.mass_kgm2, mass))
     return replace(loop, mass_kgm2=mass, feedforward=loop.feedforward * then / now)
@@ -233,7 +240,7 @@ def _confirmed(
     """The value, moved away from what fails until the whole grid passes, too; 0 if it does not."""
     for _ in range(_CONFIRMS):
         one = with_value(loop, value)
-        if _passes(one, worlds=_FINE_WORLDS) and judge(one).ok:
+        if passes_stiffest(one, worlds=_FINE_WORLDS) and judge(one).ok:
             return value
         value *= step
     return 0.0

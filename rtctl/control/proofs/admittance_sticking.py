@@ -30,7 +30,8 @@ _FOLLOWED = 12
 """Points that grow, of each bristle stiffness, whose swing is followed: the quickest to grow, and as many of the highest frequency."""
 
 _DAMPINGS = 24
-_MOST_DAMPING = 30.0
+_LEAST_DAMPING, _MOST_DAMPING = 0.02, 30.0
+"""How many dampings at rest are tried, from which to which, N m s/rad of a joint of the usual size; of any other in proportion."""
 _MORE = 1.5
 """What just does not grow would ring for many seconds."""
 
@@ -73,7 +74,7 @@ def calming_rest_damping(loop: AdmittanceLoop) -> float:
     Searched at the points that grow without it, and confirmed at all.
     """
     weak = [(one, _growing(one, share)[0]) for share, one in _tried(replace(loop, rest_damping_nms_rad=0.0))]
-    for damping in np.geomspace(0.02, _MOST_DAMPING, _DAMPINGS).tolist():
+    for damping in (loop.size * np.geomspace(_LEAST_DAMPING, _MOST_DAMPING, _DAMPINGS)).tolist():
         if all(_rests(replace(one, rest_damping_nms_rad=damping), at) for one, at in weak):
             found = _MORE * damping
             return found if judge_stuck(replace(loop, rest_damping_nms_rad=found)).ok else 0.0

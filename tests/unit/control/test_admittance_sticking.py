@@ -152,7 +152,12 @@ def test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time():
     assert rig.s["mass_calm_rad_s"][0] == 0.0
     assert step(3e-3, 1.0) == pytest.approx((m * before + T) / (m + T * b), rel=1e-6)
     before = float(rig.s["mass_velocity_rad_s"][0])
-    after = step(2.5e-3, 0.0)  # turned back: sticks again, from a damper at rest
+    after = step(2.5e-3, 0.0)  # gave way a little, the mass goes on: nothing jumps
+    assert after == pytest.approx((m + T * 1.0) * before / (m + T * (b + 1.0)), rel=1e-6)
+    step(4e-3, 0.0)
+    before = step(4.5e-3, -5.0)  # the mass turns back first
+    assert before < 0.0
+    after = step(4e-3, 0.0)  # then the joint: sticks again, from a damper at rest
     assert after == pytest.approx(m * before / (m + T * (b + 1.0)), rel=1e-6)
 
 
