@@ -49,7 +49,7 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
     type=click.Path(path_type=Path),
     multiple=True,
     required=True,
-    help="text, npz, npy, MATLAB, Parquet or a recording (MCAP); may be repeated",
+    help="text, npz, npy, MATLAB, HDF5, Parquet or a recording (MCAP); may be repeated",
 )
 @click.option(
     "--column", "columns", multiple=True, metavar="ROLE=NAME[:UNIT[:SCALE]]", help=f"ROLE: {', '.join(ROLES)}"

@@ -151,7 +151,7 @@ def _require_rate(log: AxisLog) -> None:
     if not RATE_LEAST_HZ <= log.rate_hz <= RATE_MOST_HZ:
         raise DataError(
             f"{log.source}: column time: one row every {1 / log.rate_hz:.3g} s is not plausible ({1 / RATE_MOST_HZ:.2g} to "
-            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns)"
+            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns, min, h, days)"
         )
 
 
