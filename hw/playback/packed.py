@@ -71,7 +71,7 @@ def _unpacked(path: Path, raw: bytes, kind: str) -> bytes:
     return text
 
 
-def _opened(path: Path, raw: IO[bytes], kind: str) -> IO[bytes]:
+def _opened(path: Path, raw: IO[bytes], kind: str) -> io.BufferedIOBase | IO[bytes]:
     if kind == "gzip":
         return gzip.GzipFile(fileobj=raw)
     if kind == "xz":
