@@ -130,7 +130,6 @@ def command(  # longer than 50 lines: the steps are in order of the work
         doubtful_offsets,
         doubtful_parameters,
     )
-    from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
     from rtctl.friction.logs.regression import joint_fit
     from rtctl.friction.logs.reversal_memory import reversals_of_logs
     from rtctl.recording.as_columns import register
@@ -164,7 +163,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
         delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
         whole = [part for stretches in read for part in stretches]
-        bent = presliding_of_logs(whole, cutoff_hz, slowest)
+        bent = found.bent
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
         document["units"] = units_of(mapped)

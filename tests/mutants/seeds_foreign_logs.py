@@ -14,6 +14,20 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "long bristles are taken for sliding",
+        "rtctl/friction/logs/log_points.py",
+        "far = SETTLE_LENGTHS * bent.length_rad",
+        "far = 0.0",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "an archive of several logs is its first one",
+        "hw/playback/packed.py",
+        "if len(files) != 1:",
+        "if not files:",
+        ("tests/unit/hw/test_packed_logs.py",),
+    ),
+    Seed(
         "an AC-coupled torque is none",
         "rtctl/friction/logs/high_passed.py",
         "if not (corner > 0 and",

@@ -17,6 +17,7 @@ RIGHT = {
     "Maxwell slip of Leuven, many sines": (Rig(law=GMS), Logger()),
     "Bliman and Sorine, moves": (Rig(law=BLIMAN_SORINE, program="moves"), Logger()),
     "a peak that lags, chirp": (Rig(law=DAHL, lag=0.05, stribeck=0.1, program="chirp"), Logger()),
+    "bristles of 30 mrad, many sines": (Rig(law=DAHL, bend=0.03, breakaway=0.25, travel=0.6), Logger()),
     "measured together at 50 Hz": (Rig(program="moves"), Logger(rate_hz=50.0)),
     "heavy, hardly any friction": (Rig(coulomb=0.02, breakaway=0.025, viscous=0.01), Logger()),
     "a small motor": (
