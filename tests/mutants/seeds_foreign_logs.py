@@ -14,6 +14,20 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "parts of other speeds are parts of other friction",
+        "rtctl/friction/logs/balance_faults.py",
+        "if own > TOLD_RATIO * balance.fit(added=bends, rows=rows).rest:",
+        "if own < 0:",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "friction that grows with the square of speed is a sensor that bends",
+        "rtctl/friction/logs/torque_shape.py",
+        "min(BEND_EXPLAINS * found.before, over_speed)",
+        "found.before",
+        ("tests/unit/friction/test_torque_shape.py",),
+    ),
+    Seed(
         "long bristles are taken for sliding",
         "rtctl/friction/logs/log_points.py",
         "far = SETTLE_LENGTHS * bent.length_rad",

@@ -29,8 +29,8 @@ SHARE_LEAST, SHARE_TOLD, SHARE_MOST = 0.03, 0.4, 0.6
 ALIKE = 0.4
 """Share by which that of a gear may differ beside other columns: what only looks like it goes into them."""
 
-BEND_LEAST = 0.06
-"""Least share of the largest torque that is told to be missing."""
+BEND_LEAST, BEND_EXPLAINS = 0.06, 0.6
+"""Least share of the largest torque that is told to be missing, and the largest share of what was left over that is left over with it: sensors and drives that saturate leave .03 to .12, friction that is not quite Coulomb + viscous .74 and more."""
 
 DRIFT_LEAST = 0.1
 """Least change of a scale over a log that is told."""
@@ -184,9 +184,12 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
 
 
 def bent(signals: Regressors) -> tuple[str, ...]:
-    """The warning that a single torque does not grow as the motion wants."""
-    found = _Plain(signals).bend()
-    if not (found.sure() and abs(found.value) > BEND_LEAST):
+    """The warning that a single torque does not grow as the motion wants, where friction that bends over speed does not say it better."""
+    plain = _Plain(signals)
+    found = plain.bend()
+    over_speed = plain.coefficient(np.zeros(len(found.column)), plain.others[:, 1:3])[2]
+    explained = found.rest < min(BEND_EXPLAINS * found.before, over_speed)
+    if not (found.sure() and abs(found.value) > BEND_LEAST and explained):
         return ()
     short = found.value > 0
     text = (

@@ -77,6 +77,13 @@ def test_what_the_model_does_not_know_is_named(name, tmp_path):
     assert any(re.search(cause, text) for text in warnings), warnings
 
 
+def test_friction_that_bends_over_speed_is_no_change_within_the_log(tmp_path):
+    _, warnings = identified(
+        log_of(Rig(law=DAHL, power=2.0, viscous=0.03, program="moves"), Logger()), tmp_path
+    )
+    assert not [text for text in warnings if re.search(r"changes within|not proportional", text)]
+
+
 def test_turns_that_are_quicker_than_the_rows_are_no_jumps(tmp_path):
     log = log_of(Rig(law=DAHL, program="ramps", seconds=60.0), Logger(rate_hz=50.0))
     path = tmp_path / "log.csv"

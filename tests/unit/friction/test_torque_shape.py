@@ -5,6 +5,7 @@ import pytest
 from dirty_changes import clean, through_gear
 from dirty_logs import identified
 from moved_joint import CLEAN
+from scipy.ndimage import gaussian_filter1d
 
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
@@ -106,3 +107,14 @@ def test_a_geared_joint_in_brisk_motion_is_right_to_the_tenth(tmp_path):
     found = identified(through_gear(0.2, brisk=True)(clean("motor")), tmp_path)
     assert "friction grows with the torque" in found.said
     assert abs(found.off["inertia_kgm2"]) < 0.1
+
+
+def test_friction_that_grows_with_the_square_of_speed_is_no_sensor_that_bends():
+    """Even strokes at five speeds: the cube of the torque looks like it, but leaves more over."""
+    t = np.arange(0, 40, 1 / RATE_HZ)
+    steps = np.where(t % 2 < 1, 1, -1) * np.array([0.3, 1, 2, 4, 5])[(t // 2).astype(int) % 5]
+    x = gaussian_filter1d(np.cumsum(steps) / RATE_HZ, 10)
+    v = np.gradient(x, t)
+    torque = 0.02 * np.gradient(v, t) + 0.02 * v + np.sign(v) * (0.3 + 0.02 * v**2)
+    torque += np.random.default_rng(1).normal(0, 2e-3, len(t))
+    assert bent(regressors(AxisLog(RATE_HZ, x, torque, "made", "0" * 64))) == ()
