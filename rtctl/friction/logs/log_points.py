@@ -41,6 +41,12 @@ MEASURED_TOGETHER = (
 )
 
 
+TWO_SHARES = (
+    "whether friction is a share of the torques, as in gears: of two torques it is not looked for; of a gear that loses a share k of what drives it all parameters are 1/(1 - k) "
+    "times too large (a log of the motor alone, with quick stops, tells it)"
+)
+
+
 @dataclass(frozen=True)
 class InTime:
     """Logs whose torques are of the instants of the position: stretches of each, all together, and how that was come by.
@@ -135,8 +141,10 @@ def _shared(
     """The signals with friction as a share of the torque where a single torque tells it, with what is to be said."""
     two = any(stretch.external_nm is not None for stretches in logs for stretch in stretches)
     v = signals.velocity_rad_s[signals.sliding]
-    if two or min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+    if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return signals, (), ()
+    if two:
+        return signals, (), (TWO_SHARES,)
     try:
         return with_share(signals)
     except DataError:
