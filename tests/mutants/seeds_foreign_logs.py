@@ -23,8 +23,15 @@ SEEDS = (
     Seed(
         "friction that grows with the square of speed is a sensor that bends",
         "rtctl/friction/logs/torque_shape.py",
-        "min(BEND_EXPLAINS * found.before, over_speed)",
-        "found.before",
+        "return rest < min(EXPLAINS_MUCH * self.coefficient(none)[2], over_speed)",
+        "return rest > 0",
+        ("tests/unit/friction/test_torque_shape.py",),
+    ),
+    Seed(
+        "a scale that drifts explains little and is told",
+        "rtctl/friction/logs/torque_shape.py",
+        "if not plain.is_explained(motion[2]):",
+        "if motion[2] < 0:",
         ("tests/unit/friction/test_torque_shape.py",),
     ),
     Seed(
