@@ -103,9 +103,17 @@ def xlsx(log: Log, folder: Path) -> list[str]:
 
 @layout("HDF5")
 def hdf5(log: Log, folder: Path) -> list[str]:
-    path = folder / "log.h5"
-    path.write_bytes(b"\x89HDF\r\n\x1a\n" + bytes(range(256)) * 20)
-    return called(path, "time=t", "position=q", "torque=tau")
+    import h5py
+
+    path, records = folder / "log.h5", np.zeros(len(log.time), [("q", "f8"), ("name", "S3"), ("tau", "f4")])
+    records["q"], records["tau"] = log.position, log.torque
+    with h5py.File(path, "w") as file:
+        run = file.create_group("run 3/arm")
+        run.create_dataset("time", data=log.time / 86400 + 739000.4, compression="gzip")  # MATLAB's datenum
+        run.create_dataset("joint", data=records)
+    return called(
+        path, "time=run 3/arm/time:d", "position=run 3/arm/joint/q:radian", "torque=run 3/arm/joint/tau"
+    )
 
 
 @layout("TDMS")

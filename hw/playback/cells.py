@@ -16,6 +16,9 @@ _TIME_OF_DAY = re.compile(
 )
 """`14:02:11.250`, with a date before it or without, with a zone behind it or without; `14:02:11;250` as some controllers write it."""
 
+_WITHOUT_MARKS = re.compile(r"(\d{8}[T ])(\d{2})(\d{2})(\d{2})((?:[.,]\d{1,9})?(?:Z|[-+]\d{2}:?\d{2})?)")
+"""`20260302T115950.250`: the short form of ISO 8601, and of names of files."""
+
 DAY_S = 86400.0
 
 
@@ -59,7 +62,7 @@ def read_words(cells: Sequence[str], decimal: str) -> Words | None:
 def _times_of_day(cells: Sequence[str]) -> Words | None:
     found = np.empty(len(cells))
     for row, cell in enumerate(cells):
-        match = _TIME_OF_DAY.fullmatch(cell.strip())
+        match = _TIME_OF_DAY.fullmatch(_WITHOUT_MARKS.sub(_marked, cell.strip(), count=1))
         if match is None:
             return None
         hour, minute, second, fraction, half = match.groups()
@@ -68,6 +71,11 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
         found[row] = 3600 * hours + 60 * int(minute) + int(second) + part
     past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2
     return Words(found + DAY_S * np.cumsum(past_midnight), "s")
+
+
+def _marked(match: re.Match[str]) -> str:
+    date, hour, minute, second, rest = match.groups()
+    return f"{date[:4]}-{date[4:6]}-{date[6:8]}T{hour}:{minute}:{second}{rest}"
 
 
 def _with_unit(cells: Sequence[str], decimal: str) -> Words | None:

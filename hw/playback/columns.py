@@ -1,11 +1,10 @@
-"""Columns of a log file by name, whatever wrote it: text (plain or gzipped), npz, npy, MATLAB, Parquet, JSON.
+"""Columns of a log file by name, whatever wrote it: text (packed or not), npz, npy, MATLAB, HDF5, Parquet, JSON.
 
 Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure `log.pos`.
 """
 
 from __future__ import annotations
 
-import gzip
 import io
 import zipfile
 import zlib
@@ -18,20 +17,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hw.interface import BackendError
-from hw.outside import read_bounded
 from hw.playback.foreign import what_it_is
 from hw.playback.json_rows import read_json
 from hw.playback.matlab import read_matlab
+from hw.playback.matlab_hdf import read_hdf
+from hw.playback.packed import most_unpacked, read_unpacked
 from hw.playback.text_table import PLACE, Table, read_text
 
 if TYPE_CHECKING:
     from numpy.lib.npyio import NpzFile
-
-MAX_BYTES = 1 << 30
-"""Largest log, after decompression too."""
-
-MOST_RATIO, LEAST_UNPACKED = 100, 1 << 20
-"""How many times its size a file may unpack to, and what it always may: logs reach 5 to 20, a bomb 1,000."""
 
 MIN_SAMPLES = 2
 
@@ -91,7 +85,7 @@ def _require_sound(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 
 
 def _text(path: Path) -> str:
-    raw = _bytes(path)
+    raw = read_unpacked(path)
     if told := what_it_is(raw):
         raise BackendError(f"{path}: not a text file; {told}")
     try:
@@ -112,38 +106,8 @@ def _decoded(raw: bytes) -> str:
         return raw.decode("cp1252")
 
 
-def _bytes(path: Path) -> bytes:
-    """The content of a file, unpacked if it is gzipped."""
-    try:
-        raw = read_bounded(path, MAX_BYTES)
-        packed = path.suffix == ".gz" or raw[:2] == b"\x1f\x8b"
-        return _unpacked(path, raw) if packed else raw
-    except EOFError as error:
-        raise BackendError(f"{path}: the gzip file is cut off; copy it again") from error
-    except (gzip.BadGzipFile, zlib.error) as error:
-        raise BackendError(f"{path}: not a sound gzip file ({error}); copy it again") from error
-    except OSError as error:
-        raise BackendError(f"{path}: cannot read the log: {error.strerror or error}") from error
-
-
-def _most(packed: int) -> int:
-    return min(MAX_BYTES, LEAST_UNPACKED + MOST_RATIO * packed)
-
-
-def _unpacked(path: Path, raw: bytes) -> bytes:
-    """The content of a gzip file, if it is no larger than a log's could be."""
-    most = _most(len(raw))
-    with gzip.open(io.BytesIO(raw)) as stream:
-        text = stream.read(most + 1)
-    if len(text) > most:
-        raise BackendError(
-            f"{path}: its {len(raw)} bytes unpack to more than {most}, which no log does; unpack it yourself, or cut it into parts"
-        )
-    return text
-
-
 def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any]:
-    raw = _bytes(path)
+    raw = read_unpacked(path)
     try:
         return BINARY[ending](path, raw, names)
     except BackendError:
@@ -166,10 +130,11 @@ def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any
 def _npz(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
     with zipfile.ZipFile(io.BytesIO(raw)) as archive:
         size = sum(info.file_size for info in archive.infolist())
-    if size > _most(len(raw)):
+    if size > most_unpacked(len(raw)):
         raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
     with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
-        return {name: arrays[name] for name in arrays.files if not _needs_code(arrays, name)}
+        sound = [name for name in arrays.files if not _needs_code(arrays, name)]
+        return {own: array for name in sound for own, array in _named(name, arrays[name]).items()}
 
 
 def _needs_code(arrays: NpzFile, name: str) -> bool:
@@ -182,12 +147,22 @@ def _needs_code(arrays: NpzFile, name: str) -> bool:
 
 
 def _npy(_path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    array = np.load(io.BytesIO(raw), allow_pickle=False)
-    return {name: array[name] for name in array.dtype.names} if array.dtype.names else {"": array}
+    return _named("", np.load(io.BytesIO(raw), allow_pickle=False))
+
+
+def _named(name: str, array: np.ndarray) -> dict[str, np.ndarray]:
+    """An array by its name, or the fields of one of records."""
+    if not array.dtype.names:
+        return {name: array}
+    return {f"{name}.{field}" if name else field: array[field] for field in array.dtype.names}
 
 
 def _mat(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    return read_matlab(path, raw, _most(len(raw)))
+    return read_matlab(path, raw, most_unpacked(len(raw)))
+
+
+def _hdf(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
+    return read_hdf(path, raw, most_unpacked(len(raw)), "/")
 
 
 def _arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
@@ -220,6 +195,9 @@ BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any]]] =
     ".npz": _npz,
     ".npy": _npy,
     ".mat": _mat,
+    ".h5": _hdf,
+    ".hdf5": _hdf,
+    ".hdf": _hdf,
     ".parquet": _arrow,
     ".feather": _arrow,
     ".json": read_json,

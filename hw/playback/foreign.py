@@ -6,7 +6,12 @@ _AS_TEXT = "export its columns as CSV"
 
 FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"PK\x03\x04", "a spreadsheet, or another archive", "save the sheet as CSV, or unpack the archive"),
-    (b"\x89HDF", "HDF5", "save the arrays as .npz (numpy.savez) or as .mat with save(..., '-v7')"),
+    (b"\x28\xb5\x2f\xfd", "packed by zstd", "unpack it (zstd -d)"),
+    (b"\x04\x22\x4d\x18", "packed by LZ4", "unpack it (lz4 -d)"),
+    (b"7z\xbc\xaf", "an archive of 7-Zip", "unpack it"),
+    (b"\x89HDF", "HDF5", "let its name end in .h5"),
+    (b"PAR1", "Parquet", "let its name end in .parquet"),
+    (b"\x89MCAP", "MCAP", "let its name end in .mcap"),
     (b"TDSm", "a TDMS file of LabVIEW", _AS_TEXT + ", or as .mat"),
     (
         b"SQLite format 3",
@@ -17,7 +22,7 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"MDF     ", "an MDF measurement", _AS_TEXT + ", or as .mat"),
     (b"ULog", "a ULog of PX4", _AS_TEXT + " (ulog2csv)"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file", "save the sheet as CSV"),
-    (b"ARROW1", "a Feather or Arrow file", "save it as Parquet"),
+    (b"ARROW1", "a Feather or Arrow file", "let its name end in .feather"),
     (b"\x80\x04", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
     (b"\x80\x05", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
 )

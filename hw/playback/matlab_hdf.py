@@ -1,5 +1,5 @@
 # ruff: noqa: ANN401 - what h5py gives has no types without it
-"""Arrays of a MATLAB file of version 7.3, an HDF5 file: structures are groups, arrays lie transposed, several structures of one name and cells are references."""
+"""Arrays of an HDF5 file, and of a MATLAB file of version 7.3, which is one: structures are groups, arrays lie transposed, several structures of one name and cells are references."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ NO_NUMBERS = ("char", "string", "function_handle", "FileWrapper__")
 """Classes of MATLAB whose arrays are integers and no numbers."""
 
 
-def read_hdf(path: Path, raw: bytes, most: int) -> dict[str, Any]:
-    """Arrays of a file of at most `most` bytes, unpacked, by their path as `hw.playback.matlab` has them.
+def read_hdf(path: Path, raw: bytes, most: int, between: str = ".") -> dict[str, Any]:
+    """Arrays of a file of at most `most` bytes, unpacked, by their path: `between` groups and what is in them, as `hw.playback.matlab` has them or as HDF5 does.
 
     Raises
     ------
@@ -32,19 +32,20 @@ def read_hdf(path: Path, raw: bytes, most: int) -> dict[str, Any]:
         h5py is not installed, no sound file, a bomb, objects only.
     """
     if find_spec("h5py") is None:
+        other = "save it with save(..., '-v7')" if between == "." else "save the arrays as .npz (numpy.savez)"
         raise BackendError(
-            f"{path}: a MATLAB file of version 7.3 needs h5py: install rtctl with its extra `matlab73` (pip install 'rtctl[matlab73]'), or save it with save(..., '-v7')"
+            f"{path}: HDF5 (a MATLAB file of version 7.3 is one) needs h5py: install rtctl with its extra `matlab73` (pip install 'rtctl[matlab73]'), or {other}"
         )
     h5py: Any = import_module("h5py")
     try:
         with h5py.File(io.BytesIO(raw), "r") as file:
-            reader = _Reader(path, file, h5py, most)
+            reader = _Reader(path, file, h5py, most, between)
             for name in file:
                 if not name.startswith("#"):
                     reader.put(name, reader.inside(file, name), DEPTH)
     except RuntimeError as error:
         raise BackendError(
-            f"{path}: not a sound .mat file ({str(error)[:200]}); copy or save it again"
+            f"{path}: not a sound {path.suffix} file ({str(error)[:200]}); copy or save it again"
         ) from error
     if reader.objects and not reader.found:
         raise BackendError(
@@ -55,8 +56,8 @@ def read_hdf(path: Path, raw: bytes, most: int) -> dict[str, Any]:
 
 
 class _Reader:
-    def __init__(self, path: Path, file: Any, h5py: Any, most: int) -> None:
-        self.path, self.file, self.h5py, self.left = path, file, h5py, most
+    def __init__(self, path: Path, file: Any, h5py: Any, most: int, between: str) -> None:
+        self.path, self.file, self.h5py, self.left, self.between = path, file, h5py, most, between
         self.found: dict[str, Any] = {}
         self.objects = False
 
@@ -70,7 +71,7 @@ class _Reader:
             return
         if isinstance(item, self.h5py.Group):
             for field in item:
-                self.put(f"{name}.{field}", self.inside(item, field), depth - 1)
+                self.put(f"{name}{self.between}{field}", self.inside(item, field), depth - 1)
         elif item.dtype == self.h5py.ref_dtype:
             self._entries(name, item, depth)
         else:
@@ -90,6 +91,13 @@ class _Reader:
     def _array(self, name: str, item: Any) -> None:
         if "MATLAB_object_decode" in item.attrs:
             self.objects = True
+        elif item.dtype.names:  # records, as PyTables and pandas write a table
+            records = self._taken(item)
+            self.found |= {
+                f"{name}{self.between}{field}": records[field]
+                for field in item.dtype.names
+                if item.dtype[field].kind in "fiub"
+            }
         elif (
             item.dtype.kind in "fiub" and _class(item) not in NO_NUMBERS and "MATLAB_empty" not in item.attrs
         ):

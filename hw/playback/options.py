@@ -49,7 +49,7 @@ class Column(Table):
 class TimeColumn(Column):
     """The time column."""
 
-    unit: Literal["s", "ms", "us", "ns"] = Field("s", description=_UNIT)
+    unit: Literal["s", "ms", "us", "ns", "min", "h", "days"] = Field("s", description=_UNIT)
 
 
 class PositionColumn(Column):

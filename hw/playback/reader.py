@@ -22,7 +22,7 @@ from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
-TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}
+TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": 86400.0}
 ANGLE_UNITS = {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi}  # and counts, by the rig's encoder
 VELOCITY_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": 2 * math.pi / 60}
 CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}

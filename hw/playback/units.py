@@ -12,7 +12,7 @@ from hw.interface import BackendError
 SPELT = {
     "°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad",
     "turn": "rev", "turns": "rev", "rotations": "rev", "count": "counts", "inc": "counts", "qc": "counts", "ticks": "counts",
-    "sec": "s", "seconds": "s", "msec": "ms", "usec": "us", "µs": "us", "μs": "us",
+    "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms", "usec": "us", "µs": "us", "μs": "us",
     "ncm": "N cm", "n.cm": "N cm", "n*cm": "N cm", "n·cm": "N cm", "n-cm": "N cm", "knm": "kN m", "ozin": "oz in", "oz-in": "oz in", "ozf-in": "oz in", "ozf·in": "oz in", "oz·in": "oz in",
     "lbin": "lb in", "lb-in": "lb in", "lbf-in": "lb in", "lbf·in": "lb in", "in-lb": "lb in", "lbft": "lb ft", "lb-ft": "lb ft", "lbf·ft": "lb ft", "ft-lb": "lb ft", "kgcm": "kg cm", "kg-cm": "kg cm", "kgf-cm": "kg cm", "kgf·cm": "kg cm",
     "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts", "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
@@ -43,15 +43,15 @@ SCALED = (
 OTHERS = ("V", "mV", "%", "kg", "lbf", *SCALED)
 """Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's kilograms, ounces and inches."""
 
-_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
+_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "days", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
 _SUFFIX = re.compile(
     r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma)$", re.IGNORECASE
 )
 
-_BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*|,\s+)(\S{1,20})$|/(\S{2,6})$")
-"""What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter only behind a blank."""
+_BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*(?!min$)|,\s+)(\S{1,20})$|/(?!min$)(\S{2,6})$")
+"""What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter only behind a blank, and `U/min` is no time."""
 
 _SAME = {"Nm": "N m", "mNm": "mN m", "Ncm": "N cm"}
 

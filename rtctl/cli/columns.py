@@ -11,6 +11,8 @@ import click
 from hw.motion import FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS
 from hw.outside import read_toml
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
+from hw.playback.text_rows import is_number
+from hw.playback.units import SPELT
 from rtctl.errors import ConfigError
 
 _LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
@@ -72,11 +74,19 @@ def tables(
 def _name_unit_scale(text: str) -> tuple[str, str, str]:
     """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
     *before, last = text.split(":")
-    if len(before) > 1 and before[-1] in _UNITS:
-        return ":".join(before[:-1]), before[-1], _scale(text, last)
-    if before and last in _UNITS:
-        return ":".join(before), last, ""
+    unit = _unit(before[-1]) if len(before) > 1 else None
+    if unit or (unit == "" and is_number(last)):  # `Axis 1::Torque` is a name
+        return ":".join(before[:-1]), unit, _scale(text, last)
+    unit = _unit(last) if before else None
+    if unit is not None:
+        return ":".join(before), unit, ""
     return text, "", ""
+
+
+def _unit(text: str) -> str | None:
+    """A unit in our spelling, also where it is spelt as programs do (`sec`, `degrees`); None where it is none."""
+    unit = text if text in _UNITS else SPELT.get(text.lower(), text)
+    return unit if unit in _UNITS else None
 
 
 def _scale(text: str, scale: str) -> str:

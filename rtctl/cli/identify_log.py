@@ -49,7 +49,7 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
     type=click.Path(path_type=Path),
     multiple=True,
     required=True,
-    help="text, npz, npy, MATLAB, Parquet or a recording (MCAP); may be repeated",
+    help="text, npz, npy, MATLAB, HDF5, Parquet or a recording (MCAP); may be repeated",
 )
 @click.option(
     "--column", "columns", multiple=True, metavar="ROLE=NAME[:UNIT[:SCALE]]", help=f"ROLE: {', '.join(ROLES)}"
@@ -130,7 +130,6 @@ def command(  # longer than 50 lines: the steps are in order of the work
         doubtful_offsets,
         doubtful_parameters,
     )
-    from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
     from rtctl.friction.logs.regression import joint_fit
     from rtctl.friction.logs.reversal_memory import reversals_of_logs
     from rtctl.recording.as_columns import register
@@ -164,7 +163,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
         delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
         whole = [part for stretches in read for part in stretches]
-        bent = presliding_of_logs(whole, cutoff_hz, slowest)
+        bent = found.bent
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
         document["units"] = units_of(mapped)

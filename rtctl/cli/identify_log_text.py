@@ -40,7 +40,8 @@ def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
     told: tuple[str, ...] = ()
     if len({"motor_torque", "current", "hand_torque"} & set(mapped)) == 1:
         told = (
-            "whether the scale of the only torque is right (its unit, a torque constant, a gear): inertia, viscous and Coulomb friction are all wrong by a factor in it; "
+            "whether the scale of the only torque is right (its unit, a torque constant, a gear, a hand that nobody recorded and that does a constant share of the work): inertia, viscous "
+            "and Coulomb friction are all wrong by a factor in it; "
             "--config, or a second torque, holds it",
         )
     if "velocity" in mapped:

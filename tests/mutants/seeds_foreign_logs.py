@@ -14,6 +14,41 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "parts of other speeds are parts of other friction",
+        "rtctl/friction/logs/balance_faults.py",
+        "if own > TOLD_RATIO * balance.fit(added=bends, rows=rows).rest:",
+        "if own < 0:",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "friction that grows with the square of speed is a sensor that bends",
+        "rtctl/friction/logs/torque_shape.py",
+        "return rest < min(EXPLAINS_MUCH * self.coefficient(none)[2], over_speed)",
+        "return rest > 0",
+        ("tests/unit/friction/test_torque_shape.py",),
+    ),
+    Seed(
+        "a scale that drifts explains little and is told",
+        "rtctl/friction/logs/torque_shape.py",
+        "if not plain.is_explained(motion[2]):",
+        "if motion[2] < 0:",
+        ("tests/unit/friction/test_torque_shape.py",),
+    ),
+    Seed(
+        "long bristles are taken for sliding",
+        "rtctl/friction/logs/log_points.py",
+        "far = SETTLE_LENGTHS * bent.length_rad",
+        "far = 0.0",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "an archive of several logs is its first one",
+        "hw/playback/packed.py",
+        "if len(files) != 1:",
+        "if not files:",
+        ("tests/unit/hw/test_packed_logs.py",),
+    ),
+    Seed(
         "an AC-coupled torque is none",
         "rtctl/friction/logs/high_passed.py",
         "if not (corner > 0 and",

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.friction.logs.offsets import offset_columns
+from rtctl.friction.logs.other_readings import PEAK_SHARE
 from rtctl.friction.logs.regressors import Regressors
 
 ROWS_ALIKE = 5
@@ -92,6 +93,12 @@ class Balance:
         return np.asarray(
             self.torque - matrix / scale @ np.linalg.lstsq(matrix / scale, self.torque, rcond=1e-9)[0]
         )
+
+    def bends(self) -> np.ndarray:
+        """Columns of friction that bends over speed, (n, 2)."""
+        v = self.velocity
+        usual = PEAK_SHARE * float(np.quantile(np.abs(v), 0.95))
+        return np.column_stack([v * np.abs(v), self.direction * np.exp(-np.abs(v) / max(usual, 1e-12))])
 
     def own_acceleration(self) -> np.ndarray:
         """What of the acceleration the other columns do not have."""

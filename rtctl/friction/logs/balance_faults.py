@@ -208,15 +208,28 @@ def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
         rest = float(np.sqrt(np.mean([fit.rest**2 for fit in fits])))
         if rest > min(most, TOLD_RATIO * balance.fit(rows=rows).rest):
             continue
-        for name, unit, values in (
-            ("Coulomb friction", "N m", [fit.coulomb for fit in fits]),
-            ("inertia", "kg m^2", [fit.inertia for fit in fits]),
+        bends = balance.bends()
+        own = float(np.sqrt(np.mean([balance.fit(added=bends, rows=part).rest ** 2 for part in parts])))
+        if own > TOLD_RATIO * balance.fit(added=bends, rows=rows).rest:
+            continue  # one friction that bends over speed says as much: the parts are of other speeds
+        for name, unit, of, values in (
+            ("Coulomb friction", "N m", 2, [fit.coulomb for fit in fits]),
+            ("inertia", "kg m^2", 0, [fit.inertia for fit in fits]),
         ):
-            low, high = min(values), max(values)
-            if high - low > CHANGES * abs(float(np.median(values))):
+            usual = float(np.median(values))
+            furthest = parts[int(np.argmax(np.abs(np.subtract(values, usual))))]
+            if max(values) - min(values) > CHANGES * usual and _needed(balance, furthest, of, usual):
                 times = ", ".join(f"{balance.time_s[part[0]]:.3g} s" for part in parts)
                 told.append(
                     f"{name} {CHANGES_WITHIN} {source}: {', '.join(f'{value:.3g}' for value in values)} {unit} in the parts from {times} on "
                     "(temperature, load, a part touched, two logs in one); cut the log there, or take the mean for what it is"
                 )
     return told
+
+
+def _needed(balance: Balance, rows: np.ndarray, of: int, usual: float) -> bool:
+    """Whether rows need a parameter of their own in place of the usual one: the slow part of a chirp hardly tells an inertia."""
+    motion = balance.motion
+    given, motion[:, of] = usual * motion[:, of], 0.0
+    without = balance.fit(torque=balance.torque - given, motion=motion, rows=rows)
+    return balance.fit(rows=rows).rest < TOLD_RATIO * without.rest

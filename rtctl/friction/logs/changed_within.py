@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.friction.logs.balance import Balance, Fit
-from rtctl.friction.logs.other_readings import PEAK_SHARE
 
 TRIED, FINER = 24, 9
 """Times that are tried, and those between the best and its neighbours."""
@@ -74,9 +73,7 @@ def _own(balance: Balance, row: int) -> np.ndarray:
 
 def _is_bent(balance: Balance, row: int) -> bool:
     """Whether friction that is not Coulomb + viscous explains most of it: parts of other speeds then look like other parameters."""
-    v, s = balance.velocity, balance.direction
-    usual = PEAK_SHARE * float(np.quantile(np.abs(v), 0.95))
-    bent = np.column_stack([v * np.abs(v), s * np.exp(-np.abs(v) / max(usual, 1e-12))])
+    bent = balance.bends()
     return (
         balance.fit(added=np.hstack([bent, _own(balance, row)])).rest > STILL * balance.fit(added=bent).rest
     )

@@ -55,7 +55,7 @@ class AxisLog:
     `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the first row of
     its file, above 0 for a stretch behind a gap; `notes` say what was done to the file. `radian` is what stands for a radian in
     every threshold of the logs: 1 of a rotary axis, so many m of a linear one (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
-    `plateaus` are those of its torques, as recorded.
+    `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its bristles bend, 0 where that is not longer than usual.
     """
 
     rate_hz: float
@@ -70,6 +70,7 @@ class AxisLog:
     radian: float = 1.0
     step_rad: float = 0.0
     plateaus: tuple[Plateau, ...] = ()
+    settle_rad: float = 0.0
 
 
 @dataclass(frozen=True)

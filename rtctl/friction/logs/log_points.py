@@ -22,10 +22,15 @@ from rtctl.friction.logs.log_input import (
 )
 from rtctl.friction.logs.logs import level_points
 from rtctl.friction.logs.plausibility import Limits
+from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.logs.regression import JointFit, joint_fit, of_the_position
-from rtctl.friction.logs.regressors import Regressors, cutoff_for, of_stretches, pooled
+from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, of_stretches, pooled
 from rtctl.friction.logs.torque_shape import with_share
 from rtctl.friction.points import FrictionPoints
+from rtctl.friction.presliding import Presliding
+
+SETTLE_LENGTHS = 5.0
+"""Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's do."""
 
 SPEED_MIN_RAD_S = 0.03
 """Slower rows are left out, times what stands for a radian of the axis."""
@@ -36,11 +41,17 @@ MEASURED_TOGETHER = (
 )
 
 
+TWO_SHARES = (
+    "whether friction is a share of the torques, as in gears: of two torques it is not looked for; of a gear that loses a share k of what drives it all parameters are 1/(1 - k) "
+    "times too large (a log of the motor alone, with quick stops, tells it)"
+)
+
+
 @dataclass(frozen=True)
 class InTime:
     """Logs whose torques are of the instants of the position: stretches of each, all together, and how that was come by.
 
-    `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell.
+    `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell, `bent` the presliding length of all together.
     """
 
     logs: tuple[tuple[AxisLog, ...], ...]
@@ -50,6 +61,7 @@ class InTime:
     torque_delay_s: float | None
     notes: tuple[str, ...] = ()
     untold: tuple[str, ...] = ()
+    bent: Presliding | None = None
 
 
 def read_in_time(
@@ -84,19 +96,43 @@ def read_in_time(
         pool = pooled([of_stretches(stretches, cutoff, slowest) for stretches in logs])
         return replace(pool, inertia_short=coarseness(logs, pool, slowest))
 
+    def looked_at(
+        logs: tuple[tuple[AxisLog, ...], ...],
+    ) -> tuple[tuple[tuple[AxisLog, ...], ...], Regressors, Presliding | None]:
+        bent = presliding_of_logs([one for stretches in logs for one in stretches], cutoff, slowest)
+        long = settled(logs, bent)
+        signals = signals_of(long)
+        if long is not logs and not signals.enough():
+            return logs, signals_of(logs), bent
+        return long, signals, bent
+
     logs = read(torque_delay_s)
     parts = [stretches[0] for stretches in logs]
     require_different(parts)
     cutoff = cutoff_hz or cutoff_for(parts)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
-    signals = signals_of(logs)
+    logs, signals, bent = looked_at(logs)
     notes: tuple[str, ...] = ()
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
     if torque_delay_s is None and driven and of_the_position(signals, 0.5 / parts[0].rate_hz):
-        logs, torque_delay_s, notes = read(0.0), 0.0, (MEASURED_TOGETHER,)
-        signals = signals_of(logs)
+        torque_delay_s, notes = 0.0, (MEASURED_TOGETHER,)
+        logs, signals, bent = looked_at(read(0.0))
     signals, told, untold = _shared(logs, signals)
-    return InTime(logs, signals, cutoff, slowest, torque_delay_s, (*notes, *told), untold)
+    return InTime(logs, signals, cutoff, slowest, torque_delay_s, (*notes, *told), untold, bent)
+
+
+def settled(
+    logs: tuple[tuple[AxisLog, ...], ...], bent: Presliding | None
+) -> tuple[tuple[AxisLog, ...], ...]:
+    """Logs whose rows count as sliding only where bristles as long as that are bent; the same where that is what is usual."""
+    if (
+        bent is None
+        or not bent.spread_rad
+        or SETTLE_LENGTHS * bent.length_rad <= SETTLE_RAD * logs[0][0].radian
+    ):
+        return logs
+    far = SETTLE_LENGTHS * bent.length_rad
+    return tuple(tuple(replace(one, settle_rad=far) for one in stretches) for stretches in logs)
 
 
 def _shared(
@@ -105,8 +141,10 @@ def _shared(
     """The signals with friction as a share of the torque where a single torque tells it, with what is to be said."""
     two = any(stretch.external_nm is not None for stretches in logs for stretch in stretches)
     v = signals.velocity_rad_s[signals.sliding]
-    if two or min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+    if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return signals, (), ()
+    if two:
+        return signals, (), (TWO_SHARES,)
     try:
         return with_share(signals)
     except DataError:

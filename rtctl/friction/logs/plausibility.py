@@ -151,7 +151,7 @@ def _require_rate(log: AxisLog) -> None:
     if not RATE_LEAST_HZ <= log.rate_hz <= RATE_MOST_HZ:
         raise DataError(
             f"{log.source}: column time: one row every {1 / log.rate_hz:.3g} s is not plausible ({1 / RATE_MOST_HZ:.2g} to "
-            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns)"
+            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns, min, h, days)"
         )
 
 
@@ -231,7 +231,7 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
 
 
 def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
-    """An inertia that no hand would want to move: a unit of the log is wrong; and one that the motion does not tell."""
+    """An inertia that no hand would want to move: a unit of the log is wrong; and what the motion does not tell."""
     found = fit.symmetric.parameters["inertia_kgm2"]
     inertia = found.value
     told: tuple[str, ...] = ()
@@ -239,6 +239,12 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
         told = (
             f"this motion hardly tells the inertia ({found.low:.3g} to {found.high:.3g} kg m^2), as where a joint slides evenly; the friction points need the inertia little, "
             "everything else does: record brisk motion of changing speed besides",
+        )
+    coulomb = fit.symmetric.parameters["coulomb_nm"]
+    if coulomb.high - coulomb.value > HARDLY_KNOWN * abs(coulomb.value):
+        told = (
+            *told,
+            f"this log hardly tells the Coulomb friction ({coulomb.low:.3g} to {coulomb.high:.3g} N m), and the friction points may err by as much: record slower motion of longer strokes besides",
         )
     if inertia <= limits.doubtful_kgm2:
         return told

@@ -23,10 +23,8 @@ from rtctl.friction.logs.signal_shift import advanced, derivatives
 CUTOFF_SHARE = 0.2
 """Highest cut-off, share of the rate."""
 
-SETTLE_RAD = 0.01
-"""Travel after a reversal before friction counts as that of sliding; at most `SETTLE_SHARE` of the range."""
-
-SETTLE_SHARE = 0.05
+SETTLE_RAD, SETTLE_SHARE, SETTLE_MOST_SHARE = 0.01, 0.05, 0.25
+"""Travel after a reversal before friction counts as that of sliding; at most that share of the range; the most of what is known to be longer."""
 
 SPAN_MIN_RAD = 0.005
 """Least range of position that is called motion."""
@@ -125,7 +123,7 @@ def regressors(
     Notes
     -----
     The direction is a column of the regression and is filtered too: around a reversal both sides of the
-    balance are then blurred alike. A recorded velocity takes the place of the first derivative. Rows within the margin, or `SETTLE_RAD` of travel, of a reversal are not
+    balance are then blurred alike. A recorded velocity takes the place of the first derivative. Rows within the margin, or `SETTLE_RAD` of travel (`settle_rad` of the log), of a reversal are not
     `sliding`: there bristles bend before the contact slips.
     """
     edge, span = _checked(log, cutoff_hz)
@@ -138,10 +136,13 @@ def regressors(
         torque = advanced(torque, rate, torque_delay_s)
     ends = edge + abs(round(torque_delay_s * rate))
     kept = slice(ends, n - ends, max(1, edge // SAMPLES_PER_CUTOFF))
+    settle_rad = max(
+        min(SETTLE_RAD * log.radian, SETTLE_SHARE * span), min(log.settle_rad, SETTLE_MOST_SHARE * span)
+    )
 
     def with_margin(periods: float) -> Regressors:
         reach = max(1, round(periods * edge))
-        sliding = _sliding(x, v, min(SETTLE_RAD * log.radian, SETTLE_SHARE * span), speed_min_rad_s, reach)
+        sliding = _sliding(x, v, settle_rad, speed_min_rad_s, reach)
         return Regressors(
             time_s=log.start_s + (np.arange(n) / rate)[kept],
             position_rad=x[kept],

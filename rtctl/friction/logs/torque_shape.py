@@ -32,6 +32,9 @@ ALIKE = 0.4
 BEND_LEAST = 0.06
 """Least share of the largest torque that is told to be missing."""
 
+EXPLAINS_MUCH = 0.6
+"""Largest share of what was left over that is left over with a bend or a drift that is told: sensors and drives that saturate leave .03 to .12, scales that drift .02 to .43, friction that is not quite Coulomb + viscous .54 and more."""
+
 DRIFT_LEAST = 0.1
 """Least change of a scale over a log that is told."""
 
@@ -140,6 +143,12 @@ class _Plain:
         before = self.coefficient(np.zeros(len(column)))[2]
         return Effect(column, value, error, beside, beside_error, rest, before)
 
+    def is_explained(self, rest: float) -> bool:
+        """Whether so much that is left over, RMS, is far less than before, and than friction that bends over speed leaves."""
+        none = np.zeros(len(self.rows))
+        over_speed = self.coefficient(none, self.others[:, 1:3])[2]
+        return rest < min(EXPLAINS_MUCH * self.coefficient(none)[2], over_speed)
+
     def share(self, bend: Effect) -> Effect:
         """Friction that is a share of the torque; what bends is one of the columns beside."""
 
@@ -184,9 +193,10 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
 
 
 def bent(signals: Regressors) -> tuple[str, ...]:
-    """The warning that a single torque does not grow as the motion wants."""
-    found = _Plain(signals).bend()
-    if not (found.sure() and abs(found.value) > BEND_LEAST):
+    """The warning that a single torque does not grow as the motion wants, where friction that bends over speed does not say it better."""
+    plain = _Plain(signals)
+    found = plain.bend()
+    if not (found.sure() and abs(found.value) > BEND_LEAST and plain.is_explained(found.rest)):
         return ()
     short = found.value > 0
     text = (
@@ -217,6 +227,8 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
         return ()
     if not (motion[0] * beside[0] > 0 and abs(beside[0]) > max(SURELY_BESIDE * beside[1], DRIFT_BESIDE)):
         return ()  # parts of other speeds look like it, where friction bends over speed
+    if not plain.is_explained(motion[2]):
+        return ()
     together = abs(friction[0] - motion[0]) < max(0.5 * abs(motion[0]), 2 * friction[1])
     amount = f"by {100 * abs(motion[0]):.0f} % from its first to its last row"
     if together and friction[0] * motion[0] > 0:

@@ -77,7 +77,7 @@ def test_the_corpus_is_as_large_as_promised():
         ),
         (
             ("position=pos_slave_rad", "torque=torque_cmd_slave_nm"),
-            "ms early|an offset of|is left over|hardly tells the inertia",
+            "ms early|an offset of|is left over|hardly tells the",
         ),
     ],
 )

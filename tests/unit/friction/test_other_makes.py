@@ -17,6 +17,7 @@ RIGHT = {
     "Maxwell slip of Leuven, many sines": (Rig(law=GMS), Logger()),
     "Bliman and Sorine, moves": (Rig(law=BLIMAN_SORINE, program="moves"), Logger()),
     "a peak that lags, chirp": (Rig(law=DAHL, lag=0.05, stribeck=0.1, program="chirp"), Logger()),
+    "bristles of 30 mrad, many sines": (Rig(law=DAHL, bend=0.03, breakaway=0.25, travel=0.6), Logger()),
     "measured together at 50 Hz": (Rig(program="moves"), Logger(rate_hz=50.0)),
     "heavy, hardly any friction": (Rig(coulomb=0.02, breakaway=0.025, viscous=0.01), Logger()),
     "a small motor": (
@@ -74,6 +75,13 @@ def test_what_the_model_does_not_know_is_named(name, tmp_path):
     rig, logger, cause = NAMED[name]
     _, warnings = identified(log_of(rig, logger), tmp_path)
     assert any(re.search(cause, text) for text in warnings), warnings
+
+
+def test_friction_that_bends_over_speed_is_no_change_within_the_log(tmp_path):
+    _, warnings = identified(
+        log_of(Rig(law=DAHL, power=2.0, viscous=0.03, program="moves"), Logger()), tmp_path
+    )
+    assert not [text for text in warnings if re.search(r"changes within|not proportional", text)]
 
 
 def test_turns_that_are_quicker_than_the_rows_are_no_jumps(tmp_path):

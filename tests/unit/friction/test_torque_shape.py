@@ -5,7 +5,9 @@ import pytest
 from dirty_changes import clean, through_gear
 from dirty_logs import identified
 from moved_joint import CLEAN
+from scipy.ndimage import gaussian_filter1d
 
+from rtctl.friction.logs.bristle_columns import lugre_bristle
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
@@ -106,3 +108,27 @@ def test_a_geared_joint_in_brisk_motion_is_right_to_the_tenth(tmp_path):
     found = identified(through_gear(0.2, brisk=True)(clean("motor")), tmp_path)
     assert "friction grows with the torque" in found.said
     assert abs(found.off["inertia_kgm2"]) < 0.1
+
+
+def test_friction_that_grows_with_the_square_of_speed_is_no_sensor_that_bends():
+    """Even strokes at five speeds: the cube of the torque looks like it, but leaves more over."""
+    t = np.arange(0, 40, 1 / RATE_HZ)
+    steps = np.where(t % 2 < 1, 1, -1) * np.array([0.3, 1, 2, 4, 5])[(t // 2).astype(int) % 5]
+    x = gaussian_filter1d(np.cumsum(steps) / RATE_HZ, 10)
+    assert bent(resisted(t, x, lambda v: np.sign(v) * (0.3 + 0.02 * v**2))) == ()
+
+
+def test_long_bristles_in_a_chirp_are_no_scale_that_drifts():
+    """Slow wide strokes first, quick narrow ones last: bristles of 30 mrad are another friction in each."""
+    t = np.arange(0, 40, 1 / RATE_HZ)
+    hertz = 0.1 * 30 ** (t / t[-1])
+    x = 0.6 * np.minimum(1, (0.35 / hertz) ** 0.9) * np.sin(2 * np.pi * np.cumsum(hertz) / RATE_HZ)
+    assert drifting(resisted(t, x, lambda _: 0.3 * lugre_bristle(x, 0.03))) == ()
+
+
+def resisted(t, x, friction):
+    """A log of a motion whose torque is that of a mass, viscous friction and `friction` of the velocity."""
+    v = np.gradient(x, t)
+    torque = 0.02 * np.gradient(v, t) + 0.02 * v + friction(v)
+    torque += np.random.default_rng(1).normal(0, 2e-3, len(t))
+    return regressors(AxisLog(RATE_HZ, x, torque, "made", "0" * 64))

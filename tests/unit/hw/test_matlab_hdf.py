@@ -94,3 +94,10 @@ def test_without_h5py_the_extra_is_named(tmp_path, monkeypatch):
     monkeypatch.setattr(matlab_hdf, "find_spec", lambda _: None)
     with pytest.raises(BackendError, match=r"pip install 'rtctl\[matlab73\]'.*save\(\.\.\., '-v7'\)"):
         read_table(path, ("t",))
+
+
+def test_without_h5py_an_hdf5_file_is_no_matlab_file(tmp_path, monkeypatch):
+    path = written(tmp_path / "a.h5", lambda file: put(file, "t", T))
+    monkeypatch.setattr(matlab_hdf, "find_spec", lambda _: None)
+    with pytest.raises(BackendError, match=r"pip install 'rtctl\[matlab73\]'.*\.npz"):
+        read_table(path, ("t",))

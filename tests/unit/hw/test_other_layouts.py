@@ -29,7 +29,6 @@ REFUSED = {
     "zeros above and below, as a buffer not yet full": r"time does not increase.*in row \d+",
     "the wrong case in the name": r"no column 'position'; the header has: Time, Position, Torque",
     "an .xlsx given as it is": r"a spreadsheet.*CSV",
-    "HDF5": r"HDF5.*npz",
     "TDMS": r"TDMS.*CSV",
     "a bag of ROS 2 without joint states": r"topics: /chatter",
     "SQLite bag": r"SQLite.*CSV",
