@@ -81,8 +81,9 @@ def assistance_share(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None:
-    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer."""
+    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of the observer alone."""
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if s.conservative_nm[axis] != 0.0:
         sent -= s.conservative_nm[axis]
     s.compensation_nm[axis, s.ticks % HELD] = share * sent
+    s.observer_sent_nm[axis, s.ticks % HELD] = share * t.observer_torque_nm[axis]
