@@ -201,12 +201,14 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
     share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * steady_share(t, s, p, axis)
-    share *= calm_share(s, p, axis) * paid_share(t, s, p, axis, elapsed)
+    share *= calm_share(s, p, axis)
+    share *= paid_share(t, s, p, axis, elapsed)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:
         t.feedforward_torque_nm[axis] += spring
-    t.observer_torque_nm[axis] *= share * unfed_share(s, p, axis, elapsed)
+    t.observer_torque_nm[axis] *= share
+    t.observer_torque_nm[axis] *= unfed_share(s, p, axis, elapsed)
 
 
 @inlined

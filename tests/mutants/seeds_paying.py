@@ -10,8 +10,8 @@ SEEDS = (
     Seed(
         "a swing that nobody feeds is helped on",
         "rtctl/control/law.py",
-        " * paid_share(t, s, p, axis, elapsed)\n",
-        "\n",
+        "    share *= paid_share(t, s, p, axis, elapsed)\n",
+        "",
         (f"{TESTS}::test_the_law_sends_as_much_as_both_leave",),
     ),
     Seed(
@@ -34,8 +34,8 @@ SEEDS = (
     Seed(
         "an observer that feeds a ring is sent",
         "rtctl/control/law.py",
-        "share * unfed_share(s, p, axis, elapsed)",
-        "share",
+        "    t.observer_torque_nm[axis] *= unfed_share(s, p, axis, elapsed)\n",
+        "",
         (f"{TESTS}::test_the_law_sends_as_much_as_both_leave",),
     ),
     Seed(
