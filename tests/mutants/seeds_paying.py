@@ -32,6 +32,15 @@ SEEDS = (
         ),
     ),
     Seed(
+        "what is paid comes and goes in step with a ring",
+        "rtctl/control/paying.py",
+        "min(GATE_TIMES * p.rest_alpha[axis], 1.0) * (left",
+        "1.0 * (left",
+        (
+            f"{TESTS}::test_help_does_not_come_and_go_in_step_with_a_ring_whose_inertia_is_another_than_was_said",
+        ),
+    ),
+    Seed(
         "an observer that feeds a ring is sent",
         "rtctl/control/law.py",
         "    t.observer_torque_nm[axis] *= unfed_share(s, p, axis, elapsed)\n",

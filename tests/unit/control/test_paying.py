@@ -73,18 +73,27 @@ def test_who_pays_for_some_of_the_friction_is_helped_whole_whatever_the_inertia_
 
 
 def test_a_swing_that_nobody_feeds_loses_its_help():
-    position = swung(4.8, 0.25, 2.0)
+    position = swung(4.8, 0.25, 4.0)
     shares = Joint().paid(position, torque_of(position, 0.0))
     assert shares[0] == 1.0
-    assert shares[-1] == 0.0
+    assert shares[-1] < 0.02
+
+
+def test_help_does_not_come_and_go_in_step_with_a_ring_whose_inertia_is_another_than_was_said():
+    position = swung(14.4, 1.0, 3.0)
+    joint = Joint()
+    joint.rig.params["inertia_kgm2"] = 1.5 * J
+    shares = joint.paid(position, torque_of(position, 0.02))[-140:]
+    assert 0.1 < shares.min()
+    assert np.ptp(shares) < 0.1
 
 
 def test_help_is_back_as_soon_as_somebody_pays_and_the_debt_has_a_bound():
     position = swung(1.0, 0.5, 20.0)
     joint = Joint()
-    assert joint.paid(position, torque_of(position, -0.5 * F))[-1] == 0.0
+    assert joint.paid(position, torque_of(position, -0.5 * F))[-1] < 0.01
     assert float(joint.rig.state["paid_j"][0, 0]) == pytest.approx(-OWED_BANKS * F * BANK_RAD)
-    assert joint.paid(position[:500], torque_of(position, F)[:500])[-1] == 1.0
+    assert joint.paid(position[:2000], torque_of(position, F)[:2000])[-1] > 0.95
 
 
 def test_torque_of_a_world_that_moves_the_joint_is_paid_for():
@@ -147,8 +156,9 @@ def test_the_law_sends_as_much_as_both_leave():
         for _ in range(400):
             rig.tick(rig.position + 0.5 * T)
         rig.params["paying_nm"], rig.state["paid_j"], rig.state["fed_j"] = F, F * BANK_RAD, F * FED_RAD
+        rig.state["paid_left"] = 1.0
         if owed != "nothing":
-            rig.state[owed] = -1.0
+            rig.state[owed], rig.state["paid_left"] = -1.0, 0.0 if owed == "paid_j" else 1.0
         rig.tick(rig.position + 0.5 * T)
         sent[owed] = rig["feedforward_torque_nm"], rig["observer_torque_nm"]
     assert min(map(abs, sent["nothing"])) > 0.01
