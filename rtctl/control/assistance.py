@@ -29,6 +29,8 @@ kept and the emptier one counts.
 
 from __future__ import annotations
 
+import math
+
 from rtctl.control.force_feedback import spare_damping
 from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled, inlined
@@ -86,4 +88,5 @@ def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None
     if s.conservative_nm[axis] != 0.0:
         sent -= s.conservative_nm[axis]
     s.compensation_nm[axis, s.ticks % HELD] = share * sent
-    s.observer_sent_nm[axis, s.ticks % HELD] = share * t.observer_torque_nm[axis]
+    observer = share * t.observer_torque_nm[axis]
+    s.fed_sent_nm[axis, s.ticks % HELD] = observer if math.isfinite(observer) else 0.0

@@ -48,7 +48,7 @@ def _feed(s: Record, p: Record, axis: int, bank: float, elapsed: int) -> None:
     T = p.period_s * elapsed
     late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     v = (s.position_rad[axis] - s.position_before_rad[axis]) / T - s.fed_rad_s[axis]
-    acted = s.observer_sent_nm[axis, (s.ticks - 1 - late) % HELD] - s.fed_nm[axis]
+    acted = s.fed_sent_nm[axis, (s.ticks - 1 - late) % HELD] - s.fed_nm[axis]
     alpha = min(BESIDE_TIMES * p.rest_alpha[axis] * elapsed, 1.0)
     s.fed_rad_s[axis] += alpha * v
     s.fed_nm[axis] += alpha * acted

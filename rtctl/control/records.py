@@ -366,6 +366,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "fed_j": (),  # account of what the observer feeds to a vibration (control.feeding)
             "fed_rad_s": (),  # low-passes of velocity and observer
             "fed_nm": (),
+            "fed_sent_nm": (HELD,),  # the observer's torque sent, ring by `ticks`
             "fed_slid_s": (),  # for which it has slid in one direction, and that
             "fed_side": (),
             "paid_j": (),  # account of what is paid for friction (control.paying)
@@ -389,7 +390,6 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "observer_velocity_smooth_rad_s": (),
             "observer_velocity_rad_s": (),
             "observer_moved_rad_s": (HELD,),  # difference velocity, ring by `ticks`
-            "observer_sent_nm": (HELD,),  # its torque sent, ring by `ticks`
             "observer_forward_nm": (),  # feed-forward through the slow low-pass
             "calm_speed_rad_s": (),  # that the feed-forward goes by: while the joint rests the largest of late
             "reading_slip_rad": (),  # of the position in this sample that was no motion (control.flicker)

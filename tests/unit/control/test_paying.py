@@ -47,7 +47,7 @@ class Joint:
         state["bristle_share"] = side
         for v, torque in zip(speed, observer, strict=True):
             state["position_before_rad"], state["position_rad"] = 0.0, v * T
-            state["observer_sent_nm"] = torque
+            state["fed_sent_nm"] = torque
             shares.append(UNFED(state, self.rig.params, 0, 1))
             state["ticks"] += 1
         return np.array(shares)
