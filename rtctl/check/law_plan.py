@@ -181,6 +181,7 @@ def _let_go(p: np.void) -> None:
     p["force_answers"] = 0
     p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
     p["assistance_bank_j"] = NEVER_SHORT_J
+    p["paying_nm"] = 0.0
 
 
 def _fill_proof(p: np.void, loaded: LoadedConfig) -> None:
@@ -244,6 +245,8 @@ def _fill_compensation(
     )
     if "force" in config.rig.absent:
         return
+    if policy in (Policy.HYBRID, Policy.OBSERVER):
+        p["paying_nm"][a] = p["friction_brake_nm"][a]
     p["observer_gain"][a] = friction.observer.gain
     p["observer_alpha"][a] = lowpass_alpha(tuning.bandwidth_hz, period_s)
     p["observer_smooth_alpha"][a] = lowpass_alpha(SMOOTHING * tuning.bandwidth_hz, period_s)

@@ -29,6 +29,8 @@ kept and the emptier one counts.
 
 from __future__ import annotations
 
+import math
+
 from rtctl.control.force_feedback import spare_damping
 from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled, inlined
@@ -81,8 +83,10 @@ def assistance_share(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None:
-    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer."""
+    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of the observer alone."""
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if s.conservative_nm[axis] != 0.0:
         sent -= s.conservative_nm[axis]
     s.compensation_nm[axis, s.ticks % HELD] = share * sent
+    observer = share * t.observer_torque_nm[axis]
+    s.fed_sent_nm[axis, s.ticks % HELD] = observer if math.isfinite(observer) else 0.0

@@ -21,11 +21,13 @@ from rtctl.control.disturbance_observer import observe_friction, observer_torque
 from rtctl.control.dry_friction import credit_friction
 from rtctl.control.environments.coupling import coupling_torque
 from rtctl.control.feedforward import friction_feedforward, range_fade
+from rtctl.control.feeding import unfed_share
 from rtctl.control.force import hand_torque, tare_done
 from rtctl.control.force_feedback import force_feedback, keep_account, remember
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.passivity import granted, injected_damping, observe_port, passivity_fault
+from rtctl.control.paying import paid_share
 from rtctl.control.place_trust import conservative_feedforward, judge_place, place_trust
 from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
@@ -187,7 +189,7 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 
 @inlined
 def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
-    """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its account, a hand that brakes, strokes that shrink and trembling leave."""
+    """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its account, a hand that brakes, strokes that shrink, trembling, what is paid and what the observer feeds leave."""
     speed = t.velocity_rad_s[axis]
     branch = FORWARD if speed >= 0.0 else BACKWARD
     spring = conservative_feedforward(t, s, p, model, axis, range_fade(model, branch, abs(speed)))
@@ -200,11 +202,13 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.assistance_share[axis] = share
     share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * steady_share(t, s, p, axis)
     share *= calm_share(s, p, axis)
+    share *= paid_share(t, s, p, axis, elapsed)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:
         t.feedforward_torque_nm[axis] += spring
     t.observer_torque_nm[axis] *= share
+    t.observer_torque_nm[axis] *= unfed_share(s, p, axis, elapsed)
 
 
 @inlined

@@ -201,6 +201,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
             "friction_brake_nm": (),  # against the motion, beyond the dead band: takes all help back; 0: nothing does
+            "paying_nm": (),  # friction by which a hand pays for help, and by which help feeds a vibration; 0: neither is asked
             "tremble_turn_s": (),  # longest time between two turns of a joint that trembles; 0: none does
             "friction_stop_rad": (),  # x_d of the stop operator
             # dry friction surely there (control.dry_friction), account of the help with it (control.assistance)
@@ -362,6 +363,17 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "turn_s": (),  # time since then
             "turned": (),  # 1: it moves backward
             "trembled_s": (),  # for which it turned more often than a hand can
+            "fed_j": (),  # account of what the observer feeds to a vibration (control.feeding)
+            "fed_rad_s": (),  # low-passes of velocity and observer
+            "fed_nm": (),
+            "fed_sent_nm": (HELD,),  # the observer's torque sent, ring by `ticks`
+            "fed_slid_s": (),  # for which it has slid in one direction, and that
+            "fed_side": (),
+            "paid_j": (),  # account of what is paid for friction (control.paying)
+            "paid_left": (),  # share of the help that is left
+            "paid_rad": (),  # motion, speed, and torque of world and injected damping of the sample before
+            "paid_rad_s": (),
+            "paid_push_nm": (),
             "friction_stop": (),  # stop operator state, -1..1
             "friction_load_nm": (),  # what the load adds to the friction
             "friction_intent_nm": (),  # hand torque, low-passed for the intent
