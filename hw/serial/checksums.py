@@ -1,4 +1,4 @@
-"""Checksums that boards use, compiled. `CHECK` has each one's value of the ASCII digits 123456789.
+"""Checksums that boards use, compiled.
 
 | kind | polynomial | start | reflected | end inversion | detects every 1- and 2-bit flip |
 |---|---|---|---|---|---|

@@ -67,7 +67,7 @@ def test_a_hand_that_holds_still_is_shaken_by_the_old_policy_without_its_account
     def old(simulation):
         virtual.with_observer(0.0)(simulation)
         simulation.params["assistance_bank_j"] = 1e9
-        simulation.params["tremble_turn_s"] = 0.0
+        simulation.params["tremble_turn_s"] = simulation.params["paying_nm"] = 0.0
         simulation.params["friction_intent_alpha"] = 1.0
         simulation.plant_params["bristle_stiffness_nm_rad"] = 100.0
         simulation.plant_params["bristle_damping_nms_rad"] = 0.3

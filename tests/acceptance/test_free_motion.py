@@ -69,9 +69,10 @@ def no_observer(simulation):
 
 
 def no_account(simulation):
-    """Give the account of the compensation more than it can ever spend, and help to a hand that brakes and to a joint that trembles."""
+    """Give the account of the compensation more than it can ever spend, and help to a hand that brakes or pays for nothing and to a joint that trembles."""
     simulation.params["assistance_bank_j"] = 1e9
-    simulation.params["friction_brake_nm"] = simulation.params["tremble_turn_s"] = 0.0
+    for name in ("friction_brake_nm", "tremble_turn_s", "paying_nm"):
+        simulation.params[name] = 0.0
 
 
 def sign_too_high(simulation):

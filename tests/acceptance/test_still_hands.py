@@ -80,9 +80,10 @@ AS_IN_THE_FIRST_RELEASES = {
     "friction_stop_rad": 1e-6,
     "friction_brake_nm": 0.0,
     "tremble_turn_s": 0.0,
+    "paying_nm": 0.0,
     "friction_blend_rad_s": 0.05,
 }
-"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once, the blend of then, help for a hand that brakes, and for strokes that shrink."""
+"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once, the blend of then, help for a hand that brakes or pays for nothing, and for strokes that shrink."""
 
 
 @pytest.mark.parametrize("case", CASES)
