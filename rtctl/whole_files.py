@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -13,6 +14,13 @@ from rtctl.errors import DataError
 def beside(path: Path) -> Path:
     """The hidden file in the same folder that becomes `path` once it is whole."""
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+
+
+def _take_place(new: Path, path: Path) -> None:
+    """Rename; but root's file would take the place of a device or a pipe of that name, so those are refused. Raises OSError."""
+    if path.exists() and not path.is_file():
+        raise OSError(errno.EEXIST, "it is no file but a device, a pipe or a folder", str(path))
+    new.replace(path)
 
 
 @contextmanager
@@ -27,7 +35,7 @@ def whole(path: Path) -> Iterator[Path]:
     new = beside(path)
     try:
         yield new
-        new.replace(path)
+        _take_place(new, path)
     except OSError as error:
         raise DataError(
             f"{path}: cannot write: {error.strerror or error}; free space or choose another place"
@@ -41,7 +49,7 @@ def write_whole(path: Path, content: bytes) -> None:
     new = beside(path)
     try:
         _write(new, content)
-        new.replace(path)
+        _take_place(new, path)
     finally:
         new.unlink(missing_ok=True)  # gone already when the rename was done
 
@@ -76,7 +84,7 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
             _write(new[name], content)
         for name in files:
             at = folder / name
-            new[name].replace(at)
+            _take_place(new[name], at)
         complete = True
     except OSError as error:
         raise DataError(

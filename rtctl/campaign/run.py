@@ -20,6 +20,7 @@ from rtctl.control.vocabulary import Fault, Program, State
 from rtctl.rig_file import config
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.shipped_files import shipped_config
+from rtctl.whole_files import whole
 
 TRACE_TICKS = 2000
 
@@ -138,12 +139,10 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
 
 
 def save_trace(path: Path, rows: np.ndarray) -> None:
-    """Write ticks as one array per field (npz); nothing half-written is left behind."""
+    """Write ticks as one array per field (npz); nothing half-written is left behind. Raises DataError."""
     columns: dict[str, Any] = {name: rows[name] for name in rows.dtype.names or ()}
-    temporary = path.with_name(path.name + ".part")
-    with temporary.open("wb") as file:
+    with whole(path) as new, new.open("wb") as file:
         np.savez_compressed(file, **columns)
-    temporary.replace(path)
 
 
 def run_part(order: Order, indices: range) -> Result:

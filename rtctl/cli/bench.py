@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
     from tests.bench.row import Row
@@ -63,7 +64,7 @@ LOADS = ("cpu", "disk", "network", "memory")
 )
 @click.option(
     "--picture",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=OutputFile(picture=True),
     help="wakeup: histograms beside cyclictest's, as PNG or SVG",
 )
 @click.option(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
     from rtctl.campaign.run import Order, Result
@@ -43,7 +44,7 @@ Told = tuple[str, dict[str, Any], Sequence[object]]
 @click.option("--rig", "index", type=click.IntRange(0), help="only this rig, in this process")
 @click.option(
     "--trace",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=OutputFile(),
     help="with --rig: write its last 2000 ticks here (npz, the tick's fields)",
 )
 @click.option(

@@ -1,5 +1,6 @@
 """Files that belong together are written together or not at all."""
 
+import os
 import resource
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,7 +9,7 @@ import pytest
 
 from rtctl import pictures
 from rtctl.errors import DataError
-from rtctl.whole_files import whole, write_together
+from rtctl.whole_files import whole, write_together, write_whole
 
 
 def test_all_files_are_there_and_nothing_else(tmp_path):
@@ -89,3 +90,16 @@ def test_a_picture_is_what_its_name_ends_with_and_whole_or_not_there(name, begin
     assert list(tmp_path.iterdir()) == []
     pictures.save(figure, tmp_path / name)
     assert (tmp_path / name).read_bytes().startswith(begins)
+
+
+def test_no_file_takes_the_place_of_a_pipe(tmp_path):
+    pipe = tmp_path / "null"
+    os.mkfifo(pipe)
+    with pytest.raises(DataError, match="null: cannot write: it is no file"), whole(pipe) as new:
+        new.write_bytes(b"1")
+    with pytest.raises(OSError, match="it is no file"):
+        write_whole(pipe, b"1")
+    with pytest.raises(DataError, match="null: cannot write: it is no file"):
+        write_together(tmp_path, {"null": b"1"})
+    assert [path.name for path in tmp_path.iterdir()] == ["null"]
+    assert pipe.is_fifo()

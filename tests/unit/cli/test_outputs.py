@@ -11,7 +11,7 @@ from rtctl.cli import cli
 from rtctl.cli.command_table import COMMANDS, SECTIONS
 from rtctl.cli.outputs import OutputFile, OutputFolder, why_no_folder
 
-WRITES = ("--out", "--plot", "--report", "--record", "--save-model")
+WRITES = ("--out", "--plot", "--report", "--record", "--save-model", "--trace", "--picture")
 
 
 def commands(group, ctx, path=()):
