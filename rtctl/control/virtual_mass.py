@@ -170,22 +170,22 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     slip = p.torque_limit_nm[axis] / p.servo_velocity_gain_nms_rad[axis]
     s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)
     if calms > 0.0:
-        s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * (
-            s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis]
-        )
+        beyond = s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis]
+        s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * beyond
     place = before + dt * s.mass_velocity_rad_s[axis]
     if p.servo_position_gain_nm_rad[axis] > 0.0:
         place = towards(joint, place, p.torque_limit_nm[axis] / p.servo_position_gain_nm_rad[axis])
     s.proxy_position_rad[axis] = place
+    if s.world_kind[axis] != _REMOTE:  # it begins slack: nobody pays for a stretch
+        s.remote_position_rad[axis] = place
     _send_ahead(s, p, axis, (s.mass_velocity_rad_s[axis] - speed) / dt, felt_nm)
 
 
 @compiled
 def _send_ahead(s: Record, p: Record, axis: int, acceleration: float, felt_nm: float) -> None:
     """Low-pass the torque that the mass's motion asks of the joint beyond the hand's own: J a_r + b v_r - tau_f, N m."""
-    asked = (
-        p.inertia_kgm2[axis] * acceleration + p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis] - felt_nm
-    )
+    drag = p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis]
+    asked = p.inertia_kgm2[axis] * acceleration + drag - felt_nm
     asked = towards(0.0, asked, p.torque_limit_nm[axis])
     s.mass_forward_nm[axis] += p.mass_forward_alpha[axis] * (asked - s.mass_forward_nm[axis])
 

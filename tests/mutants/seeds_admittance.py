@@ -25,6 +25,11 @@ GIVES = "tests/acceptance/test_foreign_counts.py::test_a_joint_that_gives_way_by
 
 SEEDS = (
     Seed(
+        "a renderer's end of the spring stays where the mass was armed", MASS,
+        "if s.world_kind[axis] != _REMOTE:  # it begins", "if False:  # it begins",
+        ("tests/unit/control/test_virtual_mass.py::test_a_renderer_finds_its_end_of_the_spring_at_the_mass_wherever_that_went_in_another_world",),
+    ),
+    Seed(
         "a damper of rest begins at rest under a mass that goes on", MASS,
         " and (blind or s.mass_velocity_rad_s[axis] * s.mass_bristle_share[axis] > 0.0)", " and blind",
         (GIVES, f"{STICKING}::test_the_damping_acts_while_the_joint_sticks_and_begins_anew_each_time"),
@@ -188,7 +193,7 @@ SEEDS = (
     ),
     Seed(
         "what is sent ahead forgets the force that is there already", MASS,
-        "p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis] - felt_nm", "p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis]",
+        "acceleration + drag - felt_nm", "acceleration + drag",
         ("tests/unit/control/test_admittance_margin.py::test_the_largest_eigenvalue_is_the_growth_of_the_law",),
     ),
 )  # fmt: skip

@@ -111,3 +111,19 @@ def test_a_renderer_that_holds_the_other_end_of_a_spring_leads_the_mass_as_far_a
         assert granted <= 0.05 + 1e-12
     assert granted > 0.04
     assert one.place > 0.02
+
+
+def test_a_renderer_finds_its_end_of_the_spring_at_the_mass_wherever_that_went_in_another_world():
+    """It was left where the mass was armed: targets on the joint itself jolted a hand at .5 rad by the torque limit, and nobody paid."""
+    one = Servo()
+    one.params["coupling_stiffness_nm_rad"], one.params["target_hold_ticks"] = 60.0, 100
+    one.params["velocity_limit_rad_s"] = 6.0
+    one.world(Environment.FREE)
+    for _ in range(600):
+        one.step(one.place, one.velocity, hand_nm=0.05)
+    assert one.place > 0.2
+    one.state["mass_velocity_rad_s"] = 0.0
+    one.command["environment_kind"][0] = Environment.REMOTE
+    one.state["target_position_rad"], one.state["remote_ticks"] = one.place, 1
+    assert abs(one.step(one.place)) < 1e-9
+    assert one.state["stored_energy_j"][0, 0] < 1e-12
