@@ -149,6 +149,27 @@ SEEDS = (
         PACE,
     ),
     Seed(
+        "a hand that pulls back a joint that sticks is taken for one that brakes",
+        "rtctl/control/braking.py",
+        "slides_on(s, p, axis) and",
+        "abs(s.bristle_share[axis]) >= 1.0 and",
+        ("tests/unit/control/test_braking.py::test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way",),
+    ),
+    Seed(
+        "help goes on in the way of a joint that sticks",
+        "rtctl/control/feedforward.py",
+        "    if slides_on(s, p, axis):",
+        "    if slides(s, axis):",
+        PACE,
+    ),
+    Seed(
+        "a joint that sticks turns its help as quickly as one that slides",
+        "rtctl/control/feedforward.py",
+        "not slides_on(s, p, axis) and not is_admittance",
+        "not slides(s, axis) and not is_admittance",
+        PACE,
+    ),
+    Seed(
         "the gate sinks between the peaks of a hand's ring",
         "rtctl/control/feedforward.py",
         "(GATE_TIMES if moves_on else 1.0)",
