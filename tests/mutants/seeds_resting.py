@@ -109,7 +109,7 @@ SEEDS = (
     Seed(
         "on a joint that slides the help turns with the hand's torque",
         "rtctl/control/feedforward.py",
-        "    if slides(s, axis):\n        return way\n",
+        "    if slides_on(s, p, axis):\n        return way\n",
         "",
         PACE,
     ),
@@ -153,7 +153,9 @@ SEEDS = (
         "rtctl/control/braking.py",
         "slides_on(s, p, axis) and",
         "abs(s.bristle_share[axis]) >= 1.0 and",
-        ("tests/unit/control/test_braking.py::test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way",),
+        (
+            "tests/unit/control/test_braking.py::test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way",
+        ),
     ),
     Seed(
         "help goes on in the way of a joint that sticks",
