@@ -13,17 +13,18 @@ that lags. At half the width of the gate a twentieth of the friction took all he
 at 8 Hz by four times what it does without help. A heavy hand that swings out brakes with that much and more.
 
 tau_c is the torque of the coupling: a hand that lets a spring of the virtual world push the joint back brakes nothing, and what both ask of the joint
-is its inertia and what is left of its friction. On bent bristles the direction of the motion is not known, and nothing is changed. A virtual mass is braked by its hand through the law
+is its inertia and what is left of its friction. On bent bristles the direction of the motion is not known, and nothing is changed. A joint that stands is braked by nobody: dry friction
+that holds without bending leaves h at the end of the last motion, and a hand that pulled back was left unhelped until all of the friction gave way, and helped whole an instant later, with its spring bent by so much. A virtual mass is braked by its hand through the law
 itself, and its joint must follow: it is helped as ever. Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above.
 """
 
 from __future__ import annotations
 
 from rtctl.control.display import is_admittance
-from rtctl.control.dry_friction import slides
 from rtctl.control.jit import compiled
 from rtctl.control.pace import BRAKE_TIMES, MEAN_TIMES, eased
 from rtctl.control.records import Record
+from rtctl.control.resting import slides_on
 
 BRAKE_GATES = 8.0
 """The push beyond the dead band that takes all help back, in widths of the gate: four fifths of the friction."""
@@ -35,7 +36,7 @@ def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     pushed = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
     push = s.friction_push_nm[axis] = eased(p, axis, s.friction_push_nm[axis], pushed, BRAKE_TIMES)
     wanted = 0.0
-    if slides(s, axis) and not is_admittance(s, axis):
+    if slides_on(s, p, axis) and not is_admittance(s, axis):
         against = -push if s.bristle_share[axis] > 0.0 else push
         beyond = against - p.friction_gate_deadband_nm[axis]
         if beyond > 0.0 and p.friction_brake_nm[axis] > 0.0:

@@ -20,7 +20,7 @@ from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, TURN_TIMES, eased, is_slo
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
-from rtctl.control.resting import calm_speed, is_bent, while_bent
+from rtctl.control.resting import calm_speed, is_bent, slides_on, while_bent
 from rtctl.control.vocabulary import Fault, Policy
 
 _OFF = int(Policy.OFF)
@@ -139,7 +139,7 @@ def wished_push(s: Record, p: Record, axis: int) -> float:
     if p.friction_policy[axis] != _HYBRID or is_bent(s, p, axis):
         return hand
     way = s.friction_stop[axis] * p.friction_intent_nm[axis]
-    if slides(s, axis):
+    if slides_on(s, p, axis):
         return way
     return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])
 
@@ -166,7 +166,7 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     of a slow hand it is as slow as at rest, in that of a brisk one `TURN_TIMES` as fast (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
-    if p.friction_policy[axis] == _HYBRID and not slides(s, axis) and not is_admittance(s, axis):
+    if p.friction_policy[axis] == _HYBRID and not slides_on(s, p, axis) and not is_admittance(s, axis):
         alpha = min(alpha, p.rest_alpha[axis] * (1.0 if is_slow(s, p, axis) else TURN_TIMES))
     s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
     if not math.isfinite(s.friction_intent_nm[axis]):

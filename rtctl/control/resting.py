@@ -98,6 +98,12 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
+def slides_on(s: Record, p: Record, axis: int) -> bool:
+    """True when the joint slides and does not stand: what sticks without bending leaves the bristles at the end of its last motion."""
+    return slides(s, axis) and not is_resting(s, p, axis)
+
+
+@compiled
 def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
     """Speed that the feed-forward's curve is read at, >= 0: on a joint that rests the largest of late.
 

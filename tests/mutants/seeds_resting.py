@@ -109,7 +109,7 @@ SEEDS = (
     Seed(
         "on a joint that slides the help turns with the hand's torque",
         "rtctl/control/feedforward.py",
-        "    if slides(s, axis):\n        return way\n",
+        "    if slides_on(s, p, axis):\n        return way\n",
         "",
         PACE,
     ),
@@ -146,6 +146,29 @@ SEEDS = (
         "rtctl/control/braking.py",
         "min(p.friction_gate_alpha[axis], MEAN_TIMES * p.rest_alpha[axis])",
         "p.friction_gate_alpha[axis]",
+        PACE,
+    ),
+    Seed(
+        "a hand that pulls back a joint that sticks is taken for one that brakes",
+        "rtctl/control/braking.py",
+        "slides_on(s, p, axis) and",
+        "abs(s.bristle_share[axis]) >= 1.0 and",
+        (
+            "tests/unit/control/test_braking.py::test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way",
+        ),
+    ),
+    Seed(
+        "help goes on in the way of a joint that sticks",
+        "rtctl/control/feedforward.py",
+        "    if slides_on(s, p, axis):",
+        "    if slides(s, axis):",
+        PACE,
+    ),
+    Seed(
+        "a joint that sticks turns its help as quickly as one that slides",
+        "rtctl/control/feedforward.py",
+        "not slides_on(s, p, axis) and not is_admittance",
+        "not slides(s, axis) and not is_admittance",
         PACE,
     ),
     Seed(

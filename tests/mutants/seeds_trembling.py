@@ -26,6 +26,15 @@ SEEDS = (
         ),
     ),
     Seed(
+        "help comes back at once, and pushes the hand that trembled",
+        "rtctl/control/trembling.py",
+        "- FORGETTING * p.period_s",
+        "- 10.0 * FORGETTING * p.period_s",
+        (
+            f"{UNIT}/test_trembling.py::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
+        ),
+    ),
+    Seed(
         "a hand that turns back slowly trembles",
         "rtctl/control/trembling.py",
         "if s.turn_s[axis] <= p.tremble_turn_s[axis]:",

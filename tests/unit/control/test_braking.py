@@ -6,6 +6,7 @@ import pytest
 from law_rig import LEVER, LawRig, T
 
 from rtctl.control.braking import unbraked_share
+from rtctl.control.resting import BENT_S, REST_S
 from rtctl.control.vocabulary import Display, Policy
 
 DEADBAND_NM, WIDTH_NM = 0.002, 0.015
@@ -50,6 +51,10 @@ def test_on_bent_bristles_nobody_knows_the_direction():
     assert left(-0.1, bristle_share=0.99) == 1.0
 
 
+def test_nobody_brakes_a_joint_that_stands():
+    assert left(-0.1, rest_ticks=round(REST_S / T) + 1) == 1.0
+
+
 def test_the_joint_of_a_virtual_mass_is_helped_to_follow_a_mass_that_is_braked():
     assert left(-0.1, display_kind=int(Display.ADMITTANCE)) == 1.0
 
@@ -75,3 +80,15 @@ def test_the_law_sends_no_help_to_a_hand_that_brakes(speed_rad_s):
         helped.append(rig["feedforward_torque_nm"])
     assert helped[0] == pytest.approx(math.copysign(0.225, speed_rad_s), rel=1e-2)
     assert abs(helped[1]) < 1e-6
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way(way):
+    """Dry friction that does not bend at all: helped only from then on, a hand of 2.6 N m/rad was thrown by 3 rad/s."""
+    rig = LawRig(friction_policy=int(Policy.HYBRID)).friction().arm()
+    for hand_nm, speed_rad_s, ticks in ((0.1, 0.5, 200), (-0.1, 0.0, round(BENT_S / T) - 20)):
+        rig.force_n[1] = way * hand_nm / LEVER
+        for _ in range(ticks):
+            rig.tick(rig.position + way * speed_rad_s * T)
+    assert rig.state["bristle_share"][0, 0] == way
+    assert rig["feedforward_torque_nm"] == pytest.approx(-way * 0.9 * 0.35, rel=1e-2)

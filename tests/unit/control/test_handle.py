@@ -72,8 +72,8 @@ def test_its_strokes_are_seen_to_shrink(linear):
 @pytest.mark.parametrize("linear", [False, True])
 def test_a_way_that_a_hand_has_moved_it_forgets_a_tremble(linear):
     rig, calm = made(linear, trembled_s=MOST_S), of_rows(calm_share)
-    for k in range(1000):
-        rig.state["position_rad"] = BETWEEN * ON_RAD * k / 1000
+    for k in range(3000):
+        rig.state["position_rad"] = BETWEEN * ON_RAD * k / 3000
         left = calm(rig.state, rig.params, 0)
     assert left == (1.0 if linear else 0.0)
 

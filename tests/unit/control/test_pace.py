@@ -12,7 +12,7 @@ from rtctl.control.feedforward import advance_gate, advance_intent, wished_push
 from rtctl.control.jit import compiled
 from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, PACE_S, SLOW_BLENDS, TURN_TIMES, advance_pace, is_slow
 from rtctl.control.records import Record
-from rtctl.control.resting import BENT_S, REST_HZ
+from rtctl.control.resting import BENT_S, REST_HZ, REST_S
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Display, Policy
 
@@ -197,6 +197,15 @@ def test_a_joint_that_creeps_or_rests_follows_the_hand():
     rig = moved(0.0)
     rig.state["bent_ticks"] = round(BENT_S / T) + 1
     assert direction(rig, 2000, -0.05) == pytest.approx(-1.0)
+
+
+@pytest.mark.parametrize("pace_rad_s", [0.0, 1.0])
+def test_so_does_one_that_sticks_at_the_end_of_its_bristles(pace_rad_s):
+    rig = moved(pace_rad_s)
+    direction(rig, 100, 0.05, 1.0, 1.0)
+    rig.state["rest_ticks"] = round(REST_S / T) + 1
+    followed = 1 - (1 - SLOW * (TURN_TIMES if pace_rad_s else 1.0)) ** 10
+    assert direction(rig, 10, -0.05) == pytest.approx(1 - 2 * followed)
 
 
 def test_the_policy_intent_is_the_hands_alone():

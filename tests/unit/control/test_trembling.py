@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from law_rig import COUNT, LEVER, LawRig, T, of_rows
 
-from rtctl.control.trembling import GONE_S, MOST_S, ON_RAD, ON_S, TURN_COUNTS, calm_share
+from rtctl.control.trembling import FORGETTING, GONE_S, MOST_S, ON_RAD, ON_S, TURN_COUNTS, calm_share
 from rtctl.control.vocabulary import Display, Policy, State
 
 CALM = of_rows(calm_share)
@@ -62,9 +62,10 @@ def test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the
     joint.shaken(60.0, 2.0)
     assert np.all(joint.at(np.zeros(3000)) == 0.0)
     assert np.all(joint.at(np.linspace(0.0, 0.9 * ON_RAD, 3000)) == 0.0)
-    shares = joint.at(np.linspace(0.9 * ON_RAD, 0.5, 500))
+    shares = joint.at(np.linspace(0.9 * ON_RAD, 0.5, round(MOST_S / FORGETTING / T)))
     assert shares[-1] == 1.0
     assert shares[0] == 0.0
+    assert np.diff(shares).max() < 2.5 * T, "at once it is a push that shakes the hand again"
 
 
 def test_what_is_remembered_has_a_bound():
@@ -96,7 +97,7 @@ def test_the_law_sends_no_help_to_a_joint_that_trembled_until_it_is_moved_on():
     rig.state["turn_rad"] = rig.state["turn_from_rad"] = rig.position
     rig.force_n[1] = 0.1 / LEVER
     helped = []
-    for _ in range(600):
+    for _ in range(round((ON_S + MOST_S / FORGETTING) / T)):
         rig.tick(rig.position + 0.5 * T)
         helped.append(rig["feedforward_torque_nm"])
     assert helped[: round(ON_S / T)] == [0.0] * round(ON_S / T)
