@@ -62,7 +62,7 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
         beyond = np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0))
         knows = (other[1] ** 2).sum(axis=0) <= KNOWS_LESS**2 * (plain[1] ** 2).sum(axis=0)
         largest = np.maximum(largest, np.where(knows, beyond, 0.0))
-    found: np.ndarray = TIMES * largest
+    found: np.ndarray = TIMES * largest + _moved_by_half_a_period(signals, np.hstack([motion, nuisance]))
     short = min(signals.inertia_short, SHORT_MOST)
     lost = short / (1 - short) * abs(plain[0][0])
     if short > NOISE_MOST:
@@ -71,6 +71,20 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     alike = np.linalg.lstsq(others, motion[rows, 0], rcond=1e-9)[0][:2]
     found += lost * np.array([1.0, *np.abs(alike)])
     return found
+
+
+def _moved_by_half_a_period(signals: Regressors, columns: np.ndarray) -> np.ndarray:
+    """By how much inertia, viscous and Coulomb friction, (3,), change when a motor torque beside a hand's was measured with the position.
+
+    What a motor that damps gives late is acceleration: the balance does not tell by itself when it was measured.
+    """
+    if signals.external_nm is None or not signals.held_s:
+        return np.zeros(3)
+    rows = signals.sliding
+    late = signals.held_s * np.gradient(signals.torque_nm - signals.external_nm, signals.time_s)
+    matrix = columns[rows]
+    scale = np.sqrt((matrix**2).mean(axis=0)) + np.finfo(float).tiny
+    return np.abs(np.linalg.lstsq(matrix / scale, late[rows], rcond=1e-9)[0] / scale)[:3]
 
 
 def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Estimate]:

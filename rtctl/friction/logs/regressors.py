@@ -50,7 +50,8 @@ class Regressors:
 
     `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`, `inertia_short` the share
     by which the steps of the position make the inertia too small (`rtctl.friction.logs.log_checks.coarseness`), `share_nm` the torque that friction is a share of, where
-    there is one (`rtctl.friction.logs.torque_shape`).
+    there is one (`rtctl.friction.logs.torque_shape`). `external_nm` is the hand's part of the torque where motor and hand were both recorded, `held_s` by how much the motor's was put
+    back beside it without being asked.
     """
 
     time_s: np.ndarray
@@ -68,6 +69,8 @@ class Regressors:
     radian: float = 1.0
     inertia_short: float = 0.0
     share_nm: np.ndarray | None = None
+    external_nm: np.ndarray | None = None
+    held_s: float = 0.0
 
     @property
     def source(self) -> str:
