@@ -79,9 +79,7 @@ def external_of(
         ]
         for stretches in logs
     ]
-    return pooled(
-        [of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone]
-    ).torque_nm
+    return pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone]).torque_nm
 
 
 def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float) -> float:

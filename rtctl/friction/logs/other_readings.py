@@ -102,7 +102,7 @@ def _of_other_speeds(
         changed = (other - lines[0]) @ found
         chance = (((other - lines[0]) @ scores.T) ** 2).sum(axis=1) * len(scores) / free
         largest = np.maximum(largest, np.sqrt(np.maximum(changed**2 - chance, 0.0)))
-    return largest
+    return np.asarray(largest)
 
 
 def _weights(signals: Regressors) -> Iterator[np.ndarray]:
@@ -119,7 +119,7 @@ def _weights(signals: Regressors) -> Iterator[np.ndarray]:
 def _line(line: np.ndarray, bends: np.ndarray, weight: np.ndarray) -> np.ndarray:
     """The line (viscous, Coulomb) nearest to each of the bends, (2, 2), by weighted least squares."""
     root = np.sqrt(weight)[:, None]
-    return np.linalg.lstsq(root * line, root * bends, rcond=1e-12)[0]
+    return np.asarray(np.linalg.lstsq(root * line, root * bends, rcond=1e-12)[0])
 
 
 def _peak_speed(signals: Regressors) -> float:
@@ -138,7 +138,7 @@ def _moved_by_half_a_period(signals: Regressors, columns: np.ndarray) -> np.ndar
     late = signals.held_s * np.gradient(signals.torque_nm - signals.external_nm, signals.time_s)
     matrix = columns[rows]
     scale = np.sqrt((matrix**2).mean(axis=0)) + np.finfo(float).tiny
-    return np.abs(np.linalg.lstsq(matrix / scale, late[rows], rcond=1e-9)[0] / scale)[:3]
+    return np.asarray(np.abs(np.linalg.lstsq(matrix / scale, late[rows], rcond=1e-9)[0] / scale)[:3])
 
 
 def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Estimate]:

@@ -147,6 +147,7 @@ class TurnRows:
 
     @classmethod
     def of(cls, parts: Sequence[TurningPart], turns: int) -> TurnRows:
+        """Rows of the parts, which turn so many times in all."""
         total_s = sum(len(part.torque_nm) / part.rate_hz for part in parts)
         block_s = min(max(BLOCK_S, TURNS_PER_BLOCK * total_s / turns), total_s / BLOCKS_MIN)
         near, block, first = [], [], 0

@@ -89,4 +89,6 @@ def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
     error = float(np.sqrt((np.bincount(rows.block, own * left) ** 2).sum())) / power
     levels = (shared[:, 1] - value * shared[:, 0]) / scale
     first = rows.motion.shape[1]
-    return _Found(value, error, float(levels[first : first + 2].mean()), float(left @ left), float(rest @ rest))
+    return _Found(
+        value, error, float(levels[first : first + 2].mean()), float(left @ left), float(rest @ rest)
+    )

@@ -53,7 +53,11 @@ def with_share_of_two(
         for one in shares
         if not one.known
     )
-    found = [one for one in shares if one.known and one.sure and not (bend.sure() and bend.rest < one.recorded.rest)]
+    found = [
+        one
+        for one in shares
+        if one.known and one.sure and not (bend.sure() and bend.rest < one.recorded.rest)
+    ]
     if not found:
         return signals, (), untold[:1]
     best = min(found, key=lambda one: one.recorded.rest)

@@ -79,7 +79,9 @@ def pushing(t, _v):
     return 0.4 * np.sin(2 * np.pi * 0.7 * t + 0.4)
 
 
-@pytest.mark.parametrize(("of", "motor", "hand"), [("both torques", 0.2, 0.2), ("the motor torque", 0.25, 0.0)])
+@pytest.mark.parametrize(
+    ("of", "motor", "hand"), [("both torques", 0.2, 0.2), ("the motor torque", 0.25, 0.0)]
+)
 def test_a_share_of_two_torques_is_fitted(of, motor, hand):
     signals, external = of_two(motor, hand, pushing)
     shared, told, untold = with_share_of_two(signals, external)
