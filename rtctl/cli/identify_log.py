@@ -151,7 +151,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         found = read_in_time(options, geared, torque_delay, limits, cutoff_hz, speed_min)
         read, signals, cutoff_hz, slowest = found.logs, found.signals, found.cutoff_hz, found.speed_min_rad_s
         torque_delay, parts = found.torque_delay_s, [stretches[0] for stretches in read]
-        told = diagnose(read, signals, slowest)
+        told = diagnose(read, signals)
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
         fit = replace(fit, warnings=(*fit.warnings, *found.notes, *told, *doubtful))

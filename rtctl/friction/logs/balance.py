@@ -52,8 +52,8 @@ class Balance:
     signals: Regressors
 
     @classmethod
-    def of(cls, signals: Regressors, external: Regressors | None) -> Balance:
-        """Rows of `signals`; `external` is made of the same logs with the external torque alone."""
+    def of(cls, signals: Regressors) -> Balance:
+        """The sliding rows of `signals`."""
         rows, offset = signals.sliding, offset_columns(signals)
         return cls(
             signals.position_rad[rows],
@@ -61,7 +61,7 @@ class Balance:
             signals.acceleration_rad_s2[rows],
             signals.direction[rows],
             signals.torque_nm[rows],
-            None if external is None else external.torque_nm[rows],
+            None if signals.external_nm is None else signals.external_nm[rows],
             np.hstack([offset.logs, offset.drift, *signals.shares])[rows],
             signals.log[rows],
             signals.time_s[rows],

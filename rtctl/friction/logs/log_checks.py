@@ -37,9 +37,7 @@ SURELY = 3.0
 """Standard errors from which on the two differ."""
 
 
-def diagnose(
-    logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float
-) -> tuple[str, ...]:
+def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[str, ...]:
     """Warnings about the logs (each a tuple of stretches) of which `signals` were made.
 
     Raises
@@ -51,7 +49,7 @@ def diagnose(
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         _require_levels(logs, signals)
         return ()  # the fit itself says what is missing
-    balance = Balance.of(signals, _external(logs, signals.cutoff_hz, speed_min_rad_s))
+    balance = Balance.of(signals)
     seen = [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
     require_unclipped(balance, seen, signals.source)
     noted = tuple(
@@ -68,10 +66,10 @@ def diagnose(
     )
 
 
-def _external(
+def external_of(
     logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, speed_min_rad_s: float
-) -> Regressors | None:
-    """The signals with the external torque alone, row by row those of both torques."""
+) -> np.ndarray | None:
+    """The external torque alone, on the rows of the signals of both torques; None where only one is recorded."""
     if any(stretch.external_nm is None for stretches in logs for stretch in stretches):
         return None
     alone = [
@@ -81,7 +79,7 @@ def _external(
         ]
         for stretches in logs
     ]
-    return pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone])
+    return pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone]).torque_nm
 
 
 def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float) -> float:
@@ -95,7 +93,7 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
-    balance = Balance.of(signals, None)
+    balance = Balance.of(signals)
     short = _gained_by_lower_cutoff(logs, balance, speed_min_rad_s)
     if any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches):
         return short
@@ -158,7 +156,7 @@ def _gained_by_lower_cutoff(
     v = lower.velocity_rad_s[lower.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
-    (inertia, own_error), (found, error) = balance.inertia(), Balance.of(lower, None).inertia()
+    (inertia, own_error), (found, error) = balance.inertia(), Balance.of(lower).inertia()
     if not (error < SURE * found and found - inertia > SURELY * math.hypot(own_error, error)):
         return 0.0
     return 1 - inertia / found

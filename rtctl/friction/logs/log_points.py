@@ -11,7 +11,7 @@ from typing import Any
 from hw.interface import Rig
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
-from rtctl.friction.logs.log_checks import coarseness, diagnose
+from rtctl.friction.logs.log_checks import coarseness, diagnose, external_of
 from rtctl.friction.logs.log_input import (
     Gearing,
     of_one_radian,
@@ -25,7 +25,9 @@ from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.logs.regression import JointFit, joint_fit, of_the_position
 from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, of_stretches, pooled
+from rtctl.friction.logs.taken_off import taken_off
 from rtctl.friction.logs.torque_shape import with_share
+from rtctl.friction.logs.two_shares import with_share_of_two
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.presliding import Presliding
 
@@ -38,12 +40,6 @@ SPEED_MIN_RAD_S = 0.03
 MEASURED_TOGETHER = (
     "the motor torque was measured at the instants of the position, and is taken so: put back by half a period, as a command that is held would "
     "be, it looks that much early (--torque-delay says otherwise)"
-)
-
-
-TWO_SHARES = (
-    "whether friction is a share of the torques, as in gears: of two torques it is not looked for; of a gear that loses a share k of what drives it all parameters are 1/(1 - k) "
-    "times too large (a log of the motor alone, with quick stops, tells it)"
 )
 
 
@@ -117,8 +113,12 @@ def read_in_time(
     if torque_delay_s is None and driven and of_the_position(signals, 0.5 / parts[0].rate_hz):
         torque_delay_s, notes = 0.0, (MEASURED_TOGETHER,)
         logs, signals, bent = looked_at(read(0.0))
-    signals, told, untold = _shared(logs, signals)
-    return InTime(logs, signals, cutoff, slowest, torque_delay_s, (*notes, *told), untold, bent)
+    held_s = 0.5 / parts[0].rate_hz if torque_delay_s is None and driven else 0.0
+    signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
+    signals, told, untold = _shared(signals)
+    off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
+    notes, untold = (*notes, *told, *off), (*untold, *unseen)
+    return InTime(logs, signals, cutoff, slowest, torque_delay_s, notes, untold, bent)
 
 
 def settled(
@@ -135,18 +135,14 @@ def settled(
     return tuple(tuple(replace(one, settle_rad=far) for one in stretches) for stretches in logs)
 
 
-def _shared(
-    logs: Sequence[Sequence[AxisLog]], signals: Regressors
-) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
-    """The signals with friction as a share of the torque where a single torque tells it, with what is to be said."""
-    two = any(stretch.external_nm is not None for stretches in logs for stretch in stretches)
+def _shared(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
+    """The signals with friction as a share of the torque where the log tells it, with what is to be said."""
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return signals, (), ()
-    if two:
-        return signals, (), (TWO_SHARES,)
+    external_nm = signals.external_nm
     try:
-        return with_share(signals)
+        return with_share(signals) if external_nm is None else with_share_of_two(signals, external_nm)
     except DataError:
         return signals, (), ()  # too short for intervals: the fit itself says so
 
@@ -177,7 +173,7 @@ def checked(
         What `rtctl identify --log` refuses (docs/logs.md), a log given twice.
     """
     found = read_in_time(options, gearing, cutoff_hz=cutoff_hz, speed_min_rad_s=speed_min_rad_s)
-    told = diagnose(found.logs, found.signals, speed_min_rad_s)
+    told = diagnose(found.logs, found.signals)
     fit = joint_fit(found.signals)
     return Checked(found.logs, found.signals, fit, (*fit.warnings, *found.notes, *told))
 

@@ -24,6 +24,9 @@ PEAK_SHARE = 0.25
 MEMORY_RAD = 0.03
 """Travel after a turn over which another reading lets friction build up."""
 
+SPEEDS = 20
+"""Parts of the range of speeds that count alike in another line."""
+
 ROWS_LEAST = 60
 """Fewest rows of another reading."""
 
@@ -62,7 +65,8 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
         beyond = np.sqrt(np.maximum((other[0] - plain[0]) ** 2 - chance, 0.0))
         knows = (other[1] ** 2).sum(axis=0) <= KNOWS_LESS**2 * (plain[1] ** 2).sum(axis=0)
         largest = np.maximum(largest, np.where(knows, beyond, 0.0))
-    found: np.ndarray = TIMES * largest
+    largest[1:] = np.maximum(largest[1:], _of_other_speeds(signals, motion, nuisance, block, free))
+    found: np.ndarray = TIMES * largest + _moved_by_half_a_period(signals, np.hstack([motion, nuisance]))
     short = min(signals.inertia_short, SHORT_MOST)
     lost = short / (1 - short) * abs(plain[0][0])
     if short > NOISE_MOST:
@@ -71,6 +75,70 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     alike = np.linalg.lstsq(others, motion[rows, 0], rcond=1e-9)[0][:2]
     found += lost * np.array([1.0, *np.abs(alike)])
     return found
+
+
+def _of_other_speeds(
+    signals: Regressors, motion: np.ndarray, nuisance: np.ndarray, block: np.ndarray, free: int
+) -> np.ndarray:
+    """By how much viscous and Coulomb friction, (2,), differ when the straight line through friction that bends is drawn through other speeds, beyond chance.
+
+    The rows that are used have fewer slow ones than the motion, for those near turns are left out; a line through every speed alike has more.
+    """
+    rows, v, s = signals.sliding, signals.velocity_rad_s, signals.direction
+    bends = np.column_stack([v * np.abs(v), s * np.exp(-np.abs(v) / _peak_speed(signals))])
+    others = np.hstack([motion, nuisance])[rows]
+    others = others / (np.sqrt((others**2).mean(axis=0)) + np.finfo(float).tiny)
+    both = np.column_stack([bends, signals.torque_nm])[rows]
+    own = both - others @ np.linalg.lstsq(others, both, rcond=1e-9)[0]
+    inverse = np.linalg.pinv(own[:, :2].T @ own[:, :2], rcond=1e-9, hermitian=True)
+    found = inverse @ (own[:, :2].T @ own[:, 2])
+    scores = np.zeros((int(block.max()) + 1, 2))
+    np.add.at(scores, block[rows], own[:, :2] * (own[:, 2] - own[:, :2] @ found)[:, None])
+    scores = scores @ inverse
+    line = motion[:, 1:]
+    lines = [_line(line, bends, weight) for weight in _weights(signals)]
+    largest = np.zeros(2)
+    for other in lines[1:]:
+        changed = (other - lines[0]) @ found
+        chance = (((other - lines[0]) @ scores.T) ** 2).sum(axis=1) * len(scores) / free
+        largest = np.maximum(largest, np.sqrt(np.maximum(changed**2 - chance, 0.0)))
+    return np.asarray(largest)
+
+
+def _weights(signals: Regressors) -> Iterator[np.ndarray]:
+    """Weights of all rows (n,): those that are used; all that move as fast; the used ones with every speed alike."""
+    rows, speed = signals.sliding.astype(float), np.abs(signals.velocity_rad_s)
+    yield rows
+    used = speed[signals.sliding]
+    yield (speed >= used.min()).astype(float)
+    edges = np.linspace(used.min(), used.max(), SPEEDS + 1)
+    at = np.clip(np.searchsorted(edges, speed, side="right") - 1, 0, SPEEDS - 1)
+    yield rows / np.maximum(np.bincount(at[signals.sliding], minlength=SPEEDS), 1)[at]
+
+
+def _line(line: np.ndarray, bends: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """The line (viscous, Coulomb) nearest to each of the bends, (2, 2), by weighted least squares."""
+    root = np.sqrt(weight)[:, None]
+    return np.asarray(np.linalg.lstsq(root * line, root * bends, rcond=1e-12)[0])
+
+
+def _peak_speed(signals: Regressors) -> float:
+    """Speed at which the peak of another reading has fallen to 1/e."""
+    return PEAK_SHARE * float(np.quantile(np.abs(signals.velocity_rad_s[signals.sliding]), 0.95))
+
+
+def _moved_by_half_a_period(signals: Regressors, columns: np.ndarray) -> np.ndarray:
+    """By how much inertia, viscous and Coulomb friction, (3,), change when a motor torque beside a hand's was measured with the position.
+
+    What a motor that damps gives late is acceleration: the balance does not tell by itself when it was measured.
+    """
+    if signals.external_nm is None or not signals.held_s:
+        return np.zeros(3)
+    rows = signals.sliding
+    late = signals.held_s * np.gradient(signals.torque_nm - signals.external_nm, signals.time_s)
+    matrix = columns[rows]
+    scale = np.sqrt((matrix**2).mean(axis=0)) + np.finfo(float).tiny
+    return np.asarray(np.abs(np.linalg.lstsq(matrix / scale, late[rows], rcond=1e-9)[0] / scale)[:3])
 
 
 def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Estimate]:
@@ -88,7 +156,7 @@ def _readings(
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     x = signals.position_rad
     since = np.abs(x - x[turns[np.searchsorted(turns, np.arange(len(v)), side="right") - 1]])
-    usual = PEAK_SHARE * float(np.quantile(np.abs(v[rows]), 0.95))
+    usual = _peak_speed(signals)
     none = np.zeros(len(v))
     jerk, a = signals.jerk_rad_s3, signals.acceleration_rad_s2
     if late is not None and not late.holds(0.0):

@@ -48,9 +48,8 @@ FALLBACK_PERIODS = 0.5
 class Regressors:
     """Filtered, thinned-out signals of one log or several. Arrays of one length.
 
-    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`, `inertia_short` the share
-    by which the steps of the position make the inertia too small (`rtctl.friction.logs.log_checks.coarseness`), `share_nm` the torque that friction is a share of, where
-    there is one (`rtctl.friction.logs.torque_shape`).
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`, `inertia_short` the share by which the steps of the position make the
+    inertia too small (`log_checks.coarseness`), `share_nm` the torque that friction is a share of, where there is one (`torque_shape`). Of two torques `external_nm` is the hand's, `held_s` by how much the motor's was put back without being asked.
     """
 
     time_s: np.ndarray
@@ -68,6 +67,8 @@ class Regressors:
     radian: float = 1.0
     inertia_short: float = 0.0
     share_nm: np.ndarray | None = None
+    external_nm: np.ndarray | None = None
+    held_s: float = 0.0
 
     @property
     def source(self) -> str:
@@ -286,6 +287,7 @@ def pooled(parts: list[Regressors]) -> Regressors:
         warnings=tuple(warning for part in parts for warning in part.warnings),
         radian=parts[0].radian,
         inertia_short=0.0,
+        held_s=0.0,
     )
 
 

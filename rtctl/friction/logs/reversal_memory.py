@@ -111,12 +111,10 @@ def reversals_of_logs(
         None: fewer than `TURNS_MIN` turns, or strokes too short to bend anything.
     """
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
-    turns = sum(part.turns for part in parts)
-    shortest, longest = shortest_length(parts), longest_length(parts)
-    if turns < TURNS_MIN or longest <= 2 * shortest:
+    lengths, turns = tried_lengths(parts), sum(part.turns for part in parts)
+    if not len(lengths):
         return None
-    lengths = np.geomspace(shortest, longest, 1 + round(LENGTHS_PER_DECADE * np.log10(longest / shortest)))
-    rows = _Rows.of(parts, turns)
+    rows = TurnRows.of(parts, turns)
     speed = rows.judged(by_speed, (0.0, 1.0))
     found = {
         "speed": replace(speed, parameter=0.0),
@@ -129,8 +127,16 @@ def reversals_of_logs(
     return _compared(found, rows, turns)
 
 
+def tried_lengths(parts: Sequence[TurningPart]) -> np.ndarray:
+    """Lengths of bristles that are tried, rad; none where there are fewer than `TURNS_MIN` turns, or strokes too short to bend anything."""
+    shortest, longest = shortest_length(parts), longest_length(parts)
+    if sum(part.turns for part in parts) < TURNS_MIN or longest <= 2 * shortest:
+        return np.zeros(0)
+    return np.geomspace(shortest, longest, 1 + round(LENGTHS_PER_DECADE * np.log10(longest / shortest)))
+
+
 @dataclass(frozen=True)
-class _Rows:
+class TurnRows:
     """Kept rows of all parts: torque (n,), columns of the motion, which are near a turn, their blocks and halves."""
 
     parts: tuple[TurningPart, ...]
@@ -140,7 +146,8 @@ class _Rows:
     block: np.ndarray
 
     @classmethod
-    def of(cls, parts: Sequence[TurningPart], turns: int) -> _Rows:
+    def of(cls, parts: Sequence[TurningPart], turns: int) -> TurnRows:
+        """Rows of the parts, which turn so many times in all."""
         total_s = sum(len(part.torque_nm) / part.rate_hz for part in parts)
         block_s = min(max(BLOCK_S, TURNS_PER_BLOCK * total_s / turns), total_s / BLOCKS_MIN)
         near, block, first = [], [], 0
@@ -220,7 +227,7 @@ def _bounded(bound: np.ndarray, free: np.ndarray, torque: np.ndarray) -> tuple[n
     return weights, rest
 
 
-def _compared(found: Mapping[str, _Found], rows: _Rows, turns: int) -> Reversals:
+def _compared(found: Mapping[str, _Found], rows: TurnRows, turns: int) -> Reversals:
     """The rungs told, and the simplest that the best does not beat by `WORTH` and `SURE` standard errors over the blocks."""
     squares = {
         name: np.bincount(rows.block[rows.near], one.residual_nm[rows.near] ** 2, rows.block.max() + 1)

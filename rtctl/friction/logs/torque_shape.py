@@ -80,7 +80,7 @@ class Effect:
         return SHARE_LEAST < self.value < SHARE_TOLD and abs(self.beside / self.value - 1) < ALIKE
 
 
-class _Plain:
+class PlainBalance:
     """The balance of a log on its sliding rows, to which columns are added."""
 
     def __init__(self, signals: Regressors) -> None:
@@ -106,12 +106,22 @@ class _Plain:
 
     def wanted(self, column: np.ndarray | None) -> tuple[np.ndarray, float]:
         """What the motion wants on every row, without offset and `column`; and the coefficient of that."""
-        more = np.zeros((len(self.rows), 0)) if column is None else column[:, None]
-        matrix = np.hstack([self.motion, self.nuisance, more])[self.rows]
-        scale = np.sqrt((matrix**2).mean(axis=0))
-        scale[scale == 0] = 1.0
-        found = np.linalg.lstsq(matrix / scale, self.signals.torque_nm[self.rows], rcond=1e-9)[0] / scale
+        _, found = self._solved(column)
         return self.motion @ found[:3], float(found[-1]) if column is not None else 0.0
+
+    def balanced(self, column: np.ndarray) -> np.ndarray:
+        """The whole torque that the balance with `column` wants on every row, offset and all."""
+        matrix, found = self._solved(column)
+        return np.asarray(matrix @ found)
+
+    def _solved(self, column: np.ndarray | None) -> tuple[np.ndarray, np.ndarray]:
+        """Columns of the balance on every row, `column` the last, and their coefficients."""
+        more = np.zeros((len(self.rows), 0)) if column is None else column[:, None]
+        matrix = np.hstack([self.motion, self.nuisance, more])
+        scale = np.sqrt((matrix[self.rows] ** 2).mean(axis=0))
+        scale[scale == 0] = 1.0
+        found = np.linalg.lstsq((matrix / scale)[self.rows], self.signals.torque_nm[self.rows], rcond=1e-9)[0]
+        return matrix, found / scale
 
     def coefficient(self, column: np.ndarray, more: np.ndarray | None = None) -> tuple[float, float, float]:
         """Coefficient of a column: value, standard error by blocks, what is left over; an infinite error where the others have all of it."""
@@ -137,6 +147,10 @@ class _Plain:
             u, value = self.wanted(column)
             value = float(np.clip(value, -SHARE_MOST, SHARE_MOST))
             column = make(u, value)
+        return self.of(column, more)
+
+    def of(self, column: np.ndarray, more: np.ndarray | None = None) -> Effect:
+        """The effect of a column (n,); `more` beside the usual others."""
         others = self.others if more is None else np.hstack([self.others, more])
         value, error, rest = self.coefficient(column)
         beside, beside_error, _ = self.coefficient(column, others)
@@ -169,7 +183,7 @@ class _Plain:
 
 def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
     """The signals of a single torque with the share of it that friction is as a column, where the log tells one; the warning about it; what the log cannot tell."""
-    plain = _Plain(signals)
+    plain = PlainBalance(signals)
     bend = plain.bend()
     share = plain.share(bend)
     known = share.error <= KNOWN and share.beside_error <= KNOWN_BESIDE
@@ -194,7 +208,7 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
 
 def bent(signals: Regressors) -> tuple[str, ...]:
     """The warning that a single torque does not grow as the motion wants, where friction that bends over speed does not say it better."""
-    plain = _Plain(signals)
+    plain = PlainBalance(signals)
     found = plain.bend()
     if not (found.sure() and abs(found.value) > BEND_LEAST and plain.is_explained(found.rest)):
         return ()
@@ -212,7 +226,7 @@ def bent(signals: Regressors) -> tuple[str, ...]:
 
 def drifting(signals: Regressors) -> tuple[str, ...]:
     """The warning that a scale changes over the log: of the position, or of the torque."""
-    plain = _Plain(signals)
+    plain = PlainBalance(signals)
     share = np.zeros(len(signals.time_s))
     for k in range(len(signals.sources)):
         mine = np.flatnonzero(signals.log == k)
@@ -243,7 +257,7 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
     )
 
 
-def _moving(plain: _Plain, u: np.ndarray) -> np.ndarray:
+def _moving(plain: PlainBalance, u: np.ndarray) -> np.ndarray:
     """The part of what is wanted that goes with acceleration and speed."""
     found = np.linalg.lstsq(plain.motion, u, rcond=1e-12)[0]
     return np.asarray(plain.motion[:, :2] @ found[:2])

@@ -199,7 +199,7 @@ def test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells(monke
     code, text, _ = run(
         monkeypatch, capsys, "--log", log, *MAPPED, "--column", "external=speed:Nm:1e-6", "--json"
     )
-    assert any("of two torques it is not looked for" in each for each in json.loads(text)["cannot_tell"])
+    assert any("whether friction is a share of" in each for each in json.loads(text)["cannot_tell"])
 
 
 def test_a_decimal_comma_and_a_delimiter_may_be_given(monkeypatch, capsys, log):

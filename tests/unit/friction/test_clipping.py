@@ -49,7 +49,7 @@ def test_a_run_of_equal_largest_torques_is_refused_only_where_the_balance_wants_
     log = moves(clean("motor"))
 
     def judge(motor):
-        balance = Balance.of(regressors(AxisLog(500.0, log.position, motor, "log", "0" * 64)), None)
+        balance = Balance.of(regressors(AxisLog(500.0, log.position, motor, "log", "0" * 64)))
         level = float(np.quantile(balance.torque, 0.99))
         require_unclipped(balance, [(0, Plateau("log: motor torque", level, 1.0, 7, 40))], "log")
 

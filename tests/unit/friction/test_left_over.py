@@ -40,10 +40,10 @@ def test_a_command_that_is_held_is_put_back_and_a_current_of_the_same_instant_is
 
 def test_noise_is_not_smooth_and_what_is_smooth_bounds_what_it_moved(tmp_path):
     noisy = signals_of(simulate(CLEAN["motor, 1 kHz"]), tmp_path)
-    assert smooth_rest(Balance.of(noisy, None)) == 0
-    assert told(Balance.of(noisy, None)) == ()
+    assert smooth_rest(Balance.of(noisy)) == 0
+    assert told(Balance.of(noisy)) == ()
     log = simulate(replace(CLEAN["motor"], hand=(10.0, 0.3)))
-    balance = Balance.of(signals_of(log, tmp_path), None)
+    balance = Balance.of(signals_of(log, tmp_path))
     rest = smooth_rest(balance)
     assert rest == pytest.approx(balance.fit().rest, rel=0.1)
     off = 1 - balance.fit().inertia / log.truth["inertia_kgm2"]
