@@ -76,4 +76,4 @@ def test_a_position_that_seems_to_rest_between_its_few_levels_is_told_so():
     torque = 0.2 * np.sign(np.cos(2 * np.pi * 0.05 * t)) + 0.01 * np.sin(t)
     log = AxisLog(500.0, position, torque, "log", "0" * 64)
     with pytest.raises(DataError, match=r"column position: too coarse: 20 steps of 0\.05 rad"):
-        diagnose([(log,)], regressors(log, speed_min_rad_s=50.0), 50.0)
+        diagnose([(log,)], regressors(log, speed_min_rad_s=50.0))

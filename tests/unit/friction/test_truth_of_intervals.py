@@ -84,7 +84,7 @@ def test_an_encoder_that_is_coarse_for_its_motion_is_told_however_far_it_turned(
     signals = replace(signals, inertia_short=coarseness([[log]], signals, 0.03))
     assert joint_fit(signals).symmetric.parameters["inertia_kgm2"].value < 0.7 * J
     assert signals.inertia_short > 0.3
-    assert [said for said in diagnose([[log]], signals, 0.03) if "too coarse" in said]
+    assert [said for said in diagnose([[log]], signals) if "too coarse" in said]
     fine = regressors(log_of(x, torque_of(v, a, noise=0.001), 1000.0))
     assert coarseness([[log_of(x, torque, 1000.0)]], fine, 0.03) < 0.02
 
