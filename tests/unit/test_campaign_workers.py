@@ -9,11 +9,11 @@ from pathlib import Path
 
 from rtctl.campaign.workers import results
 
-WORK = """
+WORK = r"""
 import os, time
 from rtctl.campaign.workers import results
 def work(i):
-    print(os.getpid(), flush=True)
+    os.write(1, b"%d\n" % os.getpid())
     time.sleep(600)
 list(results(work, [1, 2], jobs=2))
 """
@@ -26,8 +26,10 @@ def test_results_come_in_the_order_of_what_was_asked():
 def test_workers_end_with_their_parent():
     command = [sys.executable, "-c", WORK]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as parent:
-        workers = [int(parent.stdout.readline()) for _ in range(2)]
-        parent.send_signal(signal.SIGTERM)
+        try:
+            workers = [int(parent.stdout.readline()) for _ in range(2)]
+        finally:  # whatever was read, or the test would wait for as long as the work takes
+            parent.send_signal(signal.SIGTERM)
         assert parent.wait(10) == -signal.SIGTERM
         late = time.monotonic() + 10.0
         while (left := [pid for pid in workers if _lives(pid)]) and time.monotonic() < late:
