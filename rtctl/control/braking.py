@@ -12,10 +12,14 @@ Why no sooner. The push is known through two low-passes, so that the help is lea
 that lags. At half the width of the gate a twentieth of the friction took all help, and every hand that hardly damps was swung by it: at 3 Hz by twice, on a joint whose ring turns it
 at 8 Hz by four times what it does without help. A heavy hand that swings out brakes with that much and more.
 
-tau_c is the torque of the coupling: a hand that lets a spring of the virtual world push the joint back brakes nothing, and what both ask of the joint
-is its inertia and what is left of its friction. On bent bristles the direction of the motion is not known, and nothing is changed. A joint that stands is braked by nobody: dry friction
-that holds without bending leaves h at the end of the last motion, and a hand that pulled back was left unhelped until all of the friction gave way, and helped whole an instant later, with its spring bent by so much. A virtual mass is braked by its hand through the law
-itself, and its joint must follow: it is helped as ever. Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above.
+tau_c is the torque of the coupling: a hand that lets a spring of the virtual world push the joint back brakes
+nothing, and what both ask of the joint is its inertia and what is left of its friction. On bent bristles the
+direction of the motion is not known, and nothing is changed. A joint that stands is braked by nobody: dry
+friction that holds without bending leaves h at the end of the last motion, and a hand that pulled back was
+left unhelped until all of the friction gave way, and helped whole an instant later, with its spring bent by
+so much. A virtual mass is braked by its hand through the law itself, and its joint must follow: it is helped
+as ever. Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it
+from above.
 """
 
 from __future__ import annotations

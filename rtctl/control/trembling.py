@@ -9,9 +9,11 @@ play, a mass held by a grip that hardly damps: what none of them knows may swing
 for as long as the account breaks even. Whatever it is, it is quicker than people move on purpose (4 to 7 Hz at most), and
 friction, which was there to stop it, is better left to the joint then.
 
-Why by time, not at once. A hand's own mass rings on its grip whenever the joint stops, for some tenths of a second. Help that
-went each time and came back would kick such a hand. Why it does not come back at rest: what shakes by itself would begin again. A hand that goes on
-has it back over half a second, after at most 1.5 s, not at once: dry friction that lets go is a push by itself, and within 70 ms it was one of .8 F, on which a hand that does not damp rang again at each stroke.
+Why by time, not at once. A hand's own mass rings on its grip whenever the joint stops, for some tenths of a
+second. Help that went each time and came back would kick such a hand. Why it does not come back at rest: what
+shakes by itself would begin again. A hand that goes on has it back over half a second, after at most 1.5 s,
+not at once: dry friction that lets go is a push by itself, and within 70 ms it was one of .8 F, on which a
+hand that does not damp rang again at each stroke.
 
 Only takes help away, so no proof is touched. Neither an encoder that flickers between two counts nor a joint that bends its bristles a little
 turns: a turn is `TURN_COUNTS` or `REST_SHARE` of the credited presliding length long. Without power nothing is remembered.

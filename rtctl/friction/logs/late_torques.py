@@ -53,9 +53,8 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
         if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):
             return _two_clocks(balance, plain, two, first_s, last_s), two
     if best in (0, len(delays) - 1):
-        return (
-            None  # no time explains it best: friction that builds up over a travel looks the later the more
-        )
+        # no time explains it best: friction that builds up over a travel looks the later the more
+        return None
     delay = float(delays[best])
     one = balance.fit(torque=late(balance, delay, delay))
     if abs(delay) < LATE_TOLD_S or not _sound(one):
