@@ -7,6 +7,7 @@ at the same time. Loopback only; everything started here ends with it.
 from __future__ import annotations
 
 import random
+import subprocess
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,9 +15,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rtctl.client import RigClient
+from rtctl.errors import LoopDiedError
 from rtctl.rig_file.config import load
 from tests.bench import cyclictest
-from tests.bench.child import START_S
+from tests.bench.child import SAID, START_S
 from tests.bench.flood import daemon_on_loopback, flooding
 from tests.bench.loop import last_core
 from tests.bench.row import Row
@@ -59,13 +61,13 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
         rig.timeout_s = START_S
         rig.hello()
         subscribers = _churn(rig, folder, warm_up_s, say)
-        before = _footprint(process.pid, rig)
+        before = _footprint(process, folder, rig)
         beside = None
         if cyclictest.available():
             whole_s = seconds - warm_up_s + REST_S + LAST_S
             beside = pool.submit(cyclictest.run, whole_s, interval_us, loaded.priority, last_core())
         subscribers += _churn(rig, folder, seconds - warm_up_s, say)
-        after = _footprint(process.pid, rig)
+        after = _footprint(process, folder, rig)
         reference = None if beside is None else beside.result().missed(interval_us)
     return _rows(before, after, reference, subscribers, minutes)
 
@@ -115,8 +117,13 @@ def _listen(name: str, folder: str, seconds: float) -> int:
     return 1
 
 
-def _footprint(host: int, rig: RigClient) -> Footprint:
-    loop = int(Path(f"/proc/{host}/task/{host}/children").read_text().split()[0])
+def _footprint(process: subprocess.Popen[bytes], folder: str, rig: RigClient) -> Footprint:
+    host = process.pid
+    children = Path(f"/proc/{host}/task/{host}/children").read_text().split()
+    if not children:
+        code = process.wait(START_S)
+        raise LoopDiedError(f"the daemon ended, {code}: {(Path(folder) / SAID).read_text()}")
+    loop = int(children[0])
     status = rig.status()
     return Footprint(
         host_mb=resident_mb(host),

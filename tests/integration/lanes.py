@@ -196,9 +196,9 @@ class Lane:
             try:
                 loop = self.begin(daemon, death, first)
             except (ProcessLookupError, ClientError, AssertionError):
+                daemon.exit_code()  # the host says why it ended a loop after that, and only then
                 if "stopped advancing" not in daemon.said.read_text():
                     raise
-                daemon.exit_code()
             else:
                 return self.end(daemon, loop, death, first)
         raise AssertionError(f"{death}: five stalls in a row")
