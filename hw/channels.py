@@ -1,7 +1,9 @@
-"""What devices measure and take: one table of channels, from which everything that is said of each of them follows.
+"""What devices measure and take: one table of channels, from which everything that is said of each of them
+follows.
 
-Order lists, the oldest sample that counts, scripted faults, what a slow or lost device still shows, the fields of the tick and
-their documents look here. A new measured channel is a row, and a device that provides it.
+Order lists, the oldest sample that counts, scripted faults, what a slow or lost device still shows, the
+fields of the tick and their documents look here. A new measured channel is a row, and a device that provides
+it.
 """
 
 from __future__ import annotations
@@ -51,7 +53,8 @@ READINGS = (
         "moment_nm",
         "xyz",
         "N m",
-        "moment of the hand about the sensor's origin, sensor axes, untared; NaN (null in JSON) where no device gives one",
+        "moment of the hand about the sensor's origin, sensor axes, untared; NaN (null in JSON) where no "
+        "device gives one",
         oldest_s=0.010,
         rank=3,
         number=10,
@@ -109,5 +112,7 @@ def places(name: str, n_axes: int) -> int:
 
 
 def device_fields(n_axes: int) -> list[tuple[Any, ...]]:
-    """What a device writes in a tick, as NumPy field descriptors: count of samples, faults of the link, and every reading."""
+    """What a device writes in a tick, as NumPy field descriptors: count of samples, faults of the link, and
+    every reading.
+    """
     return [("sample_count", "<i8"), ("link_faults", "<u8"), *(reading.dtype(n_axes) for reading in READINGS)]

@@ -1,7 +1,9 @@
-"""What one process alone may drive on a wire that many can open: two that command one drive would take turns at it.
+"""What one process alone may drive on a wire that many can open: two that command one drive would take turns
+at it.
 
-A claim is the name of an abstract Unix socket: the kernel gives a name to one process at a time, whoever its user is, and
-takes it back however that process ends. Such names are those of a network namespace, as CAN interfaces are.
+A claim is the name of an abstract Unix socket: the kernel gives a name to one process at a time, whoever its
+user is, and takes it back however that process ends. Such names are those of a network namespace, as CAN
+interfaces are.
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ from hw.device_holders import command_of
 from hw.interface import BackendError
 
 PATIENCE_S = 1.0
-"""Longest wait for a claim that another process holds: one that ends gives its claims back some moments after its lock."""
+"""Longest wait for a claim that another process holds: one that ends gives its claims back some moments after
+its lock."""
 
 _BACKLOG = 4096
 _CREDENTIALS = struct.Struct("3i")
@@ -61,8 +64,8 @@ class Claims:
                 raise BackendError(f"{label}: cannot claim {refused[0]}: {refused[1].strerror}")
             if time.monotonic() > end:
                 raise BackendError(
-                    f"{label}: {refused[0]} is driven by {_holder(refused[0])} already; end that one first, or give this "
-                    "device another channel or node"
+                    f"{label}: {refused[0]} is driven by {_holder(refused[0])} already; end that one first, "
+                    "or give this device another channel or node"
                 )
             time.sleep(0.02)
 

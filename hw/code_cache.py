@@ -1,6 +1,7 @@
 """Numba's cache of one function, in a folder named by the key of the module (`hw.compile_key`).
 
-Numba's own looks at the text of the outermost function's file only, and at the line where the function stands.
+Numba's own looks at the text of the outermost function's file only, and at the line where the function
+stands.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> 
 
 
 made_here: list[str] = []
-"""Names of the functions that this process has compiled, in order: those that were not kept, or of before an update."""
+"""Names of the functions that this process has compiled, in order: those that were not kept, or of before an
+update."""
 
 loaded_here: list[str] = []
 """Names of the functions whose machine code this process has found, in order."""
@@ -64,7 +66,9 @@ on_compiled: list[Callable[[int], None]] = []
 
 
 class CodeCache(FunctionCache):
-    """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of sources beside it."""
+    """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of
+    sources beside it.
+    """
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         self._name = repr(function)
@@ -87,7 +91,8 @@ class CodeCache(FunctionCache):
     def load_overload(self, sig: object, target_context: object) -> object:
         """What was compiled before for these types, or None.
 
-        Numba would first have itself ready to compile anything, which takes .3 s of every start (`_Files.rebuild`).
+        Numba would first have itself ready to compile anything, which takes .3 s of every start
+        (`_Files.rebuild`).
         """
         if not self.usable():
             return None
@@ -102,8 +107,8 @@ class CodeCache(FunctionCache):
     def save_overload(self, sig: object, data: object) -> None:
         """Keep what was compiled, one process at a time, and tell that it was.
 
-        Two that add code for different types at once would give it the same file name; the index that is written last
-        could then name the code of the other's types.
+        Two that add code for different types at once would give it the same file name; the index that is
+        written last could then name the code of the other's types.
         """
         made_here.append(self._name)
         for hear in on_compiled:
@@ -116,7 +121,9 @@ class CodeCache(FunctionCache):
 
 @contextmanager
 def alone(folder: Path) -> Iterator[None]:
-    """Wait for every other process that is alone with `folder`. The kernel lets go for a process that dies."""
+    """Wait for every other process that is alone with `folder`. The kernel lets go for a process that
+    dies.
+    """
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
@@ -144,7 +151,9 @@ class _Files(CompileResultCacheImpl):
 
 
 def _wants_nothing_more(payload: Sequence[Any]) -> bool:
-    """Whether kept code can be linked to what this process has by now; LLVM would end the process where it cannot."""
+    """Whether kept code can be linked to what this process has by now; LLVM would end the process where it
+    cannot.
+    """
     try:
         (_, kind, data), *_, when_loaded, _ = payload
         if kind != "object" or when_loaded:
@@ -177,7 +186,9 @@ class _Place(_CacheLocator):
 
 
 def _fingerprint(code: CodeType, doc: str | None) -> str:
-    """Tells functions of one name in one module apart (`if ... def f ... else def f`), by code and not by line."""
+    """Tells functions of one name in one module apart (`if ... def f ... else def f`), by code and not by
+    line.
+    """
     constants = [
         _fingerprint(x, None) if isinstance(x, CodeType) else repr(x) for x in code.co_consts if x != doc
     ]

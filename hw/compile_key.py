@@ -1,9 +1,9 @@
 """The key under which compiled code is kept: everything that can change the machine code, and nothing else.
 
-Numba freezes what a function refers to: constants, dtypes and other compiled functions of any module. All of them
-reach the function through imports, so the key of a module covers its own source and that of every project module
-that it imports, and those import, and so on. Sources are compared as syntax trees without docstrings: comments, layout
-and line numbers do not count.
+Numba freezes what a function refers to: constants, dtypes and other compiled functions of any module. All of
+them reach the function through imports, so the key of a module covers its own source and that of every
+project module that it imports, and those import, and so on. Sources are compared as syntax trees without
+docstrings: comments, layout and line numbers do not count.
 """
 
 from __future__ import annotations
@@ -43,7 +43,8 @@ class Source:
     meaning: str
     """Hash of its syntax tree without docstrings (hex)."""
     imports: frozenset[str]
-    """Dotted names of what it imports anywhere, in functions too; what it imports from a module may be a module."""
+    """Dotted names of what it imports anywhere, in functions too; what it imports from a module may be a
+    module."""
 
 
 def module_key(file: Path, options: str = "", root: Path | None = None) -> str:
@@ -87,7 +88,8 @@ def _version(top: str) -> str:
 
 
 def settings() -> str:
-    """Every option of Numba (`NUMBA_OPT`, `NUMBA_BOUNDSCHECK`, ...), but for those that differ between processes.
+    """Every option of Numba (`NUMBA_OPT`, `NUMBA_BOUNDSCHECK`, ...), but for those that differ between
+    processes.
 
     CPU name and features are in Numba's own index.
     """
@@ -178,7 +180,9 @@ def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
 
 @lru_cache(maxsize=4096)
 def _imported(source: Source) -> tuple[Path, ...]:
-    """Sources that run when `source` does its imports, packages above them included, as far as they are the project's."""
+    """Sources that run when `source` does its imports, packages above them included, as far as they are the
+    project's.
+    """
     tops = {name.partition(".")[0] for name in source.imports} - sys.stdlib_module_names
     own = source.name.partition(".")[0]
     homes = {top: _homes(top, source.home, own=top == own) for top in tops}
@@ -187,9 +191,11 @@ def _imported(source: Source) -> tuple[Path, ...]:
 
 
 def _homes(top: str, beside: Path, *, own: bool) -> set[Path]:
-    """Folders where a top-level package may lie: beside its importer, beside this one, or where Python has found it.
+    """Folders where a top-level package may lie: beside its importer, beside this one, or where Python has
+    found it.
 
-    Installed packages of others have none: they count by their version, unless the importer is of the package itself (`own`).
+    Installed packages of others have none: they count by their version, unless the importer is of the package
+    itself (`own`).
     """
     homes = {beside}
     if loaded := getattr(sys.modules.get(top), "__file__", None):

@@ -17,7 +17,8 @@ ENCODER_STATE = 2
 
 
 ANGLE_STATE = 2
-"""Words (float64) of state of one angle that starts over: the last one, NaN to begin, and how often it has."""
+"""Words (float64) of state of one angle that starts over: the last one, NaN to begin, and how often it
+has."""
 
 
 @compiled
@@ -41,7 +42,9 @@ def follow(value: float, period: float, state: np.ndarray) -> float:
 
 @compiled
 def wrap(count: int, bits: int) -> int:
-    """What a signed counter of `bits` bits (2 to 32) shows: `count` brought into [-2**(bits-1), 2**(bits-1))."""
+    """What a signed counter of `bits` bits (2 to 32) shows: `count` brought into [-2**(bits-1),
+    2**(bits-1)).
+    """
     half = 1 << (bits - 1)
     return ((count + half) & (2 * half - 1)) - half
 
@@ -76,8 +79,8 @@ def unwrap(raw: int, bits: int, state: np.ndarray) -> int:
 class Modulo:
     """As `follow`, outside compiled code: an angle that starts over after `period`, such as 360 degrees.
 
-    Between two samples it may turn by less than half the period. A step of more than one and a half periods is
-    none of this device: it gives NaN and is forgotten.
+    Between two samples it may turn by less than half the period. A step of more than one and a half periods
+    is none of this device: it gives NaN and is forgotten.
     """
 
     __slots__ = ("_last", "_period", "_turns")

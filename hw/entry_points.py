@@ -1,8 +1,9 @@
 """Compiled functions called by their address: one compiled loop for functions that it was not compiled with.
 
-Numba compiles a caller anew for each function that it calls, and keeps neither such a caller nor one that takes functions as
-arguments beyond the process. Called by address, only the types of the arguments matter: the loop is compiled once for each kind of
-device, within a second or two, and the law in it is the machine code that everything else runs, bit for bit.
+Numba compiles a caller anew for each function that it calls, and keeps neither such a caller nor one that
+takes functions as arguments beyond the process. Called by address, only the types of the arguments matter:
+the loop is compiled once for each kind of device, within a second or two, and the law in it is the machine
+code that everything else runs, bit for bit.
 """
 
 from __future__ import annotations
@@ -24,14 +25,16 @@ Address: TypeAlias = "int | Callable[..., Any]"
 
 
 def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.ndarray, ...]) -> Address:
-    """Address of a compiled function for arguments of these types, arrays or tuples of arrays; compiled (or loaded) now.
+    """Address of a compiled function for arguments of these types, arrays or tuples of arrays; compiled (or
+    loaded) now.
 
     Where nothing is compiled it is the function, which `call` calls.
 
     Raises
     ------
     TypeError
-        It returns anything but nothing or an integer of 64 bits: those are what `call` and `call_for_int` can take.
+        It returns anything but nothing or an integer of 64 bits: those are what `call` and `call_for_int` can
+        take.
     """
     if JIT_DISABLED:
         return function

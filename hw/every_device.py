@@ -11,7 +11,8 @@ STOP_TIMEOUT_S = 0.1
 """How long to wait for a device that hangs."""
 
 _STACK_BYTES = 256 * 1024
-"""Stack of a stopping thread. With locked memory the default stack of 8 MB would have to be filled before it starts."""
+"""Stack of a stopping thread. With locked memory the default stack of 8 MB would have to be filled before it
+starts."""
 
 
 def reach_all(actions: Sequence[Callable[[], None]]) -> None:

@@ -1,8 +1,8 @@
 """The scripted faults there are, as one table: what each is called in a schedule, and what it does.
 
-A fault acts on a channel by an effect; both are small integers in the compiled records (`hw.scripted_faults`).
-`KINDS` gives the pairs that mean something, with the bounds of their value; everything else (the rig
-file's checks, the table in docs/faults.md, random campaigns) is made from it.
+A fault acts on a channel by an effect; both are small integers in the compiled records
+(`hw.scripted_faults`). `KINDS` gives the pairs that mean something, with the bounds of their value;
+everything else (the rig file's checks, the table in docs/faults.md, random campaigns) is made from it.
 """
 
 from __future__ import annotations
@@ -214,5 +214,7 @@ KINDS: dict[tuple[str, str], Kind] = {
 
 
 def campaign_table() -> np.ndarray:
-    """Every kind as a row of numbers, for compiled code that draws faults: channel, effect, low, high of the value."""
+    """Every kind as a row of numbers, for compiled code that draws faults: channel, effect, low, high of the
+    value.
+    """
     return np.array([[kind.channel, kind.effect, kind.low, kind.high] for kind in KINDS.values()], float)

@@ -96,7 +96,8 @@ def _inject_at_slot(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> 
 
 
 class SampleScript:
-    """Scripted faults of a device that is not compiled itself: they act on the samples it has put into a tick.
+    """Scripted faults of a device that is not compiled itself: they act on the samples it has put into a
+    tick.
 
     Parameters
     ----------

@@ -45,11 +45,12 @@ class LinkLost(BackendError):  # noqa: N818 - the field's word
 class Rig:
     """The facts of the rig a backend may need: axes, period, gearing.
 
-    Arrays have shape `(n_axes,)`; `lever_m` and `axis_direction` have shape `(n_axes, 3)`: joint torque = lever @ tip force +
-    direction @ moment. `axis_direction` is None or 0 where it is not known.
+    Arrays have shape `(n_axes,)`; `lever_m` and `axis_direction` have shape `(n_axes, 3)`: joint torque =
+    lever @ tip force + direction @ moment. `axis_direction` is None or 0 where it is not known.
 
-    `lead_m` is below 0 for a rotary axis, the lead of the screw (m a turn) for a linear one (`hw.motion`), 0 without one; None: all
-    are rotary. A linear axis with a screw has the ratio in rad of the motor a m, and the counts of 2 pi m.
+    `lead_m` is below 0 for a rotary axis, the lead of the screw (m a turn) for a linear one (`hw.motion`), 0
+    without one; None: all are rotary. A linear axis with a screw has the ratio in rad of the motor a m, and
+    the counts of 2 pi m.
     """
 
     n_axes: int
@@ -100,10 +101,12 @@ class CompiledBackend(Protocol):
 
 
 class CompiledCycle(NamedTuple):
-    """What a whole compiled cycle calls in place of `read` and `write`: compiled functions with their arguments.
+    """What a whole compiled cycle calls in place of `read` and `write`: compiled functions with their
+    arguments.
 
-    Each returns 0 when it has done all that the method does. Any other number leaves the method to Python: it is then called in the
-    same cycle and must find everything as if nothing had been done, so that words of an error, and what else is rare, stand there.
+    Each returns 0 when it has done all that the method does. Any other number leaves the method to Python: it
+    is then called in the same cycle and must find everything as if nothing had been done, so that words of an
+    error, and what else is rare, stand there.
     """
 
     read: Callable[..., int]
@@ -111,8 +114,9 @@ class CompiledCycle(NamedTuple):
     write: Callable[..., int]
     write_arguments: tuple[Any, ...]
     simulated: tuple[np.ndarray, ...] = ()
-    """Where both change these records (of words of 64 bits) and the tick, and reach nothing else: the records, each among the arguments.
-    The loop then calls both on copies too, for practice. Empty where there is a device."""
+    """Where both change these records (of words of 64 bits) and the tick, and reach nothing else: the
+    records, each among the arguments. The loop then calls both on copies too, for practice. Empty where there
+    is a device."""
 
 
 @runtime_checkable
@@ -120,7 +124,9 @@ class CompiledCycleBackend(Protocol):
     """A backend that can do without Python in ordinary cycles (`rtctl.rt.whole_cycle`)."""
 
     def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
-        """For this tick, in which they then work, until it is asked for another one; None where this device needs Python in every cycle."""
+        """For this tick, in which they then work, until it is asked for another one; None where this device
+        needs Python in every cycle.
+        """
 
 
 @runtime_checkable
@@ -133,10 +139,14 @@ class CountingBackend(Protocol):
 
 @runtime_checkable
 class AskedBackend(Protocol):
-    """A backend some of whose devices answer only when asked; `rtctl probe` asks, and never writes a command."""
+    """A backend some of whose devices answer only when asked; `rtctl probe` asks, and never writes a
+    command.
+    """
 
     def ask(self) -> None:
-        """Ask for one sample, disabled and without torque, where none comes unasked. Never blocks. Raises LinkLost."""
+        """Ask for one sample, disabled and without torque, where none comes unasked. Never blocks. Raises
+        LinkLost.
+        """
 
 
 class Words(NamedTuple):
@@ -173,9 +183,10 @@ class Channels:
 class Timing:
     """How late one axis of a device is, at its worst; `rtctl check` proves the coupling with it.
 
-    `delay_s` is all the time between a position and the torque that answers it, but for the loop's own computing, which
-    reads, decides and sends in one go: age of the sample when it is read, way of the command, wait until the motor's
-    current changes. A device that only measures, or only drives, declares its part.
+    `delay_s` is all the time between a position and the torque that answers it, but for the loop's own
+    computing, which reads, decides and sends in one go: age of the sample when it is read, way of the
+    command, wait until the motor's current changes. A device that only measures, or only drives, declares its
+    part.
     """
 
     delay_s: float = 0.0
@@ -189,12 +200,15 @@ class Timing:
 
 @dataclass(frozen=True)
 class ForceSensor:
-    """What lies between a force and what a device shows of it, at its worst; `rtctl check` proves the loops that the force closes with it."""
+    """What lies between a force and what a device shows of it, at its worst; `rtctl check` proves the loops
+    that the force closes with it.
+    """
 
     lowpass_hz: float = 0.0
     """Low-pass in its hardware or firmware, as one of first order, Hz; 0: none to speak of."""
     delay_s: float = 0.0
-    """How old the force is besides when it is read: age of the sample, way to the host, half the window of a moving average."""
+    """How old the force is besides when it is read: age of the sample, way to the host, half the window of a
+    moving average."""
 
 
 @dataclass(frozen=True)
@@ -216,7 +230,9 @@ class Joint:
 
 
 class Finding(NamedTuple):
-    """What a backend's `doctor` found of one thing that its device needs: `rtctl doctor` shows it as a line."""
+    """What a backend's `doctor` found of one thing that its device needs: `rtctl doctor` shows it as a
+    line.
+    """
 
     status: Literal["ok", "warn", "fail"]
     """`fail`: the rig will refuse to run, or be useless. `warn`: it runs, less well."""
@@ -245,18 +261,20 @@ class BackendInfo:
     follows: bool = True
     """The current measured answers the torque sent; False for a recording."""
     timing: str | None = None
-    """`module:attribute` of a function `(options, rig) -> Sequence[Timing]`, one per axis of `rig`. None: the backend
-    does not say, and `rtctl check` has only the rig file's word for it."""
+    """`module:attribute` of a function `(options, rig) -> Sequence[Timing]`, one per axis of `rig`. None: the
+    backend does not say, and `rtctl check` has only the rig file's word for it."""
     joint: str | None = None
     """Module and function that give a `Joint` per axis. None: rigid, as far as the device knows."""
     force: str | None = None
-    """Module and function `(options, rig) -> ForceSensor | None` of a device that shows forces. None: it does not know, and
-    `rtctl check` has only the rig file's word."""
+    """Module and function `(options, rig) -> ForceSensor | None` of a device that shows forces. None: it does
+    not know, and `rtctl check` has only the rig file's word."""
     network: bool = False
-    """The device is reached by IP or by a CAN interface: the service's unit then leaves the network open to the daemon."""
+    """The device is reached by IP or by a CAN interface: the service's unit then leaves the network open to
+    the daemon."""
     doctor: str | None = None
-    """`module:attribute` of a function `(options) -> Sequence[Finding]`, for `rtctl doctor`: is everything there that the device
-    needs? It opens, sends and changes nothing. None: its options alone are looked at."""
+    """`module:attribute` of a function `(options) -> Sequence[Finding]`, for `rtctl doctor`: is everything
+    there that the device needs? It opens, sends and changes nothing. None: its options alone are looked
+    at."""
 
 
 Options = Mapping[str, Any]

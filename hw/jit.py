@@ -28,9 +28,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 def _content_name(record: numba.types.Record) -> tuple[str, tuple[str]]:
     """What stands for a record in the symbol of a compiled function: a hash of its fields.
 
-    Numba takes a number that counts the types a process has met. Symbols in its cache then depend on the order of
-    events in the process that filled it: two rigs of different size, cached by two processes, may carry the same
-    symbols, and whoever loads both runs one rig's machine code on the other rig's records.
+    Numba takes a number that counts the types a process has met. Symbols in its cache then depend on the
+    order of events in the process that filled it: two rigs of different size, cached by two processes, may
+    carry the same symbols, and whoever loads both runs one rig's machine code on the other rig's records.
     """
     return "Record", (hashlib.sha256(record.name.encode()).hexdigest()[:20],)
 
@@ -57,7 +57,8 @@ def compiled_folder() -> Path:
 def source_key(*roots: Path) -> str:
     """Hash of every byte of every Python file below `roots`, of the interpreter, and of Numba itself (hex).
 
-    It is for what is written once and read years later. Compiled code has a key of its own (`hw.compile_key`).
+    It is for what is written once and read years later. Compiled code has a key of its own
+    (`hw.compile_key`).
     """
     digest = hashlib.sha256(versions().encode())
     for root in roots:
@@ -70,8 +71,8 @@ def source_key(*roots: Path) -> str:
 def compiler(*, nogil: bool = False, inline: bool = False) -> Callable[[F], F]:
     """Make the decorator that compiles functions, kept under the key of their module (`hw.compile_key`).
 
-    With `nogil` other threads run meanwhile; the functions must then share nothing with them. With `inline` a compiled caller
-    has the function's code within its own.
+    With `nogil` other threads run meanwhile; the functions must then share nothing with them. With `inline` a
+    compiled caller has the function's code within its own.
 
     No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
     Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
@@ -92,9 +93,9 @@ compiled = compiler()
 inlined = compiler(inline=True)
 """Compiles a function that is called in one place and in every tick, or in every step of a simulated rig.
 
-A call costs more than its jump: what it returns goes through memory, and what is known on one side of it is not on the other. LLVM by
-itself inlines small functions alone. What is called in several places, or seldom, is better `compiled`: code of its own for each
-place has to be compiled, and fetched.
+A call costs more than its jump: what it returns goes through memory, and what is known on one side of it is
+not on the other. LLVM by itself inlines small functions alone. What is called in several places, or seldom,
+is better `compiled`: code of its own for each place has to be compiled, and fetched.
 """
 
 
@@ -102,7 +103,8 @@ Argument: TypeAlias = "np.ndarray | tuple[Argument, ...]"
 
 
 def bound(function: Callable[..., Any], *arguments: Argument) -> Callable[[], Any]:
-    """A compiled function tied to the arrays (or tuples of arrays, or of tuples) it will always be called with: compiled now, called without looking.
+    """A compiled function tied to the arrays (or tuples of arrays, or of tuples) it will always be called
+    with: compiled now, called without looking.
 
     Numba finds out the types of all arguments at each call, which costs more than the control law itself
     (0.86 us against 0.27 us for five records). Here that is done once; the call then goes straight to the
@@ -115,7 +117,9 @@ def bound(function: Callable[..., Any], *arguments: Argument) -> Callable[[], An
 
 
 def type_of(value: Argument) -> numba.types.Type:
-    """Numba's type of an array or a tuple: `numba.typeof`, which spells out every field of a record each time."""
+    """Numba's type of an array or a tuple: `numba.typeof`, which spells out every field of a record each
+    time.
+    """
     if isinstance(value, tuple):
         of = tuple(type_of(one) for one in value)
         together: numba.types.Type = numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]
@@ -136,7 +140,9 @@ def _record(dtype: np.dtype[Any], _aligned: bool) -> numba.types.Type:
 
 
 def plain(function: F) -> F:
-    """A compiled function as the Python it is made of, for a caller that needs no speed: nothing is compiled or loaded."""
+    """A compiled function as the Python it is made of, for a caller that needs no speed: nothing is compiled
+    or loaded.
+    """
     return cast("F", getattr(function, "py_func", function))
 
 

@@ -1,4 +1,6 @@
-"""The readings of a sample, kept and shown again, compiled: a slow device and a lost link show what they showed last."""
+"""The readings of a sample, kept and shown again, compiled: a slow device and a lost link show what they
+showed last.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,9 @@
-"""Rotary and linear axes: the one table of their units, from which everything takes its own that a person reads or writes.
+"""Rotary and linear axes: the one table of their units, from which everything takes its own that a person
+reads or writes.
 
-Inside, every axis has generalised coordinates under the names of a rotary one: of a linear axis `_rad` is m, `_nm` N and
-`_kgm2` kg, so that power is force times velocity as it is torque times angular velocity (docs/decisions/0034).
+Inside, every axis has generalised coordinates under the names of a rotary one: of a linear axis `_rad` is m,
+`_nm` N and `_kgm2` kg, so that power is force times velocity as it is torque times angular velocity
+(docs/decisions/0034).
 """
 
 from __future__ import annotations
@@ -44,8 +46,9 @@ LINEAR_ENDINGS = {
 """Ending of a name that carries its unit, of a rotary axis -> of a linear one, the longest first."""
 
 HANDLE_M = 0.1
-"""Where a number that was chosen for a joint is chosen for no axis in particular, a linear one has it as it is at a handle so far from
-the joint: .01 rad is 1 mm, .05 N m is .5 N, a hand of .02 kg m^2 is one of 2 kg."""
+"""Where a number that was chosen for a joint is chosen for no axis in particular, a linear one has it as it
+is at a handle so far from the joint: .01 rad is 1 mm, .05 N m is .5 N, a hand of .02 kg m^2 is one of 2
+kg."""
 
 _AT_HANDLE = {
     "nms_rad": HANDLE_M**-2,
@@ -75,13 +78,16 @@ SMALL_M_S = 0.1
 """Speeds below this are told in mm/s."""
 
 _SPEEDS = re.compile(
-    r"(?<![\w.])(?:(?P<low>\d[\d.]*(?:e[+-]?\d+)?)(?P<to> to ))?(?P<high>\d[\d.]*(?:e[+-]?\d+)?) m/s(?![\w/^])"
+    r"(?<![\w.])(?:(?P<low>\d[\d.]*(?:e[+-]?\d+)?)(?P<to> to ))?"
+    r"(?P<high>\d[\d.]*(?:e[+-]?\d+)?) m/s(?![\w/^])"
 )
 """One speed, or two of a range."""
 
 
 def speed_scale(motion: str, largest: float) -> tuple[str, float]:
-    """Unit in which a person reads speeds of up to `largest`, and what they are multiplied by: mm/s of a slow linear axis."""
+    """Unit in which a person reads speeds of up to `largest`, and what they are multiplied by: mm/s of a slow
+    linear axis.
+    """
     if motion == "linear" and abs(largest) < SMALL_M_S:
         return "mm/s", 1e3
     return unit("rad/s", motion), 1.0
@@ -110,7 +116,8 @@ def unit(rotary: str, motion: str) -> str:
 
 
 def words(text: str, motion: str) -> str:
-    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and columns that end with them.
+    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and
+    columns that end with them.
 
     A speed below `SMALL_M_S` is told in mm/s, with the digits that it has.
     """
@@ -130,7 +137,9 @@ def name(rotary: str, motion: str) -> str:
 
 
 def at_handle(rotary: str) -> float:
-    """Factor of a number chosen for a rotary axis, by its name there, to what it is at a handle `HANDLE_M` from the joint."""
+    """Factor of a number chosen for a rotary axis, by its name there, to what it is at a handle `HANDLE_M`
+    from the joint.
+    """
     return next((by for ending, by in _AT_HANDLE.items() if rotary.endswith(f"_{ending}")), 1.0)
 
 
@@ -156,14 +165,17 @@ def rotary_named(document: object, motion: str, known: Collection[str]) -> objec
 
 
 def rotary_name(own: str, motion: str, known: Iterable[str]) -> str:
-    """The one of the `known` names that `own` stands for on an axis of this motion; `own` itself where there is none."""
+    """The one of the `known` names that `own` stands for on an axis of this motion; `own` itself where there
+    is none.
+    """
     return {name(one, motion): one for one in known}.get(own, own)
 
 
 def of_coordinate(motion: str, lead_m: float) -> tuple[float, float]:
     """Factors of a gear ratio and of encoder counts to those of the coordinate.
 
-    A screw turns 2 pi / lead rad a m. Without a lead the motor pulls itself, its constant is in N/A, and the counts are of a metre.
+    A screw turns 2 pi / lead rad a m. Without a lead the motor pulls itself, its constant is in N/A, and the
+    counts are of a metre.
     """
     if motion != "linear":
         return 1.0, 1.0
@@ -173,7 +185,9 @@ def of_coordinate(motion: str, lead_m: float) -> tuple[float, float]:
 def coordinate_units(
     rotary: Mapping[str, float], own: Mapping[str, float], motion: str, lead_m: float
 ) -> dict[str, float]:
-    """Units of position or velocity of an axis, factors to its coordinate (rad, or m): with a lead (m a turn), those of its screw too."""
+    """Units of position or velocity of an axis, factors to its coordinate (rad, or m): with a lead (m a
+    turn), those of its screw too.
+    """
     if motion != "linear":
         return dict(rotary)
     turned = {text: factor * lead_m / (2 * math.pi) for text, factor in rotary.items()} if lead_m else {}
@@ -181,7 +195,9 @@ def coordinate_units(
 
 
 def effort_units(rotary: Mapping[str, float], motion: str, lead_m: float) -> dict[str, float]:
-    """Units of the torque or force on an axis, factors to its effort (N m, or N): with a lead, a torque on its screw too."""
+    """Units of the torque or force on an axis, factors to its effort (N m, or N): with a lead, a torque on
+    its screw too.
+    """
     if motion != "linear":
         return dict(rotary)
     turned = {text: factor * 2 * math.pi / lead_m for text, factor in rotary.items()} if lead_m else {}

@@ -1,7 +1,8 @@
 """What comes from outside, a file or a text, bounded before it is built or shown.
 
-A file may be a device without an end, a pipe nobody writes into, or a small one that unpacks to gigabytes; a text
-may carry what a terminal obeys. Everything that reads what somebody else may have written goes through here.
+A file may be a device without an end, a pipe nobody writes into, or a small one that unpacks to gigabytes; a
+text may carry what a terminal obeys. Everything that reads what somebody else may have written goes through
+here.
 """
 
 from __future__ import annotations
@@ -33,13 +34,16 @@ MOST_SHOWN = 200
 _CONTROL = {code: f"\\x{code:02x}" for code in (*range(0x20), *range(0x7F, 0xA0))}
 _CONTROL |= {0x09: "\\t", 0x0A: "\\n", 0x0D: "\\r"}
 # turn the text around, or are not seen at all
-_CONTROL |= {code: f"\\u{code:04x}" for code in (0x061C, *range(0x200B, 0x2010), *range(0x2028, 0x202F), *range(0x2060, 0x206A), 0xFEFF)}  # fmt: skip
+_CONTROL |= {code: f"\\u{code:04x}" for code in (0x061C, *range(0x200B, 0x2010), *range(0x2028, 0x202F),
+    *range(0x2060, 0x206A), 0xFEFF)}  # fmt: skip
 _LAYOUT = (0x09, 0x0A, 0x0D)
 _LEFT = {code: text for code, text in _CONTROL.items() if code not in _LAYOUT}
 
 
 def opened(path: Path, *, follow: bool = True) -> BinaryIO:
-    """A regular file, to be read; `follow` as in `read_bounded`. Raises OSError for anything else, and waits for nobody."""
+    """A regular file, to be read; `follow` as in `read_bounded`. Raises OSError for anything else, and waits
+    for nobody.
+    """
     flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK  # else a pipe is waited for
     fd = os.open(path, flags if follow else flags | os.O_NOFOLLOW)
     if not stat.S_ISREG(os.fstat(fd).st_mode):
@@ -49,7 +53,9 @@ def opened(path: Path, *, follow: bool = True) -> BinaryIO:
 
 
 def real(path: Path | str) -> Path:
-    """Where a path leads to. Unlike `Path.resolve` it raises nothing for a link to itself: who opens that is told."""
+    """Where a path leads to. Unlike `Path.resolve` it raises nothing for a link to itself: who opens that is
+    told.
+    """
     return Path(os.path.realpath(path))
 
 
@@ -105,7 +111,9 @@ def json_of(raw: bytes | str) -> Any:  # noqa: ANN401
 
 
 def require_sane(value: object) -> None:
-    """Raise ValueError where tables and lists stand deeper in each other than `MOST_DEPTH`, or a whole number has over 64 bits."""
+    """Raise ValueError where tables and lists stand deeper in each other than `MOST_DEPTH`, or a whole number
+    has over 64 bits.
+    """
     level = [value]
     for _ in range(MOST_DEPTH + 1):
         inner: list[object] = []
@@ -124,7 +132,9 @@ def require_sane(value: object) -> None:
 
 
 def whole(value: object) -> object:
-    """For a choice among whole numbers. Raises ValueError for `true` and 1.0, which are equal to 1 and mean something else."""
+    """For a choice among whole numbers. Raises ValueError for `true` and 1.0, which are equal to 1 and mean
+    something else.
+    """
     if isinstance(value, bool | float):
         msg = f"a whole number is needed, not {value!r}".replace("True", "true").replace("False", "false")
         raise ValueError(msg)

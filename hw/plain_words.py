@@ -49,7 +49,8 @@ def written(key: Key) -> str:
 
 
 def explain(error: ValidationError, model: type[BaseModel], data: object) -> list[Told]:
-    """The faults of `data` as a `model`, in the order of the model; the last one counts those beyond `MOST_FAULTS`.
+    """The faults of `data` as a `model`, in the order of the model; the last one counts those beyond
+    `MOST_FAULTS`.
 
     No text holds a control character, whatever the data do.
     """

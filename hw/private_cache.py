@@ -1,7 +1,8 @@
 """A folder for compiled code that is this user's alone: what lies in it is executed.
 
-Numba keeps machine code in files that it unpickles, so whoever can put a file there has it run with the rights of
-the next user, on the rig. Whose the files are is asked at every load; those of another user are as good as absent.
+Numba keeps machine code in files that it unpickles, so whoever can put a file there has it run with the
+rights of the next user, on the rig. Whose the files are is asked at every load; those of another user are as
+good as absent.
 """
 
 from __future__ import annotations
@@ -45,8 +46,8 @@ def _refuse(path: Path, why: str) -> bool:
     if path not in _told:
         _told.add(path)
         sys.stderr.write(
-            f"rtctl: {path}: {why}; compiled code is neither kept nor taken there, so every start compiles anew, which "
-            "takes a minute: set RTCTL_CACHE_DIR to a folder of your own\n"
+            f"rtctl: {path}: {why}; compiled code is neither kept nor taken there, so every start compiles "
+            "anew, which takes a minute: set RTCTL_CACHE_DIR to a folder of your own\n"
         )
     return False
 

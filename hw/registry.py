@@ -72,7 +72,8 @@ BUILT_IN = {
         factory="hw.serial.described_backend:DescribedBackend",
         options="hw.serial.described_options:DescribedOptions",
         simulated=False,
-        summary="a board on a serial port with a frame of its own, described in the rig file (docs/serial-described.md)",
+        summary="a board on a serial port with a frame of its own, described in the rig file "
+        "(docs/serial-described.md)",
         timing="hw.serial.declared:described_timing",
     ),
     "serial-lines": BackendInfo(
@@ -146,7 +147,8 @@ def lookup(kind: str) -> BackendInfo:
     if kind not in found:
         known = ", ".join(sorted({*BUILT_IN, *found}))
         raise BackendError(
-            f"no backend {kind!r}; there are: {known}; a third party's comes with its package: install that into {sys.prefix}"
+            f"no backend {kind!r}; there are: {known}; a third party's comes with its package: install that "
+            f"into {sys.prefix}"
         )
     try:
         info = found[kind].load()
@@ -154,7 +156,8 @@ def lookup(kind: str) -> BackendInfo:
         dist = found[kind].dist
         package = "a package" if dist is None else dist.name
         raise BackendError(
-            f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into {sys.prefix}"
+            f"backend {kind!r} of {package} cannot be loaded: {error}; install {package} again, into "
+            f"{sys.prefix}"
         ) from error
     if not isinstance(info, BackendInfo):
         raise BackendError(f"entry point {kind!r} of {GROUP} is not a hw.interface.BackendInfo")

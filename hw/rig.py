@@ -38,7 +38,8 @@ from hw.member import Member
 from hw.rig_words import Exchange, device_dtype, subset
 
 REST_TICKS = 2
-"""Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale sample."""
+"""Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale
+sample."""
 
 SLOW_READS = 3
 SLOW_REST_TICKS = 10
@@ -52,7 +53,9 @@ _NEVER = 1 << 40
 
 @dataclass(frozen=True)
 class Said:
-    """What one device of a rig says: its words, bits of `LinkFault` it shows, and whether its sample is too old."""
+    """What one device of a rig says: its words, bits of `LinkFault` it shows, and whether its sample is too
+    old.
+    """
 
     label: str
     axes: tuple[int, ...]
@@ -214,7 +217,9 @@ class Composite:
         self._tick = tick
 
     def read(self, tick: np.ndarray) -> None:
-        """Read the devices within their budgets and merge what they show. Raises LinkLost naming the device."""
+        """Read the devices within their budgets and merge what they show. Raises LinkLost naming the
+        device.
+        """
         if tick is not self._tick:
             self._bind(tick)
         before, self._slot = self._slot, self._slots[0]

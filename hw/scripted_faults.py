@@ -8,7 +8,7 @@ the fields cost nothing. A compiled campaign may write the columns itself, betwe
 | column | meaning |
 |---|---|
 | `fault_count` | places in use |
-| `fault_channel`, `fault_effect` | a pair from `hw.fault_kinds.KINDS`; on other channels than readings, any other does nothing |
+| `fault_channel`, `fault_effect` | a pair from `hw.fault_kinds.KINDS`; any other does nothing |
 | `fault_axis` | joint (force and moment: sensor axis) it acts on; -1: all |
 | `fault_from_tick` | first tick, counted from the device's first sample |
 | `fault_ticks` | how many ticks it is due; 0: for ever |

@@ -52,7 +52,10 @@ def usb_identity(path: str, sys_tty: Path = Path("/sys/class/tty")) -> str | Non
 def _refusal(path: str, error: Exception) -> BackendError:
     number = getattr(error, "errno", None)
     if number in (errno.EACCES, errno.EPERM):
-        remedy = "permission denied: add the user to the port's group (usually: sudo usermod -aG dialout $USER), log in again"
+        remedy = (
+            "permission denied: add the user to the port's group (usually: sudo usermod -aG dialout "
+            "$USER), log in again"
+        )
     elif number in (errno.ENOENT, errno.ENODEV, errno.ENXIO):
         remedy = (
             "no such port: is the board plugged in and powered? ls -l /dev/serial/by-id names those there are"
@@ -117,7 +120,9 @@ class Port:
         return n
 
     def write(self, packet: memoryview | bytes) -> bool:
-        """Send a packet; False when the line is full, which may have taken the beginning of it. Raises LinkLost."""
+        """Send a packet; False when the line is full, which may have taken the beginning of it. Raises
+        LinkLost.
+        """
         try:
             return os.write(self.fd, packet) == len(packet)
         except BlockingIOError:
@@ -184,7 +189,9 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
 
 
 def _make_raw(fd: int, baud: int) -> None:
-    """Raw, 8N1, without any flow control, whatever a program before has left there: a stop must not wait for a line that nobody sets."""
+    """Raw, 8N1, without any flow control, whatever a program before has left there: a stop must not wait for
+    a line that nobody sets.
+    """
     settings = termios.tcgetattr(fd)
     others = termios.CSIZE | termios.PARENB | _PARITY_BITS | termios.CSTOPB | termios.CRTSCTS
     control = settings[2] & ~others | termios.CS8 | termios.CLOCAL | termios.CREAD

@@ -1,8 +1,9 @@
 """What is remembered of sources that were parsed before, so that a start need not parse them again.
 
-Parsing takes a hundred times as long as reading. What a text means follows from its bytes alone, so the memo goes by a
-hash of them, never by the time of a file. Whoever could write the memo could have old machine code taken for that of new
-sources: the memo lies beside the compiled code and is believed under the same conditions.
+Parsing takes a hundred times as long as reading. What a text means follows from its bytes alone, so the memo
+goes by a hash of them, never by the time of a file. Whoever could write the memo could have old machine code
+taken for that of new sources: the memo lies beside the compiled code and is believed under the same
+conditions.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ Meaning = tuple[str, tuple[str, ...]]
 
 
 class SourceMemo:
-    """Meanings of texts, from the file of `makers` in `folder` / sources; without a folder, this process alone remembers.
+    """Meanings of texts, from the file of `makers` in `folder` / sources; without a folder, this process
+    alone remembers.
 
     Parameters
     ----------

@@ -1,6 +1,8 @@
-"""A small file in a rig's state folder: what one run knows of each axis for the next, JSON, of one set of devices.
+"""A small file in a rig's state folder: what one run knows of each axis for the next, JSON, of one set of
+devices.
 
-A file that is missing, damaged or of other devices says nothing of this rig: it is left alone and written over.
+A file that is missing, damaged or of other devices says nothing of this rig: it is left alone and written
+over.
 """
 
 from __future__ import annotations
@@ -35,7 +37,9 @@ def _plain(value: object) -> object:
 
 
 def read(file: Path, devices: str, most_bytes: int) -> dict[str, Any]:
-    """What was kept, by the name of the axis; nothing from a file that says nothing of these devices, or is longer than `most_bytes`."""
+    """What was kept, by the name of the axis; nothing from a file that says nothing of these devices, or is
+    longer than `most_bytes`.
+    """
     try:
         body = json_of(read_bounded(file, most_bytes))
     except (OSError, ValueError):

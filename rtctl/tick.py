@@ -136,7 +136,8 @@ FIELDS: tuple[Field, ...] = (
     _axis(
         "force_offset_nm",
         "N m",
-        "what the force sensor shows too much by the friction it sees in both directions; NaN until both have slid",
+        "what the force sensor shows too much by the friction it sees in both directions; NaN until both "
+        "have slid",
     ),
     # law
     _axis("proxy_position_rad", "rad", "position of the virtual object behind the coupling"),
@@ -187,7 +188,8 @@ FIELDS: tuple[Field, ...] = (
     _axis(
         "arming_delay_ticks",
         "1",
-        "delay of the motor's current behind what was sent, lag included, by the test pulse: at least this much",
+        "delay of the motor's current behind what was sent, lag included, by the test pulse: at least this "
+        "much",
     ),
     _axis("arming_lag_ticks", "1", "of that the time constant of the current loop"),
     _axis("arming_gain", "1", "current measured over sent, by the test pulse"),
@@ -231,7 +233,8 @@ def new_ticks(n: int = 1, n_axes: int = 1) -> np.ndarray:
 def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
     """Batches of ticks of one rig, at least one, as one array.
 
-    NumPy itself compares all the fields of each batch with those of the others, at 0.1 ms a batch; here they are bytes.
+    NumPy itself compares all the fields of each batch with those of the others, at 0.1 ms a batch; here they
+    are bytes.
     """
     if len(batches) == 1:
         return batches[0]
@@ -244,8 +247,9 @@ def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
 def json_schema(n_axes: int = 1, motions: Sequence[str] = ()) -> dict[str, Any]:
     """JSON Schema of one tick as telemetry and recordings carry it.
 
-    Per-axis fields are arrays of `n_axes` numbers. A non-finite number is written as null. `motions` of the axes, none: all
-    rotary. The names are those of a rotary axis; the units are those of each axis, in their order where they differ.
+    Per-axis fields are arrays of `n_axes` numbers. A non-finite number is written as null. `motions` of the
+    axes, none: all rotary. The names are those of a rotary axis; the units are those of each axis, in their
+    order where they differ.
     """
     properties: dict[str, Any] = {}
     for field in FIELDS:

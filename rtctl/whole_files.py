@@ -1,4 +1,6 @@
-"""Files written so that a reader finds the old content or the new, never half of it; several together all or none."""
+"""Files written so that a reader finds the old content or the new, never half of it; several together all or
+none.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,9 @@ def beside(path: Path) -> Path:
 
 
 def _take_place(new: Path, path: Path) -> None:
-    """Rename; but root's file would take the place of a device or a pipe of that name, so those are refused. Raises OSError."""
+    """Rename; but root's file would take the place of a device or a pipe of that name, so those are refused.
+    Raises OSError.
+    """
     if path.exists() and not path.is_file():
         raise OSError(errno.EEXIST, "it is no file but a device, a pipe or a folder", str(path))
     new.replace(path)
@@ -62,7 +66,8 @@ def _write(path: Path, content: bytes) -> None:
 
 
 def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
-    """Write files (name -> content) into `folder`, made if absent; renamed in their order once all are written.
+    """Write files (name -> content) into `folder`, made if absent; renamed in their order once all are
+    written.
 
     Nothing is left behind when one cannot be written; the folder goes again if it was made here.
 

@@ -1,4 +1,6 @@
-"""How often a question is asked that takes long to ask often: a part of it in `make test`, all of it in `make test-volume`."""
+"""How often a question is asked that takes long to ask often: a part of it in `make test`, all of it in
+`make test-volume`.
+"""
 
 import os
 

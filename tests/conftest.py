@@ -1,4 +1,6 @@
-"""No test writes into the state folder of the person who runs it; what needs compiled code, or a clock, says so."""
+"""No test writes into the state folder of the person who runs it; what needs compiled code, or a clock, says
+so.
+"""
 
 import os
 import signal
@@ -20,7 +22,9 @@ settings.load_profile("untimed")
 
 
 def pytest_configure():
-    """A shell starts a job in the background with SIGINT ignored, and every program that a test starts would inherit that."""
+    """A shell starts a job in the background with SIGINT ignored, and every program that a test starts would
+    inherit that.
+    """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 

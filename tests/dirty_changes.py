@@ -145,7 +145,9 @@ def also_held(kind, stiffness):
 
 
 def through_gear(share, brisk):
-    """A motor that moves the joint through a gear which rubs by a share of the torque; `brisk` motion has it braked."""
+    """A motor that moves the joint through a gear which rubs by a share of the torque; `brisk` motion has it
+    braked.
+    """
 
     def change(log):
         sines = ((0.4, 0.8), (0.15, 2.2), (0.05, 4.3)) if brisk else CLEAN["motor"].sines

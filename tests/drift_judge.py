@@ -1,7 +1,8 @@
-"""The watch over the friction on joints of another make (`tests/foreign_drift.py`) that change as a laboratory's do: what is told rightly, wrongly, or not at all.
+"""The watch over friction on changing joints of another make (`tests/foreign_drift.py`): what it tells.
 
-`python -m tests.drift_judge [--seed N] [PLANT ...]` prints a line for each joint, motion and change. Nothing changes for the first 100 s. Dry friction that changes by a tenth must be
-told within 60 s of motion with its factor within 2 %; whatever else changes must not be told as friction.
+`python -m tests.drift_judge [--seed N] [PLANT ...]` prints a line for each joint, motion and change. Nothing
+changes for the first 100 s. Dry friction that changes by a tenth must be told within 60 s of motion with its
+factor within 2 %; whatever else changes must not be told as friction.
 """
 
 import itertools
@@ -21,7 +22,8 @@ from tests.foreign_files import certified, rig_file
 BEFORE_S, STEP_S, MOTION_S, MOVING = 100.0, 2.0, 60.0, 0.03
 DIRECT = Joint()
 GEARED = Joint(
-    motor=0.012, viscous=0.08, coulomb=0.22, breakaway=0.36, stribeck=0.05, power=1.0, bristle=800.0, exponent=0.8, backward=0.97,
+    motor=0.012, viscous=0.08, coulomb=0.22, breakaway=0.36, stribeck=0.05, power=1.0, bristle=800.0,
+    exponent=0.8, backward=0.97,
 )  # fmt: skip
 ELASTIC = Joint(
     motor=0.007, link=0.006, gear=450.0, gear_damping=0.05, viscous=0.05, bristle=500.0, exponent=1.0
@@ -75,7 +77,7 @@ def wish(motion, t, size):
 
 
 class Change(NamedTuple):
-    """What changes, by the seconds since it began; how long that is followed; whether the rig is to be stopped."""
+    """What changes, by the seconds since it began; how long it is followed; whether the rig is to stop."""
 
     channels: object
     seconds: float = 0.0
@@ -159,9 +161,12 @@ def rig_of(joint, folder):
     linear = joint.size != 1.0
     limit = 6.0 * joint.breakaway
     says = {
-        "inertia_kgm2": joint.motor + joint.link, "viscous_nms_rad": 0.9 * joint.viscous, "torque_limit_nm": limit, "torque_rate_nm_s": 100 * limit,
-        "velocity_limit_rad_s": 6.0 * joint.size, "current_limit_a": 5 * limit / (15.0 if linear else 0.77), "force": {"limit_n": 1e4, "resolution_n": 0.005},
-        "coupling": {"delay_ticks": 0.0, "stiffness_nm_rad": 5.0 / joint.size**2, "damping_nms_rad": 0.1 * joint.viscous}, "friction": {"gain": 0.9},
+        "inertia_kgm2": joint.motor + joint.link, "viscous_nms_rad": 0.9 * joint.viscous,
+        "torque_limit_nm": limit, "torque_rate_nm_s": 100 * limit, "velocity_limit_rad_s": 6.0 * joint.size,
+        "current_limit_a": 5 * limit / (15.0 if linear else 0.77),
+        "force": {"limit_n": 1e4, "resolution_n": 0.005},
+        "coupling": {"delay_ticks": 0.0, "stiffness_nm_rad": 5.0 / joint.size**2,
+            "damping_nms_rad": 0.1 * joint.viscous}, "friction": {"gain": 0.9},
     }  # fmt: skip
     base, rig, motion = ("mock-linear.toml", "slide", "linear") if linear else ("mock.toml", "mock", "rotary")
     if linear:
@@ -185,7 +190,7 @@ def restarted(rig_watch, make):
 
 
 def watched(loaded, joint, motion, change, seed=1):
-    """Rows of the watch, one every 2 s: time since the change, motion, truth, factor, its error, warned, stopped; and what was said."""
+    """Rows, one every 2 s: time since the change, motion, truth, factor, error, warned, stopped; words."""
     rig = Rig(loaded, joint, seed)
 
     def make():
@@ -213,17 +218,8 @@ def watched(loaded, joint, motion, change, seed=1):
         worn = 1 + (parts[2] - 1) * np.mean(np.exp(-0.5 * ((x - joint.worn_at) / joint.worn_width) ** 2))
         truth = (parts[0] + joint.backward * parts[1]) / (1 + joint.backward) * worn
         found = axis.found
-        rows.append(
-            (
-                t,
-                moved,
-                truth,
-                found.factor if found else np.nan,
-                found.factor_error if found else np.nan,
-                bool(axis.warning),
-                bool(axis.stopped),
-            )
-        )
+        factor = (found.factor, found.factor_error) if found else (np.nan, np.nan)
+        rows.append((t, moved, truth, *factor, bool(axis.warning), bool(axis.stopped)))
         words = axis.warning or words
         if ticks["faults"].any():
             words = f"FAULT {Fault(int(np.bitwise_or.reduce(ticks['faults'])))!r}"
@@ -276,12 +272,8 @@ def judged(names, motions=MOTIONS, only=None, seed=1):
             every = {**changes(joint.coulomb), **payloads(joint.motor + joint.link)}
             for motion, what in itertools.product(motions, every):
                 if only in (None, what):
-                    yield (
-                        name,
-                        motion,
-                        what,
-                        *verdict(*watched(loaded, joint, motion, every[what], seed), every[what]),
-                    )
+                    said = verdict(*watched(loaded, joint, motion, every[what], seed), every[what])
+                    yield (name, motion, what, *said)
 
 
 @click.command()

@@ -1,6 +1,7 @@
 """Joints with friction, moved along given paths, many at once: ticks with a known factor of the dry friction.
 
-Independent of the mock: bristles of LuGre (its closed solution over one step) or Maxwell-slip elements, driven by the path.
+Independent of the mock: bristles of LuGre (its closed solution over one step) or Maxwell-slip elements,
+driven by the path.
 """
 
 from dataclasses import dataclass
@@ -57,7 +58,9 @@ def paths(joints, rate_hz, seconds):
 
 
 def dry_nm(v):
-    """Dry friction of the shipped joint at velocities v, a magnitude: law less .05 |v|, which the model has as viscous."""
+    """Dry friction of the shipped joint at velocities v, a magnitude: law less .05 |v|, which the model has
+    as viscous.
+    """
     speed = np.abs(v)
     return (
         np.where(v >= 0, law_nm(speed), law_nm(speed, -1)) - np.where(v >= 0, 0.05, 0.05 * BACKWARD) * speed

@@ -1,7 +1,9 @@
-"""A joint of another make than `hw.mock` whose friction, loads and sensors change by a script: what the watch over the friction is judged by.
+"""A joint of another make than `hw.mock` whose friction, loads and sensors change by a script: what the watch
+over the friction is judged by.
 
-By first principles, no line shared with the mock: Dahl's bristles of any exponent under a Stribeck curve with a power of its own, an elastic gear with play, a hand on a
-spring, what hangs on its handle, what pulls at the joint past the force sensor. Angles and torques as everywhere; the same numbers serve a carriage (m, N).
+By first principles, no line shared with the mock: Dahl's bristles of any exponent under a Stribeck curve with
+a power of its own, an elastic gear with play, a hand on a spring, what hangs on its handle, what pulls at the
+joint past the force sensor. Angles and torques as everywhere; the same numbers serve a carriage (m, N).
 """
 
 import math
@@ -23,7 +25,9 @@ from rtctl.tick import new_ticks
 
 
 class Joint(NamedTuple):
-    """What turns, and who moves it. One mass where `link` is 0; friction, bristles and encoder are the motor's."""
+    """What turns, and who moves it. One mass where `link` is 0; friction, bristles and encoder are the
+    motor's.
+    """
 
     motor: float = 0.009
     link: float = 0.0
@@ -47,7 +51,8 @@ class Joint(NamedTuple):
 
 
 SIZES = {
-    "motor": -2, "link": -2, "gear": -2, "gear_damping": -2, "viscous": -2, "bristle": -2, "hand": -2, "hand_damping": -2, "coulomb": -1, "breakaway": -1,
+    "motor": -2, "link": -2, "gear": -2, "gear_damping": -2, "viscous": -2, "bristle": -2, "hand": -2,
+    "hand_damping": -2, "coulomb": -1, "breakaway": -1,
     "play": 1, "stribeck": 1, "worn_at": 1, "worn_width": 1, "size": 1,
 }  # fmt: skip
 """Powers of a handle's distance by which a joint's numbers become those of a carriage."""
@@ -59,11 +64,14 @@ def on_rail(joint, metres):
 
 
 QUIET = {
-    "forward": 1.0, "backward": 1.0, "viscous": 1.0, "torque": 0.0, "spring": 0.0, "weight": 0.0, "felt": 0.0, "current": 0.0, "payload": 0.0, "seen": 1.0,
+    "forward": 1.0, "backward": 1.0, "viscous": 1.0, "torque": 0.0, "spring": 0.0, "weight": 0.0, "felt": 0.0,
+    "current": 0.0, "payload": 0.0, "seen": 1.0,
     "past": 0.0, "worn": 1.0, "wish": 0.0, "wish_v": 0.0,
 }  # fmt: skip
-"""Factors of the dry friction by direction and of the viscous one; torque, spring and weight (by the sine of the place) on the joint past the sensor; biases of force sensor
-and motor torque; inertia on the handle, and whether the sensor sees it; share of the hand that pulls past the sensor; factor at the worn place; what the hand wishes."""
+"""Factors of the dry friction by direction and of the viscous one; torque, spring and weight (by the sine of
+the place) on the joint past the sensor; biases of force sensor and motor torque; inertia on the handle, and
+whether the sensor sees it; share of the hand that pulls past the sensor; factor at the worn place; what the
+hand wishes."""
 
 FORWARD, BACKWARD, VISCOUS, TORQUE, SPRING, WEIGHT, FELT, CURRENT, PAYLOAD, SEEN, PAST, WORN, WISH, WISH_V = (
     range(len(QUIET))
@@ -146,12 +154,15 @@ def _loop(law_at, of_law, joint, script, noise, y, per_ampere, lever, felt_as, c
 
 
 class Rig:
-    """The law of a rig file on a joint; `script(t)` gives the channels of `QUIET` that are not quiet, over times (s)."""
+    """The law of a rig file on a joint; `script(t)` gives the channels of `QUIET` that are not quiet, over
+    times (s).
+    """
 
     def __init__(self, loaded, joint, seed=1):
         self.plan = build(loaded)
         self.law = (
-            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(self.plan.params), records(self.plan.command), records(self.plan.model),
+            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(self.plan.params),
+            records(self.plan.command), records(self.plan.model),
         )  # fmt: skip
         p = self.plan.params[0]
         self.per_ampere = float(p["gear_ratio"][0] * p["gear_efficiency"][0] * p["torque_constant_nm_a"][0])

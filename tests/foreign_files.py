@@ -1,4 +1,6 @@
-"""Rig files for `tests/foreign_rig.py`: what somebody would write of such joints and devices, with friction models that may be wrong."""
+"""Rig files for `tests/foreign_rig.py`: what somebody would write of such joints and devices, with friction
+models that may be wrong.
+"""
 
 from dataclasses import replace
 from pathlib import Path
@@ -19,13 +21,16 @@ DIRECTIONS = ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
 
 
 def model(joint, rig="mock", motion="rotary", factor=1.0, **more):
-    """The joint's own Stribeck curve, or one that is `factor` times too large; `more` are fields of the model."""
+    """The joint's own Stribeck curve, or one that is `factor` times too large; `more` are fields of the
+    model.
+    """
     top = 40.0 * joint["stribeck"]
     branches, rows = [], []
     for way, scale in ((1, factor), (-1, factor * joint["backward"])):
         curve = Curve.formula(
             "tustin",
-            {"coulomb_nm": scale * joint["coulomb"], "breakaway_nm": scale * joint["breakaway"], "stribeck_rad_s": joint["stribeck"], "viscous_nms_rad": joint["viscous"]},
+            {"coulomb_nm": scale * joint["coulomb"], "breakaway_nm": scale * joint["breakaway"],
+                "stribeck_rad_s": joint["stribeck"], "viscous_nms_rad": joint["viscous"]},
         )  # fmt: skip
         speed = np.concatenate([[0.0], np.geomspace(top / 400, top, 24)])
         friction = curve(speed)
@@ -41,7 +46,9 @@ def model(joint, rig="mock", motion="rotary", factor=1.0, **more):
 
 
 def rig_file(base, axes, folder, *, models=None, rate_hz=1000.0, device=None, **rig):
-    """The shipped file `base` with these axes (changes of its first one), and a model for each, if there are any."""
+    """The shipped file `base` with these axes (changes of its first one), and a model for each, if there are
+    any.
+    """
     loaded = load(CONFIGS / base)
     table = loaded.config.model_dump(mode="json", by_alias=True)
     table["loop"]["rate_hz"] = rate_hz
@@ -61,7 +68,9 @@ def rig_file(base, axes, folder, *, models=None, rate_hz=1000.0, device=None, **
 
 
 def fitted(base, axes, folder, share, **more):
-    """The same with `share` of the stiffest coupling on each axis, softer and more gently helped as long as `check` refuses it; None where that is no use."""
+    """The same with `share` of the stiffest coupling on each axis, softer and more gently helped as long as
+    `check` refuses it; None where that is no use.
+    """
     plain = rig_file(base, axes, folder, **more)
     axes = [dict(one) for one in axes]
     for index, one in enumerate(axes):

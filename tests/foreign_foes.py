@@ -1,6 +1,8 @@
-"""Renderers that want the hand's energy, and know everything: where the joint is and how fast it goes, in every tick.
+"""Renderers that want the hand's energy, and know everything: where the joint is and how fast it goes, in
+every tick.
 
-Each sends what a client may send, and nothing else: targets of a remote proxy, environments, the share of the help, masses and displays.
+Each sends what a client may send, and nothing else: targets of a remote proxy, environments, the share of the
+help, masses and displays.
 """
 
 import math
@@ -9,11 +11,14 @@ from rtctl.control.jit import compiled
 from rtctl.control.vocabulary import Environment
 
 FOE = (
-    ("foe", "<i8", 0), ("reach", "<f8", 0.3), ("rate", "<f8", 12.0), ("follow", "<f8", 0.0), ("push", "<f8", 1e3),
-    ("every", "<i8", 1), ("silent", "<i8", 0), ("between", "<i8", 1000), ("moods", "<i8", 0), ("shows", "<i8", 0),
+    ("foe", "<i8", 0), ("reach", "<f8", 0.3), ("rate", "<f8", 12.0), ("follow", "<f8", 0.0),
+    ("push", "<f8", 1e3),
+    ("every", "<i8", 1), ("silent", "<i8", 0), ("between", "<i8", 1000), ("moods", "<i8", 0),
+    ("shows", "<i8", 0),
 )  # fmt: skip
-"""Scheme; how far ahead, how quick, velocity of its targets as a share of the joint's, stiffness; a change every so many ticks, silence in so many of so many;
-whether it plays with the help; and with mass, damping and display."""
+"""Scheme; how far ahead, how quick, velocity of its targets as a share of the joint's, stiffness; a change
+every so many ticks, silence in so many of so many; whether it plays with the help; and with mass, damping and
+display."""
 
 NONE, SWING, LEAD, PUSH, SPRING, WALL, PUMP, JUGGLE, TURNCOAT = range(9)
 LEASE = 7

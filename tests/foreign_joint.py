@@ -1,8 +1,10 @@
-"""Joints and hands of another make than `hw.mock`: what the law meets in a laboratory that nobody here modelled.
+"""Joints and hands of another make than `hw.mock`: what the law meets in a laboratory that nobody here
+modelled.
 
-One file from first principles, small explicit steps, no line shared with the mock but its sensors: a motor with friction (Dahl's bristle of any exponent, or
-unequal Maxwell elements, under a Stribeck curve that may lag), an elastic gear that may have play, and a hand whose mass hangs on its grip.
-Units as everywhere: rad, N m, s, at the link; a torque is positive when it accelerates the joint.
+One file from first principles, small explicit steps, no line shared with the mock but its sensors: a motor
+with friction (Dahl's bristle of any exponent, or unequal Maxwell elements, under a Stribeck curve that may
+lag), an elastic gear that may have play, and a hand whose mass hangs on its grip. Units as everywhere: rad, N
+m, s, at the link; a torque is positive when it accelerates the joint.
 """
 
 import math
@@ -38,7 +40,9 @@ class Joint(NamedTuple):
 
 
 class Holder(NamedTuple):
-    """A hand: spring and damper to what it wishes, to a mass on a grip (or straight to the joint where there is no mass)."""
+    """A hand: spring and damper to what it wishes, to a mass on a grip (or straight to the joint where there
+    is no mass).
+    """
 
     spring_nm_rad: float = 5.0
     damper_nms_rad: float = 0.1
@@ -99,7 +103,9 @@ def _spring(stretch, hand):
 
 @compiled
 def _step(y, elements, shares, stiffnesses, joint, hand, motor_nm, time_s, dt):
-    """Advance everything by `dt`; returns the torque of the hand on the joint, as a sensor between them shows it."""
+    """Advance everything by `dt`; returns the torque of the hand on the joint, as a sensor between them shows
+    it.
+    """
     friction = _friction(y, elements, shares, stiffnesses, joint, dt)
     outer, outer_v = (LINK_X, LINK_V) if joint.link_kgm2 > 0.0 else (X, V)
     moved_s = min(max(time_s - hand.from_s, 0.0), hand.to_s - hand.from_s)
@@ -189,7 +195,9 @@ class Run(NamedTuple):
 
 
 def run(loaded, joint, hand, elements=(), seconds=16.0):
-    """The rig of `loaded` on this joint in this hand: armed while the hand rests, swung, held. `elements`: shares and stiffnesses of Maxwell elements."""
+    """The rig of `loaded` on this joint in this hand: armed while the hand rests, swung, held. `elements`:
+    shares and stiffnesses of Maxwell elements.
+    """
     simulation = Simulation(loaded)
     period_s = simulation.plan.period_s
     shares, stiffnesses = (np.array(part, float) for part in (elements or ((), ())))
@@ -201,8 +209,10 @@ def run(loaded, joint, hand, elements=(), seconds=16.0):
             simulation.change(arm_count=asked, epoch=int(simulation.state["epoch"][0]))
         parts.append(np.zeros((round(arming / period_s), 2)))
         _loop(
-            simulation.addresses()[1], simulation.params, simulation.command, simulation.model, simulation.state, simulation.plant_params, simulation.plant_state,
-            simulation.tick, y, bent, shares, stiffnesses, joint, hand, line, max(10, round(period_s / 2e-5)), parts[-1],
+            simulation.addresses()[1], simulation.params, simulation.command, simulation.model,
+            simulation.state, simulation.plant_params, simulation.plant_state,
+            simulation.tick, y, bent, shares, stiffnesses, joint, hand, line, max(10, round(period_s / 2e-5)),
+            parts[-1],
         )  # fmt: skip
     out = np.concatenate(parts)
     after = round(2.5 / period_s)

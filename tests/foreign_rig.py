@@ -1,9 +1,12 @@
-"""Whole rigs of another make than `hw.mock`: several axes, rotary or linear, their sensors, hands and renderers, by first principles.
+"""Whole rigs of another make than `hw.mock`: several axes, rotary or linear, their sensors, hands and
+renderers, by first principles.
 
-Complements `tests/foreign_joint.py`, which has one rotary axis. Nothing here is shared with the mock: joints with Dahl's friction under a Stribeck curve that may
-grow with load, differ from place to place or warm up; elastic gears; devices that sample seldom and act late; force sensors with a low-pass, a delay, noise and
-drift of their own; hands that stiffen, grip, tap or hardly damp; renderers that want the hand's energy (`tests/foreign_foes.py`).
-Units: rad, N m, kg m^2 of a rotary axis, m, N, kg of a linear one. A torque is positive when it accelerates the joint.
+Complements `tests/foreign_joint.py`, which has one rotary axis. Nothing here is shared with the mock: joints
+with Dahl's friction under a Stribeck curve that may grow with load, differ from place to place or warm up;
+elastic gears; devices that sample seldom and act late; force sensors with a low-pass, a delay, noise and
+drift of their own; hands that stiffen, grip, tap or hardly damp; renderers that want the hand's energy
+(`tests/foreign_foes.py`). Units: rad, N m, kg m^2 of a rotary axis, m, N, kg of a linear one. A torque is
+positive when it accelerates the joint.
 """
 
 import math
@@ -20,24 +23,30 @@ from rtctl.control.vocabulary import State
 from rtctl.tick import new_ticks
 
 JOINT = {
-    "motor": 0.012, "viscous": 0.05, "coulomb": 0.25, "breakaway": 0.35, "stribeck": 0.1, "bristle": 300.0, "exponent": 1.0, "backward": 1.0,
-    "wave_share": 0.0, "waves": 1.0, "wave_at": 0.0, "cogging": 0.0, "cogs": 20.0, "load_motor": 0.0, "load_hand": 0.0, "warming_per_s": 0.0,
+    "motor": 0.012, "viscous": 0.05, "coulomb": 0.25, "breakaway": 0.35, "stribeck": 0.1, "bristle": 300.0,
+    "exponent": 1.0, "backward": 1.0,
+    "wave_share": 0.0, "waves": 1.0, "wave_at": 0.0, "cogging": 0.0, "cogs": 20.0, "load_motor": 0.0,
+    "load_hand": 0.0, "warming_per_s": 0.0,
     "link": 0.0, "gear": 0.0, "gear_damping": 0.0, "play": 0.0,
 }  # fmt: skip
-"""Mass at the motor, viscous and dry friction, bristles, friction over place, cogging, friction by load, and what an elastic gear has behind it."""
+"""Mass at the motor, viscous and dry friction, bristles, friction over place, cogging, friction by load, and
+what an elastic gear has behind it."""
 
 DEVICE = {
     "per_ampere": 1.0, "count": 1e-5, "delay_ticks": 0.0, "lag_s": 0.0, "current_noise": 0.0,
-    "felt_as": 1.0, "lever": 0.1, "force_lag_s": 0.0, "force_delay_s": 0.0, "force_noise": 0.0, "force_step": 0.0, "force_bias": 0.0, "force_drift_per_s": 0.0,
+    "felt_as": 1.0, "lever": 0.1, "force_lag_s": 0.0, "force_delay_s": 0.0, "force_noise": 0.0,
+    "force_step": 0.0, "force_bias": 0.0, "force_drift_per_s": 0.0,
 }  # fmt: skip
 """Motor, encoder and force sensor: forces in N at the lever."""
 
 HAND = {
-    "spring": 5.0, "damper": 0.1, "mass": 0.0, "grip": 0.0, "grip_damping": 0.0, "stiffening": 0.0, "amplitude": 0.3, "hz": 0.5,
+    "spring": 5.0, "damper": 0.1, "mass": 0.0, "grip": 0.0, "grip_damping": 0.0, "stiffening": 0.0,
+    "amplitude": 0.3, "hz": 0.5,
     "from_s": 1.5, "to_s": 5.5, "relaxed": 1.0, "grips_s": 0.0, "taps": 0.0,
 }  # fmt: skip
-"""Spring and damper to what it wishes (a sine from `from_s` to `to_s`, then held), to a mass on a grip, to one that is one with the joint (no grip), or
-straight to it; `relaxed` is the share of the spring until `grips_s`, .1 s later it is all there; a hand that taps pushes one way only."""
+"""Spring and damper to what it wishes (a sine from `from_s` to `to_s`, then held), to a mass on a grip, to
+one that is one with the joint (no grip), or straight to it; `relaxed` is the share of the spring until
+`grips_s`, .1 s later it is all there; a hand that taps pushes one way only."""
 
 AXIS = np.dtype(
     [(name, "<f8") for name in (*JOINT, *DEVICE, *HAND)] + [(name, kind) for name, kind, _ in FOE]
@@ -130,7 +139,9 @@ def _step(y, a, time_s, dt):
 
 @compiled
 def _sense(t, axes, ys, felt, noise, time_s):
-    """A fresh sample of everything: the force as its sensor shows it, late, low-passed, noisy, and drifting."""
+    """A fresh sample of everything: the force as its sensor shows it, late, low-passed, noisy, and
+    drifting.
+    """
     for k in range(3):
         t.force_n[k] = axes[0].force_noise * noise[0, 2 + k]
     for i in range(len(axes)):
@@ -189,7 +200,8 @@ class Rig:
         self.plan = build(loaded)
         n = self.plan.n_axes
         self.law = (
-            records(new_ticks(1, n)), records(np.zeros(1, state_dtype(n))), records(self.plan.params), records(self.plan.command), records(self.plan.model),
+            records(new_ticks(1, n)), records(np.zeros(1, state_dtype(n))), records(self.plan.params),
+            records(self.plan.command), records(self.plan.model),
         )  # fmt: skip
         self.axes = np.concatenate(axes)
         self.axes["count"] = self.plan.params["count_rad"][0]

@@ -1,4 +1,6 @@
-"""The facts of a rig that a backend is made for: those of the shipped joint, and others where a test says so."""
+"""The facts of a rig that a backend is made for: those of the shipped joint, and others where a test says
+so.
+"""
 
 import numpy as np
 

@@ -1,7 +1,8 @@
 """Which file of rtctl and hw imports which, and which folder which: read from the sources, nothing is run.
 
-A name that is imported for annotations only (`if TYPE_CHECKING:`) is no import at run time and is not counted; one inside a
-function is. `__main__` files start a program and are imported by nobody: they are left out.
+A name that is imported for annotations only (`if TYPE_CHECKING:`) is no import at run time and is not
+counted; one inside a function is. `__main__` files start a program and are imported by nobody: they are left
+out.
 """
 
 import ast
@@ -65,7 +66,9 @@ def folder_graph(found, graph, root=ROOT):
 
 
 def circles(graph):
-    """Groups of nodes that reach each other: first all that nobody enters or leaves go, then what is left is few."""
+    """Groups of nodes that reach each other: first all that nobody enters or leaves go, then what is left is
+    few.
+    """
     left = {node: set(after) for node, after in graph.items()}
     while True:
         entered = set().union(*left.values())

@@ -1,4 +1,6 @@
-"""Points that a gear gives whose friction grows with load: steady speeds both ways under weights, by the closed forms of the simulated joint."""
+"""Points that a gear gives whose friction grows with load: steady speeds both ways under weights, by the
+closed forms of the simulated joint.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ _OF_MOCK = {
 
 
 def friction_nm(values: Mapping[str, float], speed: float, outside_nm: float, motor_nm: float) -> float:
-    """Friction at a speed, with the load terms as the simulated joint computes them; `values` by the names of `load_terms.NAMES`."""
+    """Friction at a speed, with the load terms as the simulated joint computes them; `values` by the names of
+    `load_terms.NAMES`.
+    """
     p = SimpleNamespace(**{mock: [values[name]] for mock, name in _OF_MOCK.items()})
     levels: Any = getattr(load_levels, "py_func", load_levels)
     base, peak = levels(motor_nm, outside_nm, p, 0)
@@ -51,7 +55,9 @@ def motor_for(values: Mapping[str, float], speed: float, outside_nm: float) -> f
 def points(
     values: Mapping[str, float], load_nm: float, fastest: float, noise_nm: float, seed: int, speeds: int = 14
 ) -> tuple[FrictionPoints, np.ndarray]:
-    """Points at weights up to `load_nm` each way, with noise of the motor's torque, and their true friction."""
+    """Points at weights up to `load_nm` each way, with noise of the motor's torque, and their true
+    friction.
+    """
     noise = np.random.default_rng(seed)
     rows, loads, truth = [], [], []
     for sign in (1, -1):

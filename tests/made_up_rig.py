@@ -72,7 +72,9 @@ class Rig:
 
 
 class MovingRig(Rig):
-    """One that swings and sends 50 messages a second of 20 ticks each, in the state that `be` says; silent after `silence`."""
+    """One that swings and sends 50 messages a second of 20 ticks each, in the state that `be` says; silent
+    after `silence`.
+    """
 
     def __init__(self, hello=HELLO):
         super().__init__(hello)
@@ -112,6 +114,7 @@ class MovingRig(Rig):
         hand = 0.3 * np.tanh(speed / 0.05) + 0.05 * speed + 0.01 * rng.standard_normal(speed.shape)
         n = len(self._hello["axes"])
         times = {name: rng.gamma(2.0, 8e3, 20).astype(int) for name in ("wakeup_ns", "cycle_ns")}
-        self.batch(20, first, position_rad=swing[:, :n], velocity_rad_s=speed[:, :n], hand_torque_nm=hand[:, :n],
+        self.batch(20, first, position_rad=swing[:, :n], velocity_rad_s=speed[:, :n],
+            hand_torque_nm=hand[:, :n],
                    torque_applied_nm=-0.8 * hand[:, :n] * live, authority=float(live), enabled=int(live),
                    compensation=1.0, **times, **self._fields)  # fmt: skip

@@ -1,7 +1,8 @@
-"""A joint with friction, moved by a hand, a motor or both, and what a lab would record of it: clean logs with a known truth.
+"""A joint with friction, moved by a hand, a motor or both, and what a lab would record of it: clean logs with
+a known truth.
 
-Independent of the mock and of everything in `rtctl`: a mass on elasto-plastic bristles, integrated every quarter of a
-millisecond. Signs: a torque is positive when it accelerates the joint towards positive position.
+Independent of the mock and of everything in `rtctl`: a mass on elasto-plastic bristles, integrated every
+quarter of a millisecond. Signs: a torque is positive when it accelerates the joint towards positive position.
 """
 
 import math

@@ -1,4 +1,6 @@
-"""The closed loop without its compiled cycle: the mock and the law are called tick by tick, as a loop process does."""
+"""The closed loop without its compiled cycle: the mock and the law are called tick by tick, as a loop process
+does.
+"""
 
 import numpy as np
 

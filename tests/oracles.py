@@ -1,4 +1,6 @@
-"""Formulas that no program computes, of docs/theory.md 2.12, 2.13, 4, 5.1 and 5.4: what tests hold the law and its proofs to."""
+"""Formulas that no program computes, of docs/theory.md 2.12, 2.13, 4, 5.1 and 5.4: what tests hold the law
+and its proofs to.
+"""
 
 from __future__ import annotations
 
@@ -47,8 +49,8 @@ def admittance_mass_min(J: float, b: float, K_v: float, T: float, b_a: float = 0
 
 
 def hand_max_continuous(m: float, b_v: float, J: float, b: float, K_v: float) -> float:
-    """Stiffness of a hand (a spring alone) at which a display without lag and K_p begins to grow, N m/rad; infinite from
-    `mass_min_continuous` on.
+    """Stiffness of a hand (a spring alone) at which a display without lag and K_p begins to grow, N m/rad;
+    infinite from `mass_min_continuous` on.
     """
     D = b + K_v
     lacks = J * K_v - m * D
@@ -56,7 +58,9 @@ def hand_max_continuous(m: float, b_v: float, J: float, b: float, K_v: float) ->
 
 
 def impedance_continuous(loop: AdmittanceLoop, s: np.ndarray) -> np.ndarray:
-    """What a hand feels of a display without lags, N m s/rad: (Js + b + K)(ms + b_v)/(ms + b_v + K), K = K_v + K_p/s."""
+    """What a hand feels of a display without lags, N m s/rad: (Js + b + K)(ms + b_v)/(ms + b_v + K), K =
+    K_v + K_p/s.
+    """
     K = loop.velocity_gain_nms_rad + loop.position_gain_nm_rad / s
     mass = loop.mass_kgm2 * s + loop.virtual_damping_nms_rad
     joint = loop.inertia_kgm2 * s + loop.viscous_nms_rad
@@ -64,7 +68,8 @@ def impedance_continuous(loop: AdmittanceLoop, s: np.ndarray) -> np.ndarray:
 
 
 def runaway_speed(F_c: float, b_v: float, gain: float, overestimate: float = 1.0) -> float:
-    """Speed a free device runs away to under Coulomb over-compensation, rad/s; 0 if it does not (docs/theory.md 5.1).
+    """Speed a free device runs away to under Coulomb over-compensation, rad/s; 0 if it does not
+    (docs/theory.md 5.1).
 
     `overestimate` is the model's Coulomb friction over the true one.
     """

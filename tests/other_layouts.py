@@ -1,6 +1,8 @@
-"""How other makes write a log to disk: one function a layout, and the options a stranger gives `rtctl identify` for it.
+"""How other makes write a log to disk: one function a layout, and the options a stranger gives
+`rtctl identify` for it.
 
-Each takes a log of `other_rigs` and a folder, writes a file as that program does (names, units, header lines, marks, clocks), and returns the command line.
+Each takes a log of `other_rigs` and a folder, writes a file as that program does (names, units, header lines,
+marks, clocks), and returns the command line.
 """
 
 from __future__ import annotations
@@ -60,11 +62,14 @@ def twincat(log: Log, folder: Path) -> list[str]:
     ms = (log.time - log.time[0]) * 1e3
     head = "\n".join(
         [
-            "Name\tScope Project\t\t\t\t", "File\tC:\\scope\\axis.csv\t\t\t\t", "StartRecord\t133543009312500000\t7. March 2024\t14:02:11\t\t",
+            "Name\tScope Project\t\t\t\t", "File\tC:\\scope\\axis.csv\t\t\t\t",
+            "StartRecord\t133543009312500000\t7. March 2024\t14:02:11\t\t",
             "EndRecord\t133543009612500000\t7. March 2024\t14:02:41\t\t", "",
-            "Name\tActPos\tName\tActCurrent\tName\tActVelo", "NetId\t192.168.1.20.3.1\tNetId\t192.168.1.20.3.1\tNetId\t192.168.1.20.3.1",
+            "Name\tActPos\tName\tActCurrent\tName\tActVelo",
+            "NetId\t192.168.1.20.3.1\tNetId\t192.168.1.20.3.1\tNetId\t192.168.1.20.3.1",
             "Port\t501\tPort\t501\tPort\t501", "SampleTime[ms]\t1\tSampleTime[ms]\t1\tSampleTime[ms]\t1",
-            "SymbolName\tAxes.Axis 1.Enc.ActPos\tSymbolName\tAxes.Axis 1.Drive.Current\tSymbolName\tAxes.Axis 1.Enc.ActVelo",
+            "SymbolName\tAxes.Axis 1.Enc.ActPos\tSymbolName\tAxes.Axis "
+            "1.Drive.Current\tSymbolName\tAxes.Axis 1.Enc.ActVelo",
             "Data-Type\tREAL64\tData-Type\tREAL64\tData-Type\tREAL64", "",
         ]
     )  # fmt: skip
@@ -83,10 +88,15 @@ def twincat(log: Log, folder: Path) -> list[str]:
 def labview(log: Log, folder: Path) -> list[str]:
     head = "\n".join(
         [
-            "LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab", "Decimal_Separator\t,", "Multi_Headings\tNo",
-            "X_Columns\tOne", "Time_Pref\tRelative", "Operator\tlab", "Date\t2024/03/07", "Time\t14:02:11,25", "***End_of_Header***\t", "",
-            "Channels\t2\t\t", f"Samples\t{len(log.time)}\t{len(log.time)}\t", "Date\t2024/03/07\t2024/03/07\t", "Time\t14:02:11,25\t14:02:11,25\t",
-            "Y_Unit_Label\tdeg\tN m\t", "X_Dimension\tTime\tTime\t", "X0\t0,0000000000000000E+0\t0,0000000000000000E+0\t", f"Delta_X\t{0.001:.6f}\t{0.001:.6f}\t".replace(".", ","),
+            "LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab",
+            "Decimal_Separator\t,", "Multi_Headings\tNo",
+            "X_Columns\tOne", "Time_Pref\tRelative", "Operator\tlab", "Date\t2024/03/07", "Time\t14:02:11,25",
+            "***End_of_Header***\t", "",
+            "Channels\t2\t\t", f"Samples\t{len(log.time)}\t{len(log.time)}\t",
+            "Date\t2024/03/07\t2024/03/07\t", "Time\t14:02:11,25\t14:02:11,25\t",
+            "Y_Unit_Label\tdeg\tN m\t", "X_Dimension\tTime\tTime\t",
+            "X0\t0,0000000000000000E+0\t0,0000000000000000E+0\t",
+            f"Delta_X\t{0.001:.6f}\t{0.001:.6f}\t".replace(".", ","),
             "***End_of_Header***\t\t\t", "X_Value\tAngle\tTorque\tComment",
         ]
     )  # fmt: skip
@@ -102,7 +112,9 @@ def labview(log: Log, folder: Path) -> list[str]:
 @layout("LabVIEW measurement without times")
 def labview_without_times(log: Log, folder: Path) -> list[str]:
     head = "\n".join(
-        ["LabVIEW Measurement\t", "Separator\tTab", "X_Columns\tNo", "***End_of_Header***\t", "", "Channels\t2\t\t", "Delta_X\t0.001000\t0.001000", "***End_of_Header***\t\t\t", "X_Value\tAngle\tTorque\tComment"]
+        ["LabVIEW Measurement\t", "Separator\tTab", "X_Columns\tNo", "***End_of_Header***\t", "",
+            "Channels\t2\t\t", "Delta_X\t0.001000\t0.001000", "***End_of_Header***\t\t\t",
+            "X_Value\tAngle\tTorque\tComment"]
     )  # fmt: skip
     path = write(
         folder / "motion.lvm",
@@ -131,7 +143,10 @@ def rockwell(log: Log, folder: Path) -> list[str]:
             for t, x, tau in zip(log.time, deg(log), log.torque, strict=True)
         )
     )
-    head = '"Controller Name:","Cell"\n"Trend Name:","Axis"\n"Total Samples:","30000"\n"Header:","Date","Time","Axis.ActualPosition","Axis.TorqueReference"'
+    head = (
+        '"Controller Name:","Cell"\n"Trend Name:","Axis"\n"Total Samples:","30000"\n'
+        '"Header:","Date","Time","Axis.ActualPosition","Axis.TorqueReference"'
+    )
     path = write(folder / "trend.csv", head, rows, end="\r\n")
     return called(path, "time=Time", "position=Axis.ActualPosition:deg", "torque=Axis.TorqueReference:Nm")
 

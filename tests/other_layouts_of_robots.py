@@ -64,7 +64,8 @@ def plotjuggler(log: Log, folder: Path) -> list[str]:
 @layout("ros2 topic echo --csv")
 def ros2_echo(log: Log, folder: Path) -> list[str]:
     rows = "\n".join(
-        f"{1709820131 + int(t)},{round((t % 1) * 1e9)},base,shoulder,elbow,0.1,{x:.12f},0.0,{v:.9f},0.0,{tau:.9f}"
+        f"{1709820131 + int(t)},{round((t % 1) * 1e9)},base,shoulder,elbow,0.1,{x:.12f},0.0,{v:.9f},0.0,"
+        f"{tau:.9f}"
         for t, x, v, tau in zip(log.time, log.position, log.velocity, log.torque, strict=True)
     )
     path = write(folder / "echo.csv", rows)

@@ -1,4 +1,6 @@
-"""What writes down the motion of `other_rigs`: a clock of its own, a drive's filters and words, an encoder's counts."""
+"""What writes down the motion of `other_rigs`: a clock of its own, a drive's filters and words, an encoder's
+counts.
+"""
 
 from __future__ import annotations
 
@@ -34,7 +36,9 @@ class Logger:
 
 @dataclass(frozen=True)
 class Log:
-    """Columns as the logger has them, SI: stamps, angle, speed as the drive estimates it, current, hand's torque."""
+    """Columns as the logger has them, SI: stamps, angle, speed as the drive estimates it, current, hand's
+    torque.
+    """
 
     time: np.ndarray
     position: np.ndarray

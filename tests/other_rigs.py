@@ -1,7 +1,9 @@
-"""Rigs of other makes, independent of the mock, of `moved_joint` and of everything in `rtctl`: friction laws that are not shipped, a motor with a current loop.
+"""Rigs of other makes, independent of the mock, of `moved_joint` and of everything in `rtctl`: friction laws
+that are not shipped, a motor with a current loop.
 
-Two masses on a shaft (stiff, elastic or with play), friction by the generalised Maxwell-slip law of Leuven, by Bliman and Sorine's, or by Dahl's with a Stribeck peak
-that lags, a motor with inductance under a sampled current loop, moved by a test program or by a hand. What is recorded passes a drive's filters and words.
+Two masses on a shaft (stiff, elastic or with play), friction by the generalised Maxwell-slip law of Leuven,
+by Bliman and Sorine's, or by Dahl's with a Stribeck peak that lags, a motor with inductance under a sampled
+current loop, moved by a test program or by a hand. What is recorded passes a drive's filters and words.
 """
 
 from __future__ import annotations
@@ -54,7 +56,9 @@ class Rig:
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a perfect observer would have written at `rate_hz`: time, position, velocity, current, hand's torque, true friction."""
+    """What a perfect observer would have written at `rate_hz`: time, position, velocity, current, hand's
+    torque, true friction.
+    """
 
     time: np.ndarray
     position: np.ndarray
@@ -209,7 +213,8 @@ def run(rig: Rig) -> Recorded:
     ahead = round(rig.hand_shift / STEP_S)
     out = np.empty((len(t), 6))
     numbers = (
-        rig.law, rig.inertia, rig.link, rig.shaft, rig.play, rig.coulomb, rig.breakaway, rig.stribeck, rig.viscous, rig.power, rig.asymmetry,
+        rig.law, rig.inertia, rig.link, rig.shaft, rig.play, rig.coulomb, rig.breakaway, rig.stribeck,
+        rig.viscous, rig.power, rig.asymmetry,
         rig.bend, rig.lag, rig.ripple, rig.gravity, *rig.servo, *rig.hand, rig.kt,
     )  # fmt: skip
     _run(goal, goal_v, np.roll(goal, -ahead), np.roll(goal_v, -ahead), tuple(float(n) for n in numbers), out)
@@ -218,7 +223,9 @@ def run(rig: Rig) -> Recorded:
 
 
 def _truth(rig: Rig, x: np.ndarray, v: np.ndarray, friction: np.ndarray) -> dict[str, float]:
-    """Inertia, and the viscous and Coulomb friction nearest to the true friction where the joint slid and bristles were bent."""
+    """Inertia, and the viscous and Coulomb friction nearest to the true friction where the joint slid and
+    bristles were bent.
+    """
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     since = np.abs(x - x[turns[np.searchsorted(turns, np.arange(len(v)), side="right") - 1]])
     rows = np.flatnonzero((np.abs(v) > SLIDES_RAD_S) & (since > max(10 * rig.bend, 0.01)))[::50]

@@ -1,4 +1,6 @@
-"""Waiting for what another thread or process does: as long as a loaded machine may take, and not a moment longer."""
+"""Waiting for what another thread or process does: as long as a loaded machine may take, and not a moment
+longer.
+"""
 
 import time
 

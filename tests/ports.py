@@ -5,7 +5,8 @@ import os
 import socket
 
 _LOW, _HIGH = 10_000, 30_000
-"""Below the kernel's ephemeral range: a client that asks for one of those before its server listens may reach itself."""
+"""Below the kernel's ephemeral range: a client that asks for one of those before its server listens may reach
+itself."""
 
 _next = itertools.count(os.getpid() * 37)
 

@@ -1,4 +1,6 @@
-"""A passive hand on the simulated rig, and a renderer after its energy: what the hand is given, by the plant's truth."""
+"""A passive hand on the simulated rig, and a renderer after its energy: what the hand is given, by the
+plant's truth.
+"""
 
 import numpy as np
 
@@ -25,7 +27,9 @@ class Pursued:
         }
 
     def run(self, foe, hand, ticks, *, compensation=1.0, seed=1, **params):
-        """J given to the hand (stiffness, damping, inertia) since arming, J of store and power, and the violated bits."""
+        """J given to the hand (stiffness, damping, inertia) since arming, J of store and power, and the
+        violated bits.
+        """
         made = self._made
         for name, values in self._fresh.items():
             getattr(made, name)[:] = values
@@ -43,7 +47,8 @@ class Pursued:
         bits, _ = drive(
             made.addresses(),
             made.params, made.state, command, made.model, plant, made.plant_state, made.tick,
-            memory, records(np.zeros_like(made.state)), memory.copy(), np.arange(1, 5, dtype=np.uint64) * seed,
+            memory, records(np.zeros_like(made.state)), memory.copy(),
+            np.arange(1, 5, dtype=np.uint64) * seed,
             records(pursuer), ticks, True, np.zeros(len(State), np.int64), np.zeros(64, np.int64),
             np.zeros(len(Program), np.int64), records(np.zeros(0, made.tick.dtype)),
         )  # fmt: skip

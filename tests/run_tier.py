@@ -1,9 +1,9 @@
-"""Runs one tier of the tests, as many parts at a time as there are cores: `python tests/run_tier.py check|test|volume`.
+"""Runs a tier of tests, a part for each core: `python tests/run_tier.py check|test|volume`.
 
-Tests that meet a clock run as two parts, alone at their priority; parts that start beside them get only what nobody
-else wants (SCHED_IDLE), so that no real-time loop waits for them. As tests that meet a clock leave their core idle for
-most of the time, as many parts as there are cores run besides. Each part's output goes to a file and is shown when the
-part fails. Ctrl-C ends all parts.
+Tests that meet a clock run as two parts, alone at their priority; parts that start beside them get only what
+nobody else wants (SCHED_IDLE), so that no real-time loop waits for them. As tests that meet a clock leave
+their core idle for most of the time, as many parts as there are cores run besides. A part's output goes to a
+file and is shown when it fails. Ctrl-C ends all parts.
 """
 
 from __future__ import annotations
@@ -50,9 +50,9 @@ COUNTED = re.compile(r"(\d+) (passed|failed|errors?|skipped|xfailed|xpassed)")
 
 @dataclass
 class Part:
-    """A program with its output. `clock`: what starts beside it must leave it alone. `idle`: it always does so.
+    """A program with its output. `clock`: what starts beside it leaves it alone. `idle`: it does so always.
 
-    `compiles`: what meets a clock begins when this has ended. `slow_files`: of its files of tests, those that are no matter of seconds.
+    `compiles`: what meets a clock begins when this has ended. `slow_files`: those that take long.
     """
 
     name: str
@@ -70,7 +70,7 @@ class Part:
         return LOGS / f"{self.name.replace('/', '-').replace(' ', '+')}.log"
 
     def start(self, *, idle: bool) -> None:
-        """In a process group of its own, which can be ended whole; an idle one in a session of its own, which weighs little."""
+        """In a process group of its own, to be ended whole; an idle one in a session, which weighs little."""
         self.began = time.monotonic()
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(
@@ -107,13 +107,13 @@ def _be_idle() -> None:
 
 
 def _weigh_session(pid: int, nice: int) -> None:
-    """The kernel weighs sessions against each other before it looks at what is in them, where it has that switched on."""
+    """The kernel may weigh sessions against each other before it looks at what is in them."""
     with contextlib.suppress(OSError):
         Path(f"/proc/{pid}/autogroup").write_text(str(nice))
 
 
 def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False, idle: bool = False) -> Part:
-    """These files in one session of pytest; an idle one asks every question as often as `tests/amounts.py` has it."""
+    """These files in one session of pytest; an idle one asks as often as `tests/amounts.py` has it."""
     chosen = [str(path.relative_to(ROOT)) for path in files]
     quiet = ("-q", "--color=no", "-p", "no:cacheprovider")
     asked = ("env", "RTCTL_TEST_VOLUME=1") if idle else ()
@@ -149,8 +149,8 @@ def check() -> list[Part]:
 def test() -> list[Part]:
     """What a user would run: everything but volume, and but what needs other people's programs.
 
-    What takes long begins early, so that no core has the last long part to itself. What every daemon runs is compiled before the
-    first of them begins: those that begin at a time would each compile it, as none has it yet.
+    What takes long begins early, so that no core has the last long part to itself. What every daemon runs is
+    compiled before the first of them begins: those that begin at a time would each compile it.
     """
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
@@ -200,7 +200,7 @@ class Run:
         return self._sum_up()
 
     def _places(self) -> int:
-        """One more for each that meets a clock: it waits for most of its time, and others take only what that leaves."""
+        """One more for each that meets a clock: it mostly waits, and others take only what that leaves."""
         return self._at_a_time + sum(part.clock for part in self._running)
 
     def _next(self) -> Part | None:

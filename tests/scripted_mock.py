@@ -99,7 +99,9 @@ def with_due(values, change):
 
 
 def all_effects():
-    """One fault of every effect on every channel that neither raises nor sleeps, overlapping, some by chance."""
+    """One fault of every effect on every channel that neither raises nor sleeps, overlapping, some by
+    chance.
+    """
     out = []
     for k, kind in enumerate(KINDS.values()):
         if kind.effect in (Effect.RAISE_READ, Effect.RAISE_WRITE, Effect.STALL):

@@ -1,4 +1,6 @@
-"""Static friction of the joint in configs/mock*.toml, written down a second time: tests judge by it what the mock gives."""
+"""Static friction of the joint in configs/mock*.toml, written down a second time: tests judge by it what the
+mock gives.
+"""
 
 import numpy as np
 
@@ -7,7 +9,9 @@ BACKWARD = 1.06
 
 
 def law_nm(speed_rad_s, direction=1):
-    """Magnitude over speeds >= 0, mean over a turn: a peak of two speeds, and viscous friction that thins out."""
+    """Magnitude over speeds >= 0, mean over a turn: a peak of two speeds, and viscous friction that thins
+    out.
+    """
     v = np.asarray(speed_rad_s, dtype=float)
     peak = 0.5 * np.exp(-((v / 0.06) ** 2)) + 0.5 * np.exp(-((v / 0.5) ** 2))
     viscous = 0.05 + 0.02 / (1 + (v / 2.0) ** 2)

@@ -1,4 +1,6 @@
-"""Start `hw.simulators.serial_board` as a child process and give it orders: for tests, demonstrations, benchmarks."""
+"""Start `hw.simulators.serial_board` as a child process and give it orders: for tests, demonstrations,
+benchmarks.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,9 @@ class SimulatedBoard:
         self.close()
 
     def order(self, text: str) -> int:
-        """Have an order carried out; returns the board cycle after it. ValueError for one it does not know."""
+        """Have an order carried out; returns the board cycle after it. ValueError for one it does not
+        know.
+        """
         self._orders.write(text.encode() + b"\n")
         self._orders.flush()
         answer = self._answer()

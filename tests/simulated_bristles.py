@@ -1,4 +1,6 @@
-"""Logs of a hand that swings a joint with bristles, simulated here from first principles: no code of the mock is used."""
+"""Logs of a hand that swings a joint with bristles, simulated here from first principles: no code of the mock
+is used.
+"""
 
 import numpy as np
 

@@ -1,8 +1,9 @@
 """Which tests run when: the one table of it. `tests/conftest.py` marks by it, `tests/run_tier.py` runs by it.
 
-A file of tests either only computes, or meets a clock: it starts real-time loops, opens ptys, or talks through
-sockets to what answers in its own time. Only-computing files run side by side; those that meet a clock run in two
-streams, one file of each at a time, with nothing else beside them but what takes processor time that nobody else wants.
+A file of tests either only computes, or meets a clock: it starts real-time loops, opens ptys, or talks
+through sockets to what answers in its own time. Only-computing files run side by side; those that meet a
+clock run in two streams, one file of each at a time, with nothing else beside them but what takes processor
+time that nobody else wants.
 """
 
 from __future__ import annotations
@@ -39,7 +40,8 @@ ONLY_COMPUTES = (
     "integration/test_first_start.py",  # compiles everything, and waits for that as long as it takes
     "integration/test_identify_simulated.py",
     "integration/test_run_refused.py",
-    "integration/test_positioning_on_the_loop.py",  # of the law in a simulation; test_positioning_of_a_run.py has the clock
+    # of the law in a simulation; test_positioning_of_a_run.py has the clock
+    "integration/test_positioning_on_the_loop.py",
 )
 """Files in such folders that meet none: whatever they wait for may take minutes."""
 
@@ -66,8 +68,9 @@ PATIENT = (
     "unit/cli/test_commissioning.py",
     "unit/hw/test_can_odrive_firmware.py",
 )
-"""Of what meets a clock, what only waits until something is so: it asks no loop to be punctual, and uses little of a core.
-It is the second stream. The first has rigs that are attacked, killed, measured and held to every tick."""
+"""Of what meets a clock, what only waits until something is so: it asks no loop to be punctual, and uses
+little of a core. It is the second stream. The first has rigs that are attacked, killed, measured and held to
+every tick."""
 
 LONG = (
     "properties/test_control_environment.py",
@@ -149,8 +152,9 @@ LONG = (
     "unit/test_playback_report.py",
     "unit/test_tiers.py",
 )
-"""Unit tests and properties that `make check` leaves to `make test`: files that take more than a second and a half of a
-core, once all is compiled. `make check` names those of its own that do; what takes less than one again, leaves the table."""
+"""Unit tests and properties that `make check` leaves to `make test`: files that take more than a second and a
+half of a core, once all is compiled. `make check` names those of its own that do; what takes less than one
+again, leaves the table."""
 
 QUICK_S = 1.5
 """Processor time of a file of tests that `make check` runs, at most."""
@@ -191,7 +195,9 @@ def is_patient(path: Path) -> bool:
 
 
 def every_file() -> list[Path]:
-    """All files of tests, folder by folder. What is marked `system` in them, pytest leaves to `make test-system`."""
+    """All files of tests, folder by folder. What is marked `system` in them, pytest leaves to
+    `make test-system`.
+    """
     return sorted(TESTS.rglob("test_*.py"), key=lambda path: (path.parent, path))
 
 

@@ -3,7 +3,8 @@
 Its traps are dealt with here: filters stay off, because `recv(0)` gives None for a frame they drop though
 a wanted one waits behind it; slcan's serial time-out of 1 ms is set to 0, and its acknowledge lines read
 as None; a garbled line raises whatever its decoder stumbles over and counts as damaged; `serial` and
-`seeedstudio` wait for their port whatever they are asked, so they are asked only when a frame's worth of bytes is there.
+`seeedstudio` wait for their port whatever they are asked, so they are asked only when a frame's worth of
+bytes is there.
 """
 
 from __future__ import annotations
@@ -29,10 +30,12 @@ _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 _GARBLED = (ValueError, IndexError, TypeError, struct.error)
 
 PORTS = {"serial": ("_ser", 11), "seeedstudio": ("ser", 5)}
-"""Interfaces that ignore the time they may take: where their pyserial port is, and bytes of their shortest frame."""
+"""Interfaces that ignore the time they may take: where their pyserial port is, and bytes of their shortest
+frame."""
 
 REST_S, ROOM_S = 1e-3, 0.05
-"""Longest waits on such a port, s: for the rest of a frame whose first bytes came; for room, which was looked for before."""
+"""Longest waits on such a port, s: for the rest of a frame whose first bytes came; for room, which was looked
+for before."""
 
 
 def python_can() -> ModuleType:
@@ -45,7 +48,9 @@ def python_can() -> ModuleType:
 
 
 def _arguments(options: Options) -> dict[str, Any]:
-    """Arguments of `can.Bus`: the table's own keys, then what the interface needs, then what the user adds."""
+    """Arguments of `can.Bus`: the table's own keys, then what the interface needs, then what the user
+    adds.
+    """
     arguments: dict[str, Any] = {
         "interface": options["interface"],
         "channel": options["channel"],
@@ -64,7 +69,9 @@ def _arguments(options: Options) -> dict[str, Any]:
 
 @cache
 def _repeated() -> type[Any]:
-    """A message that is copied as plain data: python-can's in-process bus copies deeply what it is given, per peer."""
+    """A message that is copied as plain data: python-can's in-process bus copies deeply what it is given, per
+    peer.
+    """
     message: type[Any] = python_can().Message
     new: Callable[[type[Any]], Any] = object.__new__
 
@@ -186,7 +193,9 @@ class AdapterBus:
         return False
 
     def _is_damage(self, error: Exception) -> bool:
-        """Whether a frame was garbled, and not the adapter lost. On a port a loss has the port's error as its cause."""
+        """Whether a frame was garbled, and not the adapter lost. On a port a loss has the port's error as its
+        cause.
+        """
         if isinstance(error, self._errors):
             return bool(self._port) and error.__cause__ is None and not isinstance(error, OSError)
         return True

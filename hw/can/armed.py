@@ -1,7 +1,7 @@
 """Whether a drive that is to drive its motor does so: that it comes up in time, and that it stays up.
 
-A drive that leaves its enabled state has a reason of its own (a limit, its watchdog, somebody's stop), and to walk it
-back into it would be torque that returns by itself. It stays down until the host has disarmed it.
+A drive that leaves its enabled state has a reason of its own (a limit, its watchdog, somebody's stop), and to
+walk it back into it would be torque that returns by itself. It stays down until the host has disarmed it.
 """
 
 from __future__ import annotations

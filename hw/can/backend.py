@@ -1,7 +1,7 @@
 """A CAN bus and its devices as a backend. Runs in the loop process: no pydantic here.
 
-One cycle: `read` drains the bus, the newest frame of each kind winning, and takes the sample when every part of
-it has arrived since the last one; `write` sends every command. Nothing here waits.
+One cycle: `read` drains the bus, the newest frame of each kind winning, and takes the sample when every part
+of it has arrived since the last one; `write` sends every command. Nothing here waits.
 """
 
 from __future__ import annotations
@@ -133,7 +133,9 @@ class CanBackend:
         self._bind(tick)
 
     def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
-        """See `CompiledCycleBackend`; None where the bus is python-can's, or the device needs Python in every cycle."""
+        """See `CompiledCycleBackend`; None where the bus is python-can's, or the device needs Python in every
+        cycle.
+        """
         if not isinstance(self.bus, SteadyBus):
             return None
         from hw.can.steady import Steady, is_possible
@@ -223,7 +225,9 @@ class CanBackend:
             self._slot = slot
 
     def show(self) -> bool:
-        """Fill the tick: with the new sample if it is complete, else with the last one. True for a new one."""
+        """Fill the tick: with the new sample if it is complete, else with the last one. True for a new
+        one.
+        """
         new = self.sample.fresh == self.sample.needed
         if new:
             self._take()
@@ -268,7 +272,9 @@ class CanBackend:
         }
 
     def stop(self) -> None:
-        """Every actuator torque-free now; tries for STOP_S when the interface's queue is full. Cannot raise."""
+        """Every actuator torque-free now; tries for STOP_S when the interface's queue is full. Cannot
+        raise.
+        """
         bus = self.bus
         if bus is None:
             return

@@ -87,14 +87,17 @@ class BoardBackend(CanBackend):
         if not self._heard(bus):
             ids = ", ".join(f"0x{table['id']:x}" for table in options["receive"] if table["required"])
             raise BackendError(
-                f"can board on {options['bus']['channel']}: not all of the frames {ids} came within 1 s: check power, "
-                "wiring and termination, the bit rate, the ids, lengths and select of the frames, and whether the board wants "
-                "a start or poll frame (candump shows what is on the bus)"
+                f"can board on {options['bus']['channel']}: not all of the frames {ids} came within 1 s: "
+                "check power, wiring and termination, the bit rate, the ids, lengths and select of the "
+                "frames, and whether the board wants a start or poll frame (candump shows what is on the "
+                "bus)"
             )
         return found
 
     def _heard(self, bus: Bus) -> bool:
-        """Whether a whole sample comes within about 1 s; a board that answers commands is asked again and again."""
+        """Whether a whole sample comes within about 1 s; a board that answers commands is asked again and
+        again.
+        """
         for _ in range(OPEN_ASKED):
             for frame in self._start:
                 bus.send(frame)

@@ -1,4 +1,6 @@
-"""What a field map says, as plain objects: fields, units, identifiers, which frames of an identifier are meant."""
+"""What a field map says, as plain objects: fields, units, identifiers, which frames of an identifier are
+meant.
+"""
 
 from __future__ import annotations
 

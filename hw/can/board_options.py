@@ -1,4 +1,6 @@
-"""Options of kind `can`: a board by its field map, written by hand or taken from a DBC file. Host side only."""
+"""Options of kind `can`: a board by its field map, written by hand or taken from a DBC file. Host side
+only.
+"""
 
 from __future__ import annotations
 
@@ -74,10 +76,16 @@ class ReceivedFrameOptions(FrameOptions):
     @model_validator(mode="after")
     def _consistent(self) -> Self:
         if self.parts and (sum(self.parts) != self.length or len(self.parts) < 2):
-            msg = f"parts {list(self.parts)} of a frame of {self.length} bytes: two or more that add up to its length"
+            msg = (
+                f"parts {list(self.parts)} of a frame of {self.length} bytes: two or more that add up to "
+                "its length"
+            )
             raise ValueError(msg)
         if self.parts and not (self.select and self.checksum):
-            msg = "a frame in parts needs select (what its first part begins with) and checksum: a lost part must be noticed"
+            msg = (
+                "a frame in parts needs select (what its first part begins with) and checksum: a lost part "
+                "must be noticed"
+            )
             raise ValueError(msg)
         self._check([*self.field, *([self.counter] if self.counter else [])])
         have_room(self.select, self.on_wire[0])

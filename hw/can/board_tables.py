@@ -1,4 +1,6 @@
-"""Tables inside the options of kind `can`: where numbers lie, what they mean, frames that never change. Host side only."""
+"""Tables inside the options of kind `can`: where numbers lie, what they mean, frames that never change. Host
+side only.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +17,12 @@ from hw.interface import BackendError
 from hw.option_tables import Table, number
 
 Unit = Literal[
-    "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm", "mNm", "degC", "1"
+    "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm",
+    "mNm", "degC", "1"
 ]  # fmt: skip
 _UNITS = {
-    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"), "current": ("A", "mA"), "force": ("N", "mN"), "moment": ("Nm", "mNm"), "temperature": ("degC",),
+    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"),
+    "current": ("A", "mA"), "force": ("N", "mN"), "moment": ("Nm", "mNm"), "temperature": ("degC",),
     "current_command": ("A", "mA"), "torque": ("Nm", "mNm"),
 }  # fmt: skip
 
@@ -103,7 +107,10 @@ class SentField(BitsOptions):
             field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
             least = self.scale * to_raw(field, 0.0) + self.offset
             if abs(least) > abs(self.scale):
-                msg = f"{self.channel}: {self.bits} bits of type {self.type} with this scale and offset cannot say 0, only {least:g}"
+                msg = (
+                    f"{self.channel}: {self.bits} bits of type {self.type} with this scale and offset "
+                    f"cannot say 0, only {least:g}"
+                )
                 raise ValueError(msg)
         return self
 

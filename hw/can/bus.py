@@ -1,7 +1,7 @@
 """A bus as the loop uses it: never blocking, newest frames first served, errors as health.
 
-Three of them: `hw.can.raw` for SocketCAN, `hw.can.slcan` for serial adapters, `hw.can.adapter` for whatever else python-can
-drives. Identifiers
+Three of them: `hw.can.raw` for SocketCAN, `hw.can.slcan` for serial adapters, `hw.can.adapter` for whatever
+else python-can drives. Identifiers
 carry SocketCAN's flags in their upper bits, so that one integer tells standard 0x10 from extended 0x10.
 """
 
@@ -101,7 +101,9 @@ class SteadyBus(Protocol):
         """Bytes that were read and are no whole frame yet: compiled code's from now on."""
 
     def keep(self, begin: int, end: int, rest: bytes, error: int) -> None:
-        """Compiled code gives back: frames `begin` to `end` of the batch, bytes behind them, an error; all still to be looked at."""
+        """Compiled code gives back: frames `begin` to `end` of the batch, bytes behind them, an error; all
+        still to be looked at.
+        """
 
 
 def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
@@ -116,7 +118,9 @@ def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
 
 
 def twice_within(count: Callable[[], int], seconds: float) -> Callable[[], bool]:
-    """What tells, asked again and again from a count of 0 on, whether two have come no more than `seconds` apart."""
+    """What tells, asked again and again from a count of 0 on, whether two have come no more than `seconds`
+    apart.
+    """
     seen, at = 0, -math.inf
 
     def _close() -> bool:

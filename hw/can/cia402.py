@@ -2,7 +2,8 @@
 
 Every cycle the host sends one RPDO per drive (controlword, target torque) and then one SYNC; at the SYNC
 the drives apply the torque and answer with their TPDO1 (statusword, position, actual current), which is full;
-one whose velocity (606C) is wanted answers with a TPDO2 too. Set-up by SDO is `hw.can.cia402_setup`, before the loop.
+one whose velocity (606C) is wanted answers with a TPDO2 too. Set-up by SDO is `hw.can.cia402_setup`, before
+the loop.
 
     arm      controlwords 06, 07, 0F, each once the statusword shows that the one before has worked
     command  target torque (per mille of the rated torque), and 0F, in every cycle
@@ -25,7 +26,8 @@ from hw.interface import BackendError, LinkFault, Options, Rig
 
 RPDO1, TPDO1, TPDO2, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x280, 0x080, 0x700, 0x080
 PER_NODE = (EMERGENCY, TPDO1, RPDO1, 0x580, 0x600, HEARTBEAT)
-"""Each node's own identifiers, besides its number; 580 and 600 are its SDO server's. With a velocity also TPDO2."""
+"""Each node's own identifiers, besides its number; 580 and 600 are its SDO server's. With a velocity also
+TPDO2."""
 OPERATIONAL = 0x05
 NMT, START = 0x000, 0x01
 
@@ -36,7 +38,8 @@ VELOCITY = struct.Struct("<i")
 SHUT_DOWN, SWITCH_ON, ENABLE, DISABLE_VOLTAGE, FAULT_RESET = 0x06, 0x07, 0x0F, 0x00, 0x80
 
 SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT, NOT_READY = (
-    "switch on disabled", "ready to switch on", "switched on", "operation enabled", "quick stop active", "fault",
+    "switch on disabled", "ready to switch on", "switched on", "operation enabled", "quick stop active",
+    "fault",
     "not ready to switch on",
 )  # fmt: skip
 

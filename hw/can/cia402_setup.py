@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 CYCLIC_SYNCHRONOUS_TORQUE = 10
 SHUT_DOWN = 0x06
 _OFF, _NO_REMOTE = 0x8000_0000, 0x4000_0000
-"""Bits of a PDO's COB-ID: it does not exist; no remote frame asks for it, which most drives have and refuse to change."""
+"""Bits of a PDO's COB-ID: it does not exist; no remote frame asks for it, which most drives have and refuse
+to change."""
 _RPDO = (0x6040_0010, 0x6071_0010)  # controlword u16, target torque i16
 _TPDO = (0x6041_0010, 0x6064_0020)  # statusword u16, position i32; and one of these:
 _CURRENT, _TORQUE = 0x6078_0010, 0x6077_0010  # i16, per mille of rated current, of rated torque
@@ -39,8 +40,9 @@ class RefusedError(BackendError):
 class SdoClient:
     """Reads and writes objects of one node on a network.
 
-    A drive that is slow for once answers a request that was given up and repeated twice, the second time into the next request.
-    canopen would take that for the next one's answer, a refusal too. So answers about another object are not heard.
+    A drive that is slow for once answers a request that was given up and repeated twice, the second time into
+    the next request. canopen would take that for the next one's answer, a refusal too. So answers about
+    another object are not heard.
     """
 
     def __init__(self, network: Network, node: RemoteNode, number: int) -> None:
@@ -53,7 +55,9 @@ class SdoClient:
         network.subscribe(node.sdo.tx_cobid, self._hear)
 
     def _hear(self, can_id: int, data: bytearray, timestamp: float) -> None:
-        """Pass an answer on if it is one to what was asked last: command specifier in the three highest bits, object behind."""
+        """Pass an answer on if it is one to what was asked last: command specifier in the three highest bits,
+        object behind.
+        """
         kind, of = data[0] >> 5, bytes(data[1:4])
         mine = of == self._asked and kind in (self._answer, _ABORT)
         if mine or kind == _SEGMENT:
@@ -97,8 +101,8 @@ class SdoClient:
     def _error(self, what: str, index: int, sub: int, error: Exception) -> BackendError:
         kind = RefusedError if isinstance(error, self._aborted) else BackendError
         return kind(
-            f"cia402 node {self._number}: cannot {what} object {index:04X}:{sub:02X}: {error}; check power, wiring, "
-            "node id, bit rate, and that the drive supports cyclic synchronous torque (mode 10)"
+            f"cia402 node {self._number}: cannot {what} object {index:04X}:{sub:02X}: {error}; check power, "
+            "wiring, node id, bit rate, and that the drive supports cyclic synchronous torque (mode 10)"
         )
 
 
@@ -112,7 +116,8 @@ def configure(
     rated_torque_nm : float
         From the options, or else from object 6076.
     rated_current_a : float or None
-        From the options, or else from object 6075; None: the drive shows its torque (6077) in place of its current.
+        From the options, or else from object 6075; None: the drive shows its torque (6077) in place of its
+        current.
     identity : bytes
         Vendor, product and serial number (object 1018).
 
@@ -154,7 +159,9 @@ def configure(
 
 
 def _take_down(sdo: SdoClient) -> None:
-    """Power stage off before anything else: who died may have left it on, and `rtctl stop-rig` has no other purpose."""
+    """Power stage off before anything else: who died may have left it on, and `rtctl stop-rig` has no other
+    purpose.
+    """
     sdo.try_write(0x6040, 0, SHUT_DOWN, 2)
     sdo.try_write(0x6071, 0, 0, 2)
 
@@ -164,8 +171,8 @@ def _rated(sdo: SdoClient, node: int, table: Options, what: str, index: int) -> 
     rated = float(table[f"rated_{what}"] or 1e-3 * sdo.read(index, 0))
     if rated <= 0:
         raise BackendError(
-            f"cia402 node {node}: rated_{what} {rated} (object {index:04X}) must be above 0: set it on the drive, or "
-            f"rated_{what} in its [[device.options.axis]]"
+            f"cia402 node {node}: rated_{what} {rated} (object {index:04X}) must be above 0: set it on the "
+            f"drive, or rated_{what} in its [[device.options.axis]]"
         )
     return rated
 
@@ -190,7 +197,9 @@ def _map(sdo: SdoClient, communication: int, mapping: int, cob_id: int, objects:
 
 
 def _map_feedback(sdo: SdoClient, node: int) -> int:
-    """Map statusword, position and current, or torque where the drive does not show a current; returns which."""
+    """Map statusword, position and current, or torque where the drive does not show a current; returns
+    which.
+    """
     try:
         _map(sdo, 0x1800, 0x1A00, 0x180 + node, (*_TPDO, _CURRENT))
     except RefusedError as current:
@@ -203,7 +212,9 @@ def _map_feedback(sdo: SdoClient, node: int) -> int:
 
 
 def interpolation_time(period_s: float) -> tuple[int, int]:
-    """Object 60C2 for a period: value of 1 to 255 and exponent of ten, as exact as it gets, in whole ms if they do."""
+    """Object 60C2 for a period: value of 1 to 255 and exponent of ten, as exact as it gets, in whole ms if
+    they do.
+    """
     best = (1, -3)
     for exponent in (-3, -4, -5, -6):
         value = round(period_s / 10.0**exponent)
@@ -228,8 +239,9 @@ def _set_period(sdo: SdoClient, node: int, period_s: float) -> None:
     if shown != wanted:
         exponent = shown[2] - 0x100 if shown[2] & 0x80 else shown[2]
         raise BackendError(
-            f"cia402 node {node}: wants a torque every {1e3 * shown[1] * 10.0**exponent:g} ms (object 60C2) and takes no "
-            f"other period: set it on the drive to {1e3 * period_s:g} ms, or [loop] rate_hz to what it wants"
+            f"cia402 node {node}: wants a torque every {1e3 * shown[1] * 10.0**exponent:g} ms (object 60C2) "
+            f"and takes no other period: set it on the drive to {1e3 * period_s:g} ms, or [loop] rate_hz to "
+            "what it wants"
         )
 
 
@@ -241,21 +253,22 @@ def _require_mode(sdo: SdoClient, node: int) -> None:
             return
         time.sleep(MODE_S / MODE_ASKED)
     raise BackendError(
-        f"cia402 node {node}: set to cyclic synchronous torque (6060 = 10), it shows mode {shown} (6061): check that it "
-        "supports mode 10 (object 6502, bit 9), and that nothing else chooses its mode"
+        f"cia402 node {node}: set to cyclic synchronous torque (6060 = 10), it shows mode {shown} (6061): "
+        "check that it supports mode 10 (object 6502, bit 9), and that nothing else chooses its mode"
     )
 
 
 def _supervise(sdo: SdoClient, node: int, options: Options) -> None:
     """The drive watches our heartbeat and we watch its; when ours ends it must stop (6007 = 1: fault).
 
-    Raises BackendError if the drive cannot watch it, or would do nothing: nothing else stops it when the host dies.
+    Raises BackendError if the drive cannot watch it, or would do nothing: nothing else stops it when the host
+    dies.
     """
     consumer = int(options["source"]) << 16 | int(options["time_to_live_ms"])
     sdo.write(0x1016, 1, consumer, 4)
     sdo.write(0x1017, 0, int(options["heartbeat_ms"]), 2)
     if not sdo.try_write(0x6007, 0, 1, 2) and sdo.try_read(0x6007, 0) == _NO_ACTION:
         raise BackendError(
-            f"cia402 node {node}: goes on as it is when the host's heartbeat ends (object 6007 is 0) and does not let "
-            "that be changed: set 6007 to 1 (fault), 2 (off) or 3 (quick stop) on the drive"
+            f"cia402 node {node}: goes on as it is when the host's heartbeat ends (object 6007 is 0) and "
+            "does not let that be changed: set 6007 to 1 (fault), 2 (off) or 3 (quick stop) on the drive"
         )

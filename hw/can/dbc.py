@@ -24,10 +24,14 @@ _ENTRY = {
     "required",
     "period_ms",
 }
-_UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn", "turn": "turn", "turns": "turn",
-          "A": "A", "mA": "mA", "N": "N", "mN": "mN", "Nm": "Nm", "N m": "Nm", "mNm": "mNm", "degC": "degC", "°C": "degC",
-          "rad/s": "rad/s", "deg/s": "deg/s", "°/s": "deg/s", "turn/s": "turn/s", "turns/s": "turn/s", "rev/s": "turn/s",
-          "rpm": "rpm", "RPM": "rpm", "1/min": "rpm", "count/s": "count/s", "counts/s": "count/s", "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
+_UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn", "turn": "turn",
+    "turns": "turn",
+          "A": "A", "mA": "mA", "N": "N", "mN": "mN", "Nm": "Nm", "N m": "Nm", "mNm": "mNm", "degC": "degC",
+          "°C": "degC",
+          "rad/s": "rad/s", "deg/s": "deg/s", "°/s": "deg/s", "turn/s": "turn/s", "turns/s": "turn/s",
+          "rev/s": "turn/s",
+          "rpm": "rpm", "RPM": "rpm", "1/min": "rpm", "count/s": "count/s", "counts/s": "count/s",
+          "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
 
 
 def load(path: Path) -> Database:
@@ -102,14 +106,16 @@ def _signal(message: Message, path: Path, entry: dict[str, Any]) -> Signal:
 
 
 def _multiplexers(message: Message, signal: Signal, path: Path) -> list[tuple[Signal, int]]:
-    """Signals that choose what the frame carries, and their values where it carries `signal`; outermost first."""
+    """Signals that choose what the frame carries, and their values where it carries `signal`; outermost
+    first.
+    """
     chosen: list[tuple[Signal, int]] = []
     while signal.multiplexer_ids:
         if len(signal.multiplexer_ids) > 1:
             raise BackendError(
                 f"{path}: signal {signal.name} of message {message.name} comes with several values of "
-                f"{signal.multiplexer_signal}: {signal.multiplexer_ids}; describe the frame as [[device.options.receive]] "
-                "with the select that is meant"
+                f"{signal.multiplexer_signal}: {signal.multiplexer_ids}; describe the frame as "
+                "[[device.options.receive]] with the select that is meant"
             )
         value, signal = (
             int(signal.multiplexer_ids[0]),

@@ -1,9 +1,10 @@
 """How late a drive or board on a CAN bus is at worst, for `rtctl check`. Plain arithmetic; imports no driver.
 
-Asked for, a sample is taken when its request (or the SYNC) arrives, in the cycle before the one that reads it, and the
-command that answers it arrives at the same place of the next cycle: one period, the time on the bus included in both.
-What a device sends by a clock of its own is up to that clock's period old when it is read, and both frames need their
-turn on the bus besides: all frames of one period, one after the other. That much may come and go.
+Asked for, a sample is taken when its request (or the SYNC) arrives, in the cycle before the one that reads
+it, and the command that answers it arrives at the same place of the next cycle: one period, the time on the
+bus included in both. What a device sends by a clock of its own is up to that clock's period old when it is
+read, and both frames need their turn on the bus besides: all frames of one period, one after the other. That
+much may come and go.
 """
 
 from __future__ import annotations

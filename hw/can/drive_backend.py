@@ -45,7 +45,9 @@ class Drive(Protocol):
         """What `write` has sent last, and would again; the current is word `current_at` of the tick."""
 
     def alike(self) -> int:
-        """In how many cycles from now on `write` sends the same, and `link_faults` does not change, if only samples come."""
+        """In how many cycles from now on `write` sends the same, and `link_faults` does not change, if only
+        samples come.
+        """
 
     def pass_by(self, cycles: int) -> None:
         """So many of those are over."""

@@ -277,8 +277,9 @@ CHECKSUMS: dict[str, Callable[[Buffer], int]] = {
     "crc8_j1850": _tabled(0x1D),
     "crc8_autosar": _tabled(0x2F),
 }
-"""Checksums over the bytes of a frame besides the checksum's own: one byte, or as `CHECKSUM_BYTES` says. CAN's own CRC guards the wire
-already; these guard what happens before and after it, and are wanted where a board sends one."""
+"""Checksums over the bytes of a frame besides the checksum's own: one byte, or as `CHECKSUM_BYTES` says.
+CAN's own CRC guards the wire already; these guard what happens before and after it, and are wanted where a
+board sends one."""
 
 CHECKSUM_BYTES = {"sum16": 2}
 """Bytes of those that are longer than one, the high one first."""

@@ -43,7 +43,9 @@ def fd_length(length: int) -> int:
 
 
 def classic_bits(length: int, *, extended: bool = False, stuffed: bool = True) -> int:
-    """Bits of a classic frame with `length` data bytes and the pause after it; at worst, or with no stuff bit."""
+    """Bits of a classic frame with `length` data bytes and the pause after it; at worst, or with no stuff
+    bit.
+    """
     guarded = (54 if extended else 34) + 8 * length
     return guarded + 13 + ((guarded - 1) // 4 if stuffed else 0)
 
@@ -98,7 +100,7 @@ def fault(load: Load, bitrate: int, period_s: float, limit: float) -> str | None
         return None
     return (
         f"the frames need {100 * load.share:.0f} % of the bus at {bitrate / 1e6:g} Mbit/s, at most "
-        f"{100 * limit:.0f} % is allowed (load_limit); those of one period take {1e6 * load.cycle_s:.0f} us of "
-        f"{1e6 * period_s:.0f} us: lower [loop] rate_hz, use fewer axes per bus, a higher bitrate, or CAN FD. "
-        + "; ".join(load.lines)
+        f"{100 * limit:.0f} % is allowed (load_limit); those of one period take {1e6 * load.cycle_s:.0f} us "
+        f"of {1e6 * period_s:.0f} us: lower [loop] rate_hz, use fewer axes per bus, a higher bitrate, or "
+        "CAN FD. " + "; ".join(load.lines)
     )

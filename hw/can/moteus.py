@@ -1,6 +1,8 @@
-"""What it takes to arm and disarm one moteus over CAN-FD, and to hear it (`hw.can.moteus_codec` has the frames).
+"""What it takes to arm and disarm one moteus over CAN-FD, and to hear it (`hw.can.moteus_codec` has the
+frames).
 
-Every command carries its own time to live (register 0x27): the drive's watchdog, in mode "timeout" after it, needs no set-up.
+Every command carries its own time to live (register 0x27): the drive's watchdog, in mode "timeout" after it,
+needs no set-up.
 
     arm      the first frame of mode 10 (position) with kp and kd scaled to 0: pure feed-forward torque
     command  feed-forward torque, greatest torque and time to live, in every cycle; each is answered
@@ -67,7 +69,9 @@ class MoteusAxis:
         return dict.fromkeys(reply_ids(self.node, self._source), self._on_reply)
 
     def steady_frames(self) -> list[Frame]:
-        """See `Drive`. A reply is for Python unless it is laid out as `REPLY`, and tells the mode and fault it told before."""
+        """See `Drive`. A reply is for Python unless it is laid out as `REPLY`, and tells the mode and fault
+        it told before.
+        """
         size, at, axis, shaft = REPLY.size, self._sample.start, self._axis, self._shaft
 
         def _float(byte: int, channel: str, scale: float = 1.0, offset: float = 0.0) -> Number:
@@ -150,8 +154,9 @@ class MoteusAxis:
         bus.send(self._stop)
         if not wait_for(bus, lambda: bool(self._sample.fresh & self._bit), 1.0):
             raise BackendError(
-                f"moteus id {self.node}: no reply within 1 s: check power, wiring and termination, the id, and the bus: "
-                "CAN-FD at 1 / 5 Mbit/s with bit-rate switching (slcan adapters cannot do that)"
+                f"moteus id {self.node}: no reply within 1 s: check power, wiring and termination, the id, "
+                "and the bus: CAN-FD at 1 / 5 Mbit/s with bit-rate switching (slcan adapters cannot do "
+                "that)"
             )
 
     def prime(self, bus: Bus) -> None:

@@ -1,8 +1,8 @@
 """moteus over CAN-FD: frames as bytes, and replies as numbers; nothing is sent or remembered here.
 
 Identifier 0x8000 | source << 8 | destination asks for a reply, which has id << 8 | source. A frame is a row
-of subframes, padded with 0x50 (mjbots' register protocol). Angles are turns and torques N m of moteus' output shaft:
-the motor's own unless rotor_to_output_ratio is set.
+of subframes, padded with 0x50 (mjbots' register protocol). Angles are turns and torques N m of moteus' output
+shaft: the motor's own unless rotor_to_output_ratio is set.
 """
 
 from __future__ import annotations
@@ -36,11 +36,13 @@ _CODES = {0: "b", 1: "<h", 2: "<i", 3: "<f"}
 
 REPLY = struct.Struct("<HbHfffHfHfHb")
 REPLY_HEADS = (0x0021, 0x012F, 0x042D, 0x0E2D, 0x0F21)
-"""The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed slowly."""
+"""The reply to QUERY as the firmware lays it out, with its subframe heads; another layout is parsed
+slowly."""
 HEADS_AT, TOLD_AT = (0, 3, 17, 23, 29), (2, 31)
 """Bytes of it: where its heads are; mode and fault."""
 _PADDING = bytes([NOP]) * 64
-"""What may follow it. Anything else may say something of the same registers, or be damage: that is parsed slowly, too."""
+"""What may follow it. Anything else may say something of the same registers, or be damage: that is parsed
+slowly, too."""
 
 _REGISTERS = (0x000, 0x001, 0x002, 0x004, 0x00E, 0x00F)
 
@@ -116,7 +118,8 @@ def parse_reply(data: Buffer) -> dict[int, float] | None:
 def decode_reply(
     buffer: Buffer, offset: int, length: int
 ) -> tuple[int, float, float, float, float, int] | None:
-    """Mode, position (turns), velocity (turns/s), Q current (A), temperature (degC), fault; None if any is missing.
+    """Mode, position (turns), velocity (turns/s), Q current (A), temperature (degC), fault; None if any is
+    missing.
 
     A register that reads as integer is taken only where it was asked for as one (mode, fault).
     """

@@ -10,14 +10,17 @@ ODRIVE_STATES = {
 }  # fmt: skip
 
 MOTEUS_MODES = {
-    0: "stopped", 1: "fault", 2: "enabling", 3: "calibrating", 4: "calibration complete", 5: "pwm", 6: "voltage",
+    0: "stopped", 1: "fault", 2: "enabling", 3: "calibrating", 4: "calibration complete", 5: "pwm",
+    6: "voltage",
     7: "voltage foc", 8: "voltage dq", 9: "current", 10: "position", 11: "timeout", 12: "zero velocity",
     13: "stay within", 14: "measure inductance", 15: "brake",
 }  # fmt: skip
 
 MOTEUS_FAULTS = {
-    32: "calibration fault", 33: "motor driver fault", 34: "over voltage", 35: "encoder fault", 36: "motor not configured",
-    37: "pwm cycle overrun", 38: "over temperature", 39: "outside limit", 40: "under voltage", 41: "config changed",
+    32: "calibration fault", 33: "motor driver fault", 34: "over voltage", 35: "encoder fault",
+    36: "motor not configured",
+    37: "pwm cycle overrun", 38: "over temperature", 39: "outside limit", 40: "under voltage",
+    41: "config changed",
     42: "theta invalid", 43: "position invalid", 44: "driver enable fault", 45: "stop position deprecated",
     46: "timing violation",
 }  # fmt: skip
@@ -37,9 +40,11 @@ _CLASSES = {
     0x23: "current, device output", 0x30: "voltage", 0x31: "mains voltage", 0x32: "voltage inside the device",
     0x33: "output voltage", 0x40: "temperature", 0x41: "ambient temperature", 0x42: "device temperature",
     0x43: "drive temperature", 0x44: "supply temperature", 0x50: "device hardware", 0x60: "device software",
-    0x61: "internal software", 0x62: "user software", 0x63: "data set", 0x70: "additional modules", 0x71: "power",
+    0x61: "internal software", 0x62: "user software", 0x63: "data set", 0x70: "additional modules",
+    0x71: "power",
     0x73: "sensor", 0x75: "communication", 0x80: "monitoring", 0x81: "communication", 0x82: "protocol",
-    0x84: "velocity controller", 0x85: "position controller", 0x90: "external error", 0xF0: "additional functions",
+    0x84: "velocity controller", 0x85: "position controller", 0x90: "external error",
+    0xF0: "additional functions",
     0xFF: "of this manufacturer",
 }  # fmt: skip
 

@@ -1,4 +1,4 @@
-"""What it takes to arm and disarm one axis of an ODrive over CAN Simple, and to hear it (`hw.can.odrive_codec` has the frames).
+"""Arms, disarms and hears one axis of an ODrive over CAN Simple (`hw.can.odrive_codec` has the frames).
 
 arm      Set_Controller_Mode (torque, pass-through), Clear_Errors, Set_Axis_State 8
 command  Set_Input_Torque in every cycle, armed or not: it feeds the drive's watchdog
@@ -37,7 +37,7 @@ ARM_S = 0.5
 ADDRESS_S = 0.2
 """Longest wait for the serial number."""
 VERSION_S, VERSION_ASKED = 0.05, 3
-"""Longest wait for the firmware's version, and how often it is asked: one lost frame makes no old firmware."""
+"""Longest wait for the firmware's version, and how often it is asked."""
 SILENT_TICKS, SILENT_BEATS = 20, 5
 """The heartbeat counts as lost after the longer of so many cycles and so many of its periods."""
 RETRY_S = 0.1
@@ -170,7 +170,7 @@ class OdriveAxis:
         self.version = decode_version(buffer, offset, length) or self.version
 
     def set_up(self, bus: Bus) -> None:
-        """Disarm, learn its firmware, choose torque control, hear every kind of frame. Blocks; before the loop only."""
+        """Disarm, learn its firmware, choose torque control, hear every kind of frame. Blocks."""
         self._make_frames(bus)
         self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
@@ -181,9 +181,9 @@ class OdriveAxis:
         self.prime(bus)
         if not wait_for(bus, self._heard, 1.0):
             raise BackendError(
-                f"odrive node {self.node}: no encoder estimates or no Iq within 1 s: set encoder_msg_rate_ms and "
-                "iq_msg_rate_ms of <axis>.config.can to the loop's period, or feedback = 'request' here "
-                "(firmware 0.5 sends no Iq by itself)"
+                f"odrive node {self.node}: no encoder estimates or no Iq within 1 s: set "
+                "encoder_msg_rate_ms and iq_msg_rate_ms of <axis>.config.can to the loop's period, or "
+                "feedback = 'request' here (firmware 0.5 sends no Iq by itself)"
             )
 
     def _hear_beat(self, bus: Bus) -> None:
@@ -192,13 +192,14 @@ class OdriveAxis:
             return
         if self._beats == 0:
             raise BackendError(
-                f"odrive node {self.node}: no heartbeat within 1 s: check power, wiring and termination, node id, "
-                "the bus' bit rate, and can.config.heartbeat_msg_rate_ms on the drive"
+                f"odrive node {self.node}: no heartbeat within 1 s: check power, wiring and termination, "
+                "node id, the bus' bit rate, and can.config.heartbeat_msg_rate_ms on the drive"
             )
         raise BackendError(
-            f"odrive node {self.node}: no two heartbeats within {1e3 * self._silence_s:g} ms, but heartbeat_ms is "
-            f"{self._beat_ms:g}: they tell that the drive has let go, so set heartbeat_msg_rate_ms of <axis>.config.can "
-            f"on the drive to {self._beat_ms:g} (firmware 0.5: heartbeat_rate_ms)"
+            f"odrive node {self.node}: no two heartbeats within {1e3 * self._silence_s:g} ms, but "
+            f"heartbeat_ms is {self._beat_ms:g}: they tell that the drive has let go, so set "
+            f"heartbeat_msg_rate_ms of <axis>.config.can on the drive to {self._beat_ms:g} (firmware 0.5: "
+            "heartbeat_rate_ms)"
         )
 
     def _learn(self, bus: Bus) -> None:
@@ -212,8 +213,8 @@ class OdriveAxis:
             wait_for(bus, lambda: bool(self.identity), ADDRESS_S)
         if self._has_temperature and self.version < NAMED_ERRORS:
             raise BackendError(
-                f"odrive node {self.node}: firmware {version_text(self.version)} sends no temperature, another value "
-                "has its command: temperature_ms = 0 in [device.options]"
+                f"odrive node {self.node}: firmware {version_text(self.version)} sends no temperature, "
+                "another value has its command: temperature_ms = 0 in [device.options]"
             )
 
     def prime(self, bus: Bus) -> None:

@@ -160,8 +160,9 @@ class OdriveOptions(DriveOptions):
         rate_hz = (info.context or {}).get("rate_hz")
         if rate_hz and self.heartbeat_ms > max(20.0, 2e4 / rate_hz):
             msg = (
-                f"heartbeat_ms {self.heartbeat_ms:g} must be at most {max(20.0, 2e4 / rate_hz):g} (20 periods): a drive that "
-                "lets go says so in its heartbeat only; set heartbeat_msg_rate_ms on the drive and this"
+                f"heartbeat_ms {self.heartbeat_ms:g} must be at most {max(20.0, 2e4 / rate_hz):g} (20 "
+                "periods): a drive that lets go says so in its heartbeat only; set heartbeat_msg_rate_ms "
+                "on the drive and this"
             )
             raise ValueError(msg)
         return self
@@ -244,8 +245,8 @@ class Cia402Options(DriveOptions):
     def _heartbeats(self, info: ValidationInfo) -> Self:
         if self.time_to_live_ms < 2 * self.heartbeat_ms:
             msg = (
-                f"time_to_live_ms {self.time_to_live_ms} must be at least twice heartbeat_ms {self.heartbeat_ms}: "
-                "one late heartbeat must not stop the drives"
+                f"time_to_live_ms {self.time_to_live_ms} must be at least twice heartbeat_ms "
+                f"{self.heartbeat_ms}: one late heartbeat must not stop the drives"
             )
             raise ValueError(msg)
         if len({axis.velocity_units > 0 for axis in self.axis}) > 1:

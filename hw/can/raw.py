@@ -27,10 +27,14 @@ CLASSIC_BYTES, FD_BYTES, DATA_AT = 16, 72, 8
 
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
 _REMEDY = {
-    errno.EAFNOSUPPORT: "this kernel has no CAN: 'sudo modprobe can_raw', or use a kernel built with CONFIG_CAN",
-    errno.ENODEV: "there is no such interface: 'ip link show type can' lists them; plug the adapter in, load its driver",
-    errno.ENETDOWN: "the interface is down: 'sudo ip link set {0} up type can bitrate 1000000 restart-ms 100'",
-    errno.EPERM: "not permitted: CAN sockets need no rights, but a sandbox may forbid the AF_CAN address family",
+    errno.EAFNOSUPPORT: "this kernel has no CAN: 'sudo modprobe can_raw', or use a kernel built with "
+    "CONFIG_CAN",
+    errno.ENODEV: "there is no such interface: 'ip link show type can' lists them; plug the adapter in, "
+    "load its driver",
+    errno.ENETDOWN: "the interface is down: 'sudo ip link set {0} up type can bitrate 1000000 restart-ms "
+    "100'",
+    errno.EPERM: "not permitted: CAN sockets need no rights, but a sandbox may forbid the AF_CAN address "
+    "family",
     errno.ENXIO: "the interface is gone: plug the adapter in again",
 }
 

@@ -111,7 +111,8 @@ class SlcanBus:
             for command in (b"S%d\r" % RATES[rate], b"O\r"):
                 if _BELL in self._command(command, _ANSWER_S):
                     raise BackendError(
-                        f"{self._name}: the adapter refused {command.decode().strip()!r}: is it in use, or another kind?"
+                        f"{self._name}: the adapter refused {command.decode().strip()!r}: is it in use, or "
+                        "another kind?"
                     )
         except BackendError:
             self._port.close()

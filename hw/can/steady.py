@@ -1,8 +1,9 @@
-"""A CAN device handed over to compiled cycles (`hw.can.steady_cycle`) and taken back, with all that either knows.
+"""A CAN device handed over to compiled cycles (`hw.can.steady_cycle`) and taken back, with all that either
+knows.
 
-Python has the device while it is set up, armed or disarmed, and whenever a frame says more than a sample. At the end of each of its
-cycles it hands the device over for as many cycles as will be alike: nothing of what the codec counts (retries, heartbeats, time to
-arm) comes due in them. Any call of the backend takes it back.
+Python has the device while it is set up, armed or disarmed, and whenever a frame says more than a sample. At
+the end of each of its cycles it hands the device over for as many cycles as will be alike: nothing of what
+the codec counts (retries, heartbeats, time to arm) comes due in them. Any call of the backend takes it back.
 """
 
 from __future__ import annotations
@@ -55,7 +56,9 @@ _COUNTS = ("damaged", "not_newer", "not_finite")
 
 
 def is_possible(frames: Sequence[Frame]) -> bool:
-    """Whether compiled code can have a device of these frames: none of a whole sample is for Python, and no number is too wide."""
+    """Whether compiled code can have a device of these frames: none of a whole sample is for Python, and no
+    number is too wide.
+    """
     numbers = [one for frame in frames for one in (*frame.numbers, *frame.guards)]
     counters = [frame.counter for frame in frames if frame.counter is not None]
     if len(frames) > FRAMES_MAX or len(numbers) + len(counters) > FIELDS_MAX:
@@ -110,7 +113,8 @@ class Steady:
         self.parts = CompiledCycle(
             read_cycle,
             (
-                self.bus, inbox, self._chunk, self._frame_rows, self._number_rows, values, shown_of, np.zeros(FIELDS_MAX), self._shown,
+                self.bus, inbox, self._chunk, self._frame_rows, self._number_rows, values, shown_of,
+                np.zeros(FIELDS_MAX), self._shown,
                 words, floats,
             ),
             write_cycle,
@@ -133,7 +137,7 @@ class Steady:
 
     # -- over to compiled code -------------------------------------------------------------------------
     def begin(self, bus: SteadyBus, cycles: int, standing_faults: int, *, enabled: bool) -> None:
-        """Hand the device over for at most so many cycles, in all of which `enabled` and these faults stay."""
+        """Hand the device over for at most so many cycles: `enabled` and these faults stay in them."""
         row, sample, backend = self._row, self._backend.sample, self._backend
         if self._of is not bus:
             self._connect(bus)
@@ -217,7 +221,9 @@ class Steady:
 
     # -- and back ----------------------------------------------------------------------------------------
     def end(self) -> int:
-        """Take the device back, if compiled code has it; returns `LinkFault` bits of frames of a cycle that it has begun."""
+        """Take the device back, if compiled code has it; returns `LinkFault` bits of frames of a cycle that
+        it has begun.
+        """
         row = self._row
         if row["on"] == OFF:
             return 0
@@ -258,7 +264,9 @@ def _shown_words(backend: CanBackend, dtype: np.dtype[Any]) -> np.ndarray:
 
 
 def _fill_state(frame: Frame) -> bool:
-    """What follows counters and angles, and what guards wait for; False where that is beyond what a record can hold."""
+    """What follows counters and angles, and what guards wait for; False where that is beyond what a record
+    can hold.
+    """
     row = frame.row
     if frame.counter is not None:
         row["started"], row["last"] = frame.order.state

@@ -1,8 +1,8 @@
-"""Reading and writing of a CAN device as compiled halves of a cycle: what `CanBackend.read` and `write` do while nothing happens but
-samples and commands.
+"""Reading and writing of a CAN device as compiled halves of a cycle: what `CanBackend.read` and `write` do
+while nothing happens but samples and commands.
 
-Whatever else comes is left to them: frames that were taken from the kernel and not decoded yet are kept for Python, which goes on with
-the first of them.
+Whatever else comes is left to them: frames that were taken from the kernel and not decoded yet are kept for
+Python, which goes on with the first of them.
 """
 
 from __future__ import annotations
@@ -93,7 +93,8 @@ def _from_line(
     values: np.ndarray,
     scratch: np.ndarray,
 ) -> int:
-    """Take all frames that wait on the port of an adapter that writes lines. `chunk` holds `b.left` bytes from `b.begin` on.
+    """Take all frames that wait on the port of an adapter that writes lines. `chunk` holds `b.left` bytes
+    from `b.begin` on.
 
     One read takes all: the kernel's line discipline holds less than there is room for.
     """
@@ -177,7 +178,9 @@ def write_cycle(
     words: np.ndarray,
     floats: np.ndarray,
 ) -> int:
-    """Commands out; 0, or 1 to leave it to `CanBackend.write`. A frame that found no room is told in the next cycle."""
+    """Commands out; 0, or 1 to leave it to `CanBackend.write`. A frame that found no room is told in the next
+    cycle.
+    """
     b = bus[0]
     if b.on != ON or b.passed >= b.budget or words[b.enabled_at] != b.enabled:
         return 1

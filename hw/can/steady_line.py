@@ -1,4 +1,6 @@
-"""Lines of an slcan adapter to frames as the kernel's CAN gives them, and back, compiled. What is no plain frame is for `hw.can.slcan`."""
+"""Lines of an slcan adapter to frames as the kernel's CAN gives them, and back, compiled. What is no plain
+frame is for `hw.can.slcan`.
+"""
 
 from __future__ import annotations
 

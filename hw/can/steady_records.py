@@ -1,6 +1,8 @@
-"""What compiled cycles of a CAN device work on: one record of the bus, and tables of its frames and of the numbers in them.
+"""What compiled cycles of a CAN device work on: one record of the bus, and tables of its frames and of the
+numbers in them.
 
-The tables are made from what the codecs say of their frames (`Frame`, `Command`); `hw.can.steady_codec` runs on them.
+The tables are made from what the codecs say of their frames (`Frame`, `Command`); `hw.can.steady_codec` runs
+on them.
 """
 
 from __future__ import annotations
@@ -17,7 +19,8 @@ FIELDS_MAX, FRAMES_MAX, COMMANDS_MAX = 256, 64, 64
 """Rows of the tables. A device with more keeps to Python."""
 
 OFF, ON, TOLD = range(3)
-"""Who has the device: Python; compiled code; compiled code until Python has looked at what became of the commands."""
+"""Who has the device: Python; compiled code; compiled code until Python has looked at what became of the
+commands."""
 
 UINT, INT, FLOAT = range(3)
 PLAIN, ENDLESS, ROUND = range(3)
@@ -36,13 +39,16 @@ CHECKSUM_KINDS = ("xor8", "sum8", "sum16", "crc8_j1850", "crc8_autosar")
 NONE = -1
 
 _WORDS = (
-    "fd", "ascii", "messages_at", "begin", "left", "frame_bytes",  # the bus: descriptor; slcan or not; bytes not read yet; bytes of a frame sent
-    "on", "budget", "passed", "enabled", "error",  # whether compiled code has the device; cycles it may make, and has made
+    # the bus: descriptor; slcan or not; bytes not read yet; bytes of a frame sent
+    "fd", "ascii", "messages_at", "begin", "left", "frame_bytes",
+    # whether compiled code has the device; cycles it may make, and has made
+    "on", "budget", "passed", "enabled", "error",
     "n", "at",  # frames taken from the kernel, and the first of them that Python is to look at
     "fresh", "needed", "faults", "estop", "estop_taken", "damaged", "not_newer", "not_finite",
     "count", "silent", "slot", "standing_faults",  # faults in force that no frame of this cycle brings
     "frames", "commands", "shown",  # rows in use
-    "slot_at", "count_at", "faults_at", "enabled_at", "estop_at", "current_at", "torque_at",  # words of the tick
+    # words of the tick
+    "slot_at", "count_at", "faults_at", "enabled_at", "estop_at", "current_at", "torque_at",
 )  # fmt: skip
 BUS = np.dtype([(name, "<i8") for name in _WORDS])
 
@@ -52,23 +58,28 @@ FRAME = np.dtype(
         "counter", "started", "last", "span", "checksum", "sum_at", "sum_size", "fault",
     )]
 )  # fmt: skip
-"""Identifier with flags; numbers are rows `first` to `end`, guards those from there to `guard_end`; a counter is the row `counter`."""
+"""Identifier with flags; numbers are rows `first` to `end`, guards those from there to `guard_end`; a counter
+is the row `counter`."""
 
 NUMBER = np.dtype(
-    [(name, "<i8") for name in ("shift", "bits", "big", "length", "kind", "way", "place", "wanted", "says", "inside")]
+    [(name, "<i8") for name in ("shift", "bits", "big", "length", "kind", "way", "place", "wanted", "says",
+        "inside")]
     + [("mask", "<u8"), ("encoder", "<i8", (2,)), ("angle", "<f8", (2,))]
     + [(name, "<f8") for name in ("scale", "offset", "factor", "period", "limit", "before", "low", "high")]
 )  # fmt: skip
 
 COMMAND = np.dtype(
-    [(name, "<i8") for name in ("length", "first", "end", "counter", "count", "modulus", "checksum", "sum_at", "sum_size", "strict", "outcome")]
+    [(name, "<i8") for name in ("length", "first", "end", "counter", "count", "modulus", "checksum", "sum_at",
+        "sum_size", "strict", "outcome")]
 )  # fmt: skip
 """One frame of every cycle. `strict`: a command that is not finite is for Python, in place of being 0."""
 
 
 @dataclass
 class Number:
-    """One number of a frame: where it is, what becomes of it, and where its state is kept outside compiled cycles."""
+    """One number of a frame: where it is, what becomes of it, and where its state is kept outside compiled
+    cycles.
+    """
 
     bits: Field
     place: int = NOWHERE
@@ -87,7 +98,9 @@ class Number:
 
 @dataclass
 class Frame:
-    """One kind of frame that is measured in compiled cycles; without numbers it is for Python whenever it comes."""
+    """One kind of frame that is measured in compiled cycles; without numbers it is for Python whenever it
+    comes.
+    """
 
     key: int
     length: int = 0

@@ -9,7 +9,8 @@ from hw.interface import BackendError, Options
 Rows = Sequence[Sequence[float]]
 
 TOLERANCE = 1e-3
-"""Largest entry of matrix . transpose - unit matrix of a matrix that only turns or mirrors; entries are written with few digits."""
+"""Largest entry of matrix . transpose - unit matrix of a matrix that only turns or mirrors; entries are
+written with few digits."""
 
 
 def only_turns(matrix: Rows) -> bool:

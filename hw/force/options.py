@@ -28,7 +28,8 @@ class SensorOptions(Table):
     )
     moment_matrix: Matrix | None = Field(
         default=None,
-        description="moment about the sensor's origin = moment_matrix . sensor's moment; default: turned and mirrored as matrix does",
+        description="moment about the sensor's origin = moment_matrix . sensor's moment; default: turned and "
+        "mirrored as matrix does",
     )
     open_timeout_s: float = Field(
         1.0, ge=0, le=10, description="wait for the first sample when opening; 0: do not wait"

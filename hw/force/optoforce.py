@@ -61,7 +61,9 @@ _FORCE = struct.Struct(">3h")
 
 
 def decode(frame: bytes, sensor: int = 0) -> Reading:
-    """Counter, unusable status bits, force and moment in counts of an intact frame; `sensor` 0 to 3 of `4x3-axis`."""
+    """Counter, unusable status bits, force and moment in counts of an intact frame; `sensor` 0 to 3 of
+    `4x3-axis`.
+    """
     count, status = _HEAD.unpack_from(frame)
     fx, fy, fz = _FORCE.unpack_from(frame, 8 + 6 * sensor)
     if len(frame) != _SIX:

@@ -28,15 +28,18 @@ def request(command: int, samples: int = 0) -> bytes:
 def unusable(status: int) -> int:
     """The status bits that make a sample unusable; 0 for a good one.
 
-    A latched monitor condition (bit 16) is a user's alarm and says nothing about the sample; with it alone, the
-    summary bit 31 says nothing either. Everything else counts: saturation, broken gauge, busy, supply, temperature.
+    A latched monitor condition (bit 16) is a user's alarm and says nothing about the sample; with it alone,
+    the summary bit 31 says nothing either. Everything else counts: saturation, broken gauge, busy, supply,
+    temperature.
     """
     rest = status & ~_MONITOR
     return 0 if rest == _ERROR and status & _MONITOR else rest
 
 
 def decode(record: bytes | bytearray | memoryview) -> tuple[int, Reading]:
-    """Record number, and a reading in counts marked by the sensor's own sequence. For exactly `LENGTH` bytes."""
+    """Record number, and a reading in counts marked by the sensor's own sequence. For exactly `LENGTH`
+    bytes.
+    """
     number, inside, status, fx, fy, fz, mx, my, mz = _RECORD.unpack(record)
     return number, Reading(inside, unusable(status), (fx, fy, fz), (mx, my, mz))
 

@@ -52,7 +52,9 @@ class MockBackend:
         return CompiledCycle(plant_read, arguments, plant_write, arguments, (self.state,))
 
     def read(self, tick: np.ndarray) -> None:
-        """Show the sensors at slot `tick["tick"]`. Raises LinkLost, and blocks, only where a fault is scripted."""
+        """Show the sensors at slot `tick["tick"]`. Raises LinkLost, and blocks, only where a fault is
+        scripted.
+        """
         if tick is not self._tick:
             self._bind(tick)
         self._read()

@@ -27,7 +27,8 @@ _FAR = 40.0
 """Multiple of the Stribeck speed beyond which the Stribeck peak is nil (and powers would overflow)."""
 
 _SERIES_BELOW = 0.125
-"""Share of its length that a bristle turns over in one step, below which `bristle_gains` takes a series: right to 3e-14."""
+"""Share of its length that a bristle turns over in one step, below which `bristle_gains` takes a series:
+right to 3e-14."""
 
 
 @compiled
@@ -93,8 +94,8 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
 
     Notes
     -----
-    g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); docs/theory.md 12.1. With a second
-    speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share.
+    g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); docs/theory.md 12.1.
+    With a second speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share.
     """
     peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * peak_share(v, p, axis)
     return float((p.coulomb_nm[axis] + peak) * (direction_scale(v, p, axis) * modulation(x, p, axis)))
@@ -125,15 +126,16 @@ def plastic_share(z: float, v: float, z_ss: float, elastic_share: float) -> floa
 
 @compiled
 def bristle_gains(slope: float, v: float, h: float, rate: float) -> tuple[float, float, float, float]:
-    """Exponential step of the bristle: z' = E z + gain v, on average over it m z + n v. Returns (E, gain, m, n).
+    """Exponential step of the bristle: z' = E z + gain v, on average over it m z + n v. Returns (E, gain, m,
+    n).
 
     `slope` is alpha s0 / g in 1/rad, `rate` 1 / h.
 
     Notes
     -----
     a = slope |v|,  E = exp(-a h),  gain = (1 - E) / a,  m = gain / h,  n = (1 - m) / a (1, h, 1 and h / 2
-    where a vanishes); docs/theory.md 12.3. gain and n in s. With q = a h, n / h is the sum of (-q)^k / (k + 2)!
-    over k = 0, 1, ...; where q is small, that loses no digits and takes half as long as the exponential.
+    where a vanishes); docs/theory.md 12.3. gain and n in s. With q = a h, n / h is the sum of (-q)^k / (k +
+    2)! over k = 0, 1, ...; where q is small, that loses no digits and takes half as long as the exponential.
     """
     q = slope * (abs(v) * h)
     if q < _SERIES_BELOW:
@@ -152,13 +154,14 @@ def bristle_gains(slope: float, v: float, h: float, rate: float) -> tuple[float,
 
 @compiled
 def implicit_share(inertia: float, damping: float, stiffness: float, h: float) -> float:
-    """Where in a step of `h` its torques are taken: 1/2 (the middle) for a fine step, 1 (the end) for a coarse one.
+    """Where in a step of `h` its torques are taken: 1/2 (the middle) for a fine step, 1 (the end) for a
+    coarse one.
 
     Notes
     -----
-    theta = (3 + r) / (6 + r) with r = h damping / J + h^2 stiffness / J. The step is then of second order, and
-    for a damped mass its amplification is the Pade approximant (6 - 2r) / (6 + 4r + r^2) of exp(-r): bounded
-    for every r, and nil where the middle alone would ring.
+    theta = (3 + r) / (6 + r) with r = h damping / J + h^2 stiffness / J. The step is then of second order,
+    and for a damped mass its amplification is the Pade approximant (6 - 2r) / (6 + 4r + r^2) of exp(-r):
+    bounded for every r, and nil where the middle alone would ring.
     """
     r = h * (damping + h * stiffness) / inertia
     return (3.0 + r) / (6.0 + r)
@@ -178,7 +181,8 @@ def coupled_step(
     p: np.record,
     axis: int,
 ) -> tuple[float, float, float, float]:
-    """Advance velocity and bristle by `h` under `torque` - `drag` w. Returns (v', z', w, friction at the end).
+    """Advance velocity and bristle by `h` under `torque` - `drag` w. Returns (v', z', w, friction at the
+    end).
 
     w is the velocity of the step, v + theta (v' - v) with theta = `share`: the position moves by h w.
     `torque` is that at theta h into the step; `acceleration` (rad/s^2, as of the start) only foresees the
@@ -214,7 +218,8 @@ def coupled_step(
         v_new = v + (w - v) * per_share
         return v_new, z_new, w, s0 * z_new + s1 * rate * (z_new - z) + b * v_new
     v_new = v + (w - v) * per_share
-    # at the end of the step: dz/dt under constant w, and the change to v' as far as the bristle still stretches
+    # at the end of the step: dz/dt under constant w, and the change to v' as far as the bristle still
+    # stretches
     slip = slope * abs(v_mid) * z
     stretch = 1.0 - math.copysign(slope, v_mid) * z
     z_rate = keep * (w - slip + (v_new - w) * stretch)

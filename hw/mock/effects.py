@@ -1,7 +1,7 @@
 """Records of the effects a joint may have beyond the plain one: their fields, and how the options fill them.
 
-All zeros is the plain joint. Code that sets fields of the parameters itself finds their meaning here; what is off
-costs a comparison per period.
+All zeros is the plain joint. Code that sets fields of the parameters itself finds their meaning here; what is
+off costs a comparison per period.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ def effect_fields(n_axes: int) -> list[tuple[Any, ...]]:
         # timing of the whole device
         ("sample_every_ticks", "<i8"),  # above 1: a fresh sample only so often
         ("transport_delay_ticks", "<f8"),  # of the current, on top of torque_delay_ticks; 16 together at most
-        # Maxwell-slip elements instead of the one bristle; shares of the joint's dry friction and of its stiffness
+        # Maxwell-slip elements instead of the one bristle; shares of the joint's dry friction and of its
+        # stiffness
         ("element_count", "<i8", axis),  # 0: one bristle
         ("element_strength", "<f8", (n_axes, ELEMENTS)),
         ("element_stiffness", "<f8", (n_axes, ELEMENTS)),
@@ -75,7 +76,9 @@ def effect_fields(n_axes: int) -> list[tuple[Any, ...]]:
 
 
 def effect_state_fields(n_axes: int) -> list[tuple[Any, ...]]:
-    """State of the effects. `bristle_rad` is the motor side's; with elements, that of one bristle of equal torque."""
+    """State of the effects. `bristle_rad` is the motor side's; with elements, that of one bristle of equal
+    torque.
+    """
     axis = (n_axes,)
     return [
         ("joint_twist_rad", "<f8", axis),  # motor side minus link side
@@ -98,7 +101,9 @@ def fill_timing(p: np.void, table: Options) -> None:
 
 
 def fill_effects(p: np.void, state: np.void, axis: int, table: Options) -> None:
-    """Write the effects of one [[device.options.axis]] into the parameters, and where they begin into the state."""
+    """Write the effects of one [[device.options.axis]] into the parameters, and where they begin into the
+    state.
+    """
     state["dry_factor"][axis] = state["viscous_factor"][axis] = 1.0
     if table["friction"]["model"] == "gms":
         fill_elements(p, axis, table["friction"]["elements"])
@@ -129,7 +134,8 @@ def fill_effects(p: np.void, state: np.void, axis: int, table: Options) -> None:
 
 
 def fill_elements(p: np.void, axis: int, count: int) -> None:
-    """Give the axis `count` Maxwell-slip elements: equally stiff, sliding one after the other at equal distances.
+    """Give the axis `count` Maxwell-slip elements: equally stiff, sliding one after the other at equal
+    distances.
 
     Element i of N slides at the share i / N of the longest deflection and holds 2 i / (N (N + 1)) of the dry
     friction; the last one slides at 2 N / (N + 1) F / sigma0.

@@ -7,14 +7,14 @@
 | L | what it holds at most: its share of the static curve g(v) | N m |
 | w, h | velocity of a step, its length | rad/s, s |
 
-The shares of all elements add up to 1: in steady sliding the joint has the static curve, whichever model it has.
-What the elements hold remembers every place where the motion turned, which one bristle cannot.
+The shares of all elements add up to 1: in steady sliding the joint has the static curve, whichever model it
+has. What the elements hold remembers every place where the motion turned, which one bristle cannot.
 
 References
 ----------
-Al-Bender, Lampaert, Swevers: The generalized Maxwell-slip model, 2005. Here an element that slides takes the torque
-L(v) at once (their attraction C without bound), and one whose torque is below L sticks, whatever it did before:
-with a finite C an element would give energy while L rises.
+Al-Bender, Lampaert, Swevers: The generalized Maxwell-slip model, 2005. Here an element that slides takes the
+torque L(v) at once (their attraction C without bound), and one whose torque is below L sticks, whatever it
+did before: with a finite C an element would give energy while L rises.
 """
 
 from __future__ import annotations
@@ -84,7 +84,9 @@ def settle_elements(
     p: np.record,
     axis: int,
 ) -> float:
-    """Let the step at velocity `w` pass in `torques`; returns the torque at its end, at velocity `v_new`, N m."""
+    """Let the step at velocity `w` pass in `torques`; returns the torque at its end, at velocity `v_new`, N
+    m.
+    """
     total = 0.0
     for i in range(p.element_count[axis]):
         stiffness = p.bristle_stiffness_nm_rad[axis] * size * p.element_stiffness[axis, i]

@@ -6,10 +6,11 @@ import numpy as np
 
 
 def stored_j(state: np.ndarray, params: np.ndarray, axis: int) -> np.ndarray:
-    """Energy of one axis in each row of `state`, J; `params` is the one row they belong to. Without the hand's.
+    """Energy of one axis in each row of `state`, J; `params` is the one row they belong to. Without the
+    hand's.
 
-    Bristles of one-bristle models and of the elements are springs of their own; the drift of friction, modulation
-    and load change what they may hold, not their stiffness.
+    Bristles of one-bristle models and of the elements are springs of their own; the drift of friction,
+    modulation and load change what they may hold, not their stiffness.
     """
     p = params[0]
     v = state["velocity_rad_s"][..., axis]

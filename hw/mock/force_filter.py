@@ -1,4 +1,6 @@
-"""What the force sensor's own electronics make of the hand's torque before it is shown: a low-pass, and whole periods of delay."""
+"""What the force sensor's own electronics make of the hand's torque before it is shown: a low-pass, and whole
+periods of delay.
+"""
 
 from __future__ import annotations
 
@@ -38,7 +40,8 @@ def fill_force_filter(p: np.void, table: Options, period_s: float) -> None:
 
 @compiled
 def advance_force(s: np.record, p: np.record) -> None:
-    """Put the hand's torque of a new period through the sensor's low-pass and into the line of what it shows late.
+    """Put the hand's torque of a new period through the sensor's low-pass and into the line of what it shows
+    late.
 
     Exact for a torque that runs straight from one period to the next: with e = exp(-w T) that is
     f <- e f + (1 - a) now + (a - e) before, a = (1 - e)/(w T).

@@ -31,7 +31,9 @@ def grips(time_s: float, p: np.record, axis: int) -> bool:
 
 @compiled
 def hold(time_s: float, p: np.record, axis: int) -> tuple[float, float, float]:
-    """Stiffness, damping and inertia that the hand has on the tip at `time_s`: zeros where it does not hold it."""
+    """Stiffness, damping and inertia that the hand has on the tip at `time_s`: zeros where it does not hold
+    it.
+    """
     if not grips(time_s, p, axis):
         return 0.0, 0.0, 0.0
     inertia = p.hand_inertia_kgm2[axis]

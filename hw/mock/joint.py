@@ -1,8 +1,9 @@
 """The simulated joint in detail: one or two masses, several friction models, a motor current that lags.
 
 `advance_detailed` takes the place of the plain joint's loop (`hw.mock.plant`) wherever one of the effects in
-`hw.mock.effects` is on. Torques within a step as in `hw.mock.sides`; with k and c stiffness and damping of the joint
-and x, v the motor side's angle and velocity over the link's, the joint drives the link with k x + c v.
+`hw.mock.effects` is on. Torques within a step as in `hw.mock.sides`; with k and c stiffness and damping of
+the joint and x, v the motor side's angle and velocity over the link's, the joint drives the link with k x + c
+v.
 """
 
 from __future__ import annotations
@@ -74,7 +75,9 @@ def _load_sides(
 
 @compiled
 def _store_sides(s: np.record, p: np.record, axis: int, sides: np.ndarray) -> None:
-    """Write the sides back; with elements, one bristle's deflection that gives the same torque stands for them."""
+    """Write the sides back; with elements, one bristle's deflection that gives the same torque stands for
+    them.
+    """
     elastic = p.joint_stiffness_nm_rad[axis] > 0.0
     outer = sides[LINK] if elastic else sides[MOTOR]
     s.position_rad[axis], s.velocity_rad_s[axis] = outer[X], outer[V]
@@ -103,7 +106,9 @@ def _substep(
     p: np.record,
     axis: int,
 ) -> tuple[float, float]:
-    """Advance both sides by `h` under `drive` = (motor torque, hand torque, hand drag); returns friction of each."""
+    """Advance both sides by `h` under `drive` = (motor torque, hand torque, hand drag); returns friction of
+    each.
+    """
     for i in range(2):
         prepare(sides[i], h, share, level, factor, p, axis)
         sides[i, W] = sides[i, V]
@@ -171,7 +176,9 @@ def _lag(lag_s: float, h: float) -> tuple[float, float]:
 
 @compiled
 def _outside(sides: np.ndarray, pull: float, drag: float, m_h: float, p: np.record, axis: int) -> float:
-    """Torque on the gear's output, N m: the elastic joint's, or the hand's less what moves the hand's own mass."""
+    """Torque on the gear's output, N m: the elastic joint's, or the hand's less what moves the hand's own
+    mass.
+    """
     if p.joint_stiffness_nm_rad[axis] > 0.0:
         return -_joint_torque(sides, p, axis)
     return float(pull - drag * sides[MOTOR, V] - m_h * sides[MOTOR, A])
@@ -188,7 +195,9 @@ def advance_detailed(
     wanted_a: float,
     per_a: float,
 ) -> None:
-    """Advance one axis by `duration_s` in equal `steps`; the amplifier makes `wanted_a`, `per_a` N m an ampere."""
+    """Advance one axis by `duration_s` in equal `steps`; the amplifier makes `wanted_a`, `per_a` N m an
+    ampere.
+    """
     h = duration_s / steps
     k_h, b_h, m_h = hand.hold(time_s, p, axis)
     x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]

@@ -1,13 +1,15 @@
-"""Load-dependent friction: what the torque through the gear adds to Coulomb friction and to the Stribeck peak.
+"""Load-dependent friction: what the torque through the gear adds to Coulomb friction and to the Stribeck
+peak.
 
-With tau_m the motor's torque and tau_e the one from outside (hand), both at the link and both positive when they
-accelerate it, s(v) the fall of the Stribeck peak:
+With tau_m the motor's torque and tau_e the one from outside (hand), both at the link and both positive when
+they accelerate it, s(v) the fall of the Stribeck peak:
 
     g = F_c + |e tau_e - m tau_m| + s(v) (F_s - F_c + |e_s tau_e - m_s tau_m| + q)
 
-q = e_q tau_e^2 where the motor drives, m_q tau_m^2 where it is driven back, nil where both push the same way. These
-are the models m1 to m6 of Duclusaud, Passault, Padois, Ly: Extended Friction Models for the Physics Simulation of
-Servo Actuators, arXiv 2410.08650; those with fewer terms have zeros for the rest, and m3 and m4 e = m.
+q = e_q tau_e^2 where the motor drives, m_q tau_m^2 where it is driven back, nil where both push the same way.
+These are the models m1 to m6 of Duclusaud, Passault, Padois, Ly: Extended Friction Models for the Physics
+Simulation of Servo Actuators, arXiv 2410.08650; those with fewer terms have zeros for the rest, and m3 and m4
+e = m.
 """
 
 from __future__ import annotations

@@ -48,7 +48,8 @@ class FrictionOptions(Table):
 
     model: Literal["lugre", "elasto_plastic", "gms"] = Field(
         default="lugre",
-        description="elasto_plastic does not creep under vibration below break-away; gms: Maxwell-slip elements",
+        description="elasto_plastic does not creep under vibration below break-away; "
+        "gms: Maxwell-slip elements",
     )
     elements: int = Field(default=8, ge=2, le=ELEMENTS, description="gms: how many")
     coulomb_nm: float = number(1e-6, 1e3, "F_c: Coulomb friction", 0.25)
@@ -107,7 +108,10 @@ class AxisOptions(Table):
         waves = self.waves.friction if self.waves else ()
         total = abs(self.friction.modulation_share) + sum(abs(share) for share, _, _ in waves)
         if total > MODULATION_MAX:
-            msg = f"waves.friction with friction.modulation_share adds up to {total:g}; at most {MODULATION_MAX}"
+            msg = (
+                f"waves.friction with friction.modulation_share adds up to {total:g}; at most "
+                f"{MODULATION_MAX}"
+            )
             raise ValueError(msg)
         return self
 
@@ -247,7 +251,10 @@ class MockOptions(Table):
         for k, axis in enumerate(self.axis):
             total = axis.torque_delay_ticks + self.timing.transport_delay_ticks
             if total > DELAY_LINE - 1:
-                msg = f"axis[{k}].torque_delay_ticks with timing.transport_delay_ticks is {total:g}; at most {DELAY_LINE - 1}"
+                msg = (
+                    f"axis[{k}].torque_delay_ticks with timing.transport_delay_ticks is {total:g}; at most "
+                    f"{DELAY_LINE - 1}"
+                )
                 raise ValueError(msg)
         return self
 
@@ -261,6 +268,9 @@ class MockOptions(Table):
             if not keys:
                 msg = f"faults[{k}].channel: the mock rig has no sensor of {fault.channel!r}"
                 raise ValueError(msg)
-            msg = f"faults[{k}].channel: {fault.channel!r} needs a sensor: add [device.options.{'.'.join(keys)}]"
+            msg = (
+                f"faults[{k}].channel: {fault.channel!r} needs a sensor: add "
+                f"[device.options.{'.'.join(keys)}]"
+            )
             raise ValueError(msg)
         return self

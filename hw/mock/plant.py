@@ -22,11 +22,12 @@ from hw.mock.records import DELAY_LINE
 from hw.mock.sensors import hold_sample, sense_axes, sense_force
 
 CATCH_UP_TICKS = 50
-"""Up to so many missed periods are simulated one by one. What remains of a longer gap is simulated in one go, in as many
-steps as this number of periods has."""
+"""Up to so many missed periods are simulated one by one. What remains of a longer gap is simulated in one go,
+in as many steps as this number of periods has."""
 
 _AT_ONCE = 1e-6
-"""A fraction of the transport delay below this share of a period counts as zero: a step of that length would do nothing."""
+"""A fraction of the transport delay below this share of a period counts as zero: a step of that length would
+do nothing."""
 
 
 @inlined
@@ -144,7 +145,9 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
 
 @compiled
 def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
-    """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields. Returns 0: it always can."""
+    """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields. Returns 0: it always
+    can.
+    """
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
     t.link_faults = 0
@@ -194,7 +197,9 @@ def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
 
 @compiled
 def next_slot(tick: np.ndarray, state: np.ndarray) -> None:
-    """Go on to the slot that follows in virtual time, past those that a scripted stall makes the loop miss."""
+    """Go on to the slot that follows in virtual time, past those that a scripted stall makes the loop
+    miss.
+    """
     missed = state[0].fault_stall_ticks
     tick[0].missed_ticks += missed
     tick[0].tick += 1 + missed

@@ -235,8 +235,8 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
     p["tip_per_joint"] = inverse = np.linalg.pinv(levers)
     if not np.allclose(levers @ inverse, np.eye(rig.n_axes), atol=1e-9):
         raise BackendError(
-            f"mock: lever_m {rig.lever_m.tolist()}: no force at the tip gives these joints independent torques; "
-            "at most three axes with levers in different directions can be simulated"
+            f"mock: lever_m {rig.lever_m.tolist()}: no force at the tip gives these joints independent "
+            "torques; at most three axes with levers in different directions can be simulated"
         )
 
 

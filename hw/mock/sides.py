@@ -1,8 +1,9 @@
-"""The two sides of a simulated joint within one step: their friction, their velocities, and what they are after it.
+"""The two sides of a simulated joint within one step: their friction, their velocities, and what they are
+after it.
 
-The motor side has everything while the joint is rigid; an elastic one puts the link side behind a spring and a
-damper, with its share of inertia and friction, and the hand on it. The motor side's angle and velocity are those
-after the gear.
+The motor side has everything while the joint is rigid; an elastic one puts the link side behind a spring and
+a damper, with its share of inertia and friction, and the hand on it. The motor side's angle and velocity are
+those after the gear.
 
 | symbol | meaning | unit |
 |---|---|---|
@@ -24,9 +25,11 @@ from hw.mock.jit import compiled
 MOTOR, LINK = 0, 1
 """Rows of `sides`; a rigid joint has the first only."""
 
-# what each side is (B and SIZE: its shares of viscous and dry friction) and where it stands, columns of `sides`
+# what each side is (B and SIZE: its shares of viscous and dry friction) and where it stands, columns of
+# `sides`
 X, V, A, J, B, SIZE, Z = 0, 1, 2, 3, 4, 5, 6
-# its friction in this step: static curve of both directions, torque offset + slope w, bristle z' = keep z + gain w
+# its friction in this step: static curve of both directions, torque offset + slope w, bristle z' = keep z +
+# gain w
 UP, DOWN, DRAG, OFFSET, SLOPE, KEEP, GAIN, STEEP, SLIP, W = 7, 8, 9, 10, 11, 12, 13, 14, 15, 16
 HELD, STOP = 17, 18  # 1 where a bristle is held at break-away, and its deflection there
 COLUMNS = 19
@@ -47,8 +50,8 @@ def prepare(
 ) -> None:
     """Read the static curve for this step, and bring one bristle into the form offset + slope w.
 
-    `level` is what the load adds to Coulomb and peak, `factor` the drift of dry and viscous friction. The formulas
-    are those of `hw.mock.bristles.coupled_step`, with the side's share of everything.
+    `level` is what the load adds to Coulomb and peak, `factor` the drift of dry and viscous friction. The
+    formulas are those of `hw.mock.bristles.coupled_step`, with the side's share of everything.
     """
     ahead, size = (1.0 - share) * h, row[SIZE]
     v_mid = row[V] + ahead * row[A]
@@ -94,12 +97,13 @@ def solve(
     p: np.record,
     axis: int,
 ) -> None:
-    """Find w of both sides (`W`): a w + dry friction(w) = b, with `a` = (motor, coupling, link) of a symmetric matrix.
+    """Find w of both sides (`W`): a w + dry friction(w) = b, with `a` = (motor, coupling, link) of a
+    symmetric matrix.
 
     Notes
     -----
-    The gradient of a convex function: Newton's step, shortened where it has gone too far along its own direction.
-    With one bristle it is linear, and the first step is the solution.
+    The gradient of a convex function: Newton's step, shortened where it has gone too far along its own
+    direction. With one bristle it is linear, and the first step is the solution.
     """
     w0, w1 = sides[MOTOR, W], sides[LINK, W]
     m0, d0 = _torque(sides[MOTOR], torques[MOTOR], w0, h, end, p, axis)
@@ -128,7 +132,9 @@ def solve(
 
 @compiled
 def hold(row: np.ndarray, h: float, share: float, highest: float, p: np.record, axis: int) -> bool:
-    """Hold a bristle that the step would stretch beyond break-away (`highest` of the whole joint); True if it did."""
+    """Hold a bristle that the step would stretch beyond break-away (`highest` of the whole joint); True if it
+    did.
+    """
     if row[SIZE] <= 0.0 or row[HELD] != 0.0 or p.element_count[axis] > 0:
         return False
     s0, z, end = p.bristle_stiffness_nm_rad[axis], row[Z], 2.0 * share - 1.0

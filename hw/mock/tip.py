@@ -14,7 +14,9 @@ from hw.mock.jit import compiled
 
 @compiled
 def weigh(s: np.record, p: np.record) -> None:
-    """Write `tip_weight_n`, N in sensor axes: every joint, in the rig's order from the base on, turns the sensor."""
+    """Write `tip_weight_n`, N in sensor axes: every joint, in the rig's order from the base on, turns the
+    sensor.
+    """
     x, y, z = p.gravity_m_s2[0], p.gravity_m_s2[1], p.gravity_m_s2[2]
     for axis in range(len(s.position_rad)):
         a, b, c = p.axis_direction[axis, 0], p.axis_direction[axis, 1], p.axis_direction[axis, 2]

@@ -51,7 +51,8 @@ def tip_force(hand_torque_nm: np.ndarray, lever_m: np.ndarray) -> np.ndarray:
 
 
 PLACE = np.dtype([("next", "<i8"), ("count", "<i8"), ("n", "<i8"), ("loop", "<i8")])
-"""Sample to show next, samples shown so far, samples there are (0 while closed), and whether it starts over at the end."""
+"""Sample to show next, samples shown so far, samples there are (0 while closed), and whether it starts over
+at the end."""
 
 
 @compiled
@@ -72,7 +73,9 @@ def _put(
 def show_next(
     tick: np.ndarray, places: np.ndarray, shift: np.ndarray, samples: tuple[np.ndarray, ...]
 ) -> int:
-    """Put the next sample into the tick; after the last one, END_OF_LOG and no fresh sample. 0, or 1 while there is no log."""
+    """Put the next sample into the tick; after the last one, END_OF_LOG and no fresh sample. 0, or 1 while
+    there is no log.
+    """
     t, place = tick[0], places[0]
     if place.n == 0:
         return 1

@@ -12,9 +12,11 @@ _WITH_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d]
 """`0.001 sec`, `12.5ms`, `3 °`."""
 
 _TIME_OF_DAY = re.compile(
-    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ,]\s*)?(\d{1,2}):(\d{2}):(\d{2})(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(?:Z|[-+]\d{2}:?\d{2})?"
+    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ,]\s*)?(\d{1,2}):(\d{2}):(\d{2})"
+    r"(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(?:Z|[-+]\d{2}:?\d{2})?"
 )
-"""`14:02:11.250`, with a date before it or without, with a zone behind it or without; `14:02:11;250` as some controllers write it."""
+"""`14:02:11.250`, with a date before it or without, with a zone behind it or without; `14:02:11;250` as some
+controllers write it."""
 
 _WITHOUT_MARKS = re.compile(r"(\d{8}[T ])(\d{2})(\d{2})(\d{2})((?:[.,]\d{1,9})?(?:Z|[-+]\d{2}:?\d{2})?)")
 """`20260302T115950.250`: the short form of ISO 8601, and of names of files."""
@@ -35,7 +37,9 @@ _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:(?P<mark>[.,' \u00a0\u202f])\d{3})+(?P<
 
 
 def thousands_and_decimal(cells: Sequence[str]) -> tuple[str, str] | None:
-    """The marks between thousands and before decimals, where some cells have both and all of these the same; None elsewhere."""
+    """The marks between thousands and before decimals, where some cells have both and all of these the same;
+    None elsewhere.
+    """
     found = {
         (match["mark"], match["decimal"])
         for match in map(_THOUSANDS.fullmatch, (cell.strip() for cell in cells))
@@ -45,7 +49,9 @@ def thousands_and_decimal(cells: Sequence[str]) -> tuple[str, str] | None:
 
 
 def number(cell: str, marks: str) -> float | None:
-    """The number of a cell, None if it is none; `marks`: that before decimals, behind that between thousands if there is one."""
+    """The number of a cell, None if it is none; `marks`: that before decimals, behind that between thousands
+    if there is one.
+    """
     for mark in marks[:-1]:
         cell = cell.replace(mark, "")
     try:
@@ -55,7 +61,9 @@ def number(cell: str, marks: str) -> float | None:
 
 
 def read_words(cells: Sequence[str], decimal: str) -> Words | None:
-    """A column of times of day, as s since the first midnight, or of numbers that all have the same unit behind them; None if it is neither."""
+    """A column of times of day, as s since the first midnight, or of numbers that all have the same unit
+    behind them; None if it is neither.
+    """
     return _times_of_day(cells) or _with_unit(cells, decimal)
 
 

@@ -1,6 +1,8 @@
-"""Columns of a log file by name, whatever wrote it: text (packed or not), npz, npy, MATLAB, HDF5, Parquet, JSON.
+"""Columns of a log file by name, whatever wrote it: text (packed or not), npz, npy, MATLAB, HDF5, Parquet,
+JSON.
 
-Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure `log.pos`.
+Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure
+`log.pos`.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ MIN_SAMPLES = 2
 Reader = Callable[[Path, tuple[str, ...]], Mapping[str, np.ndarray]]
 
 READERS: dict[str, Reader] = {}
-"""Readers of further endings, of who knows them: file and names -> arrays by name. They raise `BackendError`."""
+"""Readers of further endings, of who knows them: file and names -> arrays by name. They raise
+`BackendError`."""
 
 
 def read_table(
@@ -170,7 +173,8 @@ def _arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
     kind = "Feather" if path.suffix == ".feather" else "Parquet"
     if find_spec("pyarrow") is None:
         raise BackendError(
-            f"{path}: {kind} needs pyarrow: install rtctl with its extra `parquet` (pip install 'rtctl[parquet]'), or save the log as CSV"
+            f"{path}: {kind} needs pyarrow: install rtctl with its extra `parquet` (pip install "
+            "'rtctl[parquet]'), or save the log as CSV"
         )
     try:
         if kind == "Feather":

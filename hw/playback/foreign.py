@@ -1,4 +1,6 @@
-"""Files that are no text and that nothing here reads: what they are, and how they become something that is read."""
+"""Files that are no text and that nothing here reads: what they are, and how they become something that is
+read.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Columns of JSON: an object a line, a list of objects, or an object of lists; a value within an object goes by its path, `motor.tau`."""
+"""Columns of JSON: an object a line, a list of objects, or an object of lists; a value within an object goes
+by its path, `motor.tau`.
+"""
 
 from __future__ import annotations
 

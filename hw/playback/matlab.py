@@ -1,4 +1,6 @@
-"""Arrays of a MATLAB file by name: of structures, also several of one name (`meas.Y(2).Data`), as Simulink and ControlDesk write them."""
+"""Arrays of a MATLAB file by name: of structures, also several of one name (`meas.Y(2).Data`), as Simulink
+and ControlDesk write them.
+"""
 
 from __future__ import annotations
 
@@ -39,14 +41,16 @@ def read_matlab(path: Path, raw: bytes, most: int) -> Mapping[str, Any]:
             _fields(name, value, found)
     if objects and not found:
         raise BackendError(
-            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB alone can read; "
-            "save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x', '-v7')"
+            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB "
+            "alone can read; save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x', '-v7')"
         )
     return found
 
 
 def _fields(name: str, value: object, found: dict[str, Any], depth: int = 5) -> None:
-    """Numbers of a MATLAB structure, by their path; of several structures the k-th is `name(k)`, of several cells `name{k}`."""
+    """Numbers of a MATLAB structure, by their path; of several structures the k-th is `name(k)`, of several
+    cells `name{k}`.
+    """
     array = np.asarray(value)
     entries = array.reshape(-1)[:MOST_ENTRIES]
     if array.dtype.names and depth:

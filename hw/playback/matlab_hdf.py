@@ -1,5 +1,7 @@
 # ruff: noqa: ANN401 - what h5py gives has no types without it
-"""Arrays of an HDF5 file, and of a MATLAB file of version 7.3, which is one: structures are groups, arrays lie transposed, several structures of one name and cells are references."""
+"""Arrays of an HDF5 file, and of a MATLAB file of version 7.3, which is one: structures are groups, arrays
+lie transposed, several structures of one name and cells are references.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ NO_NUMBERS = ("char", "string", "function_handle", "FileWrapper__")
 
 
 def read_hdf(path: Path, raw: bytes, most: int, between: str = ".") -> dict[str, Any]:
-    """Arrays of a file of at most `most` bytes, unpacked, by their path: `between` groups and what is in them, as `hw.playback.matlab` has them or as HDF5 does.
+    """Arrays of a file of at most `most` bytes, unpacked, by their path: `between` groups and what is in
+    them, as `hw.playback.matlab` has them or as HDF5 does.
 
     Raises
     ------
@@ -34,7 +37,8 @@ def read_hdf(path: Path, raw: bytes, most: int, between: str = ".") -> dict[str,
     if find_spec("h5py") is None:
         other = "save it with save(..., '-v7')" if between == "." else "save the arrays as .npz (numpy.savez)"
         raise BackendError(
-            f"{path}: HDF5 (a MATLAB file of version 7.3 is one) needs h5py: install rtctl with its extra `matlab73` (pip install 'rtctl[matlab73]'), or {other}"
+            f"{path}: HDF5 (a MATLAB file of version 7.3 is one) needs h5py: install rtctl with its extra "
+            f"`matlab73` (pip install 'rtctl[matlab73]'), or {other}"
         )
     h5py: Any = import_module("h5py")
     try:
@@ -49,8 +53,8 @@ def read_hdf(path: Path, raw: bytes, most: int, between: str = ".") -> dict[str,
         ) from error
     if reader.objects and not reader.found:
         raise BackendError(
-            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB alone can read; "
-            "save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x')"
+            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB "
+            "alone can read; save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x')"
         )
     return reader.found
 

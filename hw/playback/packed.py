@@ -32,7 +32,8 @@ def read_unpacked(path: Path) -> bytes:
     Raises
     ------
     BackendError
-        A file that cannot be read, is cut off or no sound archive, unpacks to more than a log does, or is an archive of several files.
+        A file that cannot be read, is cut off or no sound archive, unpacks to more than a log does, or is an
+        archive of several files.
     """
     kind = "packed"
     try:
@@ -66,7 +67,8 @@ def _unpacked(path: Path, raw: bytes, kind: str) -> bytes:
         text = stream.read(most + 1)
     if len(text) > most:
         raise BackendError(
-            f"{path}: its {len(raw)} bytes unpack to more than {most}, which no log does; unpack it yourself, or cut it into parts"
+            f"{path}: its {len(raw)} bytes unpack to more than {most}, which no log does; unpack it "
+            "yourself, or cut it into parts"
         )
     return text
 

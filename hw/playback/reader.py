@@ -33,15 +33,16 @@ MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
 
 Mend = Callable[[Path, np.ndarray | None, np.ndarray, dict[str, np.ndarray]], tuple[str, ...]]
-"""Mends rows in place before they are resampled: file, stamps (s), position and torques by name, (n, axes); says what was done."""
+"""Mends rows in place before resampling: file, stamps (s), position, torques by name (n, axes); says what."""
 
 
 @dataclass(frozen=True)
 class Recording:
-    """A log in SI units on an even time grid, or a stretch of it between gaps. Arrays have `n` rows; absent signals are None.
+    """A log in SI units on an even time grid, or a stretch of it between gaps; absent signals are None.
 
-    `position_rad`, `velocity_rad_s`, `current_a` (motor side), `hand_torque_nm` (link side) have one column per
-    axis, `force_n` three. `notes` is what was done to the log to get here, for people; `steps_rad` the step of each axis' position as it was recorded.
+    `position_rad`, `velocity_rad_s`, `current_a` (motor side), `hand_torque_nm` (link side) have one column
+    per axis, `force_n` three. `notes` is what was done to the log to get here, for people; `steps_rad` the
+    step of each axis' position as it was recorded.
     """
 
     path: Path
@@ -72,8 +73,8 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
     if not time_s[-1] > time_s[0]:
         row = int(np.argmax(steps <= 0)) + 2
         raise BackendError(
-            f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row {row}; cut the rows that are not of the log, or map "
-            "the column of the time"
+            f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row "
+            f"{row}; cut the rows that are not of the log, or map the column of the time"
         )
     same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
     if len(same):
@@ -86,15 +87,16 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
             else len(steps) / (time_s[-1] - time_s[0])
         )
         raise BackendError(
-            f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows {same[0] + 1} "
-            f"and {same[0] + 2}; remove the repeated rows, or give the rate instead of the time column where "
-            f"only the clock is coarse (--rate-hz {rate:.6g} is the mean)"
+            f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows "
+            f"{same[0] + 1} and {same[0] + 2}; remove the repeated rows, or give the rate instead of the "
+            f"time column where only the clock is coarse (--rate-hz {rate:.6g} is the mean)"
         )
     if len(back):
         k = back[0]
         raise BackendError(
-            f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the row above "
-            f"it ({len(back)} such rows); sort the log by time, or cut it where the clock was set back"
+            f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the "
+            f"row above it ({len(back)} such rows); sort the log by time, or cut it where the clock was set "
+            "back"
         )
 
 
@@ -164,8 +166,8 @@ class _Table:
         unit = column.get("unit", next(iter(units)))
         if unit not in units:
             raise BackendError(
-                f"{self.path}: column {name!r} is read in {unit}, which this axis does not have: it has {', '.join(units)}; "
-                "correct the unit, or motion and lead_m of the axis"
+                f"{self.path}: column {name!r} is read in {unit}, which this axis does not have: it has "
+                f"{', '.join(units)}; correct the unit, or motion and lead_m of the axis"
             )
         require_unit(self.path, name, self.said.get(name, ""), column, tuple(units))
         factor = column.get("scale", 1.0) * units[unit]
@@ -185,7 +187,8 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `hw.playback.columns.read_table` and `require_rising`; more than two ticks of a recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
+        See `hw.playback.columns.read_table` and `require_rising`; more than two ticks of a recording missed
+        in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
         resampled on the stamps); also when the number of axes differs.
     """
     recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
@@ -198,7 +201,7 @@ def load(options: Options, rig: Rig) -> Recording:
 
 
 def _around(stretches: list[Recording], start_s: float, end_s: float | None) -> Recording:
-    """The stretch that the window lies in. Raises BackendError, naming the first gap, where it lies in none."""
+    """The stretch that the window lies in. Raises BackendError with the first gap where it is in none."""
     for one in stretches:
         last = one.start_s + (len(one) - 1) / one.rate_hz
         until = stretches[-1].start_s if end_s is None else end_s  # at the latest where the last one begins
@@ -207,16 +210,18 @@ def _around(stretches: list[Recording], start_s: float, end_s: float | None) -> 
     first, after = stretches[0], stretches[1]
     begins = first.start_s + (len(first) - 1) / first.rate_hz
     raise BackendError(
-        f"{first.path}: ticks are missing for {after.start_s - begins:.3g} s after {begins:.6g} s ({len(stretches) - 1} such gaps); "
-        "a loop needs an even rate: play a part without a gap (start_s, end_s)"
+        f"{first.path}: ticks are missing for {after.start_s - begins:.3g} s after {begins:.6g} s "
+        f"({len(stretches) - 1} such gaps); a loop needs an even rate: play a part without a gap (start_s, "
+        "end_s)"
     )
 
 
 def load_stretches(options: Options, rig: Rig, mend: Mend | None = None) -> list[Recording]:
     """Read a log for identification: resampled on its stamps where they are uneven, split where it has gaps.
 
-    Options and errors as `load`, but that window (`start_s`, `end_s`) is not applied, and only stamps of which no even
-    rate can be made are refused. Stretches are in order, all of one rate. `mend` sees the rows as they were recorded.
+    Options and errors as `load`, but that window (`start_s`, `end_s`) is not applied, and only stamps of
+    which no even rate can be made are refused. Stretches are in order, all of one rate. `mend` sees the rows
+    as they were recorded.
     """
     return _read(options, rig, steady=False, mend=mend)
 

@@ -1,7 +1,8 @@
-"""From the stamps of a log to an even time grid: stretches without a gap, resampled where the sampling was uneven.
+"""From the stamps of a log to an even time grid: stretches without a gap, resampled where the sampling was
+uneven.
 
-A derivative of unevenly sampled positions is wrong by as much as the steps differ, so stamps are never ignored. Stamps
-that only rounding keeps from being even (whole milliseconds of a 300 Hz log) are even.
+A derivative of unevenly sampled positions is wrong by as much as the steps differ, so stamps are never
+ignored. Stamps that only rounding keeps from being even (whole milliseconds of a 300 Hz log) are even.
 """
 
 from __future__ import annotations
@@ -15,23 +16,28 @@ import numpy as np
 from hw.interface import BackendError
 
 GAP_STEPS = 3.5
-"""A step longer than so many usual ones is a gap: what the joint did meanwhile is not known. Up to two lost rows are interpolated."""
+"""A step longer than so many usual ones is a gap: what the joint did meanwhile is not known. Up to two lost
+rows are interpolated."""
 
 OFF_SHARE, MOST_OFF = 0.5, 0.3
-"""A log is refused when more than this share of its steps is further off the usual step than `OFF_SHARE` of it."""
+"""A log is refused when more than this share of its steps is further off the usual step than `OFF_SHARE` of
+it."""
 
 EVEN_SHARE = 1e-3
 """Stamps this close to an even grid, share of a step, are on it."""
 
 ROUNDED_STEP = 2.0
-"""Least step, units of the rounding, that rounding explains: below it a lost row and a rounded stamp look the same."""
+"""Least step, units of the rounding, that rounding explains: below it a lost row and a rounded stamp look the
+same."""
 
 MOST_DECIMALS = 9
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Rows first..last - 1 of a log, without a gap, and the instants (s) of its even grid; `instants` None: its own rows."""
+    """Rows first..last - 1 of a log, without a gap, and the instants (s) of its even grid; `instants` None:
+    its own rows.
+    """
 
     first: int
     last: int
@@ -75,9 +81,10 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
     off = float(np.mean(np.abs(within / usual - 1) > OFF_SHARE))
     if off > MOST_OFF:
         raise BackendError(
-            f"{path}: uneven sampling: {100 * off:.0f} % of the steps differ from the usual {usual:.6g} s by more than half "
-            f"of it (at most {100 * MOST_OFF:.0f} %): no even rate can be made of it; record at a steady rate, or give "
-            "the rate instead of the time column where only the clock is coarse"
+            f"{path}: uneven sampling: {100 * off:.0f} % of the steps differ from the usual {usual:.6g} s "
+            f"by more than half of it (at most {100 * MOST_OFF:.0f} %): no even rate can be made of it; "
+            "record at a steady rate, or give the rate instead of the time column where only the clock is "
+            "coarse"
         )
     step = _step(within, usual)
     edges = [0, *(gaps + 1), len(time_s)]
@@ -88,7 +95,9 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
 
 
 def _step(steps: np.ndarray, usual: float) -> float:
-    """Step of the grid, s: where rows are lost from an even log (steps are whole multiples of the usual one) that of the log, else the mean."""
+    """Step of the grid, s: where rows are lost from an even log (steps are whole multiples of the usual one)
+    that of the log, else the mean.
+    """
     rows = np.round(steps / usual)
     lost = bool((rows >= 1).all()) and float(np.abs(steps - rows * usual).max()) <= EVEN_SHARE * usual
     return float(steps.sum() / rows.sum()) if lost else float(steps.mean())
@@ -102,7 +111,8 @@ def _stretch(stamps_s: np.ndarray, first: int, last: int, step: float, resolutio
 
 
 def is_even(stamps_s: np.ndarray, step_s: float, resolution_s: float) -> bool:
-    """Whether rising stamps are those of an even rate of one per `step_s`, but for rounding to `resolution_s`.
+    """Whether rising stamps are those of an even rate of one per `step_s`, but for rounding to
+    `resolution_s`.
 
     Notes
     -----
@@ -139,7 +149,9 @@ STARTS_OVER = {
 
 
 def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, str]:
-    """Stamps that started over, as if they had not, and what they are; as they are and nothing where none of `STARTS_OVER` explains a step back."""
+    """Stamps that started over, as if they had not, and what they are; as they are and nothing where none of
+    `STARTS_OVER` explains a step back.
+    """
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < 0)
     usual = float(np.median(steps)) if len(back) else 0.0
@@ -156,7 +168,8 @@ def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, str]:
 
 
 def interpolated(time_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np.ndarray:
-    """Values at other instants within those of `time_s`, by the cubic through the two rows before and after each.
+    """Values at other instants within those of `time_s`, by the cubic through the two rows before and after
+    each.
 
     Parameters
     ----------
@@ -196,11 +209,12 @@ def _notes(
         longest = gaps[int(np.argmax(np.diff(time_s)[gaps]))]
         lasted = time_s[longest + 1] - time_s[longest]
         notes.append(
-            f"{path}: {len(gaps)} gap(s), the longest {lasted:.4g} s after row {longest + 1}: the log is split there"
+            f"{path}: {len(gaps)} gap(s), the longest {lasted:.4g} s after row {longest + 1}: the log is "
+            "split there"
         )
     if any(each.instants_s is not None for each in stretches):
         notes.append(
-            f"{path}: the steps last {1e3 * within.min():.4g} to {1e3 * within.max():.4g} ms: resampled on the stamps, "
-            f"every {1e3 * step:.4g} ms"
+            f"{path}: the steps last {1e3 * within.min():.4g} to {1e3 * within.max():.4g} ms: resampled on "
+            f"the stamps, every {1e3 * step:.4g} ms"
         )
     return tuple(notes)

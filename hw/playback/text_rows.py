@@ -1,4 +1,6 @@
-"""Lines of a text table: cells, what a serial monitor put before them, rows of units above the numbers, rows of other topics between them."""
+"""Lines of a text table: cells, what a serial monitor put before them, rows of units above the numbers, rows
+of other topics between them.
+"""
 
 from __future__ import annotations
 
@@ -50,9 +52,11 @@ def is_number(cell: str) -> bool:
 def unit_rows(
     body: list[str], index: Sequence[int], delimiter: str | None, *, headed: bool
 ) -> tuple[list[list[str]], list[str]]:
-    """Rows above the first numbers, and the rest. Without a header of its own a line of words is a fault of the rows.
+    """Rows above the first numbers, and the rest. Without a header of its own a line of words is a fault of
+    the rows.
 
-    The first of them has no number; those below it may have some (`Port  501  Port  501`), but a word in a wanted cell.
+    The first of them has no number; those below it may have some (`Port  501  Port  501`), but a word in a
+    wanted cell.
     """
     rows: list[list[str]] = []
     for line in body[:UNIT_ROWS]:
@@ -70,7 +74,9 @@ def unit_rows(
 
 
 def of_these_columns(body: list[str], index: Sequence[int], delimiter: str | None) -> list[str]:
-    """Rows without those that have a stamp and nothing else that is wanted (another topic in the same table), and without the word at the end."""
+    """Rows without those that have a stamp and nothing else that is wanted (another topic in the same table),
+    and without the word at the end.
+    """
     if body and body[-1].strip().strip('"') in ENDS:
         body = body[:-1]
     if len(index) < 3 or delimiter is None:

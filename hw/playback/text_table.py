@@ -1,7 +1,8 @@
-"""Columns of a text table as programs write them: delimiter, decimal comma, comments, unit rows and lines above the header are found.
+"""Columns of a text table as programs write them: delimiter, decimal comma, comments, unit rows and lines
+above the header are found.
 
-The header is the first line that has every wanted name, whatever it is delimited by, so that nothing need be guessed. `#2` is the
-second column by its place, for a column without a name and for a table without a header.
+The header is the first line that has every wanted name, whatever it is delimited by, so that nothing need be
+guessed. `#2` is the second column by its place, for a column without a name and for a table without a header.
 """
 
 from __future__ import annotations
@@ -27,7 +28,8 @@ ROWS_IN_A_ROW = 5
 """As many lines of numbers are rows, not settings above a table."""
 
 _SAYS_UNITS = re.compile(r"\W*(vertical[ _])?(units?|einheit(en)?|y_unit_label)\W", re.IGNORECASE)
-"""A line above the header that gives a unit for each column, as oscilloscopes (`Vertical Units,V,V`) and LabVIEW (`Y_Unit_Label`) write it."""
+"""A line above the header that gives a unit for each column, as oscilloscopes (`Vertical Units,V,V`) and
+LabVIEW (`Y_Unit_Label`) write it."""
 
 COMMENTS = ("#", "%", "//")
 
@@ -52,7 +54,8 @@ class _Layout:
     delimiter: str | None
     index: tuple[int, ...]
     extra: int = 0
-    """Commas at the end of the header where commas delimit nothing: a spreadsheet wrote the whole line into its first cell."""
+    """Commas at the end of the header where commas delimit nothing: a spreadsheet wrote the whole line into
+    its first cell."""
 
     def line(self, text: str) -> str:
         """The line without what the spreadsheet added."""
@@ -74,7 +77,8 @@ def read_text(
     Raises
     ------
     BackendError
-        No header with these names, no rows, a cell that is no number (with column and row, from 1 below the header).
+        No header with these names, no rows, a cell that is no number (with column and row, from 1 below the
+        header).
     """
     lines = unstamped(text.rstrip("\0").split("\n"))
     layout = _layout(path, lines, names, delimiter)
@@ -112,7 +116,9 @@ def _uncommented(line: str) -> str:
 
 
 def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | None) -> _Layout:
-    """The last line with every wanted name above the first numbers: settings may name the columns too (`# columns: t q tau`)."""
+    """The last line with every wanted name above the first numbers: settings may name the columns too
+    (`# columns: t q tau`).
+    """
     tried = DELIMITERS if given is None else (given,)
     named = [name for name in names if not PLACE.fullmatch(name)]
     found: list[str] = []
@@ -137,7 +143,8 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
         return _by_place(lines, names, tried)
     missing = next((name for name in named if name not in found), named[0])
     raise BackendError(
-        f"{path}: no column {missing!r}; the header has: {', '.join(cell or '(no name)' for cell in found)[:500]}"
+        f"{path}: no column {missing!r}; the header has: "
+        f"{', '.join(cell or '(no name)' for cell in found)[:500]}"
         + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
     )
 
@@ -183,7 +190,8 @@ def _index(path: Path, cells: list[str], name: str) -> int:
     if cells.count(name) != 1:
         places = [f"#{k + 1}" for k, cell in enumerate(cells) if cell == name]
         raise BackendError(
-            f"{path}: more than one column {name!r}: name it by its place, {' or '.join(places[:4])}; the header has: {', '.join(cells)[:500]}"
+            f"{path}: more than one column {name!r}: name it by its place, {' or '.join(places[:4])}; the "
+            f"header has: {', '.join(cells)[:500]}"
         )
     return cells.index(name)
 
@@ -220,7 +228,9 @@ def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
 def _cell_by_cell(
     path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], decimal: str, head: str | None
 ) -> tuple[np.ndarray, dict[str, str]]:
-    """Numbers of all rows, slowly: quoted cells, times of day and units behind numbers (which columns say which), and the first cell that is no number by its column and row."""
+    """Numbers of all rows, slowly: quoted cells, times of day and units behind numbers (which columns say
+    which), and the first cell that is no number by its column and row.
+    """
     table = [cells_of(line, layout.delimiter) for line in body]
     header = cells_of(head, layout.delimiter) if head is not None else []
     columns, said = [], {}
@@ -263,7 +273,10 @@ def _no_number(
     if header and cells == header:
         return f"{path}: row {row + 1} repeats the header: two logs in one file; cut it there and give both"
     if at >= len(cells):
-        return f"{where}: the row has {len(cells)} cells only, the file may be cut off; complete or drop the row: every cell must be a number"
+        return (
+            f"{where}: the row has {len(cells)} cells only, the file may be cut off; complete or drop the "
+            "row: every cell must be a number"
+        )
     if not cells[at]:
         empty = sum(
             at >= len(each) or not each[at] for each in (cells_of(line, layout.delimiter) for line in body)
@@ -271,7 +284,11 @@ def _no_number(
         whole = (
             "the column is empty in every row"
             if empty == len(body)
-            else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are of two topics or rates: export one of them)"
+            else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are "
+            "of two topics or rates: export one of them)"
         )
-        return f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every cell must be a number"
+        return (
+            f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every "
+            "cell must be a number"
+        )
     return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"

@@ -1,4 +1,6 @@
-"""What a file says itself about the unit of a column, in a unit row or in the column's name, against what it is read in."""
+"""What a file says itself about the unit of a column, in a unit row or in the column's name, against what it
+is read in.
+"""
 
 from __future__ import annotations
 
@@ -11,15 +13,25 @@ from hw.interface import BackendError
 
 SPELT = {
     "°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad",
-    "turn": "rev", "turns": "rev", "rotations": "rev", "count": "counts", "inc": "counts", "qc": "counts", "ticks": "counts",
-    "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms", "usec": "us", "µs": "us", "μs": "us",
-    "ncm": "N cm", "n.cm": "N cm", "n*cm": "N cm", "n·cm": "N cm", "n-cm": "N cm", "knm": "kN m", "ozin": "oz in", "oz-in": "oz in", "ozf-in": "oz in", "ozf·in": "oz in", "oz·in": "oz in",
-    "lbin": "lb in", "lb-in": "lb in", "lbf-in": "lb in", "lbf·in": "lb in", "in-lb": "lb in", "lbft": "lb ft", "lb-ft": "lb ft", "lbf·ft": "lb ft", "ft-lb": "lb ft", "kgcm": "kg cm", "kg-cm": "kg cm", "kgf-cm": "kg cm", "kgf·cm": "kg cm",
-    "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts", "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
-    "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m", "mn*m": "mN m",
-    "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s", "deg/sec": "deg/s", "°/s": "deg/s",
-    "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm", "grad/s": "deg/s", "sek": "s", "sekunden": "s",
-    "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%", "0.1%": "%", "0.1 %": "%", "‰": "%", "permille": "%", "promille": "%", "lsb": "counts", "kgf": "kg",
+    "turn": "rev", "turns": "rev", "rotations": "rev", "count": "counts", "inc": "counts", "qc": "counts",
+    "ticks": "counts",
+    "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms",
+    "usec": "us", "µs": "us", "μs": "us",
+    "ncm": "N cm", "n.cm": "N cm", "n*cm": "N cm", "n·cm": "N cm", "n-cm": "N cm", "knm": "kN m",
+    "ozin": "oz in", "oz-in": "oz in", "ozf-in": "oz in", "ozf·in": "oz in", "oz·in": "oz in",
+    "lbin": "lb in", "lb-in": "lb in", "lbf-in": "lb in", "lbf·in": "lb in", "in-lb": "lb in",
+    "lbft": "lb ft", "lb-ft": "lb ft", "lbf·ft": "lb ft", "ft-lb": "lb ft", "kgcm": "kg cm", "kg-cm": "kg cm",
+    "kgf-cm": "kg cm", "kgf·cm": "kg cm",
+    "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
+    "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
+    "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m",
+    "mn*m": "mN m",
+    "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s",
+    "deg/sec": "deg/s", "°/s": "deg/s",
+    "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm",
+    "grad/s": "deg/s", "sek": "s", "sekunden": "s",
+    "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%",
+    "0.1%": "%", "0.1 %": "%", "‰": "%", "permille": "%", "promille": "%", "lsb": "counts", "kgf": "kg",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 
@@ -41,9 +53,12 @@ SCALED = (
 """Units of what is read, that need a scale."""
 
 OTHERS = ("V", "mV", "%", "kg", "lbf", *SCALED)
-"""Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's kilograms, ounces and inches."""
+"""Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's
+kilograms, ounces and inches."""
 
-_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "days", "rad", "deg", "rev", "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm", "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
+_KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "days", "rad", "deg", "rev",
+    "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm",
+    "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
 _SUFFIX = re.compile(
@@ -51,13 +66,16 @@ _SUFFIX = re.compile(
 )
 
 _BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*(?!min$)|,\s+)(\S{1,20})$|/(?!min$)(\S{2,6})$")
-"""What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter only behind a blank, and `U/min` is no time."""
+"""What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter
+only behind a blank, and `U/min` is no time."""
 
 _SAME = {"Nm": "N m", "mNm": "mN m", "Ncm": "N cm"}
 
 
 def said_unit(name: str, row: str) -> str:
-    """Unit that a unit row or a name in brackets, with an ending or with words behind it says, in our spelling; "" without any, the text where it is none of ours."""
+    """Unit that a unit row or a name in brackets, with an ending or with words behind it says, in our
+    spelling; "" without any, the text where it is none of ours.
+    """
     inside = _BRACKETS.search(name)
     ending = _SUFFIX.search(name)
     text = row.strip(" []()") or (inside[1] if inside else "") or (ending[1] if ending else "")
@@ -72,7 +90,8 @@ def _ours(text: str) -> str | None:
 
 
 def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], units: tuple[str, ...]) -> None:
-    """Refuse a column that is read in another unit than the file says; in one of `units`, or of another quantity. A scale other than +-1 says that somebody knows better.
+    """Refuse a column that is read in another unit than the file says; in one of `units`, or of another
+    quantity. A scale other than +-1 says that somebody knows better.
 
     Raises
     ------
@@ -85,12 +104,15 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     what = f"{path}: column {name!r} is read in {used}, the file says {said}"
     if said in units:
         raise BackendError(
-            f"{what}; give the unit {said} (:{said} behind its name), or rename the column if the file is wrong"
+            f"{what}; give the unit {said} (:{said} behind its name), or rename the column if the file is "
+            "wrong"
         )
     if said in SCALED:
         raise BackendError(
-            f"{what}, which needs a scale: give the one that makes {used} of it (:{used}:SCALE behind its name)"
+            f"{what}, which needs a scale: give the one that makes {used} of it (:{used}:SCALE behind its "
+            "name)"
         )
     raise BackendError(
-        f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it (a torque constant, a gear ratio)"
+        f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it "
+        "(a torque constant, a gear ratio)"
     )

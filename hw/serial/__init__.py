@@ -1,1 +1,3 @@
-"""Boards on a serial port: our own frame (`serial`) and frames described in the rig file (`serial-described`)."""
+"""Boards on a serial port: our own frame (`serial`) and frames described in the rig file
+(`serial-described`).
+"""

@@ -1,4 +1,6 @@
-"""What a board on a serial port is sent besides its commands: start, poll, and what switches a drive on and off."""
+"""What a board on a serial port is sent besides its commands: start, poll, and what switches a drive on and
+off.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,8 @@ def await_first(
     take_in: Callable[[int], None],
     heard: Callable[[], bool],
 ) -> int | None:
-    """Send `questions` every `ASK_AGAIN_S` and take in what comes, until a sample is `heard` (None) or `seconds` are over.
+    """Send `questions` every `ASK_AGAIN_S` and take in what comes, until a sample is `heard` (None) or
+    `seconds` are over.
 
     Returns
     -------
@@ -50,7 +53,8 @@ def await_first(
 def switched(
     tick: np.ndarray, packet: np.ndarray, send: Callable[[], int], command: Options, poll: bytes
 ) -> Callable[[], int]:
-    """`send() -> bytes in packet` with `enter` and `idle` of the command in its place where due, and a poll behind it.
+    """`send() -> bytes in packet` with `enter` and `idle` of the command in its place where due, and a poll
+    behind it.
 
     Parameters
     ----------

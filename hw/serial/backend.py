@@ -135,8 +135,8 @@ class SerialCore:
             self._catch_up(port, receive)
         if receive() >= RESTART_PACKETS:
             raise LinkLost(
-                f"serial port {self._path}: the board has started over (its samples are older than those before); "
-                "its position is no longer known: stop, and start again"
+                f"serial port {self._path}: the board has started over (its samples are older than those "
+                "before); its position is no longer known: stop, and start again"
             )
 
     def _catch_up(self, port: Port, receive: Callable[[], int]) -> None:
@@ -203,7 +203,9 @@ class SerialCore:
 def require_line_rate(
     path: str, baud: int, bytes_in: int, in_hz: float, bytes_out: int = 0, out_hz: float = 0.0
 ) -> None:
-    """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second. Raises BackendError."""
+    """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second. Raises
+    BackendError.
+    """
     ways = [
         ("a sample", bytes_in, in_hz, "the device's rate_hz"),
         ("a command", bytes_out, out_hz, "[loop] rate_hz"),
@@ -212,7 +214,7 @@ def require_line_rate(
     needed = n_bytes * BITS_PER_BYTE * rate_hz
     if needed > 0.9 * baud:
         raise BackendError(
-            f"serial port {path}: baud {baud} is too slow for {what} of {n_bytes} bytes, {rate_hz:g} times a second: they "
-            f"need at least {needed / 0.9:.0f}; raise baud, or lower {key} if it is slower "
+            f"serial port {path}: baud {baud} is too slow for {what} of {n_bytes} bytes, {rate_hz:g} times "
+            f"a second: they need at least {needed / 0.9:.0f}; raise baud, or lower {key} if it is slower "
             "(USB boards ignore the number: write any high one)"
         )

@@ -1,4 +1,5 @@
-"""Reading and writing of a serial board as compiled halves of a cycle: what `SerialCore.read` and `write` do in ordinary cycles.
+"""Reading and writing of a serial board as compiled halves of a cycle: what `SerialCore.read` and `write` do
+in ordinary cycles.
 
 What is rare is left to them: a line that is hung up, a board that has started over, a line that is full.
 """
@@ -24,8 +25,8 @@ RESTART_PACKETS = 16
 """So many samples in a row from before the last one: the board has started over, its position is void."""
 
 PORT = np.dtype([(name, "<i8") for name in ("fd", "receive_at", "send_at", "unsent_in_row", "full")])
-"""Descriptor, -1 while closed; addresses of the board's `receive` and `send`; commands in a row that found no room; whether the last one
-did and is not told yet."""
+"""Descriptor, -1 while closed; addresses of the board's `receive` and `send`; commands in a row that found no
+room; whether the last one did and is not told yet."""
 
 
 @compiled
@@ -52,7 +53,9 @@ def read_cycle(
 
 @compiled
 def write_cycle(port: np.ndarray, packet: np.ndarray, send_arguments: tuple[np.ndarray, ...]) -> int:
-    """Command out; 0, or 1 to leave the rest to `SerialCore.write`: with `full` set only what follows from that."""
+    """Command out; 0, or 1 to leave the rest to `SerialCore.write`: with `full` set only what follows from
+    that.
+    """
     p = port[0]
     sent = write_all(p.fd, packet, call_for_int(p.send_at, send_arguments))
     if sent == 1:

@@ -166,8 +166,8 @@ class DescribedBackend(SerialCore):
         found = (int(self.link["identity"][0]), usb_identity(self._path))
         if self._wanted is not None and found[0] != self._wanted:
             raise BackendError(
-                f"serial port {self._path}: board {found[0]} answered, {self._wanted} is wanted: plug that one in, "
-                "or name this one in [device.options] identity"
+                f"serial port {self._path}: board {found[0]} answered, {self._wanted} is wanted: plug that "
+                "one in, or name this one in [device.options] identity"
             )
         if self.identity is not None and found != self.identity:
             raise BackendError(

@@ -100,7 +100,9 @@ def _in_order(d: np.record, raw: np.ndarray, fields: np.ndarray) -> bool:
 
 @compiled
 def _store_switch(d: np.record, target: int, on: bool) -> None:
-    """Take over what one bit says. A board that has said `enabled` since it was, and says it no more, has let go."""
+    """Take over what one bit says. A board that has said `enabled` since it was, and says it no more, has let
+    go.
+    """
     if target == _ESTOP and on:
         d.estop = 1
     elif target == _FAULT and on:
@@ -224,7 +226,8 @@ def send(
 ) -> int:
     """Write the command frame of this tick; returns its length.
 
-    Disabled, a value of any axis not finite, or a board that has let go: every command 0 and the enable bits off.
+    Disabled, a value of any axis not finite, or a board that has let go: every command 0 and the enable bits
+    off.
     """
     t, d, x = tick[0], link[0], layout[0]
     if t.enabled == 0:

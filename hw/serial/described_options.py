@@ -39,7 +39,10 @@ class FieldOptions(NumberOptions):
             msg = f"type 'f32' of {name!r}: whole numbers only"
             raise ValueError(msg)
         if (name in SWITCHES) != bool(self.mask) or self.mask >> (8 * (self.end - self.offset)):
-            msg = f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their type, others none"
+            msg = (
+                f"mask {self.mask:#x} of {name!r}: estop, fault, enabled and enable need bits within their "
+                "type, others none"
+            )
             raise ValueError(msg)
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"
@@ -48,7 +51,10 @@ class FieldOptions(NumberOptions):
             msg = f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it"
             raise ValueError(msg)
         if name in ("current_command", "torque") and not self._says_zero():
-            msg = f"zero {self.zero:g} of {name!r}: beyond what type {self.type!r} can say, so a command of 0 cannot be sent"
+            msg = (
+                f"zero {self.zero:g} of {name!r}: beyond what type {self.type!r} can say, so a command of 0 "
+                "cannot be sent"
+            )
             raise ValueError(msg)
         return self
 
@@ -101,7 +107,10 @@ class FrameOptions(Table):
     def _everything_has_a_place(self) -> Self:
         end = self.length - SIZE[self.checksum] - len(self.tail)
         if self.checksum_from >= end:
-            msg = f"checksum_from {self.checksum_from}: the checksum begins at byte {end} and must cover bytes before it"
+            msg = (
+                f"checksum_from {self.checksum_from}: the checksum begins at byte {end} and must cover "
+                "bytes before it"
+            )
             raise ValueError(msg)
         taken = dict.fromkeys(range(len(self.sync)), "sync")
         if len(self.sync) > end:

@@ -1,4 +1,6 @@
-"""From validated options of a described board to the arrays its codec runs on. At start, never in the loop."""
+"""From validated options of a described board to the arrays its codec runs on. At start, never in the
+loop.
+"""
 
 from __future__ import annotations
 
@@ -145,5 +147,6 @@ def require_every_axis(fields: np.ndarray, target: Target, n_axes: int, where: s
     given = sorted(int(field["index"]) for field in fields if field["target"] == target)
     if given != list(range(n_axes)):
         raise BackendError(
-            f"{where}: {target.name.lower()} is given for axes {given}; each of axes 0 to {n_axes - 1} needs it once"
+            f"{where}: {target.name.lower()} is given for axes {given}; each of axes 0 to {n_axes - 1} "
+            "needs it once"
         )

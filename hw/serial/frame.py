@@ -24,7 +24,8 @@ AXES_MAX = 8
 TYPE_STATE = 0x01
 TYPE_IDENTITY = 0x02
 WITH_VELOCITY, WITH_MOMENT = 0x02, 0x04
-"""Bits of the type of a state packet: the velocity of each axis is in it; the moment of the hand is at its end."""
+"""Bits of the type of a state packet: the velocity of each axis is in it; the moment of the hand is at its
+end."""
 TYPE_COMMAND = 0x81
 TYPE_STOP = 0x82
 TYPE_IDENTIFY = 0x83
@@ -143,7 +144,9 @@ def _is(body: np.ndarray, n: int, kind: int, length: int) -> bool:
 
 @compiled
 def encode_state(record: np.ndarray, body: np.ndarray) -> int:
-    """Write a state packet's body; returns its length: 28, 10 per axis or 14 with velocities, 12 with a moment."""
+    """Write a state packet's body; returns its length: 28, 10 per axis or 14 with velocities, 12 with a
+    moment.
+    """
     s = record[0]
     kind = TYPE_STATE | (WITH_VELOCITY if s.has_velocity else 0) | (WITH_MOMENT if s.has_moment else 0)
     at = _header(body, kind, s.sequence)
@@ -169,7 +172,9 @@ def encode_state(record: np.ndarray, body: np.ndarray) -> int:
 
 @compiled
 def decode_state(body: np.ndarray, n: int, record: np.ndarray) -> bool:
-    """Read a state packet's body, of any type, of as many axes as `record` has; velocities and moments not in it are 0."""
+    """Read a state packet's body, of any type, of as many axes as `record` has; velocities and moments not in
+    it are 0.
+    """
     s = record[0]
     n_axes, kind = len(s.position_counts), int(body[1])
     velocity, moment = kind & WITH_VELOCITY != 0, kind & WITH_MOMENT != 0

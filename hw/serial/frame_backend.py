@@ -21,7 +21,8 @@ ASK_AGAIN_S = 0.2
 """Pause between identify packets while a board boots."""
 
 _NOT_IN_THE_PACKET = int(frame.Status.VELOCITY_MISSING | frame.Status.MOMENT_MISSING)
-"""Bits that also say which type of packet it is: no news where the rig file does not ask for what is missing."""
+"""Bits that also say which type of packet it is: no news where the rig file does not ask for what is
+missing."""
 
 STOP_REPEATS = 3
 """Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
@@ -168,7 +169,8 @@ class SerialBackend(SerialCore):
             )
         if board["n_axes"] != self._rig.n_axes:
             raise BackendError(
-                f"serial port {self._path}: board {name!r} has {board['n_axes']} axes, the rig file {self._rig.n_axes}"
+                f"serial port {self._path}: board {name!r} has {board['n_axes']} axes, the rig file "
+                f"{self._rig.n_axes}"
             )
         self.identity = name
 

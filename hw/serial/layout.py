@@ -1,4 +1,5 @@
-"""A fixed-length frame as data: sync bytes, numbers at offsets, a checksum. Compiled reading, writing, finding.
+"""A fixed-length frame as data: sync bytes, numbers at offsets, a checksum. Compiled reading, writing,
+finding.
 
 `Layout` rows say where things are; `FieldPlan` rows say what the numbers mean. Both are made once, at
 start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run.

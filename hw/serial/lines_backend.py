@@ -1,4 +1,6 @@
-"""The `serial-lines` backend: a board that prints numbers as text and is told numbers as text (docs/serial-lines.md)."""
+"""The `serial-lines` backend: a board that prints numbers as text and is told numbers as text
+(docs/serial-lines.md).
+"""
 
 from __future__ import annotations
 
@@ -67,8 +69,8 @@ class LinesBackend(SerialCore):
         ]
         if wrong or (axes and axes != list(range(self._rig.n_axes))):
             raise BackendError(
-                f"serial-lines: {where}: {channel} is given for axes {axes}; each of axes 0 to {self._rig.n_axes - 1} "
-                "needs it once, and there are no others"
+                f"serial-lines: {where}: {channel} is given for axes {axes}; each of axes 0 to "
+                f"{self._rig.n_axes - 1} needs it once, and there are no others"
             )
 
     def _line(self, text: str) -> bytes:
@@ -170,8 +172,10 @@ class LinesBackend(SerialCore):
         text = f"serial port {self._path}: no line of numbers within {self._patience_s:g} s: "
         if bytes_seen:
             return text + (
-                f"{bytes_seen} bytes came ({', '.join(f'{n} {name}' for name, n in self.sample.counts.items())}): compare "
-                f"[device.options.sample] with what the board prints, and baud {self._baud} with its bit rate"
+                f"{bytes_seen} bytes came "
+                f"({', '.join(f'{n} {name}' for name, n in self.sample.counts.items())}): compare "
+                f"[device.options.sample] with what the board prints, and baud {self._baud} with its bit "
+                "rate"
             )
         return (
             text + "not a byte came: is the board powered and printing, or does it want a start or poll line?"

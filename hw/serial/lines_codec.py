@@ -1,8 +1,9 @@
 """Lines of text to numbers and numbers to lines of text. No I/O; bounded work whatever comes.
 
-A line is taken only whole: from the first end of line on, never longer than `LINE_MAX`, with the prefix, the number of
-columns, the decimals and the checksum that it must have. What is no plain decimal number is damage; `nan`, `inf` and
-`ovf` (as microcontrollers print them), or a number too large for a float, are a failure of the device.
+A line is taken only whole: from the first end of line on, never longer than `LINE_MAX`, with the prefix, the
+number of columns, the decimals and the checksum that it must have. What is no plain decimal number is damage;
+`nan`, `inf` and `ovf` (as microcontrollers print them), or a number too large for a float, are a failure of
+the device.
 """
 
 from __future__ import annotations
@@ -56,7 +57,9 @@ class Lines:
         self._pending, self._whole = b"", False
 
     def cut(self, data: bytes) -> list[bytes | None]:
-        """The lines that end in `data`, oldest first; None in place of one that is too long. Empty ones are left out."""
+        """The lines that end in `data`, oldest first; None in place of one that is too long. Empty ones are
+        left out.
+        """
         first, *others = data.replace(b"\r", b"\n").split(b"\n")
         if len(self._pending) <= LINE_MAX:  # else too long already: it grows no more
             self._pending += first
@@ -141,7 +144,9 @@ class LineWriter:
         self._parts = [_Part(field, unit, life) for field, unit in zip(table["field"], units, strict=True)]
 
     def write(self, values: Sequence[float], *, enabled: bool) -> bytes:
-        """The line for `values`, one per axis in SI; zeros when not enabled, or when any of them is not finite."""
+        """The line for `values`, one per axis in SI; zeros when not enabled, or when any of them is not
+        finite.
+        """
         on = enabled and all(math.isfinite(value) for value in values)
         return sealed(b"".join(part.write(values, on=on) for part in self._parts), self._checksum)
 

@@ -65,10 +65,16 @@ class LineSampleOptions(Table):
         names = [(field.channel, field.axis, field.component) for field in self.field]
         for field in self.field:
             if field.column >= self.columns:
-                msg = f"column {field.column} of {field.channel!r}: the line has columns 0 to {self.columns - 1}"
+                msg = (
+                    f"column {field.column} of {field.channel!r}: the line has columns 0 to "
+                    f"{self.columns - 1}"
+                )
                 raise ValueError(msg)
             if names.count((field.channel, field.axis, field.component)) > 1:
-                msg = f"field {field.channel!r} of axis {field.axis}, component {field.component} is given twice"
+                msg = (
+                    f"field {field.channel!r} of axis {field.axis}, component {field.component} is given "
+                    "twice"
+                )
                 raise ValueError(msg)
         if not {field.channel for field in self.field} & set(MEASURED):
             msg = f"field: nothing is measured: one of {', '.join(MEASURED)} is needed"

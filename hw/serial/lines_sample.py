@@ -54,7 +54,9 @@ class LineSample:
         self._asked = self._driven = self._dropped = False
 
     def order(self, wanted: bool) -> bool:
-        """Whether the board may be enabled if the host wants it: one that has let go only once the host has disabled it."""
+        """Whether the board may be enabled if the host wants it: one that has let go only once the host has
+        disabled it.
+        """
         if not wanted:
             self._driven = self._dropped = False
         self._asked = wanted and not self._dropped

@@ -1,8 +1,10 @@
-"""The host's end of an `rtctl-frame` link, compiled: newest good state packet to tick, tick to command packet.
+"""The host's end of an `rtctl-frame` link, compiled: newest good state packet to tick, tick to command
+packet.
 
 A state packet is fresh when both its sequence number and its sample time are after those of the last one
 accepted, by less than half their range. Duplicates, older ones, and new packets around an old sample are
-counted and never shown. Nothing out of a backlog is shown as fresh: newer packets may have been lost behind it.
+counted and never shown. Nothing out of a backlog is shown as fresh: newer packets may have been lost behind
+it.
 """
 
 from __future__ import annotations
@@ -144,9 +146,9 @@ def absorb(
 def _dropped(ln: np.record) -> bool:
     """True when the board is torque-free by its own decision although it has seen `enable`.
 
-    A power stage may take its time to switch on. One that was on and is off again has let go, unless the board shows an
-    emergency stop, which the host is told by a channel of its own. The verdict holds until the host disables the board,
-    whatever the board says later.
+    A power stage may take its time to switch on. One that was on and is off again has let go, unless the
+    board shows an emergency stop, which the host is told by a channel of its own. The verdict holds until the
+    host disables the board, whatever the board says later.
     """
     since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
     if since < ln.enabled_in_row:
@@ -161,8 +163,9 @@ def _dropped(ln: np.record) -> bool:
 def judge(link: np.record, end: int) -> int:
     """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle.
 
-    Damaged packets in a backlog are not counted as damage on the wire: where the kernel drops bytes it cuts a packet in two.
-    As the kernel may have dropped any number of packets, sequence numbers are compared anew after a backlog.
+    Damaged packets in a backlog are not counted as damage on the wire: where the kernel drops bytes it cuts a
+    packet in two. As the kernel may have dropped any number of packets, sequence numbers are compared anew
+    after a backlog.
     """
     fresh, damaged, older = link.fresh, link.damaged_now, link.older_now
     link.fresh, link.damaged_now, link.older_now = 0, 0, 0
@@ -177,7 +180,9 @@ def judge(link: np.record, end: int) -> int:
 
 @compiled
 def show_measured(t: np.record, link: np.record) -> None:
-    """Write into the tick what the newest sample measured besides the position, as far as the device has it."""
+    """Write into the tick what the newest sample measured besides the position, as far as the device has
+    it.
+    """
     for axis in range(len(link.current_a)):
         if link.show_current:
             t.current_a[axis] = link.current_a[axis]

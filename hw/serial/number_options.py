@@ -1,4 +1,5 @@
-"""What a number of a described board means, whether it stands in a frame or in a line of text. Host side only.
+"""What a number of a described board means, whether it stands in a frame or in a line of text. Host side
+only.
 
     value = scale * unit * (number on the wire - zero)
 
@@ -97,7 +98,9 @@ class NumberOptions(Table):
 
 
 def require_one_command(channels: set[str], enter: bool, idle: bool) -> None:
-    """Raise ValueError unless one kind of command is sent, and what switches a drive on comes with what switches it off."""
+    """Raise ValueError unless one kind of command is sent, and what switches a drive on comes with what
+    switches it off.
+    """
     if len(channels & {"torque", "current_command"}) != 1:
         msg = "field: either torque or current_command is needed, for every axis"
         raise ValueError(msg)

@@ -90,7 +90,8 @@ class SerialOptions(PortOptions):
     channels: Annotated[tuple[Channel, ...], Field(strict=False)] = Field(
         ("current", "force", "temperature", "estop"),
         max_length=6,
-        description="what the board measures besides the position; velocity: it sends packets of type 03, moment: of type 05 or 07",
+        description="what the board measures besides the position; velocity: it sends packets of type 03, "
+        "moment: of type 05 or 07",
     )
     command: Literal["current", "torque"] = Field(
         "current", description="torque: the board does its own current"

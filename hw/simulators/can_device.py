@@ -1,4 +1,5 @@
-"""Simulated devices on a real bus: `python -m hw.simulators.can_device odrive --interface socketcan --channel vcan0`.
+"""Simulated devices on a real bus: `python -m hw.simulators.can_device odrive --interface socketcan --channel
+vcan0`.
 
 A process of its own, so that the death of the host can be tried: the devices stop when their time to live
 is over. In tests it runs in a thread, or is pumped by hand.

@@ -33,8 +33,8 @@ class SimDrive(Protocol):
 class OdriveSim:
     """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog.
 
-    Firmware before 0.6.9 has Set_Axis_Node_ID where Address is now, and obeys it in a remote frame too; 0.5 tells no
-    version.
+    Firmware before 0.6.9 has Set_Axis_Node_ID where Address is now, and obeys it in a remote frame too; 0.5
+    tells no version.
     """
 
     def __init__(

@@ -104,7 +104,9 @@ class VescSim:
 
 
 class OptoForceSim:
-    """A three-axis OptoForce on CAN: silent until it is configured, then 16 bytes in two frames of one identifier."""
+    """A three-axis OptoForce on CAN: silent until it is configured, then 16 bytes in two frames of one
+    identifier.
+    """
 
     DATA, CONFIG = 0x100, 0x101
 

@@ -1,7 +1,7 @@
 """A board that is not there: `python -m hw.simulators.serial_board --link PATH`, a process behind a pty.
 
-It runs the reference firmware (`hw.simulators.serial_firmware`) around the simulated rig (`hw.mock`), either on its
-own clock or, with `--step`, one cycle per command packet. On standard input (`--control`) it takes one
+It runs the reference firmware (`hw.simulators.serial_firmware`) around the simulated rig (`hw.mock`), either
+on its own clock or, with `--step`, one cycle per command packet. On standard input (`--control`) it takes one
 order per line and answers each with one line, `ok ...` or `error ...`:
 
     flip N | drop N | duplicate N | stall N     damage the next N state packets (stall: N silent cycles)
@@ -200,7 +200,9 @@ def _arguments() -> argparse.Namespace:
 
 
 def _be_on_time() -> None:
-    """Below the control loop's own default priority, above everything ordinary; no garbage collector, no paging."""
+    """Below the control loop's own default priority, above everything ordinary; no garbage collector, no
+    paging.
+    """
     gc.collect()
     gc.freeze()
     gc.disable()

@@ -17,7 +17,9 @@ TIME_TO_LIVE = 10
 
 
 class Words:
-    """Bytes besides commands that a board understands: start, poll, stop, enter, idle; and what they did to it."""
+    """Bytes besides commands that a board understands: start, poll, stop, enter, idle; and what they did to
+    it.
+    """
 
     def __init__(self, options: Options, command: Options) -> None:
         self._start = [bytes(packet) for packet in options["start"]]
@@ -54,7 +56,9 @@ class Words:
 
 
 class DescribedBoard(CommandedBoard):
-    """As `hw.simulators.serial_firmware.Board`, but for a described frame: a plain board that holds nothing after a stop."""
+    """As `hw.simulators.serial_firmware.Board`, but for a described frame: a plain board that holds nothing
+    after a stop.
+    """
 
     def __init__(self, options: Options, rig: Rig, identity: int) -> None:
         super().__init__(rig.n_axes, TIME_TO_LIVE)
@@ -110,7 +114,9 @@ class DescribedBoard(CommandedBoard):
         self.state_packet(tick, np.zeros(self.n_axes, np.int64), 0)
 
     def state_packet(self, tick: np.ndarray, counts: np.ndarray, time_us: int) -> bytes:
-        """Frame with the measured fields of `tick` and encoder `counts`; empty from a board that waits to be asked."""
+        """Frame with the measured fields of `tick` and encoder `counts`; empty from a board that waits to be
+        asked.
+        """
         del time_us
         if not self._words.speaks():
             return b""

@@ -1,4 +1,5 @@
-"""What a board's firmware does with packets: the reference behaviour of docs/serial-protocol.md, as one class.
+"""What a board's firmware does with packets: the reference behaviour of docs/serial-protocol.md, as one
+class.
 
 No I/O and no clock: bytes in, bytes out, one call per board cycle. Firmware in C is this file in another
 language.

@@ -1,4 +1,6 @@
-"""The simulated board: the reference firmware around the simulated rig, one step of a board cycle per method."""
+"""The simulated board: the reference firmware around the simulated rig, one step of a board cycle per
+method.
+"""
 
 from __future__ import annotations
 

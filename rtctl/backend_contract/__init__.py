@@ -1,4 +1,5 @@
-"""The contract of a backend as tests that any package can run on its own: a pytest plug-in (docs/backends.md).
+"""The contract of a backend as tests that any package can run on its own: a pytest plug-in
+(docs/backends.md).
 
 >>> from rtctl.backend_contract import Case, Contract, Device, Received
 >>> pytest_plugins = ("rtctl.backend_contract.plugin",)

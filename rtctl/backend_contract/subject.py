@@ -25,7 +25,8 @@ class Received(NamedTuple):
 
 
 class Device:
-    """The device beside a backend, as far as a test has to play it. A simulated backend that needs none takes this as it is.
+    """The device beside a backend, as far as a test has to play it. A simulated backend that needs none takes
+    this as it is.
 
     Parameters
     ----------
@@ -52,7 +53,9 @@ class Device:
         self.backend.write(tick)
 
     def received(self) -> Received | None:
-        """What was obeyed last, as the *device* understood it; None: it has no actuator, or has heard nothing yet."""
+        """What was obeyed last, as the *device* understood it; None: it has no actuator, or has heard nothing
+        yet.
+        """
         return None
 
     def close(self) -> None:
@@ -81,7 +84,8 @@ class Case:
     kind
         As rig files have it: the name of the entry point.
     options
-        Called with a folder and "first" or "second": starts what the device is, and gives `[device.options]` that lead to it.
+        Called with a folder and "first" or "second": starts what the device is, and gives `[device.options]`
+        that lead to it.
     device
         Called with backend, validated options and number of axes, once the backend is made.
     n_axes
@@ -89,7 +93,8 @@ class Case:
     twins
         Whether two such devices can be played at once.
     hears
-        Whether `Device.received` tells what the actuator was told. A kind that is not simulated and drives something needs it.
+        Whether `Device.received` tells what the actuator was told. A kind that is not simulated and drives
+        something needs it.
     make
         Another way to make the backend, from kind, validated options and rig.
     """

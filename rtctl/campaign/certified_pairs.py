@@ -1,4 +1,6 @@
-"""What `rtctl campaign --admittance` runs, as it is drawn: rigs that `rtctl check` certifies, hands and worlds of their box."""
+"""What `rtctl campaign --admittance` runs, as it is drawn: rigs that `rtctl check` certifies, hands and
+worlds of their box.
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,8 @@ class Rig:
     refused: int = 0
     """Rigs drawn before that the certificate refused or did not prove."""
     calmed: bool = False
-    """Refused as drawn, since it rang where the joint sticks, and given the `rest_damping_nms_rad` that the refusal names."""
+    """Refused as drawn, since it rang where the joint sticks, and given the `rest_damping_nms_rad` that the
+    refusal names."""
 
     @property
     def compensation(self) -> float:
@@ -137,8 +140,8 @@ def _calmed(loaded: LoadedConfig, damping_nms_rad: float) -> LoadedConfig:
 
 
 def _certified(loop: AdmittanceLoop) -> bool:
-    """As `rtctl check` passes it: stable at the grid's points, also with dry friction; where samples come every tick, proved
-    between them, too.
+    """As `rtctl check` passes it: stable at the grid's points, also with dry friction; where samples come
+    every tick, proved between them, too.
     """
     if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
         return False

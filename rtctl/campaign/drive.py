@@ -88,7 +88,8 @@ def drive(
     foe : array, shape (1,), `pursuit.FOE`
         A renderer after the hand's energy, on a passive rig; kind 0: none.
     passive : bool
-        The rig is left alone but for arming and streams of parameters or such a renderer: no stops, no lateness.
+        The rig is left alone but for arming and streams of parameters or such a renderer: no stops, no
+        lateness.
     visits : int array, shape (states,)
         Counts ticks spent in each state.
     seen : int array, shape (64,)

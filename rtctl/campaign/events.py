@@ -67,7 +67,9 @@ def operate(s: Record, c: Record, rng: np.ndarray) -> None:
 
 @compiled
 def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> None:
-    """A random environment of this kind, of any stiffness the law may be given; with `own`, its own parameters too."""
+    """A random environment of this kind, of any stiffness the law may be given; with `own`, its own
+    parameters too.
+    """
     c.environment_kind[axis] = kind
     c.environment_stiffness_nm_rad[axis] = 10.0 ** between(rng, 0.0, 4.0)
     c.environment_damping_nms_rad[axis] = between(rng, 0.0, 0.2)
@@ -80,7 +82,9 @@ def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> No
 
 @compiled
 def change_world(c: Record, rng: np.ndarray) -> None:
-    """Now and then another environment or another share of compensation and factor of the friction, broken numbers among them."""
+    """Now and then another environment or another share of compensation and factor of the friction, broken
+    numbers among them.
+    """
     for axis in range(len(c.environment_kind)):
         if chance(rng, 4000.0):
             set_world(c, axis, int(_KINDS * uniform(rng)), rng, True)
@@ -93,7 +97,9 @@ def change_world(c: Record, rng: np.ndarray) -> None:
 
 @compiled
 def change_display(p: Record, c: Record, rng: np.ndarray) -> None:
-    """Now and then another mass, another damping, the other display, within what the rig allows or beyond, or broken."""
+    """Now and then another mass, another damping, the other display, within what the rig allows or beyond, or
+    broken.
+    """
     for axis in range(len(c.display_kind)):
         if p.display_kind[axis] == 0 and p.display_change[axis] == 0:
             continue

@@ -1,14 +1,17 @@
-"""Is an admittance display that `rtctl check` certifies stable in the hands it is certified for? `rtctl campaign --admittance`.
+"""Is an admittance display that `rtctl check` certifies stable in the hands it is certified for?
+`rtctl campaign --admittance`.
 
-Every rig follows from `(seed, index)` alone: a plant of the mock's family, with all of its friction and the help with it of the
-rig file's learned model and observer, or with a hundredth and more of its friction and no help; random mass, damping, gains,
-a force sensor with a low-pass and delay of its own or none, and a random box of hands. A rig that the certificate refuses, or does not prove, is drawn again,
-and counted. Each rig is held by `PAIRS` hands of its box, at its corners and inside, most of them with hardly any damping, in
-random worlds. The law runs as it is but for watch and account, which would calm what the certificate let through.
+Every rig follows from `(seed, index)` alone: a plant of the mock's family, with all of its friction and the
+help with it of the rig file's learned model and observer, or with a hundredth and more of its friction and no
+help; random mass, damping, gains, a force sensor with a low-pass and delay of its own or none, and a random
+box of hands. A rig that the certificate refuses, or does not prove, is drawn again, and counted. Each rig is
+held by `PAIRS` hands of its box, at its corners and inside, most of them with hardly any damping, in random
+worlds. The law runs as it is but for watch and account, which would calm what the certificate let through.
 
-The judge knows the truth only: the hand swings the joint for a moment, then holds still. What is stable comes to rest. What still
-moves at the end, no slower than before, shakes. A rig that rings where the joint sticks on its bristles is refused; it is run with the damping at rest that
-the refusal names. Hands in worlds that are not linear, of which the certificate says that they are not proved, are counted apart.
+The judge knows the truth only: the hand swings the joint for a moment, then holds still. What is stable comes
+to rest. What still moves at the end, no slower than before, shakes. A rig that rings where the joint sticks
+on its bristles is refused; it is run with the damping at rest that the refusal names. Hands in worlds that
+are not linear, of which the certificate says that they are not proved, are counted apart.
 """
 
 from __future__ import annotations
@@ -172,11 +175,13 @@ class Findings:
     def text(self, seed: int) -> str:
         """For people."""
         lines = [
-            f"{self.pairs:,} hands in worlds, on {self.rigs:,} certified rigs ({self.refused:,} refused on the way, {self.calmed:,} with the damping at rest that "
-            f"their refusal names): {len(self.shaking)} shake; in walls and detents, which are not proved, {len(self.told)}"
+            f"{self.pairs:,} hands in worlds, on {self.rigs:,} certified rigs ({self.refused:,} refused on "
+            f"the way, {self.calmed:,} with the damping at rest that their refusal names): "
+            f"{len(self.shaking)} shake; in walls and detents, which are not proved, {len(self.told)}"
         ]
         lines += [
-            f"rig {one.rig} ({one.plant}{', compensated' if one.compensation else ''}): {1e3 * one.speed_rad_s:.3g} mrad/s after {1e3 * one.before_rad_s:.3g}, "
+            f"rig {one.rig} ({one.plant}{', compensated' if one.compensation else ''}): "
+            f"{1e3 * one.speed_rad_s:.3g} mrad/s after {1e3 * one.before_rad_s:.3g}, "
             f"{1e3 * one.way_rad:.3g} mrad{f', fault {one.fault}' if one.fault >= 0 else ''}: {one.pair}\n"
             f"    rtctl campaign --admittance --seed {seed} --rig {one.rig}"
             for one in (*self.shaking[:20], *self.told[:20])
@@ -203,7 +208,9 @@ def run(
     progress: Callable[[int], None] = lambda _rigs: None,
     first: int = 0,
 ) -> Findings:
-    """Run so many rigs from number `first` on, on `jobs` processes (0: one per core); `progress` is told how many were done since."""
+    """Run so many rigs from number `first` on, on `jobs` processes (0: one per core); `progress` is told how
+    many were done since.
+    """
     findings = Findings()
     for rig, found in workers.results(run_rig, [seed] * rigs, range(first, first + rigs), jobs=jobs):
         findings.add(rig, found)

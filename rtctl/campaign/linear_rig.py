@@ -1,9 +1,10 @@
-"""A linear rig in a linear hand, and whether it shakes: by the eigenvalues of what a frame of ticks does to it.
+"""A linear rig in a linear hand, and whether it shakes: by the eigenvalues of what a frame of ticks does to
+it.
 
-A rig is a motor, rigid or behind an elastic joint, in a hand of masses on springs without any loss, under a coupling to a
-wall, a spring, or the worst lossless world, behind a delay of any fraction, a first-order lag, and samples that are fresh
-n-th tick, or in any pattern that repeats. All of it is linear and periodic, so the eigenvalues of one frame of ticks tell
-exactly whether it shakes: none may lie outside the unit circle.
+A rig is a motor, rigid or behind an elastic joint, in a hand of masses on springs without any loss, under a
+coupling to a wall, a spring, or the worst lossless world, behind a delay of any fraction, a first-order lag,
+and samples that are fresh n-th tick, or in any pattern that repeats. All of it is linear and periodic, so the
+eigenvalues of one frame of ticks tell exactly whether it shakes: none may lie outside the unit circle.
 
 Written from first principles: nothing of `rtctl.control` is used here.
 """
@@ -21,8 +22,8 @@ GROWTH = 1e-7
 
 @dataclass(frozen=True)
 class Law:
-    """Coupling and world: a spring (infinite: a wall) as the law has it, or a lossless one by Tustin's rule, which wants a
-    fresh sample in every tick.
+    """Coupling and world: a spring (infinite: a wall) as the law has it, or a lossless one by Tustin's rule,
+    which wants a fresh sample in every tick.
     """
 
     k_c: float
@@ -48,8 +49,8 @@ class Case:
     T: float
     tau: float
     pattern: tuple[tuple[int, float], ...]
-    """Per tick: ticks since the sample before, 0 where the last sample is held; delay of the tick's torque, ticks. All delays
-    of a frame lie between the same two whole ticks."""
+    """Per tick: ticks since the sample before, 0 where the last sample is held; delay of the tick's torque,
+    ticks. All delays of a frame lie between the same two whole ticks."""
     plant: Plant
     law: Law
 
@@ -60,10 +61,11 @@ def regular(n: int, delay: float) -> tuple[tuple[int, float], ...]:
 
 
 def network(J: float, b: float, w2: np.ndarray, p2: np.ndarray) -> Plant:
-    """A mass J with damping b in a hand without loss, so that both resonate at w2 and the hand alone at p2 between.
+    """A mass J with damping b in a hand without loss, so that both resonate at w2 and the hand alone at p2
+    between.
 
-    In root energy coordinates: stretch of the spring to ground, speed of the mass, then stretch and speed of every further
-    mass on its spring.
+    In root energy coordinates: stretch of the spring to ground, speed of the mass, then stretch and speed of
+    every further mass on its spring.
     """
     modes = len(w2)
     ground = J * w2[0] * math.prod(w2[1:] / p2)
@@ -82,7 +84,9 @@ def network(J: float, b: float, w2: np.ndarray, p2: np.ndarray) -> Plant:
 
 
 def behind_a_joint(link: Plant, J: float, b: float, k: float, damping: float) -> Plant:
-    """A motor (J, b) that turns `link` through a joint of stiffness k and a damping of its own; encoder at the motor."""
+    """A motor (J, b) that turns `link` through a joint of stiffness k and a damping of its own; encoder at
+    the motor.
+    """
     m = len(link.b)
     a = np.zeros((m + 2, m + 2))
     a[:m, :m] = link.a
@@ -163,7 +167,9 @@ def _steps(case: Case, share: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _law(case: Case, elapsed: int) -> np.ndarray:
-    """Torque and new states over angle and states, as the law has it: the proxy is solved for in every tick."""
+    """Torque and new states over angle and states, as the law has it: the proxy is solved for in every
+    tick.
+    """
     law, T = case.law, case.T
     if law.tustin_spring > 0 or law.tustin_mass > 0:
         return _worst_world(law, T)
@@ -178,7 +184,9 @@ def _law(case: Case, elapsed: int) -> np.ndarray:
 
 
 def _worst_world(law: Law, T: float) -> np.ndarray:
-    """Coupling in series with a lossless spring or mass by Tustin's rule, as a filter of the velocity; every tick fresh."""
+    """Coupling in series with a lossless spring or mass by Tustin's rule, as a filter of the velocity; every
+    tick fresh.
+    """
     top = np.array([law.b_c + law.k_c * T, -law.b_c])
     minus, plus = np.array([1.0, -1.0]), np.array([1.0, 1.0])
     if law.tustin_mass > 0:

@@ -1,7 +1,9 @@
-"""Is what `rtctl check` certifies stable, and how far is what it refuses from unstable? `rtctl campaign --margins`.
+"""Is what `rtctl check` certifies stable, and how far is what it refuses from unstable?
+`rtctl campaign --margins`.
 
-Every rig follows from `(seed, index)` alone. Certified ones use up to .9999 of the proven stiffness, behind delays, lags and
-ages of samples no worse than declared; half of the hands are the worst there are (`worst_rig`).
+Every rig follows from `(seed, index)` alone. Certified ones use up to .9999 of the proven stiffness, behind
+delays, lags and ages of samples no worse than declared; half of the hands are the worst there are
+(`worst_rig`).
 """
 
 from __future__ import annotations
@@ -35,12 +37,15 @@ class Certified:
 
 @dataclass(frozen=True)
 class Findings:
-    """What the campaign found: certified rigs by kind, those of them that shake, and distances of the bound."""
+    """What the campaign found: certified rigs by kind, those of them that shake, and distances of the
+    bound.
+    """
 
     certified: dict[str, int]
     shaking: list[int]
     distances: np.ndarray
-    """Least unstable stiffness over the proven one, less 1, of rigid joints; infinite where none was found."""
+    """Least unstable stiffness over the proven one, less 1, of rigid joints; infinite where none was
+    found."""
 
     def as_dict(self) -> dict[str, object]:
         """Plain values: rigs by kind, those that shake, quantiles of the distance (None: none found)."""
@@ -56,9 +61,10 @@ class Findings:
         kinds = ", ".join(f"{kind.replace('_', ' ')} {n:,}" for kind, n in sorted(self.certified.items()))
         median, far = (float(np.quantile(self.distances, share, method="lower")) for share in (0.5, 0.9))
         return (
-            f"{sum(self.certified.values()):,} certified rigs ({kinds}): {len(self.shaking)} shake{self.named}\n"
-            f"{len(self.distances):,} refused rigid ones: the least unstable coupling lies {100 * median:.2g} % above the "
-            f"bound (median; {100 * far:.2g} % in nine of ten)"
+            f"{sum(self.certified.values()):,} certified rigs ({kinds}): {len(self.shaking)} "
+            f"shake{self.named}\n"
+            f"{len(self.distances):,} refused rigid ones: the least unstable coupling lies "
+            f"{100 * median:.2g} % above the bound (median; {100 * far:.2g} % in nine of ten)"
         )
 
     @property
@@ -165,7 +171,9 @@ def _worst_elastic(draw: np.random.Generator) -> Case:
 
 
 def _old(draw: np.random.Generator) -> Case:
-    """Samples that are fresh every n-th tick, or in any pattern with none older; joint, hand and world at random."""
+    """Samples that are fresh every n-th tick, or in any pattern with none older; joint, hand and world at
+    random.
+    """
     loop, J = _loop(draw)
     n = int(draw.integers(2, 5))
     k = _proven(loop, Between(loop.delay, _lag_hz(loop.tau, loop.T), n), draw)
@@ -199,7 +207,9 @@ def _jittery(draw: np.random.Generator) -> Case:
 
 
 def distance(seed: int, index: int) -> float:
-    """Least unstable stiffness over the proven one, less 1, of a random rigid rig in the worst hand and world."""
+    """Least unstable stiffness over the proven one, less 1, of a random rigid rig in the worst hand and
+    world.
+    """
     draw = np.random.default_rng((seed, index, 1))
     loop, J = _loop(draw)
     proven = stability.k_max_sampled_data(loop.b, loop.b_c, loop.T, loop.delay, _lag_hz(loop.tau, loop.T))
@@ -223,7 +233,9 @@ def distance(seed: int, index: int) -> float:
 
 
 def run(rigs: int, seed: int, jobs: int = 1, progress: Callable[[int], object] | None = None) -> Findings:
-    """`rigs` certified rigs, and the distance of the bound for a tenth as many refused ones, in `jobs` processes."""
+    """`rigs` certified rigs, and the distance of the bound for a tenth as many refused ones, in `jobs`
+    processes.
+    """
     import joblib
 
     count: dict[str, int] = {}

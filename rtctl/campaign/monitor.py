@@ -26,8 +26,8 @@ _CUT = int(
     | Fault.ARMING_MOVED | Fault.CURRENT | Fault.LAW_NOT_FINITE | Fault.GATE | Fault.ESTOP
 )  # fmt: skip
 _RAMP = int(
-    Fault.ACTUATOR_LAG | Fault.OVERTORQUE | Fault.OVERTEMPERATURE | Fault.OVERRUN | Fault.PASSIVITY | Fault.TARGET_LOST
-    | Fault.DELAY | Fault.SAMPLE_AGE | Fault.HOST_SILENT
+    Fault.ACTUATOR_LAG | Fault.OVERTORQUE | Fault.OVERTEMPERATURE | Fault.OVERRUN | Fault.PASSIVITY
+    | Fault.TARGET_LOST | Fault.DELAY | Fault.SAMPLE_AGE | Fault.HOST_SILENT
     | Fault.FORCE_FROZEN | Fault.FORCE_CLIPPED | Fault.FORCE_OFFSET | Fault.OFF_AXIS
 )  # fmt: skip
 
@@ -44,16 +44,17 @@ INVARIANTS = {
     7: "a restart or a cleared cause does not arm",
     8: "a cut acts in its tick; a ramp is monotone and ends in 50 ticks",
     9: "the first cause is kept",
-    10: "only targets of the lease holder and the present epoch have an effect; a program begins by a fresh request of that epoch "
-    "in ACTIVE and ends with it",
+    10: "only targets of the lease holder and the present epoch have an effect; a program begins by a "
+    "fresh request of that epoch in ACTIVE and ends with it",
     13: "no port gives out more than 1.5 budgets",
-    14: "feed-forward and friction observer together stay under their cap, and are zero outside the trained range; "
-    "the factor of the friction that is followed stays within its bounds",
+    14: "feed-forward and friction observer together stay under their cap, and are zero outside the "
+    "trained range; the factor of the friction that is followed stays within its bounds",
     15: "torque times velocity is not positive above v_max",
     18: "a stop disables within 51 ticks",
     19: "a fault does not raise the torque in the tick that detects it",
     20: "a device that hears nothing is without torque after its time to live",
-    21: "a passive hand is given, since arming, at most the renderer's store, its power times the time, and 1.5 budgets",
+    21: "a passive hand is given, since arming, at most the renderer's store, its power times the time, "
+    "and 1.5 budgets",
 }
 
 

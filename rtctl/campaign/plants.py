@@ -1,9 +1,10 @@
-"""A plant of the mock's family for a random rig, in the rig's own size, and so that the law is told no untruth.
+"""A plant of the mock's family for a random rig, in the rig's own size, and so that the law is told no
+untruth.
 
-The plant keeps its shape (resonance, presliding length, shares, waves, load) and takes its size from the rig drawn:
-inertia, friction, damping. Dry friction is raised until the model, which is never too high, is a lower bound of what
-acts on the motor's side at every place; viscous friction until what the law is told is the motor's share. What thins
-out of it goes with the dry friction, whose model contains it.
+The plant keeps its shape (resonance, presliding length, shares, waves, load) and takes its size from the rig
+drawn: inertia, friction, damping. Dry friction is raised until the model, which is never too high, is a lower
+bound of what acts on the motor's side at every place; viscous friction until what the law is told is the
+motor's share. What thins out of it goes with the dry friction, whose model contains it.
 """
 
 from __future__ import annotations
@@ -73,8 +74,8 @@ def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:
 
     Notes
     -----
-    Dry friction (1 - link's share) (1 - waves) up = as drawn, so that the model stays a lower bound on the motor's
-    side; viscous friction (1 - link's share) = as drawn. Drift and load only add to it in the family.
+    Dry friction (1 - link's share) (1 - waves) up = as drawn, so that the model stays a lower bound on the
+    motor's side; viscous friction (1 - link's share) = as drawn. Drift and load only add to it in the family.
     """
     friction = float(plant["coulomb_nm"][axis] / usual["coulomb_nm"][axis])
     size = float(plant["inertia_kgm2"][axis] / usual["inertia_kgm2"][axis])
@@ -96,6 +97,7 @@ def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:
     for name in _CURVE:
         plant[name][axis] = like[name][axis]
     plant["thinning_nms_rad"][axis] = friction * like["thinning_nms_rad"][axis] / (1 - viscous)
-    # as stiff bristles of a small friction are damped: like the root, as in a joint that rings as this one does
+    # as stiff bristles of a small friction are damped: like the root, as in a joint that rings as this one
+    # does
     plant["bristle_damping_nms_rad"][axis] = like["bristle_damping_nms_rad"][axis] * math.sqrt(up * size)
     plant["viscous_nms_rad"][axis] /= 1 - viscous

@@ -1,4 +1,6 @@
-"""A renderer that wants a passive hand's energy: remote targets with full knowledge of the joint, every tick."""
+"""A renderer that wants a passive hand's energy: remote targets with full knowledge of the joint, every
+tick.
+"""
 
 from __future__ import annotations
 

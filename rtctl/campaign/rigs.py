@@ -3,7 +3,8 @@
 Each rig follows from `(seed, index)` alone, so that one of a million can be made again. The coupling is
 drawn inside its proven region; everything the law is told about the device is true within stated bounds.
 """
-# longer than 300 lines: one rig is drawn in one order; a draw that moves makes every rig of every seed another one
+# longer than 300 lines: one rig is drawn in one order; a draw that moves makes every rig of every seed
+# another one
 
 from __future__ import annotations
 
@@ -36,8 +37,9 @@ _PLANT_STREAM = 17
 _FOE_STREAM = 19
 _DISPLAY_STREAM = 23
 _FACTOR_STREAM = 29
-"""Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant, of a renderer after the hand's
-energy, of admittance displays and of followed friction are streams of their own: the rigs are otherwise those of earlier campaigns."""
+"""Draws of the force feedback, of a renderer's store, of velocity sensors, of the plant, of a renderer after
+the hand's energy, of admittance displays and of followed friction are streams of their own: the rigs are
+otherwise those of earlier campaigns."""
 
 SHARE_OF_ADMITTANCES = SHARE_OF_FOLLOWERS = 0.3
 
@@ -74,7 +76,8 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     loaded
         Mock rig that is varied.
     passive
-        No faults, true figures, a tare without a hand: the energy claims hold. Half of the rigs have a renderer after the hand's energy.
+        No faults, true figures, a tare without a hand: the energy claims hold. Half of the rigs have a
+        renderer after the hand's energy.
     faults, ticks
         How many faults to spread over the run.
     """
@@ -127,7 +130,9 @@ def _plant(loaded: LoadedConfig, name: str, p: np.void, plant: np.void, axis: in
 
 
 def _presliding(p: np.void, plant: np.void, axis: int) -> None:
-    """Tell the law how long this plant's bristles are, as `rtctl identify` would, and give its account their size."""
+    """Tell the law how long this plant's bristles are, as `rtctl identify` would, and give its account their
+    size.
+    """
     length = float(plant["bristle_max_nm"][axis] / plant["bristle_stiffness_nm_rad"][axis])
     p["presliding_rad"][axis] = LENGTH_FACTOR * length
     p["friction_stop_rad"][axis] = length
@@ -189,7 +194,9 @@ def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.ra
 
 
 def _factor(p: np.void, draw: np.random.Generator) -> None:
-    """Three axes of ten follow a friction that changes, at paces up to reckless ones; their gain is that of the largest factor."""
+    """Three axes of ten follow a friction that changes, at paces up to reckless ones; their gain is that of
+    the largest factor.
+    """
     for axis in range(len(p["friction_raise"])):
         if draw.random() < SHARE_OF_FOLLOWERS:
             p["friction_raise"][axis] = draw.uniform(0.0, 0.1)
@@ -227,7 +234,9 @@ def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
 
 
 def _display(p: np.void, command: np.void, draw: np.random.Generator) -> None:
-    """Three axes of ten show an admittance, or may be changed to one, at gains from timid to reckless, certified or not."""
+    """Three axes of ten show an admittance, or may be changed to one, at gains from timid to reckless,
+    certified or not.
+    """
     for axis in range(len(command["display_kind"])):
         if draw.random() >= SHARE_OF_ADMITTANCES:
             continue
@@ -295,7 +304,9 @@ def _hand(plant: np.void, axis: int, draw: np.random.Generator) -> None:
 
 
 def _take_hold(p: np.void, plant: np.void) -> None:
-    """Let the hands take hold of the armed rig: one that leans on the joint during the tare is taken for the sensor's zero."""
+    """Let the hands take hold of the armed rig: one that leans on the joint during the tare is taken for the
+    sensor's zero.
+    """
     samples_s = float(p["period_s"]) * max(float(plant["sample_every_ticks"]), 1.0)
     plant["grip_count"] = 1
     plant["grip_from_s"][:, 0] = ARMED_S + samples_s * max(
@@ -325,6 +336,7 @@ def _faults(plant: np.void, count: int, ticks: int, draw: np.random.Generator) -
         plant["fault_probability"][k] = draw.choice([1.0, draw.uniform(0.05, 1.0)])
         plant["fault_value"][k] = _value(kind, draw)
         names.append(
-            f"{kind.channel.name.lower()}.{kind.name} at {plant['fault_from_tick'][k]} for {plant['fault_ticks'][k]}"
+            f"{kind.channel.name.lower()}.{kind.name} at {plant['fault_from_tick'][k]} for "
+            f"{plant['fault_ticks'][k]}"
         )
     return names

@@ -46,7 +46,10 @@ class Order:
     def reproduce(self, index: int) -> str:
         """The command that runs rig `index` alone."""
         passive = " --passive" if self.passive else ""
-        return f"rtctl campaign --seed {self.seed} --rig {index} --ticks {self.ticks} --faults {self.faults}{passive}"
+        return (
+            f"rtctl campaign --seed {self.seed} --rig {index} --ticks {self.ticks} --faults "
+            f"{self.faults}{passive}"
+        )
 
 
 @dataclass

@@ -1,15 +1,17 @@
 """Does the help with friction ever shake a hand that only holds still? `rtctl campaign --still`.
 
-Every case follows from `(seed, index)` alone: a joint (LuGre, elasto-plastic or Maxwell-slip, sigma0 50 to 2000 N m/rad,
-sigma1 .1 to 3 N m s/rad, one or two masses, at any place of its turn), a passive hand (0 to 500 N m/rad, 0 to 1 N m s/rad,
-0 to .02 kg m^2), and a policy. The hand swings the joint for two periods and then holds still: in the middle, where its wish
-happened to be, or it lets go. What it may feel is nothing: 2 s later the joint rests, and the hand is fed nothing. The
-law is told the presliding length as `rtctl identify` would find it, and of two masses only the motor's damping.
+Every case follows from `(seed, index)` alone: a joint (LuGre, elasto-plastic or Maxwell-slip, sigma0 50 to
+2000 N m/rad, sigma1 .1 to 3 N m s/rad, one or two masses, at any place of its turn), a passive hand (0 to 500
+N m/rad, 0 to 1 N m s/rad, 0 to .02 kg m^2), and a policy. The hand swings the joint for two periods and then
+holds still: in the middle, where its wish happened to be, or it lets go. What it may feel is nothing: 2 s
+later the joint rests, and the hand is fed nothing. The law is told the presliding length as `rtctl identify`
+would find it, and of two masses only the motor's damping.
 
-Some joints ring by themselves: an elastic one, hardly damped, in the hand of a mass. Whoever is not quiet is therefore run
-again with the policy `off`; what is no more than `OWN_RING` of that, and dies away as it does, is the joint's own, and is counted apart.
-Without help the same wish may move the joint less, or leave it stuck with the hand's spring bent, where hardly anything rings. So the hand is
-tried with larger wishes (`FARTHER`), too, as long as the joint goes no farther than it went with help.
+Some joints ring by themselves: an elastic one, hardly damped, in the hand of a mass. Whoever is not quiet is
+therefore run again with the policy `off`; what is no more than `OWN_RING` of that, and dies away as it does,
+is the joint's own, and is counted apart. Without help the same wish may move the joint less, or leave it
+stuck with the hand's spring bent, where hardly anything rings. So the hand is tried with larger wishes
+(`FARTHER`), too, as long as the joint goes no farther than it went with help.
 
 The judge knows the truth only: velocity, and the hand's torque times the way of the mass it holds.
 """
@@ -109,7 +111,8 @@ def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
 
 
 def rings_by_itself(found: Found, hold_s: float) -> bool:
-    """True when the hand was given nothing, and the same joint in it rings as much and as long without any help.
+    """True when the hand was given nothing, and the same joint in it rings as much and as long without any
+    help.
 
     After some motion in which the joint went no farther than in this case.
     """
@@ -128,7 +131,9 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
 
 @dataclass
 class Findings:
-    """Sums over the cases that were run. Speed and energy are those of the cases that do not ring by themselves."""
+    """Sums over the cases that were run. Speed and energy are those of the cases that do not ring by
+    themselves.
+    """
 
     cases: int = 0
     own: int = 0
@@ -170,7 +175,8 @@ class Findings:
         for one in sorted(self.loud, key=lambda one: -one.speed_rad_s)[:20]:
             fault = f", fault {one.fault}" if one.fault >= 0 else ""
             lines.append(
-                f"case {one.case.index}: {1e3 * one.speed_rad_s:.3g} mrad/s, fed {1e3 * one.fed_j:.3g} mJ{fault}: {one.case}"
+                f"case {one.case.index}: {1e3 * one.speed_rad_s:.3g} mrad/s, fed {1e3 * one.fed_j:.3g} "
+                f"mJ{fault}: {one.case}"
                 f"\n    rtctl campaign --still --seed {seed} --rig {one.case.index}"
             )
         return "\n".join(lines)

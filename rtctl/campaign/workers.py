@@ -13,9 +13,11 @@ R = TypeVar("R")
 
 
 def results(work: Callable[..., R], *arguments: Iterable[object], jobs: int = 0) -> Iterator[R]:
-    """What `work` returns for each of these arguments, in their order, from `jobs` processes (0: one per core).
+    """What `work` returns for each of these arguments, in their order, from `jobs` processes (0: one per
+    core).
 
-    The kernel ends the workers when their parent dies: those of an executor otherwise wait for its next word for ever.
+    The kernel ends the workers when their parent dies: those of an executor otherwise wait for its next word
+    for ever.
     """
     n, parent = jobs or os.cpu_count() or 1, os.getpid()
     with ProcessPoolExecutor(n, initializer=die_with, initargs=(parent,)) as pool:

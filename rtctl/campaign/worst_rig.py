@@ -1,8 +1,10 @@
-"""The worst hand and the worst world for a sampled loop behind delay and lag, by sums of their own over the aliases.
+"""The worst hand and the worst world for a sampled loop behind delay and lag, by sums of their own over the
+aliases.
 
-The hand resonates with the joint at every frequency that sampling folds onto the one where the margin is least, each
-resonance beside its alias by what gives the joint the phase there that hurts most; the world is the lossless one with the
-worst phase. Behind an elastic joint it is the hand that cancels, at that frequency, what spring and link would damp.
+The hand resonates with the joint at every frequency that sampling folds onto the one where the margin is
+least, each resonance beside its alias by what gives the joint the phase there that hurts most; the world is
+the lossless one with the worst phase. Behind an elastic joint it is the hand that cancels, at that frequency,
+what spring and link would damp.
 """
 
 from __future__ import annotations
@@ -90,7 +92,8 @@ def _folded_hand(loop: Loop, J: float, theta: float, c: complex, S1: complex) ->
 
 
 def worst_elastic(w: float, k: float, dampings: tuple[float, float, float], link_inertia: float) -> Plant:
-    """A motor behind a joint, in the hand that leaves it the least damping at the frequency w, and in resonance there.
+    """A motor behind a joint, in the hand that leaves it the least damping at the frequency w, and in
+    resonance there.
 
     `dampings` are those of motor, joint and link. The inertia of the motor is what resonates.
     """

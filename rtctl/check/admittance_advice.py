@@ -1,4 +1,6 @@
-"""What an admittance that is refused may be instead: numbers of one set, which pass together in hands, on dry friction and while the joint sticks."""
+"""What an admittance that is refused may be instead: numbers of one set, which pass together in hands, on dry
+friction and while the joint sticks.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ DAMPED = (1.0, 2.5, 6.0)
 
 @dataclass(frozen=True)
 class Advice:
-    """Keys of [axis.admittance] and what they may be, those alone that change; none where nothing that was tried passes."""
+    """Keys of [axis.admittance] and what they may be, those alone that change; none where nothing that was
+    tried passes.
+    """
 
     keys: tuple[tuple[str, str], ...] = ()
 
@@ -35,7 +39,9 @@ class Advice:
 
 @lru_cache(maxsize=64)
 def passing_together(loop: AdmittanceLoop) -> Advice:
-    """The set with the least change, by mass and damping first, that passes with every mass that may be asked for."""
+    """The set with the least change, by mass and damping first, that passes with every mass that may be asked
+    for.
+    """
     tried = sorted(product(HEAVIER, DAMPED, GAINS, HELD), key=_change)
     for mass, damped, gain, held in tried:
         if held < 1 and loop.position_gain_nm_rad == 0:
@@ -53,7 +59,9 @@ def _holds(loop: AdmittanceLoop) -> bool:
 
 
 def _change(shares: tuple[float, float, float, float]) -> float:
-    """How much another thing a hand holds: a mass or damping counts what it is larger by, a gain less, a servo's spring least."""
+    """How much another thing a hand holds: a mass or damping counts what it is larger by, a gain less, a
+    servo's spring least.
+    """
     mass, damped, gain, held = shares
     return mass * damped / math.sqrt(gain) + 0.1 * (1 - held)
 
@@ -69,9 +77,13 @@ def _changed(loop: AdmittanceLoop, mass: float, damped: float, gain: float, held
         with_mass(loop, shown),
         mass_max_kgm2=loop.mass_max_kgm2 if loop.mass_max_kgm2 > shown else 0.0,
         virtual_damping_nms_rad=damping,
-        velocity_gain_nms_rad=float(f"{gain * loop.velocity_gain_nms_rad:.3g}") if gain < 1 else loop.velocity_gain_nms_rad,
-        position_gain_nm_rad=float(f"{held * gain * loop.position_gain_nm_rad:.3g}") if held * gain < 1 else loop.position_gain_nm_rad,
-    )  # fmt: skip
+        velocity_gain_nms_rad=float(f"{gain * loop.velocity_gain_nms_rad:.3g}")
+        if gain < 1
+        else loop.velocity_gain_nms_rad,
+        position_gain_nm_rad=float(f"{held * gain * loop.position_gain_nm_rad:.3g}")
+        if held * gain < 1
+        else loop.position_gain_nm_rad,
+    )
 
 
 def _calmed(loop: AdmittanceLoop) -> AdmittanceLoop | None:

@@ -46,8 +46,8 @@ def draw_axis(plot: Axes, axis: AxisReport) -> None:
     plot.set_xlabel("virtual mass m [kg m^2]")
     plot.set_ylabel("stiffness of the hand k_h [N m/rad]")
     plot.set_title(
-        f"axis {axis.name}: b_v = {loop.virtual_damping_nms_rad:.3g}, K_v = {loop.velocity_gain_nms_rad:.3g} N m s/rad, "
-        f"K_p = {loop.position_gain_nm_rad:.3g} N m/rad",
+        f"axis {axis.name}: b_v = {loop.virtual_damping_nms_rad:.3g}, K_v = "
+        f"{loop.velocity_gain_nms_rad:.3g} N m s/rad, K_p = {loop.position_gain_nm_rad:.3g} N m/rad",
         fontsize="small",
     )
     plot.legend(fontsize="small")

@@ -1,4 +1,6 @@
-"""Every figure of an axis that is displayed as an admittance: its loop as the certificate takes it, and what that finds."""
+"""Every figure of an axis that is displayed as an admittance: its loop as the certificate takes it, and what
+that finds.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
 
 
 BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
-"""A presliding length that was measured is at most four times too long, one that was assumed sixteen times."""
+"""A presliding length that was measured is at most four times too long, one that was assumed sixteen
+times."""
 
 FADING = (0.1, 0.3, 0.6, 0.85)
 """Shares of the torque at which a display that fades is tried."""
@@ -33,8 +36,9 @@ class AdmittanceFigures:
     """What is found of one axis. Units are in the names; the box of hands is the rig file's."""
 
     radius: float
-    """Largest |eigenvalue| of one period over the grid, a joint that slides, whatever lies between law and joint up to the
-    declared, for every mass that may be asked for and every share of the torque that is tried.
+    """Largest |eigenvalue| of one period over the grid, a joint that slides, whatever lies between law and
+    joint up to the declared, for every mass that may be asked for and every share of the torque that is
+    tried.
     """
     points: int
     worst: str
@@ -51,7 +55,8 @@ class AdmittanceFigures:
     stuck_speed_rad_s: float
     """Speed, RMS, with which what grows there shakes the joint."""
     rest_damping_min_nms_rad: float
-    """Least `rest_damping_nms_rad` with which nothing grows there; 0: none does, or nothing grows as it is."""
+    """Least `rest_damping_nms_rad` with which nothing grows there; 0: none does, or nothing grows as it
+    is."""
     rubbing_radius: float
     """Largest |eigenvalue| with dry friction taken for damping of every size."""
     rubbing_damping_nms_rad: float
@@ -59,7 +64,8 @@ class AdmittanceFigures:
     rubbing_worst: str
     """Hand, joint and world there; empty where nothing grows."""
     helped: Helped
-    """The swing that help with dry friction feeds most; the next: share of the friction up to which help leaves nothing growing."""
+    """The swing that help with dry friction feeds most; the next: share of the friction up to which help
+    leaves nothing growing."""
     help_share_max: float
     damping_kept: float
     """Least share of its ideal damping that a vibration keeps."""
@@ -73,7 +79,8 @@ class AdmittanceFigures:
     mass_min_continuous_kgm2: float
     """From which on it would be passive without any lag, in any hand."""
     sensor_min_hz: float
-    """Own low-pass of the force sensor down to which the certificate holds; infinite: down to none that is tried."""
+    """Own low-pass of the force sensor down to which the certificate holds; infinite: down to none that is
+    tried."""
 
 
 def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: float) -> AdmittanceLoop:
@@ -184,7 +191,9 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
 
 @lru_cache(maxsize=64)
 def hunting_of(loop: AdmittanceLoop, held: bool) -> Hunting:
-    """The fastest hunting about the counts of the encoder, of every mass that may be asked for; `held`: the law holds a flicker."""
+    """The fastest hunting about the counts of the encoder, of every mass that may be asked for; `held`: the
+    law holds a flicker.
+    """
     from rtctl.control.proofs.admittance_counts import hunting
 
     found = (hunting(one, held=held) for one in (loop, *heavier(loop)))
@@ -192,7 +201,9 @@ def hunting_of(loop: AdmittanceLoop, held: bool) -> Hunting:
 
 
 def calming_hunt(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
-    """Damping at rest with which no mass hunts faster where a flicker is held, N m s/rad; 0: none that is tried."""
+    """Damping at rest with which no mass hunts faster where a flicker is held, N m s/rad; 0: none that is
+    tried.
+    """
     from rtctl.control.proofs.admittance_counts import calming_rest_damping
 
     found = [calming_rest_damping(one, most_counts_1_s) for one in (loop, *heavier(loop))]
@@ -226,7 +237,9 @@ def _growth(found: Finding) -> float:
 
 
 def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with every delay of whole ticks below the declared, with and without its current loop's lag, but not itself."""
+    """The loop with every delay of whole ticks below the declared, with and without its current loop's lag,
+    but not itself.
+    """
     delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
     both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
@@ -234,7 +247,9 @@ def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
 
 
 def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them, with more damping (`virtual_mass`)."""
+    """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them,
+    with more damping (`virtual_mass`).
+    """
     return [
         replace(
             loop,

@@ -53,9 +53,11 @@ class AxisFigures:
     """Guaranteed, with the feed-forward taken off, on the motor's side."""
     torque_limit_nm: float
     empty_account_torque_nm: float
-    """Torque that may be held while the energy account is empty, N m: what the gate can take back for the budget."""
+    """Torque that may be held while the energy account is empty, N m: what the gate can take back for the
+    budget."""
     torque_rate_needed_nm_s: float
-    """Slope of the gate with which that is all of the torque limit, N m/s; infinite when no slope is enough."""
+    """Slope of the gate with which that is all of the torque limit, N m/s; infinite when no slope is
+    enough."""
     friction: FrictionFigures | None
     guarantee: Guarantee
     """Least friction, presliding length, and the account of the compensation on both."""

@@ -119,7 +119,9 @@ def _members(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
 
 
 def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]:
-    """What the devices of an axis declare together: delays add up, of samples and current loops the slowest counts."""
+    """What the devices of an axis declare together: delays add up, of samples and current loops the slowest
+    counts.
+    """
     T = loaded.config.period_s
     delay = jitter = 0.0
     lag_hz, sample_ticks, names, undeclared = 0.0, 1, [], []

@@ -177,7 +177,9 @@ def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> No
 
 
 def _let_go(p: np.void) -> None:
-    """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can be shaken."""
+    """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can
+    be shaken.
+    """
     p["force_answers"] = 0
     p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
     p["assistance_bank_j"] = NEVER_SHORT_J

@@ -1,4 +1,6 @@
-"""The disturbance observer that a rig file should ask for beside a new friction model: what it says where that passes, else a slower one, else none."""
+"""The disturbance observer that a rig file should ask for beside a new friction model: what it says where
+that passes, else a slower one, else none.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,8 @@ WHERE = ".friction.observer"
 
 
 def snippet(loaded: LoadedConfig, axis: AxisGain, model: Path) -> str:
-    """Lines for the rig file beside those of the feed-forward; "" where the file's own observer passes with this model.
+    """Lines for the rig file beside those of the feed-forward; "" where the file's own observer passes with
+    this model.
 
     Raises
     ------

@@ -1,6 +1,8 @@
-"""How the disturbance observer of an axis goes by its force sensor: by how much it delays its own signals, and how quick it is.
+"""How the disturbance observer of an axis goes by its force sensor: by how much it delays its own signals,
+and how quick it is.
 
-It is as quick as gears that nobody declared bear. One place for the plan of the law and for `rtctl check`; it follows from what is declared and configured, never from what was measured since.
+It is as quick as gears that nobody declared bear. One place for the plan of the law and for `rtctl check`; it
+follows from what is declared and configured, never from what was measured since.
 """
 
 from __future__ import annotations
@@ -36,7 +38,9 @@ class Tuning:
 
 
 def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
-    """As the rig file says; where it gives no bandwidth the largest that leaves every vibration enough damping, behind a late sensor and of gears that are not known (docs/theory.md 6.4, 6.5)."""
+    """As the rig file says; where it gives no bandwidth the largest that leaves every vibration enough
+    damping, behind a late sensor and of gears that are not known (docs/theory.md 6.4, 6.5).
+    """
     table, T = loaded.config.axis[axis], loaded.config.period_s
     observer, way = table.friction.observer, force_way.of_axis(loaded, axis)
     usual_hz = observer.bandwidth_at(1 / T)
@@ -107,7 +111,9 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
 
 @lru_cache(maxsize=256)
 def judged(loop: Loop) -> Finding:
-    """The worst of the joint as it is declared in any hand of the box, with its force sensor and with quicker ones."""
+    """The worst of the joint as it is declared in any hand of the box, with its force sensor and with quicker
+    ones.
+    """
     from rtctl.control.proofs import observer_margin
     from rtctl.control.proofs.quicker_sensors import quicker_sensors
 

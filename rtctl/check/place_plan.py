@@ -17,14 +17,16 @@ PLACE_LENGTH = 0.5
 PLACE_LAG = 0.25
 """Waves that come at more than this share of the observer's bandwidth are seen too late to judge by."""
 ORDINARY_SHARE = 0.05
-"""Share of the trained range that ordinary motion is faster than: a ripple that is seen by slower motion only would keep friction's waves from being judged by it."""
+"""Share of the trained range that ordinary motion is faster than: a ripple that is seen by slower motion only
+would keep friction's waves from being judged by it."""
 
 
 def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> None:
     """Parameters of what the model says of place; without a force sensor it is never seen.
 
-    Waves of the conservative part that pass too quick for the observer but in the slowest motion, slower than a hand moves, are judged by nobody: they would keep all of
-    the places from being judged, and are compensated only where they are given.
+    Waves of the conservative part that pass too quick for the observer but in the slowest motion, slower than
+    a hand moves, are judged by nobody: they would keep all of the places from being judged, and are
+    compensated only where they are given.
     """
     friction = axis.friction
     if not model.has_place or friction.place == "off":

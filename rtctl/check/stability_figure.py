@@ -1,4 +1,6 @@
-"""A region for every axis as a picture: couplings that are provably passive, or virtual masses that are stable, and the rig file's."""
+"""A region for every axis as a picture: couplings that are provably passive, or virtual masses that are
+stable, and the rig file's.
+"""
 
 from __future__ import annotations
 

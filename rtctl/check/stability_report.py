@@ -6,18 +6,19 @@ false, and `rtctl check` prints the same report.
 How the guaranteed damping comes about, per axis:
 
 - without a friction model: `viscous_nms_rad` of the rig file;
-- with one: no more than that either, as dry friction is a spring in motions smaller than its presliding and damps
-  nothing there; and no more than the secant damping left after feed-forward (docs/theory.md 5.2) over the trained
-  range, with the friction at its lower bound (model minus its largest known error minus `drift_nm`);
+- with one: no more than that either, as dry friction is a spring in motions smaller than its presliding and
+  damps nothing there; and no more than the secant damping left after feed-forward (docs/theory.md 5.2) over
+  the trained range, with the friction at its lower bound (model minus its largest known error minus
+  `drift_nm`);
 - where the feed-forward follows a friction that changes, it is judged at the largest factor that it may reach
   (`friction.adaptation`), and so is all else that rests on it;
 - where the velocity limit lies beyond the trained range, friction there is taken to rise from that lower
   bound with `viscous_nms_rad` only, while the feed-forward fades out;
-- of an elastic joint what a hand cannot cancel: the motor's share b_m, and of link and joint b_l b_j/(b_l + b_j).
+- of an elastic joint what a hand cannot cancel: the motor's b_m, and of link and joint b_l b_j/(b_l + b_j).
 
-Why that: behind the motor is the joint, b_j + k_j/s, in series with a link and a hand of any impedance whose real part is
-at least b_l. Over all of these the least real part of 1/(Y_j + Y_l) is 1/(|Y_j|^2/Re Y_j + 1/b_l) = 1/(1/b_j + 1/b_l), at
-every frequency and for every stiffness: a hand can cancel spring and inertia, and with them all else.
+Behind the motor is the joint, b_j + k_j/s, in series with a link and a hand of any impedance whose real part
+is at least b_l. Over these the least real part of 1/(Y_j + Y_l) is 1/(|Y_j|^2/Re Y_j + 1/b_l) =
+1/(1/b_j + 1/b_l), at every frequency and stiffness: a hand can cancel spring and inertia, and all else.
 """
 
 from __future__ import annotations
@@ -118,8 +119,9 @@ class Report:
 
 
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
-    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint, the stiffness beside the
-    coupling's that compensation by place makes, N m/rad, and the share of the coupling that compensation by load adds to it.
+    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint,
+    the stiffness beside the coupling's that compensation by place makes, N m/rad, and the share of the
+    coupling that compensation by load adds to it.
     """
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
@@ -164,7 +166,7 @@ def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: Axis
 
 
 def figures_alone(loaded: LoadedConfig, index: int, pulse: AxisTiming | None = None) -> AxisFigures:
-    """Figures of axis `index` without a verdict: a verdict searches for what would pass, too, which takes far longer."""
+    """Figures of axis `index` without a verdict, which searches for what would pass, too: far longer."""
     late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
     figures, b, dry, sure = _friction(loaded, loaded.config.axis[index], late)
     return _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
@@ -179,7 +181,7 @@ def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
 def _friction(
     loaded: LoadedConfig, axis: AxisTable, late: Lateness
 ) -> tuple[FrictionFigures | None, float, float, Guarantee]:
-    """Figures of the friction model, if there is one; damping and dry friction that are guaranteed; the account's facts."""
+    """Figures of the friction model, if any; guaranteed damping and dry friction; the account's facts."""
     path = loaded.model_path(axis)
     if path is None:
         return None, axis.viscous_nms_rad, axis.dry_friction_nm, guarantee(axis, None)
@@ -208,7 +210,7 @@ def _figures(  # longer than 50 lines: one figure a line
     figures: FrictionFigures | None,
     guaranteed: tuple[float, float, Guarantee],
 ) -> AxisFigures:
-    """Every figure of one axis; `guaranteed` are damping, dry friction, and what the account of the compensation rests on."""
+    """Every figure of one axis; `guaranteed`: damping, dry friction, what the account rests on."""
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.counts_of_turn
@@ -275,7 +277,7 @@ def _compensates(loaded: LoadedConfig, axis: AxisTable, figures: FrictionFigures
 
 
 def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]:
-    """Torque that an empty energy account can pay for, N m, and the slope at which that is the limit, N m/s."""
+    """Torque that an empty account can pay for, N m, and the slope at which that is the limit, N m/s."""
     from rtctl.control import take_back  # reading a report's names must not load the compiler
     from rtctl.control.jit import plain
 

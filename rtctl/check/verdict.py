@@ -34,8 +34,9 @@ class Outcome(IntEnum):
 class Verdict:
     """One row: what was tested, what came out, what it is held against, and what that means for a hand.
 
-    `use` is how much of the bound is used, 1 where the verdict turns: rows of one outcome are sorted by it. `refusal` is
-    the line that refuses the file (file, key, value, bound, remedy), where the test fails; or warns of it.
+    `use` is how much of the bound is used, 1 where the verdict turns: rows of one outcome are sorted by it.
+    `refusal` is the line that refuses the file (file, key, value, bound, remedy), where the test fails; or
+    warns of it.
     """
 
     axis: str
@@ -93,7 +94,9 @@ class Subject:
 
     @property
     def hand(self) -> float:
-        """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a joint."""
+        """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a
+        joint.
+        """
         return hand_factor(self.table.motion)
 
     def row(
@@ -111,5 +114,7 @@ class Subject:
 
 
 def ranked(rows: Iterable[Verdict]) -> list[Verdict]:
-    """The worst row last: by outcome, then by how much of the bound is used; a use that is no number is the worst."""
+    """The worst row last: by outcome, then by how much of the bound is used; a use that is no number is the
+    worst.
+    """
     return sorted(rows, key=lambda row: (row.outcome, math.inf if math.isnan(row.use) else row.use))

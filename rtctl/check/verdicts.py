@@ -1,7 +1,8 @@
 """What `rtctl check` judges: a list of tests, each of which gives rows with a verdict, the worst row last.
 
-A test is a function of one axis that gives no, one or several rows. To add one, write it and name it in `EITHER` or in the list of the display it is for. A row
-that fails refuses the rig file (exit code 5, no start); what cannot be proved is a row that says so.
+A test is a function of one axis that gives no, one or several rows. To add one, write it and name it in
+`EITHER` or in the list of the display it is for. A row that fails refuses the rig file (exit code 5, no
+start); what cannot be proved is a row that says so.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_force.sensor_of_an_observer,
     verdicts_of_units.torque_of_a_count,
 )
-"""Tests of a coupling, of what only the device's damping is held against, and of the observer, which sends nothing beside a virtual mass."""
+"""Tests of a coupling, of what only the device's damping is held against, and of the observer, which sends
+nothing beside a virtual mass."""
 
 ADMITTANCE: tuple[Test, ...] = (
     verdicts_of_admittance.closed_loop,

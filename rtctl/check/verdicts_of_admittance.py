@@ -1,14 +1,14 @@
-"""Tests of an axis that is displayed as an admittance: its closed loop in every hand of the box, steps of encoder and force.
+"""Tests of an axis displayed as an admittance: its closed loop in every hand of the box.
 
 Rows of the impedance display that such an axis does not get, unless its display may change, and why:
 
-- `coupling, sampled and late` and `worlds that are not linear, behind the lag`: there is no coupling; the joint follows the
-  virtual mass, and the energy it gives is a matter of the closed loop, which the certificate here judges;
-- `elastic joint`: its damping counts there for a proof with any hand; here the joint is inside the loop, with all its parts;
-- `steps of the encoder`, and the unit test of one count: they came through the coupling; here they come through K_v (a row below);
-- `feed-forward of any sign (two-line)`: it compares the feed-forward with friction, for a port that nothing else drives. Here
-  a torque that is wrong is one against a velocity loop: the certificate is asked with the damping that the feed-forward
-  leaves, and its work is bounded by the account, as everywhere;
+- `coupling, sampled and late` and `worlds that are not linear, behind the lag`: there is no coupling; the
+  joint follows the virtual mass, and the certificate here judges the energy that it gives;
+- `elastic joint`: its damping counts there for a proof with any hand; here the joint is inside the loop;
+- `steps of the encoder`, and the unit test of one count: here they come through K_v (a row below);
+- `feed-forward of any sign (two-line)`: it compares the feed-forward with friction, for a port that nothing
+  else drives. Here a torque that is wrong is one against a velocity loop: the certificate is asked with the
+  damping that the feed-forward leaves, and its work is bounded by the account, as everywhere;
 - `disturbance observer in a hand`, and its steps and bias: it sends nothing beside a virtual mass.
 
 The rows of account, policy, intent, places and units hold as they are.
@@ -39,7 +39,10 @@ def closed_loop(s: Subject) -> list[Verdict]:
     shown = (
         f"masses to {box.mass_max_kgm2:g} kg m^2, more damping; " if box.mass_max_kgm2 > box.mass_kgm2 else ""
     )
-    hands = f"{shown}hands to {box.hand_stiffness_nm_rad:g} N m/rad, {box.hand_damping_nms_rad:g} N m s/rad, {box.hand_inertia_kgm2:g} kg m^2"
+    hands = (
+        f"{shown}hands to {box.hand_stiffness_nm_rad:g} N m/rad, {box.hand_damping_nms_rad:g} N m s/rad, "
+        f"{box.hand_inertia_kgm2:g} kg m^2"
+    )
     if not one.stable:
         meaning = f"grows with a {one.worst}: {remedy(s, one)}{_together(s)}"
     elif one.proved:
@@ -47,7 +50,10 @@ def closed_loop(s: Subject) -> list[Verdict]:
             f"{hands}, any linear world: proved between the points, too, in {one.cells} cells; {_room(one)}"
         )
     else:
-        meaning = f"{hands}, any linear world: stable at {one.points} points; between them not proved ({one.not_proved_at or 'cells'}); {_room(one)}"
+        meaning = (
+            f"{hands}, any linear world: stable at {one.points} points; between them not proved "
+            f"({one.not_proved_at or 'cells'}); {_room(one)}"
+        )
     most = one.hand_stiffness_max_nm_rad
     return [
         s.row(
@@ -57,8 +63,8 @@ def closed_loop(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             box.hand_stiffness_nm_rad / most if most > 0 else math.inf,
-            f"{s.where}.admittance.mass_kgm2: axis {s.axis.name}: {box.mass_kgm2:g} with damping_nms_rad = {box.damping_nms_rad:g}, "
-            f"velocity_gain_nms_rad = {box.velocity_gain_nms_rad:g}: {meaning}"
+            f"{s.where}.admittance.mass_kgm2: axis {s.axis.name}: {box.mass_kgm2:g} with damping_nms_rad = "
+            f"{box.damping_nms_rad:g}, velocity_gain_nms_rad = {box.velocity_gain_nms_rad:g}: {meaning}"
             if outcome == Outcome.FAIL
             else "",
         )
@@ -71,15 +77,16 @@ def _together(s: Subject) -> str:
     if advice.keys:
         return f"; all hands, dry friction and a joint that sticks pass with {advice.words()}"
     return (
-        "; no masses, dampings and gains that were tried pass together: less delay or lag, or less hand_stiffness_nm_rad and hand_inertia_kgm2, "
-        "if no stiffer or heavier hand holds it"
+        "; no masses, dampings and gains that were tried pass together: less delay or lag, or less "
+        "hand_stiffness_nm_rad and hand_inertia_kgm2, if no stiffer or heavier hand holds it"
     )
 
 
 def _room(one: AdmittanceFigures) -> str:
     return (
-        f"passes up to a hand of {one.hand_stiffness_max_nm_rad:.4g} N m/rad ({one.hand_stiffness_max_free_nm_rad:.4g} in free "
-        f"motion), down to a mass of {one.mass_min_kgm2:.3g} kg m^2"
+        f"passes up to a hand of {one.hand_stiffness_max_nm_rad:.4g} N m/rad "
+        f"({one.hand_stiffness_max_free_nm_rad:.4g} in free motion), down to a mass of "
+        f"{one.mass_min_kgm2:.3g} kg m^2"
     )
 
 
@@ -107,7 +114,7 @@ def _down(value: float) -> str:
 
 
 def stuck_joint(s: Subject) -> list[Verdict]:
-    """While dry friction holds the joint, it is a spring: what grows there shakes the hand, within the presliding and somewhat beyond."""
+    """While dry friction holds the joint, it is a spring: what grows there shakes the hand."""
     one = found(s)
     if one.stuck_radius is None:
         return []
@@ -117,7 +124,10 @@ def stuck_joint(s: Subject) -> list[Verdict]:
         "the same hands and worlds while dry friction holds the joint: at the points of the grid",
     )
     if one.stuck_worst:
-        shakes = f"within a presliding of {mrad:.3g} mrad, where friction is a spring, the joint shakes with a {one.stuck_worst}"
+        shakes = (
+            f"within a presliding of {mrad:.3g} mrad, where friction is a spring, the joint shakes with a "
+            f"{one.stuck_worst}"
+        )
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
         if speed > SHAKE_RAD_S:
             outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}{_together(s)}"
@@ -125,8 +135,9 @@ def stuck_joint(s: Subject) -> list[Verdict]:
                 outcome = Outcome.NOT_PROVED
                 meaning += f"; nobody says what the presliding length is ({mrad:.3g} mrad are assumed)"
     refusal = (
-        f"{s.where}.admittance.rest_damping_nms_rad: axis {s.axis.name}: {s.table.admittance.rest_damping_nms_rad:g} lets the joint shake at {speed:.3g} "
-        f"rad/s RMS, the bound is {SHAKE_RAD_S:g}: {meaning}"
+        f"{s.where}.admittance.rest_damping_nms_rad: axis {s.axis.name}: "
+        f"{s.table.admittance.rest_damping_nms_rad:g} lets the joint shake at {speed:.3g} rad/s RMS, the "
+        f"bound is {SHAKE_RAD_S:g}: {meaning}"
     )
     return [
         s.row(
@@ -142,7 +153,10 @@ def stuck_joint(s: Subject) -> list[Verdict]:
 
 
 def _rest_remedy(one: AdmittanceFigures) -> str:
-    ways = "less hand_inertia_kgm2, if no heavier hand holds it, less velocity_gain_nms_rad, or more damping_nms_rad"
+    ways = (
+        "less hand_inertia_kgm2, if no heavier hand holds it, less velocity_gain_nms_rad, or more "
+        "damping_nms_rad"
+    )
     if one.rest_damping_min_nms_rad > 0:
         return f"rest_damping_nms_rad = {rounded_up(one.rest_damping_min_nms_rad)}, or {ways}"
     return ways
@@ -155,12 +169,14 @@ def dry_friction(s: Subject) -> list[Verdict]:
     meaning = "dry friction, as damping of every size, lets nothing swing on"
     if not passes:
         meaning = (
-            f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, with a {one.rubbing_worst}: "
-            f"{'less position_gain_nm_rad, or ' if table.position_gain_nm_rad > 0 else ''}more velocity_gain_nms_rad or damping_nms_rad{_together(s)}"
+            f"swings on where dry friction is as {one.rubbing_damping_nms_rad:.3g} N m s/rad of damping, "
+            f"with a {one.rubbing_worst}: "
+            f"{'less position_gain_nm_rad, or ' if table.position_gain_nm_rad > 0 else ''}more "
+            f"velocity_gain_nms_rad or damping_nms_rad{_together(s)}"
         )
     refusal = (
-        f"{s.where}.admittance.position_gain_nm_rad: axis {s.axis.name}: {table.position_gain_nm_rad:g} with velocity_gain_nms_rad = "
-        f"{table.velocity_gain_nms_rad:g}: {meaning}"
+        f"{s.where}.admittance.position_gain_nm_rad: axis {s.axis.name}: {table.position_gain_nm_rad:g} "
+        f"with velocity_gain_nms_rad = {table.velocity_gain_nms_rad:g}: {meaning}"
     )
     outcome = Outcome.PASS if passes else Outcome.FAIL
     return [
@@ -178,9 +194,8 @@ def dry_friction(s: Subject) -> list[Verdict]:
 
 def help_with_friction(s: Subject) -> list[Verdict]:
     """The help turns with the mass, friction with the joint: does that keep a hand swinging?"""
-    from rtctl.control.proofs.admittance_help import (
-        GROWS_1_S,
-    )  # reading a report's names must not load the compiler
+    # Reading a report's names must not load the compiler.
+    from rtctl.control.proofs.admittance_help import GROWS_1_S
 
     present = loop_of(s.axis, s.table, s.joint, s.period_s).help_share
     if present == 0:
@@ -191,10 +206,14 @@ def help_with_friction(s: Subject) -> list[Verdict]:
     if not passes:
         least = _down(share * one.help_share_max / present) if one.help_share_max > 0 else "0"
         meaning = (
-            f"it turns with the mass, before the joint, and may keep up a swing of {helped.speed_rad_s:.2g} rad/s RMS with a {helped.at}: "
-            f"compensation_share = {least}, or more damping_nms_rad or velocity_gain_nms_rad"
+            f"it turns with the mass, before the joint, and may keep up a swing of {helped.speed_rad_s:.2g} "
+            f"rad/s RMS with a {helped.at}: compensation_share = {least}, or more damping_nms_rad or "
+            "velocity_gain_nms_rad"
         )
-    refusal = f"{s.where}.admittance.compensation_share: axis {s.axis.name}: {share:g} of the learned help: {meaning}"
+    refusal = (
+        f"{s.where}.admittance.compensation_share: axis {s.axis.name}: {share:g} of the learned help: "
+        f"{meaning}"
+    )
     return [
         s.row(
             "admittance, help with friction",
@@ -209,20 +228,21 @@ def help_with_friction(s: Subject) -> list[Verdict]:
 
 
 def other_worlds(s: Subject) -> list[Verdict]:
-    """The certificate knows springs and dampers. What lets go or snaps is no such world, and was seen to be none."""
+    """The certificate knows springs and dampers. What lets go or snaps is no such world."""
     return [
         s.row(
             "admittance, worlds that are not linear",
             "none certified",
             "walls, detents",
             Outcome.NOT_PROVED,
-            "hands of the box came to rest in walls, but may swing on about the crest of a detent, where the mass runs ahead of a joint that sticks",
+            "hands of the box came to rest in walls, but may swing on about the crest of a detent, where "
+            "the mass runs ahead of a joint that sticks",
         )
     ]
 
 
 def any_hand(s: Subject) -> list[Verdict]:
-    """The continuous bound, told: no sampled display with lags is passive with every hand, and the box is what is certified."""
+    """The continuous bound, told: no sampled display with lags is passive with every hand."""
     one, table = found(s), s.table.admittance
     least, lasting = one.mass_min_continuous_kgm2, table.position_gain_nm_rad * s.axis.total_damping_nms_rad
     passive = table.mass_kgm2 >= least and lasting == 0
@@ -250,7 +270,8 @@ def vibrations(s: Subject) -> list[Verdict]:
             f"{kept:.3g}",
             f">= {KEPT_LEAST:g}",
             Outcome.PASS if kept >= KEPT_LEAST else Outcome.WARN,
-            "least share that a vibration keeps of the damping that virtual mass, hand and world have by themselves (or of 20/s)",
+            "least share that a vibration keeps of the damping that virtual mass, hand and world have by "
+            "themselves (or of 20/s)",
             KEPT_LEAST / kept if kept > 0 else math.inf,
         )
     ]
@@ -262,7 +283,10 @@ def lateness(s: Subject) -> list[Verdict]:
     steady = s.axis.jitter_ticks == 0
     told = f"{between_text(s.axis)}: the worse of declared and measured"
     if silent:
-        told = f"{' and '.join(s.axis.undeclared_devices)} does not say how late it is and coupling.delay_ticks is 0"
+        told = (
+            f"{' and '.join(s.axis.undeclared_devices)} does not say how late it is and "
+            "coupling.delay_ticks is 0"
+        )
     elif not steady:
         told += "; a delay that changes from tick to tick is none of those"
     return [

@@ -1,4 +1,6 @@
-"""Tests of an admittance: what one encoder count and one step of the force send through its gains, and how fast it hunts about a count."""
+"""Tests of an admittance: what one encoder count and one step of the force send through its gains, and how
+fast it hunts about a count.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,12 @@ if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 
 NOISE_LEAST = 0.02
-"""Torque of one count or step, as a share of the torque limit, that is none to feel even where no friction holds the joint."""
+"""Torque of one count or step, as a share of the torque limit, that is none to feel even where no friction
+holds the joint."""
 
 NOISE_MOST = 0.1
-"""Torque of one count through the velocity gain, as a share of the torque limit, from which on an axis is refused."""
+"""Torque of one count through the velocity gain, as a share of the torque limit, from which on an axis is
+refused."""
 
 LEAST_SHARE = 0.005
 """Dry friction that a refusal asks for, as a share of the torque limit, where less would do."""
@@ -42,13 +46,17 @@ def steps(s: Subject) -> list[Verdict]:
         ("admittance, one step of the force", force, "less force_lowpass_hz, or more mass_kgm2"),
     ):
         outcome = Outcome.PASS if jump <= held else Outcome.WARN if jump <= most else Outcome.FAIL
-        meaning = "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % of the torque limit"
+        meaning = (
+            "torque that it makes through the gains; bound: the dry friction that holds the joint, or 2 % "
+            "of the torque limit"
+        )
         if outcome != Outcome.PASS:
             meaning += f" (refused from {most:.3g} N m, a tenth of the torque limit): {key}"
         bound = max(held, most)
         refusal = (
-            f"{s.where}.admittance.velocity_gain_nms_rad: axis {s.axis.name}: {s.table.admittance.velocity_gain_nms_rad:g} makes {jump:.3g} "
-            f"N m of it ({name}), the bound is {bound:.3g} N m: {key}"
+            f"{s.where}.admittance.velocity_gain_nms_rad: axis {s.axis.name}: "
+            f"{s.table.admittance.velocity_gain_nms_rad:g} makes {jump:.3g} N m of it ({name}), the bound "
+            f"is {bound:.3g} N m: {key}"
         )
         use = jump / held
         rows.append(
@@ -66,7 +74,9 @@ def steps(s: Subject) -> list[Verdict]:
 
 
 def hunting(s: Subject) -> list[Verdict]:
-    """What the joint does within a count the servo does not see, and what it makes of an edge between two is a step: how fast does the joint hunt?"""
+    """What the joint does within a count the servo does not see, and what it makes of an edge between two is
+    a step: how fast does the joint hunt?
+    """
     loop = loop_of(s.axis, s.table, s.joint, s.period_s)
     held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
     found, bound = hunting_of(loop, held), own(SHAKE_RAD_S, "shake_rad_s", s.table)
@@ -82,8 +92,14 @@ def hunting(s: Subject) -> list[Verdict]:
         meaning += f": with a {found.at}: {_hunts_remedy(s, loop, held, bound)}"
         if loop.bristle_nm_rad > 0 and not s.axis.guarantee.measured:
             outcome = Outcome.NOT_PROVED
-            meaning += f"; nobody says what the presliding length is ({s.axis.guarantee.length_rad * 1e3:.3g} mrad are assumed)"
-    refusal = f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: {s.table.encoder_counts_per_rev:g} counts: {meaning}"
+            meaning += (
+                f"; nobody says what the presliding length is ({s.axis.guarantee.length_rad * 1e3:.3g} mrad "
+                "are assumed)"
+            )
+    refusal = (
+        f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: {s.table.encoder_counts_per_rev:g} counts: "
+        f"{meaning}"
+    )
     return [
         s.row(
             "admittance, hunting about a count",
@@ -98,13 +114,18 @@ def hunting(s: Subject) -> list[Verdict]:
 
 
 def creeping(s: Subject) -> list[Verdict]:
-    """A joint that creeps crosses edges before a flicker among counts is held: how fast does it ring there, as long as it creeps?"""
+    """A joint that creeps crosses edges before a flicker among counts is held: how fast does it ring there,
+    as long as it creeps?
+    """
     if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
         return []
     found = hunting_of(loop_of(s.axis, s.table, s.joint, s.period_s), held=False)
     speed, bound = found.counts_1_s * s.axis.count_rad, own(SHAKE_RAD_S, "shake_rad_s", s.table)
     outcome = Outcome.PASS if speed <= bound else Outcome.NOT_PROVED
-    meaning = "how fast a joint may ring between the counts of its encoder while it creeps, as servo and leaning hand wind up against its friction"
+    meaning = (
+        "how fast a joint may ring between the counts of its encoder while it creeps, as servo and leaning "
+        "hand wind up against its friction"
+    )
     if outcome != Outcome.PASS:
         counts = 1.01 * s.table.encoder_counts_per_rev * speed / bound
         meaning += f": with a {found.at}: encoder_counts_per_rev = {counts:.3g} passes"
@@ -134,7 +155,9 @@ def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) ->
 
 
 def count_torque_nm(s: Subject) -> float:
-    """Torque of one count, N m: K_v alpha Delta/(n T) + K_p Delta, alpha of the velocity's low-pass over n ticks."""
+    """Torque of one count, N m: K_v alpha Delta/(n T) + K_p Delta, alpha of the velocity's low-pass over n
+    ticks.
+    """
     from rtctl.control.velocity import lowpass_alpha
 
     a, span = s.table.admittance, s.period_s * s.axis.sample_ticks
@@ -147,8 +170,8 @@ def force_step_torque_nm(s: Subject) -> float:
 
     Notes
     -----
-    With tau the step as a hand torque behind the low-passes: the mass gains v = T tau/(m + b_v T), and (K_v + K_p T) v is sent, and
-    of what is sent ahead the share of J v/T - tau that its low-pass lets through.
+    With tau the step as a hand torque behind the low-passes: the mass gains v = T tau/(m + b_v T), and (K_v +
+    K_p T) v is sent, and of what is sent ahead the share of J v/T - tau that its low-pass lets through.
     """
     from rtctl.control.velocity import lowpass_alpha
 

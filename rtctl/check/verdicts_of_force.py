@@ -1,4 +1,6 @@
-"""Tests of what a force sensor makes of a force before the law reads it: its own low-pass, and how late it is besides."""
+"""Tests of what a force sensor makes of a force before the law reads it: its own low-pass, and how late it is
+besides.
+"""
 
 from __future__ import annotations
 

@@ -14,27 +14,32 @@ HEAVIEST_HAND_KGM2 = 0.02
 """Heaviest hand of the box of hands, at the link."""
 
 COUNT_SHARE_MAX = 1.0
-"""Encoder counts per presliding length: the mock is quiet in every hand with 1.1, and shakes stiff ones with 2.2
-(`rtctl experiment policies`)."""
+"""Encoder counts per presliding length: the mock is quiet in every hand with 1.1, and shakes stiff ones with
+2.2 (`rtctl experiment policies`)."""
 
 _GATED_BY_WISH = ("hybrid", "intent")
 """Policies in which the hand's torque decides the direction."""
 
 
 def energy_account(s: Subject) -> list[Verdict]:
-    """Most energy that the compensation gives a hand: the account's bound, if the presliding length is known."""
+    """Most energy that the compensation gives a hand: the account's bound, if the presliding length is
+    known.
+    """
     if not s.axis.compensates:
         return []
     sure = s.axis.guarantee
     text = (
-        f"all that the help with friction can give a hand over any time, whatever its sign or delay (control.assistance); presliding "
-        f"{sure.length_rad * 1e3:.3g} mrad ({sure.length_source})"
+        "all that the help with friction can give a hand over any time, whatever its sign or delay "
+        f"(control.assistance); presliding {sure.length_rad * 1e3:.3g} mrad ({sure.length_source})"
     )
     if not sure.measured:
         text += ", and nobody measured it: `rtctl identify`, or friction.presliding_rad"
     swing_j = s.axis.friction.conservative_swing_j if s.axis.friction else 0.0
     if swing_j > 0:
-        text += f"; {swing_j * 1e3:.3g} mJ more that the conservative part gives from one place to another, and takes back"
+        text += (
+            f"; {swing_j * 1e3:.3g} mJ more that the conservative part gives from one place to another, and "
+            "takes back"
+        )
     return [
         s.row(
             "energy account of the compensation",
@@ -67,8 +72,9 @@ def motion_seen(s: Subject) -> list[Verdict]:
             share / most,
             ""
             if seen
-            else f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: one of {s.table.encoder_counts_per_rev:g} counts is {share:.3g} "
-            f"presliding lengths, the bound is {most:g}: {remedy}",
+            else f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: one of "
+            f"{s.table.encoder_counts_per_rev:g} counts is {share:.3g} presliding lengths, the bound is "
+            f"{most:g}: {remedy}",
         )
     ]
 
@@ -120,7 +126,10 @@ def wish(s: Subject) -> list[Verdict]:
     later_hz = _late_bound_hz(lead, late, s.period_s, s.axis.force_way.sensor_hz)
     quiet = lowpass_hz <= later_hz
     beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED
-    meaning = f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to {passes_hz:.4g}"
+    meaning = (
+        f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to "
+        f"{passes_hz:.4g}"
+    )
     if late > 0 or s.axis.force_way.sensor_hz > 0:
         own = f" and a sensor of {s.axis.force_way.sensor_hz:g} Hz" if s.axis.force_way.sensor_hz > 0 else ""
         meaning += f", and {later_hz:.4g} with what is {late} ticks late{own}"
@@ -134,9 +143,9 @@ def wish(s: Subject) -> list[Verdict]:
             max(loop, lowpass_hz / later_hz),
             ""
             if loop < 1
-            else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand of "
-            f"{heaviest:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is {passes_hz:.4g} Hz: that, "
-            "or a larger intent_nm",
+            else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand "
+            f"of {heaviest:g} kg m^2 buzz at half the rate (loop gain {loop:.3g}), the bound is "
+            f"{passes_hz:.4g} Hz: that, or a larger intent_nm",
         )
     ]
 
@@ -151,9 +160,11 @@ def _intent_bound_hz(lead: float, T: float) -> float:
 
 
 def _late_bound_hz(lead: float, late: int, T: float, sensor_hz: float = 0.0) -> float:
-    """Bandwidth up to which the same loop settles if the torque comes `late` ticks later, behind the sensor's own low-pass, Hz, rounded down.
+    """Bandwidth up to which the same loop settles if the torque comes `late` ticks later, behind the sensor's
+    own low-pass, Hz, rounded down.
 
-    With beta of that low-pass: z^late (z - (1 - alpha))(z - (1 - beta)) + alpha beta lead z = 0; without it the same with beta 1.
+    With beta of that low-pass: z^late (z - (1 - alpha))(z - (1 - beta)) + alpha beta lead z = 0; without it
+    the same with beta 1.
     """
     low, high, kept = 0.0, 1.0, math.exp(-2 * math.pi * sensor_hz * T) if sensor_hz > 0 else 0.0
     for _ in range(30):
@@ -168,10 +179,11 @@ def _late_bound_hz(lead: float, late: int, T: float, sensor_hz: float = 0.0) -> 
 
 
 def two_lines(s: Subject) -> list[Verdict]:
-    """The feed-forward below the friction whatever its sign: told; where it fails, the account is what bounds it.
+    """The feed-forward below the friction whatever its sign: told; where it fails, the account is what bounds
+    it.
 
-    Friction is credited here as F_lo v^0, which it is only in motions beyond its presliding: of smaller ones, where it is
-    a spring, the test says nothing.
+    Friction is credited here as F_lo v^0, which it is only in motions beyond its presliding: of smaller ones,
+    where it is a spring, the test says nothing.
     """
     found, sure = s.axis.friction, s.axis.guarantee
     if found is None or found.feedforward_max_nm == 0:
@@ -187,22 +199,27 @@ def two_lines(s: Subject) -> list[Verdict]:
             Outcome.PASS if covered else Outcome.NOT_PROVED,
             f"passive whatever sign or delay the feed-forward errs by, {beyond}"
             if passed
-            else f"of the wrong sign it would exceed the friction, {beyond}: what it can give then is bounded by the energy "
-            "account, not by this",
+            else f"of the wrong sign it would exceed the friction, {beyond}: what it can give then is "
+            "bounded by the energy account, not by this",
             0.0 if covered else 1.0 - found.two_line_margin_nm / max(found.friction_floor_nm, 1e-9),
         )
     ]
 
 
 def follows(s: Subject) -> list[Verdict]:
-    """How far the feed-forward may follow a friction that changes: every row is judged at the largest factor."""
+    """How far the feed-forward may follow a friction that changes: every row is judged at the largest
+    factor.
+    """
     found, per_min = s.axis.friction, s.table.friction.drift.adapt_per_min
     if not per_min > 0:
         return []
     able = found is not None and s.table.friction.policy not in ("off", "observer") and s.axis.force_sensor
     most = found.factor_max if found is not None else 1.0
     if not able:
-        meaning = "follows nothing: that takes a learned feed-forward and a force sensor (friction.drift.adapt_per_min)"
+        meaning = (
+            "follows nothing: that takes a learned feed-forward and a force sensor "
+            "(friction.drift.adapt_per_min)"
+        )
     elif most < FACTOR_MOST:
         meaning = (
             "beyond it the two-line test, or the damping that the coupling is proved with, does not pass: "
@@ -222,7 +239,9 @@ def follows(s: Subject) -> list[Verdict]:
 
 
 def conservative_part(s: Subject) -> list[Verdict]:
-    """A joint at rest does not creep off whatever is wrong with the places: friction holds twice the conservative part."""
+    """A joint at rest does not creep off whatever is wrong with the places: friction holds twice the
+    conservative part.
+    """
     found = s.axis.friction
     if found is None or not found.conservative_most_nm > 0:
         return []
@@ -235,15 +254,17 @@ def conservative_part(s: Subject) -> list[Verdict]:
             f"{worst:.4g} N m",
             f"< {least:.4g}",
             Outcome.PASS if passed else Outcome.FAIL,
-            "twice what is compensated of it, half a period off, against the dry friction that is surely there: nothing creeps"
+            "twice what is compensated of it, half a period off, against the dry friction that is surely "
+            "there: nothing creeps"
             if passed
             else f"half a period off it could move a joint at rest: {remedy}",
             worst / least if least > 0 else 2.0,
             ""
             if passed
-            else f"{s.where}.friction.place: axis {s.axis.name}: a conservative part of {found.conservative_most_nm:.3g} N m that is "
-            f"compensated half a period off moves the joint with {worst:.3g} N m, the bound is the dry friction surely there, "
-            f"{least:.3g} N m: {remedy}",
+            else f"{s.where}.friction.place: axis {s.axis.name}: a conservative part of "
+            f"{found.conservative_most_nm:.3g} N m that is compensated half a period off moves the "
+            f"joint with {worst:.3g} N m, the bound is the dry friction surely there, {least:.3g} N m: "
+            f"{remedy}",
         )
     ]
 
@@ -265,8 +286,8 @@ def damping_and_model(s: Subject) -> list[Verdict]:
             b / most if most > 0 else 2.0,
             ""
             if passed
-            else f"{s.where}.viscous_nms_rad: axis {s.axis.name}: {b:g} alone would be more than all the friction that the "
-            f"model was taught at {found.drag_speed_rad_s:.3g} rad/s, the bound is {most:.4g} N m s/rad: measure it again "
-            "(rtctl identify), or look for a wrong unit",
+            else f"{s.where}.viscous_nms_rad: axis {s.axis.name}: {b:g} alone would be more than all the "
+            f"friction that the model was taught at {found.drag_speed_rad_s:.3g} rad/s, the bound is "
+            f"{most:.4g} N m s/rad: measure it again (rtctl identify), or look for a wrong unit",
         )
     ]

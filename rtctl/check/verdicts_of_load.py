@@ -9,7 +9,9 @@ from rtctl.friction.load import LOOP_MOST
 
 
 def load(s: Subject) -> list[Verdict]:
-    """What the compensation of load adds to the load is a small share of it: the sum settles, and a hand's torque comes back smaller."""
+    """What the compensation of load adds to the load is a small share of it: the sum settles, and a hand's
+    torque comes back smaller.
+    """
     found, gain = s.axis.friction, s.table.friction.load_gain
     if not gain > 0:
         return []
@@ -23,8 +25,8 @@ def load(s: Subject) -> list[Verdict]:
         )
     elif passed:
         meaning = (
-            "N m that the compensation adds for each N m through the gear; the coupling is judged as so much stiffer as the motor's part "
-            "of it is, and friction is credited as without load"
+            "N m that the compensation adds for each N m through the gear; the coupling is judged as so "
+            "much stiffer as the motor's part of it is, and friction is credited as without load"
         )
     else:
         meaning = f"what it adds comes back as load, and as the hand's torque: load_gain up to {bound:g}"
@@ -38,7 +40,7 @@ def load(s: Subject) -> list[Verdict]:
             share / most,
             ""
             if passed
-            else f"{s.where}.friction.load_gain: axis {s.axis.name}: {gain:g} adds {share:.3g} N m for each N m through the gear, "
-            f"the bound is {most:g}: load_gain up to {bound:g}",
+            else f"{s.where}.friction.load_gain: axis {s.axis.name}: {gain:g} adds {share:.3g} N m for each "
+            f"N m through the gear, the bound is {most:g}: load_gain up to {bound:g}",
         )
     ]

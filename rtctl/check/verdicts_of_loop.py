@@ -16,14 +16,16 @@ SHAKE_RAD_S = 0.002
 """A shake slower than this, RMS, counts as none: it is what a hand that holds still may be left with."""
 
 FELT_RAD_S = 0.02
-"""A shake that may be faster than this is refused; in between it is said that the joint may not be quite still."""
+"""A shake that may be faster than this is refused; in between it is said that the joint may not be quite
+still."""
 
 MOST_COUNTS = 5.0
-"""Largest amplitude, in counts, of a shake that the encoder's steps keep up in a loop that passes the exact test."""
+"""Largest amplitude, in counts, of a shake that the encoder's steps keep up in a loop that passes the exact
+test."""
 
 TIP_STIFFNESS_N_M = 1e4
-"""Stiffest hand at the tip, N/m, in which the encoder's steps may not shake the joint. A tensed finger or arm has some
-1e3; what is stiffer than ten of them is a vice."""
+"""Stiffest hand at the tip, N/m, in which the encoder's steps may not shake the joint. A tensed finger or arm
+has some 1e3; what is stiffer than ten of them is a vice."""
 
 FLICKER_COUNTS = 1.5
 """A shake up to so many counts is a flicker, which is not answered (`control.flicker.WIDE`)."""
@@ -32,7 +34,9 @@ _ROUNDING = 1e-12
 
 
 def sampled_loop(s: Subject) -> list[Verdict]:
-    """The exact test of coupling, delay, lag and age of samples: the one the energy of a hand's safety rests on."""
+    """The exact test of coupling, delay, lag and age of samples: the one the energy of a hand's safety rests
+    on.
+    """
     axis = s.axis
     passed = axis.sampled_data_margin_nms_rad >= -_ROUNDING * (1 + axis.damping_needed_nms_rad)
     b, needed = axis.device_damping_nms_rad, axis.damping_needed_nms_rad
@@ -41,8 +45,8 @@ def sampled_loop(s: Subject) -> list[Verdict]:
         f"needs {needed:.4g} N m s/rad",
         f"<= {b:.4g}",
         Outcome.PASS if passed else Outcome.FAIL,
-        f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad at this b_c is passive with every passive hand and every "
-        "passive virtual environment",
+        f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad at this b_c is passive with every passive "
+        "hand and every passive virtual environment",
         needed / b if b > 0 else (0.0 if passed else math.nan),
         "" if passed else _coupling_refusal(s),
     )
@@ -86,14 +90,16 @@ def declared_delay(s: Subject) -> list[Verdict]:
             "not declared",
             "declared, or coupling.delay_ticks",
             Outcome.NOT_PROVED,
-            f"{' and '.join(axis.undeclared_devices)} does not say how late it is and coupling.delay_ticks is 0: "
-            "the coupling is proved without any delay",
+            f"{' and '.join(axis.undeclared_devices)} does not say how late it is and coupling.delay_ticks "
+            "is 0: the coupling is proved without any delay",
         )
     ]
 
 
 def elastic_joint(s: Subject) -> list[Verdict]:
-    """Only the damping on the motor's side of an elastic joint is sure, and only if the encoder turns with the motor."""
+    """Only the damping on the motor's side of an elastic joint is sure, and only if the encoder turns with
+    the motor.
+    """
     axis = s.axis
     if axis.joint_encoder == "link":
         return [
@@ -113,13 +119,16 @@ def elastic_joint(s: Subject) -> list[Verdict]:
             f"{axis.device_damping_nms_rad:.4g} of {axis.total_damping_nms_rad:.4g} N m s/rad",
             "what every hand leaves",
             Outcome.PASS,
-            "the damping behind the joint's spring can be cancelled by a hand: the rows here count on what is left of it",
+            "the damping behind the joint's spring can be cancelled by a hand: the rows here count on what "
+            "is left of it",
         )
     ]
 
 
 def encoder_steps(s: Subject) -> list[Verdict]:
-    """Steps of the encoder shake a joint that nothing holds still: what holds it, or how slow the shake is."""
+    """Steps of the encoder shake a joint that nothing holds still: what holds it, or how slow the shake
+    is.
+    """
     axis = s.axis
     needed, held = axis.quantisation_torque_nm, axis.dry_friction_nm
     if needed == 0:
@@ -128,11 +137,17 @@ def encoder_steps(s: Subject) -> list[Verdict]:
     counts = min(shake_counts(s), bent) if sticks else shake_counts(s)
     if counts <= FLICKER_COUNTS and holds_flicker(s.table, axis.guarantee, s.joint.dry_share):
         figure, bound = f"{counts:.2g} counts", f"<= {FLICKER_COUNTS:g} counts"
-        meaning = "most they can shake a joint at rest: a flicker, which the law does not answer; dry friction holds the joint meanwhile"
+        meaning = (
+            "most they can shake a joint at rest: a flicker, which the law does not answer; dry friction "
+            "holds the joint meanwhile"
+        )
         return [_steps_row(s, figure, bound, Outcome.PASS, meaning, counts / FLICKER_COUNTS)]
     shake = shake_rad_s(s, min(counts, MOST_COUNTS), axis.guarantee.bristle_nm_rad if sticks else 0.0)
     outcome = Outcome.PASS if shake <= SHAKE_RAD_S else Outcome.NOT_PROVED
-    meaning = f"most they can shake a joint at rest, {counts:.2g} counts, in a hand of up to {TIP_STIFFNESS_N_M:.0e} N/m"
+    meaning = (
+        f"most they can shake a joint at rest, {counts:.2g} counts, in a hand of up to "
+        f"{TIP_STIFFNESS_N_M:.0e} N/m"
+    )
     if sticks:
         meaning += (
             f": friction holds it, but its bristles bend over {bent:.3g} counts, and are a spring so far"
@@ -152,15 +167,16 @@ def _steps_row(
 
 
 def shake_counts(s: Subject) -> float:
-    """Amplitude of the shake that the steps of the encoder keep up in a joint that nothing holds, in counts; infinite without damping.
+    """Amplitude of the shake that the steps of the encoder keep up in a joint that nothing holds, in counts;
+    infinite without damping.
 
     Notes
     -----
-    The coupling answers a step of one count, k_c Delta, at worst L = (n + d) T + tau after the joint passed it, on the
-    average half a sample earlier. The average takes k_c (L - n T/2) of the damping b + b_c; what is left, b_s, has to
-    spend in a cycle of amplitude A, pi b_s A^2 w, what two steps a cycle at the middle of the motion can give, each
-    k_c Delta times the way A w L: A = (2/pi) k_c L Delta/b_s, whatever the frequency.
-    An estimate, not a proof: the tests run random rigs in time against it.
+    The coupling answers a step of one count, k_c Delta, at worst L = (n + d) T + tau after the joint passed
+    it, on the average half a sample earlier. The average takes k_c (L - n T/2) of the damping b + b_c; what
+    is left, b_s, has to spend in a cycle of amplitude A, pi b_s A^2 w, what two steps a cycle at the middle
+    of the motion can give, each k_c Delta times the way A w L: A = (2/pi) k_c L Delta/b_s, whatever the
+    frequency. An estimate, not a proof: the tests run random rigs in time against it.
     """
     axis = s.axis
     T, k_c, n = s.period_s, axis.stiffness_nm_rad, axis.sample_ticks
@@ -171,7 +187,9 @@ def shake_counts(s: Subject) -> float:
 
 
 def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float:
-    """RMS speed of a shake of so many counts to either side, rad/s, on the coupling and the stiffest hand, and on the bristles of a joint that sticks."""
+    """RMS speed of a shake of so many counts to either side, rad/s, on the coupling and the stiffest hand,
+    and on the bristles of a joint that sticks.
+    """
     axis = s.axis
     hand = TIP_STIFFNESS_N_M * sum(x * x for x in s.table.lever_m)
     stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad
@@ -181,10 +199,11 @@ def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float
 def _steps_refusal(s: Subject, shake: float) -> str:
     axis = s.axis
     return (
-        f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts make the coupling step "
-        f"by {axis.quantisation_torque_nm:.3g} N m and shake the joint at {shake:.3g} rad/s, the bound is {FELT_RAD_S:g} "
-        f"rad/s or {axis.quantisation_torque_nm:.3g} N m of guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a "
-        "finer encoder, less coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
+        f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts "
+        f"make the coupling step by {axis.quantisation_torque_nm:.3g} N m and shake the joint at "
+        f"{shake:.3g} rad/s, the bound is {FELT_RAD_S:g} rad/s or {axis.quantisation_torque_nm:.3g} N m of "
+        f"guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
+        "coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
     )
 
 

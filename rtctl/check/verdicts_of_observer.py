@@ -1,4 +1,6 @@
-"""Tests of the disturbance observer: the loop it closes with a hand, steps of the encoder, bias of the force sensor."""
+"""Tests of the disturbance observer: the loop it closes with a hand, steps of the encoder, bias of the force
+sensor.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,9 @@ NOISE_MOST = 1.0
 
 
 def closed_loop(s: Subject) -> list[Verdict]:
-    """Largest eigenvalue over a box of hands, on the joint as it is known, and on elastic ones if it is not."""
+    """Largest eigenvalue over a box of hands, on the joint as it is known, and on elastic ones if it is
+    not.
+    """
     if not observes(s):
         return []
     loop = loop_of(s)
@@ -34,8 +38,9 @@ def closed_loop(s: Subject) -> list[Verdict]:
     outcome = Outcome.PASS if found.ok else beyond
     joint = "20 to 100 Hz, as its stiffness is not known" if unknown else "the joint as declared"
     meaning = (
-        f"largest |eigenvalue| over {found.points} points: hands to {600 * s.hand:g} N m/rad, {s.hand:g} N m s/rad, {0.02 * s.hand:g} kg m^2, {joint}; sliding and "
-        "stuck, on the coupling and free; shown at the points of this grid, not between them"
+        f"largest |eigenvalue| over {found.points} points: hands to {600 * s.hand:g} N m/rad, {s.hand:g} N "
+        f"m s/rad, {0.02 * s.hand:g} kg m^2, {joint}; sliding and stuck, on the coupling and free; shown at "
+        "the points of this grid, not between them"
     )
     if not found.ok:
         meaning = f"unstable or hardly damped with a {found.at}: {_remedy(s, loop)}"
@@ -47,8 +52,8 @@ def closed_loop(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             _use(found),
-            f"{s.where}.friction.observer: axis {s.axis.name}: gain = {loop.gain:g} with bandwidth_hz = {loop.bandwidth_hz:g}: "
-            f"{meaning}"
+            f"{s.where}.friction.observer: axis {s.axis.name}: gain = {loop.gain:g} with bandwidth_hz = "
+            f"{loop.bandwidth_hz:g}: {meaning}"
             if outcome == Outcome.FAIL
             else "",
         )
@@ -68,7 +73,9 @@ def _kept_least() -> float:
 
 @lru_cache(maxsize=64)
 def _passing(loop: Loop) -> tuple[float, float]:
-    """Largest gain at this bandwidth, nearest bandwidth at this gain; behind a late sensor of some gains, and of slower ones, as the law would be tuned then."""
+    """Largest gain at this bandwidth, nearest bandwidth at this gain; behind a late sensor of some gains, and
+    of slower ones, as the law would be tuned then.
+    """
     from rtctl.control.proofs import observer_margin, observer_match
 
     if observer_match.late_ticks(loop) > 0:
@@ -136,13 +143,22 @@ def unknown_gear(s: Subject) -> list[Verdict]:
     named = s.table.friction.observer.bandwidth_hz > 0
     beyond = Outcome.FAIL if named else Outcome.NOT_PROVED  # none bears gears and holds the joint as declared
     outcome = Outcome.PASS if found.ok else beyond
-    meaning = "least share of the damping of a motor on its gear, 20 to 100 Hz or from drive.resonance_hz on, that is left in any undamped hand of the box"
+    meaning = (
+        "least share of the damping of a motor on its gear, 20 to 100 Hz or from drive.resonance_hz on, "
+        "that is left in any undamped hand of the box"
+    )
     if not found.ok and not named:
-        meaning = f"it may ring with a {found.at}, and no bandwidth bears both it and a rigid joint in a hand: drive.resonance_hz where the joint is known to be stiffer"
+        meaning = (
+            f"it may ring with a {found.at}, and no bandwidth bears both it and a rigid joint in a hand: "
+            "drive.resonance_hz where the joint is known to be stiffer"
+        )
     elif not found.ok:
         hz = observer_match.largest_in_gears(loop, gears, observer_tuning.slower_hz(loop.bandwidth_hz))
         ways = f"friction.observer.bandwidth_hz = {hz:g}" if hz > 0 else "friction.observer.gain = 0"
-        meaning = f"it rings with a {found.at}: {ways}, or drive.resonance_hz where the joint is known to be stiffer"
+        meaning = (
+            f"it rings with a {found.at}: {ways}, or drive.resonance_hz where the joint is known to be "
+            "stiffer"
+        )
     return [
         s.row(
             "disturbance observer, gear not declared",
@@ -151,7 +167,8 @@ def unknown_gear(s: Subject) -> list[Verdict]:
             outcome,
             meaning,
             _use(found),
-            f"{s.where}.friction.observer: axis {s.axis.name}: at bandwidth_hz = {loop.bandwidth_hz:g} {meaning}"
+            f"{s.where}.friction.observer: axis {s.axis.name}: at bandwidth_hz = {loop.bandwidth_hz:g} "
+            f"{meaning}"
             if outcome == Outcome.FAIL
             else "",
         )
@@ -179,8 +196,8 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
             meaning,
             share / NOISE_SHARE,
             f"{s.where}.friction.observer.bandwidth_hz: axis {s.axis.name}: at {bandwidth_hz:g} Hz one of "
-            f"{s.table.encoder_counts_per_rev:g} counts is {jump:.3g} N m, the bound is {NOISE_SHARE * held:.3g} N m: {remedy}, "
-            "or a finer encoder"
+            f"{s.table.encoder_counts_per_rev:g} counts is {jump:.3g} N m, the bound is "
+            f"{NOISE_SHARE * held:.3g} N m: {remedy}, or a finer encoder"
             if outcome == Outcome.FAIL
             else "",
         )
@@ -188,7 +205,9 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
 
 
 def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
-    """Torque that one count makes the observer send, N m: gain J w_q (Delta/T) alpha, alpha of the faster low-pass."""
+    """Torque that one count makes the observer send, N m: gain J w_q (Delta/T) alpha, alpha of the faster
+    low-pass.
+    """
     from rtctl.control.disturbance_observer import SMOOTHING
     from rtctl.control.velocity import lowpass_alpha
 
@@ -210,7 +229,9 @@ def _quiet_bandwidth(s: Subject) -> float:
 
 
 def _held_nm(s: Subject) -> float:
-    """Dry friction that holds the joint against such a step: guaranteed, without a model what may be compensated."""
+    """Dry friction that holds the joint against such a step: guaranteed, without a model what may be
+    compensated.
+    """
     sure = s.axis.guarantee
     return sure.floor_nm if s.axis.friction is not None else max(s.table.dry_friction_nm, sure.peak_nm)
 
@@ -231,8 +252,8 @@ def bias(s: Subject) -> list[Verdict]:
             f"{creeps_at:.3g} N m",
             "> offset after the tare",
             Outcome.PASS,
-            "a joint at rest creeps if the sensor is off by more; the account of the compensation then stops it "
-            "(friction.observer.deadband_nm, or less gain)",
+            "a joint at rest creeps if the sensor is off by more; the account of the compensation then "
+            "stops it (friction.observer.deadband_nm, or less gain)",
         )
     ]
 

@@ -1,7 +1,7 @@
 """Tests for a wrong unit or a slipped decimal point: figures that real rigs have within a band.
 
-The bands are wide: a figure outside the inner one is told, one outside the outer one is refused. What they rest on
-stands in docs/check.md.
+The bands are wide: a figure outside the inner one is told, one outside the outer one is refused. What they
+rest on stands in docs/check.md.
 """
 
 from __future__ import annotations
@@ -44,7 +44,8 @@ class Band:
 ACCELERATION = Band(0.3, 3.0, 1e5, 1e6)
 """rad/s^2 at the torque limit."""
 ACCELERATION_LINEAR = Band(0.03, 0.3, 1e3, 1e4)
-"""m/s^2 at the force limit: from a heavy gantry to a voice coil with nothing on it; grams for kilograms are a thousand times as much."""
+"""m/s^2 at the force limit: from a heavy gantry to a voice coil with nothing on it; grams for kilograms are a
+thousand times as much."""
 CURRENT_SHARE = Band(5e-4, 1e-2, 1.0, 1.0)
 """Current at the torque limit, share of the range of its sensor."""
 TICKS_TO_FULL = Band(1e-3, 0.5, 2e3, 2e4)
@@ -61,7 +62,8 @@ DRY_SHARE = Band(0.0, 0.0, 0.5, 1.0)
 """Guaranteed dry friction over the torque limit: beyond it the motor could not move its own joint."""
 
 TRAVEL_COUNTS = Band(20.0, 500.0, 1e10, 1e13)
-"""Counts of the encoder over a turn or the travel: from Hall sensors of a motor (told) to 26 bits behind a gear."""
+"""Counts of the encoder over a turn or the travel: from Hall sensors of a motor (told) to 26 bits behind a
+gear."""
 TIME_TO_SPEED_S = Band(5e-5, 1.5e-3, 20.0, 1e3)
 """s to the velocity limit at the torque limit."""
 
@@ -121,8 +123,10 @@ def current(s: Subject) -> list[Verdict]:
         "",
         CURRENT_SHARE,
         f"{amperes:.3g} A, as a share of current_limit_a",
-        f"torque_constant_nm_a: {table.torque_constant_nm_a:g} is meant in N m/A at the motor (13.4 mN m/A is 0.0134); see gear_ratio, "
-        f"{'lead_m (a lead of 5 mm is 0.005), ' if table.motion == 'linear' else ''}torque_limit_nm and current_limit_a, too",
+        f"torque_constant_nm_a: {table.torque_constant_nm_a:g} is meant in N m/A at the motor (13.4 mN m/A "
+        "is 0.0134); see gear_ratio, "
+        f"{'lead_m (a lead of 5 mm is 0.005), ' if table.motion == 'linear' else ''}torque_limit_nm and "
+        "current_limit_a, too",
     )
 
 
@@ -153,8 +157,8 @@ def torque_of_a_count(s: Subject) -> list[Verdict]:
         "",
         COUNT_SHARE,
         f"{step:.3g} N m through coupling and feed-forward, as a share of torque_limit_nm",
-        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per {_turn_of(table)}: lines x 4 x gear_ratio, for an "
-        "encoder at the motor",
+        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per {_turn_of(table)}: lines x "
+        "4 x gear_ratio, for an encoder at the motor",
     )
 
 
@@ -166,7 +170,9 @@ def _turn_of(table: AxisTable) -> str:
 
 
 def _feedforward_of_a_count(s: Subject) -> float:
-    """Most that one count changes the feed-forward by, N m: the width of the policy against the speed of a count."""
+    """Most that one count changes the feed-forward by, N m: the width of the policy against the speed of a
+    count.
+    """
     found, table, friction = s.axis.friction, s.table, s.table.friction
     if found is None or found.feedforward_max_nm == 0:
         return 0.0
@@ -189,8 +195,8 @@ def time_constant(s: Subject) -> list[Verdict]:
         "s",
         TIME_CONSTANT_S,
         "inertia_kgm2 over viscous_nms_rad",
-        f"viscous_nms_rad: {b:g} is meant in N m s/rad at the link, guaranteed (friction without its dry part), inertia_kgm2 in "
-        "kg m^2",
+        f"viscous_nms_rad: {b:g} is meant in N m s/rad at the link, guaranteed (friction without its dry "
+        "part), inertia_kgm2 in kg m^2",
     )
 
 
@@ -211,7 +217,9 @@ def viscous_torque(s: Subject) -> list[Verdict]:
 
 
 def force_at_the_handle(s: Subject) -> list[Verdict]:
-    """What the torque limit is in the hand, by the lever that turns the force sensor's newtons into torque."""
+    """What the torque limit is in the hand, by the lever that turns the force sensor's newtons into
+    torque.
+    """
     lever = math.hypot(*s.table.lever_m)
     if lever == 0:  # only a torque about `axis_direction` counts
         return []
@@ -233,7 +241,9 @@ def force_at_the_handle(s: Subject) -> list[Verdict]:
 
 
 def dry_friction(s: Subject) -> list[Verdict]:
-    """The dry friction that the rig file vouches for: proofs count on it, so too much of it proves what is not so."""
+    """The dry friction that the rig file vouches for: proofs count on it, so too much of it proves what is
+    not so.
+    """
     f = s.table.dry_friction_nm
     if f == 0:
         return []
@@ -249,7 +259,9 @@ def dry_friction(s: Subject) -> list[Verdict]:
 
 
 def counts_of_the_travel(s: Subject) -> list[Verdict]:
-    """How finely the encoder divides what the joint moves over: also where no coupling turns a count into torque."""
+    """How finely the encoder divides what the joint moves over: also where no coupling turns a count into
+    torque.
+    """
     table = s.table
     travel = min(
         table.position_max_rad - table.position_min_rad, 1.0 if table.motion == "linear" else 2 * math.pi
@@ -261,13 +273,15 @@ def counts_of_the_travel(s: Subject) -> list[Verdict]:
         "",
         TRAVEL_COUNTS,
         "a metre, or less travel" if table.motion == "linear" else "a turn, or less travel",
-        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per {_turn_of(table)}; see position_min_rad and "
-        "position_max_rad, too",
+        f"encoder_counts_per_rev: {table.encoder_counts_per_rev:g} are meant per {_turn_of(table)}; see "
+        "position_min_rad and position_max_rad, too",
     )
 
 
 def time_to_speed(s: Subject) -> list[Verdict]:
-    """How soon the torque limit brings the joint to its velocity limit: sooner than a few ticks, and any touch is a fault."""
+    """How soon the torque limit brings the joint to its velocity limit: sooner than a few ticks, and any
+    touch is a fault.
+    """
     table = s.table
     return _judge(
         s,
@@ -276,5 +290,6 @@ def time_to_speed(s: Subject) -> list[Verdict]:
         "s",
         TIME_TO_SPEED_S,
         "velocity_limit_rad_s times inertia_kgm2 over torque_limit_nm",
-        f"velocity_limit_rad_s: {table.velocity_limit_rad_s:g} is meant in rad/s at the link; see inertia_kgm2 and torque_limit_nm, too",
+        f"velocity_limit_rad_s: {table.velocity_limit_rad_s:g} is meant in rad/s at the link; see "
+        "inertia_kgm2 and torque_limit_nm, too",
     )

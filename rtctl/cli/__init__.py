@@ -11,7 +11,8 @@ from typing import Any
 
 import click
 
-# Before numpy is loaded: matrices here are small, and beside a load OpenBLAS's threads wait for each other, two and a half times as long as one takes.
+# Before numpy is loaded: matrices here are small, and beside a load OpenBLAS's threads wait for each other,
+# two and a half times as long as one takes.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 from rtctl import __version__
@@ -118,7 +119,9 @@ def _exit_code() -> int:
 
 
 def _leave_at_once(code: int) -> None:
-    """End a daemon that has closed everything. To take its interpreter apart would last longer than its whole end may."""
+    """End a daemon that has closed everything. To take its interpreter apart would last longer than its whole
+    end may.
+    """
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):  # nobody reads it any more
             stream.flush()

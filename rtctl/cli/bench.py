@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from tests.bench.row import Row
 
 BENCHMARKS = Path(__file__).parents[2] / "tests" / "bench"
-"""Benchmarks stand in a checkout, beside the tests: they need simulated attackers and other people's programs, a service does not."""
+"""Benchmarks stand in a checkout, beside the tests: they need simulated attackers and other people's
+programs, a service does not."""
 
 GROUPS = (
     "friction",
@@ -42,7 +43,8 @@ LOADS = ("cpu", "disk", "network", "memory")
 @click.option(
     "--minutes",
     type=click.FloatRange(0.3, 1440),
-    help="length of a soak (60), of wakeup (about 2), of streams (1, and as much of cyclictest), or simulated of drift (600)",
+    help="length of a soak (60), of wakeup (about 2), of streams (1, and as much of cyclictest), or "
+    "simulated of drift (600)",
 )
 @click.option(
     "--load",
@@ -87,11 +89,13 @@ def command(
     rig_seconds: float,
     as_json: bool,
 ) -> None:
-    """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time, start,
-    cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view; and, only when asked for, soak: hours of subscribers that come and go, and of floods;
-    deaths: a hundred killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside SCHED_FIFO;
-    drift: false alarms of the watch over the friction in ten simulated hours; blame: ticks made late on purpose, and whether
-    their cause is named; ladder: both searches of the ladder of models beside plain GridSearchCV (quick: on a tenth of its grids).
+    """Measure side by side: friction evaluation, safety machine, feel of a 60 Hz program, virtual time,
+    start, cycle, wake-up, telemetry streams, floods, STOP under attack, device I/O, recording, live view;
+    and, only when asked for, soak: hours of subscribers that come and go, and of floods; deaths: a hundred
+    killed loops, and how soon a simulated board was without torque; scheduler: SCHED_DEADLINE beside
+    SCHED_FIFO; drift: false alarms of the watch over the friction in ten simulated hours; blame: ticks made
+    late on purpose, and whether their cause is named; ladder: both searches of the ladder of models beside
+    plain GridSearchCV (quick: on a tenth of its grids).
 
     Only in a checkout: benchmarks are not installed with the package.
 
@@ -103,8 +107,9 @@ def command(
 
     if not BENCHMARKS.is_dir():
         raise ConfigError(
-            f"rtctl bench: {BENCHMARKS} is not there: the benchmarks are in a checkout of rtctl, not in an installed "
-            "package; run `make bench`, or `.venv/bin/rtctl bench` after `make setup-bench`, in the checkout"
+            f"rtctl bench: {BENCHMARKS} is not there: the benchmarks are in a checkout of rtctl, not in an "
+            "installed package; run `make bench`, or `.venv/bin/rtctl bench` after `make setup-bench`, in "
+            "the checkout"
         )
 
     report = _Json() if as_json else _Text()

@@ -50,17 +50,20 @@ Told = tuple[str, dict[str, Any], Sequence[object]]
 @click.option(
     "--margins",
     is_flag=True,
-    help="linear rigs instead: is what `rtctl check` certifies stable, and how far is what it refuses from unstable",
+    help="linear rigs instead: is what `rtctl check` certifies stable, and how far is what it refuses from "
+    "unstable",
 )
 @click.option(
     "--still",
     is_flag=True,
-    help="passive hands that hold still after a motion instead, on joints of all kinds: does one feel anything",
+    help="passive hands that hold still after a motion instead, on joints of all kinds: does one feel "
+    "anything",
 )
 @click.option(
     "--admittance",
     is_flag=True,
-    help="certified admittance displays of all kinds of joints instead, each in 20 hands of its box: does one shake",
+    help="certified admittance displays of all kinds of joints instead, each in 20 hands of its box: does "
+    "one shake",
 )
 @click.option(
     "--first",

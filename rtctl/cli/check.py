@@ -31,8 +31,8 @@ _MEMBER_KEYS = ("kind", "axes", "channels", "max_age_ticks", "budget_ns")
 def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
 
-    Figures first, then what the tests say of them, the weakest last. What the last arming measured of the torque's
-    delay on these devices counts where it is worse than declared. Exit code 5 when a test fails.
+    Figures first, then what the tests say of them, the weakest last. What the last arming measured of the
+    torque's delay on these devices counts where it is worse than declared. Exit code 5 when a test fails.
     """
     from rtctl.check import stability_report
     from rtctl.friction import advice
@@ -127,8 +127,8 @@ def _shown(report: Report) -> str:
             box = axis.loop.box
             how = "stable" if axis.admittance.proved else "stable at every point tried"
             parts.append(
-                f"{axis.name} as an admittance is {how} in hands to {box.stiffness_nm_rad:g} N m/rad, {box.damping_nms_rad:g} "
-                f"N m s/rad, {box.inertia_kgm2:g} kg m^2 and in linear worlds"
+                f"{axis.name} as an admittance is {how} in hands to {box.stiffness_nm_rad:g} N m/rad, "
+                f"{box.damping_nms_rad:g} N m s/rad, {box.inertia_kgm2:g} kg m^2 and in linear worlds"
             )
     return "; ".join(parts)
 

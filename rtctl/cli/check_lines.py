@@ -31,7 +31,8 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         (
             "stiffest hand that passes",
             f"{one.hand_stiffness_max_nm_rad:.4g} N m/rad",
-            f"in any linear world; in free motion {one.hand_stiffness_max_free_nm_rad:.4g}; the box has {loop.box.stiffness_nm_rad:g}",
+            f"in any linear world; in free motion {one.hand_stiffness_max_free_nm_rad:.4g}; the box has "
+            f"{loop.box.stiffness_nm_rad:g}",
         ),
         (
             "least mass without lag",

@@ -1,4 +1,6 @@
-"""`--column ROLE=NAME[:UNIT[:SCALE]]` and `--map FILE.toml`: which column of a log is what, in every command that reads one."""
+"""`--column ROLE=NAME[:UNIT[:SCALE]]` and `--map FILE.toml`: which column of a log is what, in every command
+that reads one.
+"""
 
 from __future__ import annotations
 
@@ -84,7 +86,9 @@ def _name_unit_scale(text: str) -> tuple[str, str, str]:
 
 
 def _unit(text: str) -> str | None:
-    """A unit in our spelling, also where it is spelt as programs do (`sec`, `degrees`); None where it is none."""
+    """A unit in our spelling, also where it is spelt as programs do (`sec`, `degrees`); None where it is
+    none.
+    """
     unit = text if text in _UNITS else SPELT.get(text.lower(), text)
     return unit if unit in _UNITS else None
 

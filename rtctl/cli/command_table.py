@@ -1,4 +1,6 @@
-"""The commands of `rtctl`, by what they are for: where each of them is, so that only the one that is asked for is imported."""
+"""The commands of `rtctl`, by what they are for: where each of them is, so that only the one that is asked
+for is imported.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,8 @@ SECTIONS: dict[str, dict[str, tuple[str, str]]] = {
         "completion": ("rtctl.cli.completion", "what a shell completes after `rtctl`"),
     },
 }
-"""Title -> command name -> the module whose `command` it is, or `module:name`, and what it does, for one line of the list."""
+"""Title -> command name -> the module whose `command` it is, or `module:name`, and what it does, for one line
+of the list."""
 
 COMMANDS: dict[str, str] = {
     name: where for section in SECTIONS.values() for name, (where, _) in section.items()

@@ -19,7 +19,8 @@ TELL_EVERY_S = 10.0
 def command(config: Path, *, as_json: bool) -> None:
     """Compile what the rig of CONFIG needs, so that its next start is a warm one. Opens no device.
 
-    `rtctl service install` does this as the user of the service. A start does by itself what was not done before it.
+    `rtctl service install` does this as the user of the service. A start does by itself what was not done
+    before it.
     """
     from hw import code_cache
     from rtctl.host.preparation import compile_rig
@@ -56,6 +57,7 @@ class _Progress:
             self._next_s = now + TELL_EVERY_S
             functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
             click.echo(
-                f"compiling for this machine, about a minute: {functions} functions so far, of at most {most}",
+                f"compiling for this machine, about a minute: {functions} functions so far, of at most "
+                f"{most}",
                 err=True,
             )

@@ -38,10 +38,12 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
     demo = Demo(loaded.config.loop.rate_hz, measure, _progress(quiet=as_json))
     if not as_json:
         click.echo(
-            f"The rig of {loaded.path.name}: a simulated joint with gearbox friction, moved by a simulated hand,"
+            f"The rig of {loaded.path.name}: a simulated joint with gearbox friction, moved by a simulated "
+            "hand,"
         )
         click.echo(
-            f"controlled in real time at {loaded.config.loop.rate_hz:g} Hz. Friction compensation off, then on."
+            f"controlled in real time at {loaded.config.loop.rate_hz:g} Hz. Friction compensation off, then "
+            "on."
         )
     with Host(loaded, observers=[demo], announce=lambda text: click.echo(f"rtctl: {text}", err=True)) as host:
         summary = host.run()
@@ -81,7 +83,8 @@ def _table(summary: dict[str, Any]) -> list[str]:
         f"  compensation off   {torque['off']:.4f} N m",
         f"  compensation on    {torque['on']:.4f} N m",
         f"  reduction          {100 * torque['reduction']:.1f} %",
-        f"ticks                {summary['ticks']} at {summary['rate_hz']:g} Hz, {summary['missed_ticks']} missed",
+        f"ticks                {summary['ticks']} at {summary['rate_hz']:g} Hz, {summary['missed_ticks']} "
+        "missed",
         "wake-up latency, us  " + "  ".join(f"{name} {value:g}" for name, value in wakeup.items()),
         "work per cycle, us   " + "  ".join(f"{name} {value:g}" for name, value in cycle.items()),
         f"state at the end     {summary['state']}, faults: {', '.join(summary['faults']) or 'none'}",

@@ -36,7 +36,8 @@ def draw(
 
     Notes
     -----
-    The paper is white and opaque, so that the picture is legible on a dark page, too; an SVG has no date in it.
+    The paper is white and opaque, so that the picture is legible on a dark page, too; an SVG has no date in
+    it.
     """
     from matplotlib import rc_context
 

@@ -1,4 +1,5 @@
-"""The demonstration `make run` shows: the same hand, which wishes the same motion, without and with friction compensation.
+"""The demonstration `make run` shows: the same hand, which wishes the same motion, without and with friction
+compensation.
 
 An observer in the host: it arms the simulated rig, switches the compensation, and gathers the torque of
 the hand over whole periods of the motion.

@@ -21,9 +21,9 @@ from rtctl.cli.recording_argument import RecordingFile
 def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) -> None:
     """Compare the friction in the recording FILE, over all its parts, with the model that it ran with.
 
-    Needs an ordinary motion with a force sensor: strokes that are long against the bristles. --warn is the change that is
-    warned of, a share of the dry friction; --window the seconds of sliding that one estimate is made of. A running rig says
-    the same by itself (docs/friction.md).
+    Needs an ordinary motion with a force sensor: strokes that are long against the bristles. --warn is the
+    change that is warned of, a share of the dry friction; --window the seconds of sliding that one estimate
+    is made of. A running rig says the same by itself (docs/friction.md).
     """
     from rtctl.friction.drift_recorded import over_ticks
     from rtctl.recording.reader import RecordingReader, all_parts
@@ -48,8 +48,8 @@ def _lines(body: dict[str, Any]) -> list[str]:
         lines += [f"axis {shown(axis['axis'])}: dry friction, as a factor of what was learned"]
         if axis["factor"] is None:
             lines.append(
-                f"  not told: {axis['seconds']:.0f} s of sliding in {axis['strokes']} strokes; move to and fro, each stroke "
-                "many presliding lengths long"
+                f"  not told: {axis['seconds']:.0f} s of sliding in {axis['strokes']} strokes; move to and "
+                "fro, each stroke many presliding lengths long"
             )
             continue
         offset = "offset, m" + unit("N m", axis["motion"])

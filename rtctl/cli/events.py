@@ -65,7 +65,10 @@ def _text(event: dict[str, Any]) -> str:
     kind = event["event"]
     match kind:
         case "state":
-            return f"{event['from']} -> {event['to']}: {event.get('cause') or 'the law'} (command {event.get('command_seq')})"
+            return (
+                f"{event['from']} -> {event['to']}: {event.get('cause') or 'the law'} (command "
+                f"{event.get('command_seq')})"
+            )
         case "fault":
             first = " (first cause)" if event.get("first_cause") else ""
             return f"fault {sentence(event)}{first}{_left_out(event)}"
@@ -82,7 +85,10 @@ def _text(event: dict[str, Any]) -> str:
         case "incident":
             return as_run(f"incident of {event['ticks']} ticks: rtctl incident {event['file']}")
         case "started":
-            return f"rtctl {event['version']} started, process {event['pid']}, config {event['config_sha256'][:12]}"
+            return (
+                f"rtctl {event['version']} started, process {event['pid']}, config "
+                f"{event['config_sha256'][:12]}"
+            )
         case "ended":
             return f"ended{': ' if event['cause'] else ''}{event['cause']}"
         case "log_gap":
@@ -107,8 +113,8 @@ def _late(event: dict[str, Any]) -> str:
 
 def _measured(event: dict[str, Any]) -> str:
     return words(
-        f"axis {event['axis']}: torque at least {event['delay_s'] * 1e3:.3g} ms late (lag {event['lag_s'] * 1e3:.3g}), "
-        f"current {event['gain']:.3g} of what was sent, {event['offset_nm']:+.3g} N m off; "
-        f"a sample every {event['sample_period_s'] * 1e3:.3g} ms",
+        f"axis {event['axis']}: torque at least {event['delay_s'] * 1e3:.3g} ms late (lag "
+        f"{event['lag_s'] * 1e3:.3g}), current {event['gain']:.3g} of what was sent, "
+        f"{event['offset_nm']:+.3g} N m off; a sample every {event['sample_period_s'] * 1e3:.3g} ms",
         event.get("motion", "rotary"),
     )

@@ -53,13 +53,15 @@ NAMES = (
     "--model",
     "models",
     multiple=True,
-    help="compare only this friction model with none (point-to-point, tracking; may be repeated); default: all",
+    help="compare only this friction model with none (point-to-point, tracking; may be repeated); default: "
+    "all",
 )
 @click.option(
     "--case",
     "cases",
     multiple=True,
-    help="run only this step or reference, as 'step 100 mrad' or 'sine 0.5 Hz' (point-to-point, tracking; may be repeated); default: all",
+    help="run only this step or reference, as 'step 100 mrad' or 'sine 0.5 Hz' (point-to-point, tracking; "
+    "may be repeated); default: all",
 )
 @click.option(
     "--seconds",
@@ -102,7 +104,8 @@ def command(
 
     With --simulate everything runs on the simulated rig, over several seeds, with confidence intervals.
     Without it, free-motion and spring run once through the real loop of the rig, mock or real, while a hand
-    moves it; point-to-point and tracking move it by themselves, through the same loop, gate and guards, with nobody at the handle. 'papers' is every experiment on one page (simulated).
+    moves it; point-to-point and tracking move it by themselves, through the same loop, gate and guards, with
+    nobody at the handle. 'papers' is every experiment on one page (simulated).
 
     --out gets report.html (needs nothing else), its figures as PNG and report.json.
     """
@@ -181,8 +184,9 @@ def _ask(name: str, loaded: LoadedConfig, seconds: float) -> None:
 
     if EXPERIMENTS[name].hands_off:
         click.echo(
-            f"Rig {loaded.config.rig.name} will arm and MOVE BY ITSELF for minutes, friction model after friction model. "
-            "Nobody may touch the handle; torque on the force sensor stops it. Ctrl-C ramps down.",
+            f"Rig {loaded.config.rig.name} will arm and MOVE BY ITSELF for minutes, friction model after "
+            "friction model. Nobody may touch the handle; torque on the force sensor stops it. Ctrl-C "
+            "ramps down.",
             err=True,
         )
         click.confirm(
@@ -192,8 +196,9 @@ def _ask(name: str, loaded: LoadedConfig, seconds: float) -> None:
         )
         return
     click.echo(
-        f"Rig {loaded.config.rig.name} will arm and give torque. Somebody has to rest a hand on the handle until it is "
-        f"armed, then move it in the same way for {2 * seconds + 5:.0f} s: first without, then with compensation.",
+        f"Rig {loaded.config.rig.name} will arm and give torque. Somebody has to rest a hand on the handle "
+        f"until it is armed, then move it in the same way for {2 * seconds + 5:.0f} s: first without, then "
+        "with compensation.",
         err=True,
     )
     click.confirm("Is the hand ready, and the emergency stop within reach?", abort=True, err=True)

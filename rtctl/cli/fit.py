@@ -80,8 +80,8 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
     type=click.FloatRange(0, 50),
     callback=fit_checks.number,
     metavar="PERCENT",
-    help="held-out errors below this much of the largest friction count as equal, so that the fewest numbers decide; "
-    "0: one standard error alone; default 0.5",
+    help="held-out errors below this much of the largest friction count as equal, so that the fewest "
+    "numbers decide; 0: one standard error alone; default 0.5",
 )
 @click.option(
     "--max-support-vectors",
@@ -101,8 +101,8 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
     type=click.Choice(["auto", "speed", "time", "log", "lap", "turn"]),
     default="auto",
     show_default=True,
-    help="what cross-validation holds out together; auto: whole logs where there are several, time (or laps of a motion that "
-    "repeats itself) for samples of one, else speed",
+    help="what cross-validation holds out together; auto: whole logs where there are several, time (or "
+    "laps of a motion that repeats itself) for samples of one, else speed",
 )
 @click.option(
     "--keep-outliers", is_flag=True, help="use points that are far from their neighbours in speed, too"
@@ -110,7 +110,8 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 @click.option(
     "--by-load",
     is_flag=True,
-    help="the model carries what the torque through the gear adds (columns load_nm, motor_nm), and its curve is that without load",
+    help="the model carries what the torque through the gear adds (columns load_nm, motor_nm), and its "
+    "curve is that without load",
 )
 @click.option(
     "--backend",
@@ -198,7 +199,8 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
-    Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and --average.
+    Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and
+    --average.
     """
     from rtctl.cli import fit_judge, fit_report
     from rtctl.friction import artefact
@@ -282,6 +284,7 @@ def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -
         raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")
     if strategy == "none" and asked:
         raise click.UsageError(
-            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance, --max-support-vectors and --no-mean"
+            "--search none compares nothing; drop it, or --ladder, --kernel, --tolerance, "
+            "--max-support-vectors and --no-mean"
         )
     return strategy

@@ -1,4 +1,6 @@
-"""`rtctl fit --config`: what to write into the rig file, and how far from the truth a simulated rig's model is."""
+"""`rtctl fit --config`: what to write into the rig file, and how far from the truth a simulated rig's model
+is.
+"""
 
 from __future__ import annotations
 
@@ -42,13 +44,15 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
     for axis in _axes(model, loaded):
         if not (model.friction_min_nm > 0).all():
             click.echo(
-                f"\naxis {axis.axis}: the curve has no dry friction to compensate (least {float(model.friction_min_nm.min()):.4g} N m): leave friction.model empty"
+                f"\naxis {axis.axis}: the curve has no dry friction to compensate (least "
+                f"{float(model.friction_min_nm.min()):.4g} N m): leave friction.model empty"
             )
             continue
         if axis.margin_at_zero_nm < 0:
             click.echo(
-                f"\naxis {axis.axis}: no gain passes the two-line test: without compensation {-axis.margin_at_zero_nm:.4g} "
-                "N m are missing; lower the coupling's stiffness or damping, or use a finer encoder"
+                f"\naxis {axis.axis}: no gain passes the two-line test: without compensation "
+                f"{-axis.margin_at_zero_nm:.4g} N m are missing; lower the coupling's stiffness or damping, "
+                "or use a finer encoder"
             )
             continue
         click.echo(
@@ -87,7 +91,9 @@ def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
 
 
 def _observer(axis: AxisGain, loaded: LoadedConfig, out: Path) -> str:
-    """Lines on the disturbance observer, where that of the rig file would be refused beside this model; "" where no gain passes."""
+    """Lines on the disturbance observer, where that of the rig file would be refused beside this model; ""
+    where no gain passes.
+    """
     from rtctl.check import observer_advice
 
     return observer_advice.snippet(loaded, axis, out) if axis.start_gain > 0 else ""

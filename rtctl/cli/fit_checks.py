@@ -46,7 +46,8 @@ def rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
 
 
 def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None) -> None:
-    """Refuse what a model of a linear axis cannot have: a kernel, tube and C that know what rad/s and N m are.
+    """Refuse what a model of a linear axis cannot have: a kernel, tube and C that know what rad/s and N m
+    are.
 
     Raises
     ------
@@ -56,7 +57,8 @@ def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None
     if not families:
         others = ", ".join(name for name, kind in KERNELS.items() if kind.any_unit)
         raise ConfigError(
-            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel {others} or formula"
+            f"--kernel {kernel}: its curve depends on the unit of speed; of a linear axis give --kernel "
+            f"{others} or formula"
         )
     if search == "none":
         raise ConfigError(

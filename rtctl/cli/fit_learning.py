@@ -21,7 +21,9 @@ def curves(
     options: dict[str, Any],
     searched: dict[str, Any],
 ) -> tuple[Ladder | None, FrictionModel]:
-    """The curves as `options` (those of the command) ask for them; the ladder is None where nothing is compared."""
+    """The curves as `options` (those of the command) ask for them; the ladder is None where nothing is
+    compared.
+    """
     from rtctl.cli import ladder_report
     from rtctl.friction.learn import fit
     from rtctl.friction.learn.ladder import Options
@@ -42,7 +44,9 @@ Under = tuple["LoadVerdict", "Load"]
 def apart_from_load(
     measured: FrictionPoints, plan: Plan, held_out: str, *, by_load: bool
 ) -> tuple[FrictionPoints, Plan, Under | None]:
-    """Points and test points of a gear without load, and what load adds; all as it is where that is not asked for."""
+    """Points and test points of a gear without load, and what load adds; all as it is where that is not asked
+    for.
+    """
     if not by_load:
         return measured, plan, None
     from rtctl.friction.learn import beside_speed, hold_out, unloaded
@@ -72,7 +76,9 @@ def with_what_is_known(
     presliding_rad: float | None,
     test: FrictionPoints | None,
 ) -> FrictionModel:
-    """The model with the range of temperature, the time an evaluation takes here, and the evidence for its bounds."""
+    """The model with the range of temperature, the time an evaluation takes here, and the evidence for its
+    bounds.
+    """
     from rtctl.friction.learn.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 

@@ -27,7 +27,8 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         (
             "--turn",
             _PERIOD,
-            "period of friction over place, rad of the joint; default: a turn of it, 2 pi, or the lead of a linear axis",
+            "period of friction over place, rad of the joint; default: a turn of it, 2 pi, or the lead of "
+            "a linear axis",
         ),
         (
             "--sweep",
@@ -41,7 +42,9 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
 
 
 def turn_of(motion: str, lead_m: float | None, loaded: LoadedConfig | None) -> float:
-    """Period of friction over place where none is given: a turn of the joint, or of a linear axis its lead; 0 where that is not known."""
+    """Period of friction over place where none is given: a turn of the joint, or of a linear axis its lead; 0
+    where that is not known.
+    """
     if motion != "linear":
         return 2 * math.pi
     return lead_m or (loaded.config.axis[0].lead_m if loaded else 0.0)
@@ -86,7 +89,8 @@ def learn(
     period = 2 * math.pi if turn is None else turn
     if not period and (places or sweep):
         raise ConfigError(
-            "--places and --sweep of a linear axis need the period of its friction: give --turn in m, or --config RIG with its lead"
+            "--places and --sweep of a linear axis need the period of its friction: give --turn in m, or "
+            "--config RIG with its lead"
         )
     text, body, part = list[str](), dict[str, Any](), None
     if sweep is not None:
@@ -126,8 +130,8 @@ def _of_part(part: Harmonics | None, rmse_nm: float) -> str:
         return "No conservative part: no wave betters held-out places."
     orders = ", ".join(f"{order:g}" for order in part.orders)
     return (
-        f"Conservative part: up to {1e3 * part.most_nm:.3g} mN m, waves {orders} of {part.period_rad:.4g} rad, steepest "
-        f"{part.steepest_nm_rad:.3g} N m/rad; the sweep's rest is {1e3 * rmse_nm:.3g} mN m."
+        f"Conservative part: up to {1e3 * part.most_nm:.3g} mN m, waves {orders} of {part.period_rad:.4g} "
+        f"rad, steepest {part.steepest_nm_rad:.3g} N m/rad; the sweep's rest is {1e3 * rmse_nm:.3g} mN m."
     )
 
 
@@ -154,10 +158,12 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
         f"explains {100 * found.explained:.1f} % of the sweep there and leaves {1e3 * found.rmse_nm:.3g} mN m"
     )
     said = (
-        f"places: moved by {found.shift_rad:.5f} rad (or whole periods of {model.conservative.period_rad:.4g} rad more): {what}; "
-        f"friction.place_shift_rad = {found.shift_rad:.5f}"
+        f"places: moved by {found.shift_rad:.5f} rad (or whole periods of "
+        f"{model.conservative.period_rad:.4g} rad more): {what}; friction.place_shift_rad = "
+        f"{found.shift_rad:.5f}"
         if found.fits
-        else f"places: the model does not fit this sweep wherever its index is ({what}): compensate nothing by it, or learn it anew"
+        else f"places: the model does not fit this sweep wherever its index is ({what}): compensate nothing "
+        "by it, or learn it anew"
     )
     click.echo(said, err=err)
     if found.fits:
@@ -165,7 +171,8 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
         if len(more.part.orders):
             waves = ", ".join(f"{order:g}" for order in more.part.orders)
             click.echo(
-                f"since then waves {waves} have changed, which no shift explains: {1e3 * more.tried[0]:.3g} mN m at held-out places, "
-                f"{1e3 * more.tried[len(more.part.orders)]:.3g} with them told anew; learn the part from this sweep (rtctl fit --sweep)",
+                f"since then waves {waves} have changed, which no shift explains: {1e3 * more.tried[0]:.3g} "
+                f"mN m at held-out places, {1e3 * more.tried[len(more.part.orders)]:.3g} with them told "
+                "anew; learn the part from this sweep (rtctl fit --sweep)",
                 err=err,
             )

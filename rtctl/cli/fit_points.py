@@ -30,7 +30,8 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         type=click.Choice(["none", "file", "speed"]),
         default="none",
         show_default=True,
-        help="file: each file is a run at one speed and becomes one point; speed: all rows, by levels of speed",
+        help="file: each file is a run at one speed and becomes one point; speed: all rows, by levels of "
+        "speed",
     )(command)
     command = click.option(
         "--map", "map_file", type=click.Path(path_type=Path), help="the same as TOML, a table per role"
@@ -40,7 +41,8 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
         "columns",
         multiple=True,
         metavar="ROLE=NAME[:UNIT[:SCALE]]",
-        help="ROLE: velocity, torque (or current, with N m/A as SCALE); position, load, motor, temperature, time, log",
+        help="ROLE: velocity, torque (or current, with N m/A as SCALE); position, load, motor, temperature, "
+        "time, log",
     )(command)
 
 
@@ -81,7 +83,9 @@ def read(
 
 
 def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
-    """Say on stderr what looks like something else than friction (`rtctl.friction.logs.points_check.doubtful_points`)."""
+    """Say on stderr what looks like something else than friction
+    (`rtctl.friction.logs.points_check.doubtful_points`).
+    """
     from rtctl.friction.logs.points_check import doubtful_points
 
     for doubt in doubtful_points(points, known=known):
@@ -89,7 +93,9 @@ def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
 
 
 def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:
-    """The points without those that are far from their neighbours in speed, each named on stderr; all of them where asked."""
+    """The points without those that are far from their neighbours in speed, each named on stderr; all of them
+    where asked.
+    """
     from rtctl.friction import outliers
 
     if keep:

@@ -56,20 +56,25 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
 
 
 def _test_points(path: Path) -> FrictionPoints:
-    """Points to judge by, of either direction: few will do, as nothing is learned from them. Raises DataError."""
+    """Points to judge by, of either direction: few will do, as nothing is learned from them. Raises
+    DataError.
+    """
     from rtctl.errors import DataError
     from rtctl.friction.point_reader import read_points
 
     points = read_points(path, of_speeds=False)
     if len(points.friction_nm) < TEST_POINTS_MIN:
         raise DataError(
-            f"{path}: {len(points.friction_nm)} points, a test has at least {TEST_POINTS_MIN}; measure more speeds"
+            f"{path}: {len(points.friction_nm)} points, a test has at least {TEST_POINTS_MIN}; measure more "
+            "speeds"
         )
     return points
 
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:
-    """Refuse points and test points that the rig file rules out, and a test that is none. Raises DataError."""
+    """Refuse points and test points that the rig file rules out, and a test that is none. Raises
+    DataError.
+    """
     from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
 
     if plan.test is not None:

@@ -77,7 +77,10 @@ def band_text(model: FrictionModel) -> str:
     if band is None:
         return "band: none, as nothing could be learned without each part of the points"
     words = {**HELD_OUT, "place": "parts of a turn"}
-    said = f"band: 95 % of what was held out ({band.units} {words.get(band.way, band.way)}, {band.errors} errors) lies within it"
+    said = (
+        f"band: 95 % of what was held out ({band.units} {words.get(band.way, band.way)}, {band.errors} "
+        "errors) lies within it"
+    )
     if band.way == "log" and band.units < FEW_SESSIONS:
         return f"{said}; {band.units} sessions say little of the next one: record more"
     if band.way in ("speed", "time", "place"):
@@ -86,7 +89,9 @@ def band_text(model: FrictionModel) -> str:
 
 
 def show(kind: str, found: Sequence[Mapping[str, Any]], motion: str = "rotary") -> None:
-    """Print the table; a figure that is not known is a dash. Of a linear axis a slow range is told in mm/s."""
+    """Print the table; a figure that is not known is a dash. Of a linear axis a slow range is told in
+    mm/s.
+    """
     unit, factor = speed_scale(motion, max(row["speed_max_rad_s"] for row in found))
     click.echo(f"{kind:34}{'v >= 0':>14}{'v < 0':>14}")
     for text, key, times, shape in _TABLE:

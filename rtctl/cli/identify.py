@@ -34,7 +34,9 @@ WARNING = (
 def _options(  # longer than 50 lines: the table of options, an option a row
     command: Callable[..., None],
 ) -> Callable[..., None]:
-    """Options that fill `Settings`; their names are its fields. Of a linear axis what is said in rad and N m is in m and N."""
+    """Options that fill `Settings`; their names are its fields. Of a linear axis what is said in rad and N m
+    is in m and N.
+    """
     positive = click.FloatRange(min=0, max=1e6, min_open=True)
     none_or_more = click.FloatRange(min=0, max=1e6)
     levels = click.IntRange(2, 500)
@@ -52,7 +54,8 @@ def _options(  # longer than 50 lines: the table of options, an option a row
             "speed_max_rad_s",
             positive,
             None,
-            "highest speed, rad/s; default 2, within 80 % of the velocity limit, of a linear axis what crosses its travel in 2 s",
+            "highest speed, rad/s; default 2, within 80 % of the velocity limit, of a linear axis what "
+            "crosses its travel in 2 s",
         ),
         ("--train", "train_levels", levels, 54, "speeds to train on, per direction"),
         ("--test", "test_levels", click.IntRange(0, 500), 28, "other speeds to test on, per direction"),
@@ -66,7 +69,8 @@ def _options(  # longer than 50 lines: the table of options, an option a row
             "ramp_nm_s",
             positive,
             None,
-            "steepest break-away ramp, N m/s; default a 40th of the torque limit in a second; slower where friction is small",
+            "steepest break-away ramp, N m/s; default a 40th of the torque limit in a second; slower where "
+            "friction is small",
         ),
         (
             "--hand-limit",
@@ -80,7 +84,8 @@ def _options(  # longer than 50 lines: the table of options, an option a row
             "margin_rad",
             positive,
             None,
-            "kept free at both ends of the travel, rad; default 0.05, of a linear axis what --speed-max passes in 25 ms",
+            "kept free at both ends of the travel, rad; default 0.05, of a linear axis what --speed-max "
+            "passes in 25 ms",
         ),
         (
             "--lower",
@@ -94,7 +99,8 @@ def _options(  # longer than 50 lines: the table of options, an option a row
             "ripple_per_turn",
             click.FloatRange(0, 1e5),
             0.0,
-            "periods of the gear's ripple per turn of the joint or screw (without a lead per m); 0: the gear ratio",
+            "periods of the gear's ripple per turn of the joint or screw (without a lead per m); 0: the "
+            "gear ratio",
         ),
         (
             "--sweep",
@@ -147,12 +153,14 @@ def command(
     as_json: bool,
     **options: Any,  # noqa: ANN401 - passed on
 ) -> None:
-    """Measure the friction of the rig of CONFIG by moving it: break-away and constant speeds, both directions.
+    """Measure the friction of the rig of CONFIG by moving it: break-away and constant speeds, both
+    directions.
 
     Nobody may touch the rig meanwhile. The data set holds points_train.csv and points_test.csv for
     `rtctl fit`, and the ticks behind every point. Exit code 130: stopped by Ctrl-C, continue with --resume.
 
-    Recordings instead of a rig: rtctl identify --log FILE --column ROLE=NAME... (options: rtctl identify --log x --help).
+    Recordings instead of a rig: rtctl identify --log FILE --column ROLE=NAME... (options: rtctl identify
+    --log x --help).
     """
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import rig_of, settings_of, without_feedforward

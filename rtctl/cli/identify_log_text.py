@@ -1,4 +1,6 @@
-"""What `rtctl identify --log` prints: parameters, speeds, offsets, presliding, what memory of a turn is worth, and units."""
+"""What `rtctl identify --log` prints: parameters, speeds, offsets, presliding, what memory of a turn is
+worth, and units.
+"""
 
 from __future__ import annotations
 
@@ -36,25 +38,29 @@ def units_line(mapped: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
-    """What nothing in a log holds, without a rig file: the scale of its only torque, and of the position where no velocity is mapped."""
+    """What nothing in a log holds, without a rig file: the scale of its only torque, and of the position
+    where no velocity is mapped.
+    """
     told: tuple[str, ...] = ()
     if len({"motor_torque", "current", "hand_torque"} & set(mapped)) == 1:
         told = (
-            "whether the scale of the only torque is right (its unit, a torque constant, a gear, a hand that nobody recorded and that does a constant share of the work): inertia, viscous "
-            "and Coulomb friction are all wrong by a factor in it; "
-            "--config, or a second torque, holds it",
+            "whether the scale of the only torque is right (its unit, a torque constant, a gear, a hand "
+            "that nobody recorded and that does a constant share of the work): inertia, viscous and "
+            "Coulomb friction are all wrong by a factor in it; --config, or a second torque, holds it",
         )
     if "velocity" in mapped:
         return told
     return (
         *told,
-        "whether the scale of the position is right (a gear ratio, counts a turn): a factor in it goes into inertia and viscous friction; a velocity of another source, "
-        "or --config, holds it",
+        "whether the scale of the position is right (a gear ratio, counts a turn): a factor in it goes "
+        "into inertia and viscous friction; a velocity of another source, or --config, holds it",
     )
 
 
 def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:
-    """Both tables, then what is said of delay, speeds, offsets and presliding; units of a rotary axis, but for the names of parameters."""
+    """Both tables, then what is said of delay, speeds, offsets and presliding; units of a rotary axis, but
+    for the names of parameters.
+    """
     from rtctl.friction.logs.speeds_seen import STRIBECK_RAD_S
 
     lines = [
@@ -64,7 +70,8 @@ def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str
     late = fit.remaining_delay_s
     if late:
         lines.append(
-            f"delay left in the torque: {1e3 * late.value:.3g} ms ({1e3 * late.low:.3g} to {1e3 * late.high:.3g})"
+            f"delay left in the torque: {1e3 * late.value:.3g} ms ({1e3 * late.low:.3g} to "
+            f"{1e3 * late.high:.3g})"
         )
     for way, speed in zip(("forwards", "backwards"), fit.speeds, strict=True):
         lines.append(
@@ -79,7 +86,8 @@ def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str
         )
         lines.append(f"{name(each.parameter, motion)}: {each.source}, {drift}")
     lines.append(
-        "an offset may be the zero of the torque or a difference between the directions: a fit counts with both (--offset-is-zero, --keep-offset)"
+        "an offset may be the zero of the torque or a difference between the directions: a fit counts with "
+        "both (--offset-is-zero, --keep-offset)"
     )
     unknown = "not told by these turns (rtctl identify CONFIG measures it; rtctl fit --presliding gives it)"
     return [*lines, f"presliding length: {bent or unknown}"]
@@ -127,6 +135,7 @@ def _table(title: str, found: Regression, motion: str) -> list[str]:
     ]
     for key, each in found.parameters.items():
         lines.append(
-            f"  {name(key, motion):<26} {each.value:12.6g} {each.standard_error:12.2g}   {each.low:.6g} .. {each.high:.6g}"
+            f"  {name(key, motion):<26} {each.value:12.6g} {each.standard_error:12.2g}   {each.low:.6g} .. "
+            f"{each.high:.6g}"
         )
     return lines

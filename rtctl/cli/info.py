@@ -32,9 +32,10 @@ def _lines(found: dict[str, Any]) -> list[str]:
         return shown(about.get(name, "?"))
 
     lines = [
-        f"rig {told('rig')} ({', '.join(found['axes'])}) at {float(about['rate_hz']):g} Hz, rtctl {told('version')}, "
-        f"config {told('config_file')} {told('config_sha256')[:12]}",
-        f"{found['ticks']} ticks, {found['duration_s']:.3f} s, slots {found['first_tick']} to {found['last_tick']}",
+        f"rig {told('rig')} ({', '.join(found['axes'])}) at {float(about['rate_hz']):g} Hz, rtctl "
+        f"{told('version')}, config {told('config_file')} {told('config_sha256')[:12]}",
+        f"{found['ticks']} ticks, {found['duration_s']:.3f} s, slots {found['first_tick']} to "
+        f"{found['last_tick']}",
         f"{len(found['files'])} file(s), {found['bytes'] / 1e6:.2f} MB, {found['commands']} commands, "
         + (", ".join(f"{n} {shown(name)}" for name, n in found["events"].items()) or "no")
         + " events",
@@ -53,7 +54,8 @@ def _lines(found: dict[str, Any]) -> list[str]:
     for name, end in found["ends"].items():
         if end.get("broken"):
             lines.append(
-                f"BROKEN while recording {name}: {shown(end['broken'], 500)}; {shown(end.get('dropped', '?'))} ticks dropped"
+                f"BROKEN while recording {name}: {shown(end['broken'], 500)}; "
+                f"{shown(end.get('dropped', '?'))} ticks dropped"
             )
     return [
         *lines,

@@ -24,8 +24,8 @@ def _complete(_ctx: click.Context, _param: click.Parameter, incomplete: str) -> 
 def command(shipped: str | None, target: Path | None, name: str | None, *, as_json: bool) -> None:
     """Copy the rig file SHIPPED to TARGET, a rig of your own; without arguments, list what there is.
 
-    TARGET gets the name of the new rig, and the files that the rig file names (friction models, schedules) go along
-    beside it. Nothing that exists is overwritten.
+    TARGET gets the name of the new rig, and the files that the rig file names (friction models, schedules) go
+    along beside it. Nothing that exists is overwritten.
 
     \b
         rtctl init mock.toml my-rig.toml

@@ -21,9 +21,10 @@ _JSON = click.option("--json", "as_json", is_flag=True, help="one JSON object on
 def command() -> None:
     """Make, list and revoke the keys of clients on other machines.
 
-    Each client has a key of its own and a role: an observer reads and may stop the rig; a renderer may also hold
-    the lease and move the proxy; an operator may do everything. A running daemon takes up a change within a second;
-    revoking a key cuts its connections. Clients of the daemon's own machine use ipc and need no key.
+    Each client has a key of its own and a role: an observer reads and may stop the rig; a renderer may also
+    hold the lease and move the proxy; an operator may do everything. A running daemon takes up a change
+    within a second; revoking a key cuts its connections. Clients of the daemon's own machine use ipc and need
+    no key.
     """
 
 

@@ -43,10 +43,11 @@ def command(
     as_json: bool,
     seconds: float | None,
 ) -> None:
-    """Show state, faults with their causes, torques, latency and losses of a running rig. Ctrl-C ends it; the rig runs on.
+    """Show state, faults with their causes, torques, latency and losses of a running rig. Ctrl-C ends it; the
+    rig runs on.
 
-    What is shown ages: when no sample comes for half a second it says NO DATA, and goes on when the daemon is back.
-    Exit code 12 when there is no data at the end of --for.
+    What is shown ages: when no sample comes for half a second it says NO DATA, and goes on when the daemon is
+    back. Exit code 12 when there is no data at the end of --for.
     """
     from rtctl.errors import NoReplyError
 
@@ -163,7 +164,9 @@ def _plain(sample: RigState) -> dict[str, Any]:
 
 
 def _show(watch: Watch, end: float) -> None:
-    """Refresh a table in place on a terminal; elsewhere write a line now and then, and at once when data cease."""
+    """Refresh a table in place on a terminal; elsewhere write a line now and then, and at once when data
+    cease.
+    """
     from rtctl.cli.monitor_text import line, table
 
     tty = sys.stdout.isatty()

@@ -136,12 +136,15 @@ def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
 
 
 def _friction(health: dict[str, Any] | None) -> list[str]:
-    """A line for each axis whose friction is known: factor of what was learned, with its interval, and the offset."""
+    """A line for each axis whose friction is known: factor of what was learned, with its interval, and the
+    offset.
+    """
     told = [one for one in (health or {}).get("friction", []) if one["factor"] is not None]
     return [
         f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "
         f"({one['factor']['low']:.3f} to {one['factor']['high']:.3f}; forward {one['forward']['value']:.2f}, "
-        f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by {one['seconds']:.0f} s"
+        f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by "
+        f"{one['seconds']:.0f} s"
         + ("" if one.get("followed") is None else f"; compensation {_follows(one)}: {one['followed']:.3f}")
         for one in told
     ]

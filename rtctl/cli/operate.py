@@ -1,4 +1,6 @@
-"""`rtctl status | arm | stop | reset | tare | adapt`: a running rig by the command line, as an operator's client."""
+"""`rtctl status | arm | stop | reset | tare | adapt`: a running rig by the command line, as an operator's
+client.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +67,8 @@ def status(_client: RigClient) -> None:
 def _arm(client: RigClient, timeout_s: float) -> None:
     """Arm a running rig: from here on its motor may move. Ends when the rig is ACTIVE.
 
-    Whoever calls this is the operator, and sees the rig. Its test pulse needs a joint that rests; hands off for a second.
+    Whoever calls this is the operator, and sees the rig. Its test pulse needs a joint that rests; hands off
+    for a second.
     """
     client.arm(timeout_s=timeout_s)
 
@@ -100,7 +103,8 @@ def tare(client: RigClient) -> None:
 def _adapt(client: RigClient, follow: str, axis: str | None) -> None:
     """Have the compensation follow the friction that is seen (on), or hold it where it is (off).
 
-    Only where the rig file has adapt_per_min > 0 in [axis.friction.drift], since rtctl check judged no other friction than the learned one else.
+    Only where the rig file has adapt_per_min > 0 in [axis.friction.drift], since rtctl check judged no other
+    friction than the learned one else.
     """
     client.set_adaptation(follow == "on", axis)
 
@@ -126,8 +130,8 @@ def lines(told: dict[str, Any]) -> list[str]:
         told["axes"], told["position_rad"], told["velocity_rad_s"], strict=True
     ):
         of_axis = [
-            f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment {axis['environment']['kind']}, "
-            f"compensation {axis['compensation']:.0%}"
+            f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment "
+            f"{axis['environment']['kind']}, compensation {axis['compensation']:.0%}"
             + _followed(axis.get("friction_factor", 1.0), adapting=axis.get("adapting")),
             *_display(axis["display"]),
             *_pulse(axis.get("measured", {})),
@@ -138,7 +142,9 @@ def lines(told: dict[str, Any]) -> list[str]:
 
 
 def _followed(factor: float, *, adapting: bool | None) -> str:
-    """The friction that the compensation goes by, where it is not the one that was learned, and whether it goes on following it."""
+    """The friction that the compensation goes by, where it is not the one that was learned, and whether it
+    goes on following it.
+    """
     now = "" if factor == 1.0 else f" of {factor:.3f} times the learned friction"
     return now + {None: "", True: ", follows it", False: ", held there"}[adapting]
 
@@ -148,7 +154,8 @@ def _display(asked: dict[str, Any]) -> list[str]:
     if asked["kind"] != "admittance":
         return []
     return [
-        f"    admittance: mass {asked['mass_kgm2']:g} kg m^2, damping {asked['mass_damping_nms_rad']:g} N m s/rad"
+        f"    admittance: mass {asked['mass_kgm2']:g} kg m^2, damping {asked['mass_damping_nms_rad']:g} N m "
+        "s/rad"
     ]
 
 
@@ -157,7 +164,10 @@ def _pulse(measured: dict[str, float | None]) -> list[str]:
     gain, offset_nm = measured.get("gain"), measured.get("offset_nm")
     if gain is None or offset_nm is None:
         return []
-    late = f"{(measured['delay_s'] or 0.0) * 1e3:.3g} ms late at least (lag {(measured['lag_s'] or 0.0) * 1e3:.3g})"
+    late = (
+        f"{(measured['delay_s'] or 0.0) * 1e3:.3g} ms late at least (lag "
+        f"{(measured['lag_s'] or 0.0) * 1e3:.3g})"
+    )
     out = [f"    test pulse: current {gain:.3g} of what was sent, {offset_nm:+.3g} N m off, torque {late}"]
     running, running_nm = measured.get("running_gain"), measured.get("running_offset_nm")
     if running is not None and running_nm is not None:

@@ -78,7 +78,8 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
 
     Friction is learned from --fit-from, or CONFIG's model is used. The rig and the columns come from CONFIG
     (a rig file whose device is playback), or from --time, --position, ... A COLUMN is NAME[:SCALE[:OFFSET]];
-    a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See docs/playback.md.
+    a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See
+    docs/playback.md.
     """
     from rtctl.recording.as_columns import register
     from rtctl.simulation.playback_job import Job, run
@@ -135,9 +136,10 @@ def _prediction(title: str, found: dict[str, Any]) -> str:
     return (
         f"friction of {title}: RMS {1e3 * found['friction_rms_nm']:.2f} mN m, "
         f"error {1e3 * found['rmse_nm']:.2f} mN m\n"
-        f"         (forward {1e3 * found['rmse_forward_nm']:.2f}, backward {1e3 * found['rmse_backward_nm']:.2f}; "
-        f"one curve for both directions {1e3 * found['rmse_symmetric_nm']:.2f}), "
-        f"{100 * found['in_range_share']:.1f} % in the trained range"
+        f"         (forward {1e3 * found['rmse_forward_nm']:.2f}, backward "
+        f"{1e3 * found['rmse_backward_nm']:.2f}; one curve for both directions "
+        f"{1e3 * found['rmse_symmetric_nm']:.2f}), {100 * found['in_range_share']:.1f} % in the trained "
+        "range"
     )
 
 
@@ -148,18 +150,21 @@ def _interaction(found: dict[str, Any]) -> list[str]:
         else "the end of the log"
     )
     lines = [
-        f"loop     {found['ticks']} ticks up to {ended}, {found['counted_ticks']} of them counted (full authority)",
+        f"loop     {found['ticks']} ticks up to {ended}, {found['counted_ticks']} of them counted (full "
+        "authority)",
         f"         faults: {found['faults']}; torque limited in {found['limited_ticks']} ticks; "
         f"{100 * found['in_range_share']:.1f} % in the trained range",
-        "RMS, mN m     share   hand felt   feed-forward     left   reduction | inertia   friction   friction left",
+        "RMS, mN m     share   hand felt   feed-forward     left   reduction | inertia   friction   "
+        "friction left",
     ]
     for name in ("all", "forward", "backward", "slow"):
         part = found[name]
         milli = {key: 1e3 * value for key, value in part.items()}
         lines.append(
             f"  {name:<10} {100 * part['share']:5.1f} %   {milli['hand_rms_nm']:9.2f}   "
-            f"{milli['feedforward_rms_nm']:12.2f}   {milli['left_rms_nm']:6.2f}   {100 * part['reduction']:7.1f} % | "
-            f"{milli['inertia_rms_nm']:7.2f}   {milli['friction_rms_nm']:8.2f}   {milli['friction_left_rms_nm']:13.2f}"
+            f"{milli['feedforward_rms_nm']:12.2f}   {milli['left_rms_nm']:6.2f}   "
+            f"{100 * part['reduction']:7.1f} % | {milli['inertia_rms_nm']:7.2f}   "
+            f"{milli['friction_rms_nm']:8.2f}   {milli['friction_left_rms_nm']:13.2f}"
         )
     lines.append("left = hand minus feed-forward: what the hand would have felt, had it moved the same way")
     return lines

@@ -40,10 +40,10 @@ def command(
 ) -> None:
     """Show what the devices of CONFIG measure: values, rate, age, damaged and lost frames.
 
-    Nothing is armed and no torque is written; drives that answer only when asked are asked. The force is tared
-    over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig. Beside it stands what the
-    last arming measured of each axis' torque (delay, lag, gain, offset). Exit code 6 when a device cannot be
-    opened, is lost, or shows no sample.
+    Nothing is armed and no torque is written; drives that answer only when asked are asked. The force is
+    tared over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig.
+    Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
+    6 when a device cannot be opened, is lost, or shows no sample.
     """
     from rtctl.errors import DeviceError
     from rtctl.host.access.endpoints import RuntimeDirectory
@@ -109,8 +109,8 @@ def _actuator_line(one: dict[str, Any]) -> str:
         return f"{declared}; not measured yet: the test pulse of arming does, where a current is measured"
     return (
         f"{declared}, measured at least {found['delay_s'] * 1e3:.3g} ms (lag {found['lag_s'] * 1e3:.3g}) on "
-        f"{found['date']}; current {found['gain']:.3g} of what was sent, {found['offset_nm']:+.3g} N m off; a sample "
-        f"every {found['sample_period_s'] * 1e3:.4g} ms"
+        f"{found['date']}; current {found['gain']:.3g} of what was sent, {found['offset_nm']:+.3g} N m off; "
+        f"a sample every {found['sample_period_s'] * 1e3:.4g} ms"
     )
 
 
@@ -132,8 +132,8 @@ def _lines(report: dict[str, Any]) -> list[str]:
     ]
     if period := report["period_ms"]:
         lines.append(
-            f"  a sample every {period['mean']:.4g} ms, jitter {period['jitter']:.3g}, longest {period['max']:.4g}; "
-            f"declared: {report['declared']}"
+            f"  a sample every {period['mean']:.4g} ms, jitter {period['jitter']:.3g}, longest "
+            f"{period['max']:.4g}; declared: {report['declared']}"
         )
     lines += [
         f"  {value['channel']:<12}{value['of']:<10}{value['value']:>14.6g} {value['unit']:<5}"

@@ -38,7 +38,8 @@ def command(
 ) -> None:
     """Record a rig that runs, from now until Ctrl-C; the rig runs on.
 
-    To record from the very first tick, say `record = true` in the rig file, or `rtctl run --record FOLDER`. Files open in PlotJuggler and Foxglove; see rtctl info, export, replay.
+    To record from the very first tick, say `record = true` in the rig file, or `rtctl run --record FOLDER`.
+    Files open in PlotJuggler and Foxglove; see rtctl info, export, replay.
     """
     from rtctl.client.capture import Capture
     from rtctl.errors import RtctlError

@@ -22,10 +22,11 @@ if TYPE_CHECKING:
 @click.option("--plot", type=OutputFile(picture=True), help="with --config: overlay of both, PNG")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool) -> None:
-    """Send the recorded samples of FILE through the compiled law and compare everything it writes, bit for bit.
+    """Send the recorded samples of FILE through the compiled law and compare everything it writes, bit for
+    bit.
 
-    Parts of the recording that lie before FILE are used too. With --config the law of another rig file gets the
-    same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ.
+    Parts of the recording that lie before FILE are used too. With --config the law of another rig file gets
+    the same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ.
     """
     from rtctl.recording.reader import RecordingReader, with_earlier_parts
 
@@ -52,7 +53,8 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
     same_law = reader.about.get("law_key") == law_key()
     text = (
         f"{verdict.ticks} ticks, {verdict.span_s:.3f} s of the rig in {verdict.took_s:.3f} s "
-        f"({verdict.span_s / verdict.took_s:.0f}x; the law alone {verdict.span_s / max(verdict.law_s, 1e-9):.0f}x)"
+        f"({verdict.span_s / verdict.took_s:.0f}x; the law alone "
+        f"{verdict.span_s / max(verdict.law_s, 1e-9):.0f}x)"
     )
     remark = "" if same_law else "; recorded with other sources of the law"
     if as_json:
@@ -91,7 +93,8 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
         return
     active = found.pop("active_s")
     click.echo(
-        f"{comparison.verdict.ticks} ticks; ACTIVE {active['recorded']:.3f} s, with {config.name} {active['other']:.3f} s"
+        f"{comparison.verdict.ticks} ticks; ACTIVE {active['recorded']:.3f} s, with {config.name} "
+        f"{active['other']:.3f} s"
     )
     if comparison.verdict.stopped:
         click.echo(f"stopped early: {comparison.verdict.stopped}")
@@ -101,5 +104,6 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
             row = "".join(f"{values[which][k]:>12.5f}" for which in ("recorded", "other", "difference"))
             click.echo(f"{name:<24}{axis:<10}{row}")
     click.echo(
-        "the motion and the hand are the recorded ones: a rig that had felt these torques would have moved otherwise"
+        "the motion and the hand are the recorded ones: a rig that had felt these torques would have moved "
+        "otherwise"
     )

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     "--faults",
     metavar="FILE",
     type=click.Path(path_type=Path),
-    help="script these faults into the device, in place of the rig file's own; simulated rigs only (docs/faults.md)",
+    help="script these faults into the device, in place of the rig file's own; simulated rigs only "
+    "(docs/faults.md)",
 )
 @click.option(
     "--record",
@@ -47,9 +48,9 @@ def command(
     """Run the rig of CONFIG: loop, telemetry, commands.
 
     The rig starts unarmed; a client arms it (see docs/protocol.md). Ctrl-C ramps the torque down and exits 0;
-    a second Ctrl-C cuts it. Changes of state, faults with their place and remedy, and a recording that the disk
-    refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault, 14 when
-    the recording has gaps because the disk refused it.
+    a second Ctrl-C cuts it. Changes of state, faults with their place and remedy, and a recording that the
+    disk refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault,
+    14 when the recording has gaps because the disk refused it.
     """
     from rtctl.host.waiting_loop import WaitingLoop
 
@@ -143,7 +144,8 @@ def _lines(summary: dict[str, Any]) -> list[str]:
         return ["no ticks"]
     wakeup, cycle, telemetry = summary["wakeup_us"], summary["cycle_us"], summary["telemetry"]
     return [
-        f"state {summary['state']}, {summary['ticks']} ticks at {summary['rate_hz']} Hz, {summary['missed_ticks']} missed",
+        f"state {summary['state']}, {summary['ticks']} ticks at {summary['rate_hz']} Hz, "
+        f"{summary['missed_ticks']} missed",
         "wake-up us: " + ", ".join(f"{name} {value}" for name, value in wakeup.items()),
         "cycle us:   " + ", ".join(f"{name} {value}" for name, value in cycle.items()),
         f"telemetry: {telemetry['published']} messages, {telemetry['dropped']} dropped",
@@ -168,7 +170,7 @@ def _recorded(recording: dict[str, Any] | None) -> list[str]:
     if recording is None:
         return []
     lines = [
-        f"recording: {recording['ticks']} ticks, {recording['bytes'] / 1e6:.1f} MB, {recording['dropped']} dropped, "
-        f"{recording['files']} file(s) in {recording['folder']}"
+        f"recording: {recording['ticks']} ticks, {recording['bytes'] / 1e6:.1f} MB, {recording['dropped']} "
+        f"dropped, {recording['files']} file(s) in {recording['folder']}"
     ]
     return lines + ([f"RECORDING BROKEN: {recording['broken']}"] if recording["broken"] else [])

@@ -42,8 +42,9 @@ def install(
 ) -> None:
     """Make the rig of CONFIG a service: sudo rtctl service install my-rig.toml.
 
-    Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the user
-    `rtctl`, compiles what the rig needs (a minute, once), enables and starts rtctl@NAME. Doing it again changes only what differs. The rig starts unarmed.
+    Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the
+    user `rtctl`, compiles what the rig needs (a minute, once), enables and starts rtctl@NAME. Doing it again
+    changes only what differs. The rig starts unarmed.
     """
     from rtctl.check import stability_report
     from rtctl.errors import StabilityError

@@ -53,10 +53,10 @@ def _options(function: Callable[..., Any]) -> Callable[..., Any]:
 def command(**options: Unpack[_Served]) -> None:
     """Show a running rig live in the browser: joint, scope, latency, faults, STOP.
 
-    RIG is its name or rig file; not needed when one runs. The page is for this machine only unless --host says
-    otherwise. Anyone who opens it may press STOP; arming needs the operator key that is part of the address
-    shown here. Ctrl-C ends the page; the rig runs on. With `view = true` in the rig file the daemon shows the
-    page itself, and this only tells its address.
+    RIG is its name or rig file; not needed when one runs. The page is for this machine only unless --host
+    says otherwise. Anyone who opens it may press STOP; arming needs the operator key that is part of the
+    address shown here. Ctrl-C ends the page; the rig runs on. With `view = true` in the rig file the daemon
+    shows the page itself, and this only tells its address.
     """
     _serve("", **options)
 

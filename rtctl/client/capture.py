@@ -167,7 +167,9 @@ def _commands(columns: Mapping[str, Any], n_axes: int) -> np.ndarray:
 
 
 def _table(columns: Mapping[str, Any], dtype: np.dtype[np.void]) -> np.ndarray:
-    """Rows of a record from its columns; fields this version does not know are left out, missing ones are 0."""
+    """Rows of a record from its columns; fields this version does not know are left out, missing ones are
+    0.
+    """
     table = np.zeros(next(iter(columns.values()))["shape"][0], dtype)
     for name in dtype.names or ():
         if name in columns:

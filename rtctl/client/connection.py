@@ -43,7 +43,8 @@ class Connection:
         options: dict[zmq.SocketOption, int],
         topics: Iterable[bytes] = (),
     ) -> zmq.Socket[bytes]:
-        """A socket that connects to `endpoint`, now or once somebody listens there, to hear all of `topics` from the first moment.
+        """A socket that connects to `endpoint`, now or once somebody listens there, to hear all of `topics`
+        from the first moment.
 
         Raises NoReplyError where somebody else could answer in place of the rig.
         """
@@ -65,13 +66,17 @@ class Connection:
 
     @staticmethod
     def vouch(endpoint: str) -> None:
-        """Raise NoReplyError when the folder of a socket is another user's: whatever answers there is not the rig."""
+        """Raise NoReplyError when the folder of a socket is another user's: whatever answers there is not the
+        rig.
+        """
         if reason := foreign_endpoint(endpoint):
             raise NoReplyError(f"{reason} (whoever owns it could answer in place of the rig)")
 
 
 def remote_endpoints(address: str) -> Endpoints:
-    """Endpoints of the rig at `HOST:PORT`, PORT being that of requests. Raises ConfigError for anything else."""
+    """Endpoints of the rig at `HOST:PORT`, PORT being that of requests. Raises ConfigError for anything
+    else.
+    """
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or not 0 < int(port) < 65_534:
         raise ConfigError(f"address {address!r}: HOST:PORT, with [gateway] port of the rig file")

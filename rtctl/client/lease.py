@@ -68,8 +68,8 @@ class Lease:
     ) -> None:
         """Send the proxy of the remote axes, one value per axis. Does not wait; only the newest counts.
 
-        A thread of ZeroMQ does the sending. Where cores are few, a program that computes on without a pause can
-        delay it by some 0.3 ms.
+        A thread of ZeroMQ does the sending. Where cores are few, a program that computes on without a pause
+        can delay it by some 0.3 ms.
 
         Raises
         ------

@@ -202,8 +202,8 @@ class RigClient(Worlds, Listener):
     def lease(self, wait_s: float = 0.5) -> Lease:
         """Be the one who moves the proxy of the remote environments: the way for a renderer.
 
-        The lease belongs to the epoch this client last saw when arming or asking for the status. While another
-        client has it, or has only just let go, it is asked for again for up to `wait_s`.
+        The lease belongs to the epoch this client last saw when arming or asking for the status. While
+        another client has it, or has only just let go, it is asked for again for up to `wait_s`.
 
         Raises
         ------
@@ -231,9 +231,9 @@ class RigClient(Worlds, Listener):
     ) -> None:
         """Send the proxy of the remote environments, one value per axis, and wait for the reply.
 
-        Takes the lease when this client has none; `Lease.set_target` is quicker, and does not wait. Targets are
-        valid in the epoch this client last saw when arming or asking for the status: after a stop they are
-        refused (`wrong_epoch`, `lease_lost`) until it asks again.
+        Takes the lease when this client has none; `Lease.set_target` is quicker, and does not wait. Targets
+        are valid in the epoch this client last saw when arming or asking for the status: after a stop they
+        are refused (`wrong_epoch`, `lease_lost`) until it asks again.
         """
         values: dict[str, Any] = {"position_rad": [float(x) for x in position_rad]}
         if velocity_rad_s is not None:
@@ -259,7 +259,8 @@ class RigClient(Worlds, Listener):
         self._call("compensation", **values)
 
     def set_adaptation(self, on: bool, axis: str | int | None = None) -> dict[str, bool | None]:
-        """Have the compensation follow the friction that is seen, or hold it where it is, on one axis or on all that may.
+        """Have the compensation follow the friction that is seen, or hold it where it is, on one axis or on
+        all that may.
 
         Returns
         -------

@@ -1,4 +1,6 @@
-"""Requests that describe the world near the joint: intermediate representations, rendered by the loop at its rate."""
+"""Requests that describe the world near the joint: intermediate representations, rendered by the loop at its
+rate.
+"""
 
 from __future__ import annotations
 
@@ -11,7 +13,8 @@ NUMBERS = tuple(one.name for one in PARAMETERS)
 
 
 class Worlds:
-    """What a program sets of the virtual environment of one axis. None of these jumps: the law lets them follow.
+    """What a program sets of the virtual environment of one axis. None of these jumps: the law lets them
+    follow.
 
     Angles are of the joint, rad. A client with the role renderer gives its `lease`. All return what is then
     commanded, and raise RefusedError for a value out of bounds (see `hello`).
@@ -25,11 +28,12 @@ class Worlds:
         lease: Lease | None = None,
         **numbers: float | None,
     ) -> dict[str, Any]:
-        """Set the virtual environment of one axis; numbers left out, or None, stay. Returns what is then commanded.
+        """Set the virtual environment of one axis; numbers left out, or None, stay. Returns what is then
+        commanded.
 
-        A client with the role renderer gives its `lease`. Kinds, numbers and their units are those of the request
-        `environment` (docs/protocol.md). Raises RefusedError for a value out of bounds (see `hello`), and
-        TypeError for a number that no environment has.
+        A client with the role renderer gives its `lease`. Kinds, numbers and their units are those of the
+        request `environment` (docs/protocol.md). Raises RefusedError for a value out of bounds (see `hello`),
+        and TypeError for a number that no environment has.
         """
         if unknown := [name for name in numbers if name not in NUMBERS]:
             msg = f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}"
@@ -55,10 +59,12 @@ class Worlds:
         lease
             Of a client with the role renderer.
         display
-            The other display, where the rig file has `display_change = true`; it fades out and in over half a second.
+            The other display, where the rig file has `display_change = true`; it fades out and in over half a
+            second.
         mass_kgm2, mass_damping_nms_rad
             Virtual mass and damping of an admittance, from the rig file's own up to its `mass_max_kgm2` and
-            `damping_max_nms_rad`; taken within a tenth of a second, a heavier mass as far as its energy is paid.
+            `damping_max_nms_rad`; taken within a tenth of a second, a heavier mass as far as its energy is
+            paid.
 
         Returns
         -------
@@ -90,7 +96,8 @@ class Worlds:
         side: Literal[-1, 1] = 1,
         lease: Lease | None = None,
     ) -> dict[str, Any]:
-        """A plane near the joint: a wall with its face at `face_rad`, complete, nothing kept of the world before.
+        """A plane near the joint: a wall with its face at `face_rad`, complete, nothing kept of the world
+        before.
 
         `side` 1 resists motion to larger angles, -1 to smaller ones.
         """

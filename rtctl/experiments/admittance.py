@@ -1,4 +1,6 @@
-"""Impedance and admittance display on the same simulated joint: free motion, felt mass, contact, Z-width, felt impedance."""
+"""Impedance and admittance display on the same simulated joint: free motion, felt mass, contact, Z-width,
+felt impedance.
+"""
 
 from __future__ import annotations
 
@@ -39,13 +41,13 @@ def _require_joint(order: Order) -> None:
     axis, path = order.loaded.config.axis[0], order.loaded.path
     if axis.motion == "linear":
         raise ConfigError(
-            f"{path}: axis[0].motion: the hands and worlds of this experiment are those of a joint; run free-motion, spring or policies on "
-            "a carriage, and rtctl check for its admittance"
+            f"{path}: axis[0].motion: the hands and worlds of this experiment are those of a joint; run "
+            "free-motion, spring or policies on a carriage, and rtctl check for its admittance"
         )
     if sizes.scale(order.loaded, LARGEST_RAD) < 1.0:
         raise ConfigError(
-            f"{path}: axis[0].position_min_rad to position_max_rad: the hands of this experiment move by up to {LARGEST_RAD:g} rad to "
-            "either side of the start; give it a rig with more travel"
+            f"{path}: axis[0].position_min_rad to position_max_rad: the hands of this experiment move by up "
+            f"to {LARGEST_RAD:g} rad to either side of the start; give it a rig with more travel"
         )
 
 
@@ -67,9 +69,12 @@ def run(order: Order) -> Outcome:
     hand = stiffest_hand_nm_rad(admittance_runs.displayed(loaded, light))
     order.progress(1.0, "admittance display")
     parts = (
-        Part("Free motion", (admittance_findings.free_sentence(left, hand),), (admittance_tables.left_table(left, light, hand),)),
-        Part("Mass and damping felt", (admittance_findings.felt_sentence(felt),), (admittance_tables.felt_table(felt), admittance_tables.impedance_picture(loaded, shown, heard))),
-        Part("Contact", (admittance_findings.contact_sentence(touched),), (admittance_tables.contact_table(touched), admittance_tables.width_picture(loaded, widths))),
+        Part("Free motion", (admittance_findings.free_sentence(left, hand),),
+            (admittance_tables.left_table(left, light, hand),)),
+        Part("Mass and damping felt", (admittance_findings.felt_sentence(felt),),
+            (admittance_tables.felt_table(felt), admittance_tables.impedance_picture(loaded, shown, heard))),
+        Part("Contact", (admittance_findings.contact_sentence(touched),),
+            (admittance_tables.contact_table(touched), admittance_tables.width_picture(loaded, widths))),
     )  # fmt: skip
     return Outcome(
         "admittance",

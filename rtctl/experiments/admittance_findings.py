@@ -18,7 +18,8 @@ MASSES = (0.5, 1.0, 2.5)
 SPRINGS_NM_RAD = (10.0, 50.0, 200.0, 500.0, 1000.0, 2000.0)
 WALL_NM_RAD = 1e5
 DAMPING_SHARES = (0.0, 0.2, 0.4, 0.6, 0.8)
-"""Shares of the joint's damping: b_c of a coupling; and b_v above `LIGHT_DAMPING` of it, five times as much."""
+"""Shares of the joint's damping: b_c of a coupling; and b_v above `LIGHT_DAMPING` of it, five times as
+much."""
 HZ = tuple(float(one) for one in np.geomspace(1.0, 30.0, 9))
 FELT_WITHIN = 0.05
 """On a rigid joint that hardly rubs; on any other twice that."""
@@ -59,10 +60,14 @@ def free_sentence(left: Left, hand_nm_rad: float) -> str:
         best = min(means, key=lambda name: means[name])
         other = max(means, key=lambda name: means[name])
         parts.append(
-            f"{motion}: the {best.split(',')[0]} leaves {100 * means[best]:.0f} %, the {other.split(',')[0]} {100 * means[other]:.0f} %"
+            f"{motion}: the {best.split(',')[0]} leaves {100 * means[best]:.0f} %, the "
+            f"{other.split(',')[0]} {100 * means[other]:.0f} %"
         )
     bears = "no hand" if not hand_nm_rad > 0 else f"hands up to {hand_nm_rad:.0f} N m/rad"
-    return f"Of the hand's torque without help, with what the rig file compensates: {'; '.join(parts)}. This admittance is certified for {bears}."
+    return (
+        f"Of the hand's torque without help, with what the rig file compensates: {'; '.join(parts)}. This "
+        f"admittance is certified for {bears}."
+    )
 
 
 def felt_sentence(felt: Sequence[Felt]) -> str:
@@ -75,8 +80,8 @@ def felt_sentence(felt: Sequence[Felt]) -> str:
         return "Mass and damping felt: a rig stopped on the way."
     verb = "brings" if worst[1.0] < worst[0.0] else "does not help: it brings"
     return (
-        f"Mass and damping felt between .5 and 5 Hz are off by up to {100 * worst[0.0]:.0f} % by the servo alone; what is sent ahead "
-        f"{verb} that to {100 * worst[1.0]:.0f} %."
+        f"Mass and damping felt between .5 and 5 Hz are off by up to {100 * worst[0.0]:.0f} % by the servo "
+        f"alone; what is sent ahead {verb} that to {100 * worst[1.0]:.0f} %."
     )
 
 

@@ -35,9 +35,10 @@ def left_table(left: Left, light: Shown, hand: float) -> Table:
     names = list(next(iter(left.values())))
     rows = tuple((name, *(f"{100 * left[motion][name].mean:.1f} %" for motion in left)) for name in names)
     caption = (
-        f"Hand's torque left (RMS), of an impedance without compensation on the same rig: free motion, m = {light.mass_kgm2:g} kg m^2, "
-        f"b_v = {light.damping_nms_rad:g} N m s/rad, K_v = {light.velocity_gain_nms_rad:g}, K_p = {light.position_gain_nm_rad:g}; stiffest hand "
-        f"certified in any linear world {hand:.0f} N m/rad."
+        "Hand's torque left (RMS), of an impedance without compensation on the same rig: free motion, m = "
+        f"{light.mass_kgm2:g} kg m^2, b_v = {light.damping_nms_rad:g} N m s/rad, K_v = "
+        f"{light.velocity_gain_nms_rad:g}, K_p = {light.position_gain_nm_rad:g}; stiffest hand certified in "
+        f"any linear world {hand:.0f} N m/rad."
     )
     return Table(caption, ("display", *left), rows)
 
@@ -56,7 +57,10 @@ def felt_table(felt: Sequence[Felt]) -> Table:
         for one in felt
     )
     header = ("asked: m, b_v", "sent ahead", "joint", "felt: m, b_v", "larger error", "certified hand")
-    caption = "Mass (kg m^2) and damping (N m s/rad) asked for and felt, .5 to 5 Hz, and the stiffest hand (N m/rad) certified in any linear world."
+    caption = (
+        "Mass (kg m^2) and damping (N m s/rad) asked for and felt, .5 to 5 Hz, and the stiffest hand (N "
+        "m/rad) certified in any linear world."
+    )
     return Table(caption, header, rows)
 
 
@@ -70,8 +74,9 @@ def contact_table(touched: Mapping[str, Mapping[str, Contact]]) -> Table:
         for world in next(iter(touched.values()))
     )
     caption = (
-        f"A hand of {HAND_NM_RAD:g} N m/rad leans on a virtual world: stiffness felt (N m/rad; of a wall the way into it), and the least of the "
-        "energy account. A coupling is felt in series with its spring. Where it hardly rubs: a hundredth of the dry friction, no compensation, no dead band."
+        f"A hand of {HAND_NM_RAD:g} N m/rad leans on a virtual world: stiffness felt (N m/rad; of a wall "
+        "the way into it), and the least of the energy account. A coupling is felt in series with its "
+        "spring. Where it hardly rubs: a hundredth of the dry friction, no compensation, no dead band."
     )
     return Table(caption, ("world, N m/rad", *touched), rows)
 
@@ -101,7 +106,11 @@ def impedance_picture(loaded: LoadedConfig, shown: Shown, heard: Mapping[str, li
     )
     figures.label(plot, "frequency [Hz]", "|Z| [N m s/rad]")
     plot.legend(fontsize="x-small")
-    caption = "Impedance that a hand feels in free motion on a joint that hardly rubs, 1 to 30 Hz: displays, what was asked for (dashed), bare joint (dotted). Above 14 Hz the watch takes it for a contact that rings, and damps."
+    caption = (
+        "Impedance that a hand feels in free motion on a joint that hardly rubs, 1 to 30 Hz: displays, "
+        "what was asked for (dashed), bare joint (dotted). Above 14 Hz the watch takes it for a contact "
+        "that rings, and damps."
+    )
     return Picture("admittance_impedance", caption, pictures.png(figure))
 
 
@@ -133,9 +142,10 @@ def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[floa
     figures.label(plot, "b_c of the coupling, b_v of the mass [N m s/rad]", "k_c, K_p [N m/rad]")
     plot.legend(fontsize="x-small")
     caption = (
-        "Z-width: stiffness of a rigid virtual wall up to which it neither rings nor stops in this one hand, on a joint that hardly rubs, over the "
-        "damping of coupling or virtual mass. Dashed: up to where the matrices of the admittance bear every such hand in any linear world, and "
-        "what is proven of the coupling with any hand."
+        "Z-width: stiffness of a rigid virtual wall up to which it neither rings nor stops in this one "
+        "hand, on a joint that hardly rubs, over the damping of coupling or virtual mass. Dashed: up to "
+        "where the matrices of the admittance bear every such hand in any linear world, and what is proven "
+        "of the coupling with any hand."
     )
     return Picture("admittance_z_width", caption, pictures.png(figure))
 
@@ -151,10 +161,13 @@ def targets(left: Left, felt: Sequence[Felt], *, rigid: bool) -> tuple[Target, .
     ]
     within = FELT_WITHIN if rigid else 2 * FELT_WITHIN
     return (
-        Target("hand's torque left on the fast sine, compensated", left[FAST_SINE.name]["admittance, compensated"], LEFT_MOST, at_most=True),
-        Target("mass and damping felt on a joint that hardly rubs: largest error", Estimate(float(np.max(smooth)), 0.0, 1), within, at_most=True),
+        Target("hand's torque left on the fast sine, compensated",
+            left[FAST_SINE.name]["admittance, compensated"], LEFT_MOST, at_most=True),
+        Target("mass and damping felt on a joint that hardly rubs: largest error",
+            Estimate(float(np.max(smooth)), 0.0, 1), within, at_most=True),
         Target("and on one that rubs", Estimate(float(np.max(ahead)), 0.0, 1), 2 * FELT_WITHIN, at_most=True),
-        Target("and on one that rubs, compensated, where some hand is certified", Estimate(float(np.max(helped)) if helped else math.nan, 0.0, 1), within, at_most=True),
+        Target("and on one that rubs, compensated, where some hand is certified",
+            Estimate(float(np.max(helped)) if helped else math.nan, 0.0, 1), within, at_most=True),
     )  # fmt: skip
 
 
@@ -168,12 +181,17 @@ def numbers(
 ) -> dict[str, object]:
     """Everything for scripts, SI units."""
     return {
-        "hand_torque_left": {motion: {name: one.as_dict() for name, one in rows.items()} for motion, rows in left.items()},
+        "hand_torque_left": {motion: {name: one.as_dict() for name, one in rows.items()} for motion,
+            rows in left.items()},
         "stiffest_hand_nm_rad": hand,
-        "felt": [{**vars(one.asked), "felt_mass_kgm2": one.mass_kgm2, "felt_damping_nms_rad": one.damping_nms_rad, "joint": one.joint, "certified_hand_nm_rad": one.hand_nm_rad} for one in felt],
-        "contact": {name: {world: vars(one) for world, one in worlds.items()} for name, worlds in touched.items()},
+        "felt": [{**vars(one.asked), "felt_mass_kgm2": one.mass_kgm2,
+            "felt_damping_nms_rad": one.damping_nms_rad, "joint": one.joint,
+            "certified_hand_nm_rad": one.hand_nm_rad} for one in felt],
+        "contact": {name: {world: vars(one) for world, one in worlds.items()} for name,
+            worlds in touched.items()},
         "impedance_felt_nms_rad": {
-            name: [{"hz": hz, "size": abs(z), "angle_rad": cmath.phase(z)} for hz, z in zip(HZ, values, strict=True)] for name, values in heard.items()
+            name: [{"hz": hz, "size": abs(z), "angle_rad": cmath.phase(z)} for hz,
+                z in zip(HZ, values, strict=True)] for name, values in heard.items()
         },
         "stiffest_wall_nm_rad": {name: [list(pair) for pair in pairs] for name, pairs in widths.items()},
     }  # fmt: skip

@@ -23,7 +23,9 @@ Figures = Mapping[str, tuple[str, float]]
 
 @dataclass(frozen=True)
 class Words:
-    """What one experiment calls itself, the figure it is judged by (`key`, in mrad), and what its runs are."""
+    """What one experiment calls itself, the figure it is judged by (`key`, in mrad), and what its runs
+    are.
+    """
 
     name: str
     title: str
@@ -53,14 +55,20 @@ def outcome(
         *parts(order, found, shown),
     )
     winner = positioning.best_of_all(found, "PD", words.key, 1e3, "mrad")
-    said = f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less {words.figure} with {best} than without, over all {words.runs}. {winner}"
+    said = (
+        f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less {words.figure} with "
+        f"{best} than without, over all {words.runs}. {winner}"
+    )
     return Outcome(words.name, words.title, said, told, (target,), numbers(found))
 
 
 def learned(compared: Sequence[Compared]) -> Table:
     """How well each model describes friction, before any control."""
     rows = tuple((one.name, f"{1e3 * one.rmse_nm:.2f}", one.terms) for one in compared if one.name != "none")
-    caption = "The friction models, all learned from the same points: held-out RMSE, and support vectors or parameters."
+    caption = (
+        "The friction models, all learned from the same points: held-out RMSE, and support vectors or "
+        "parameters."
+    )
     return Table(caption, ("model", "held-out RMSE, mN m", "numbers per direction"), rows)
 
 
@@ -108,7 +116,10 @@ def _bars(order: Order, found: Found, controller: str, shown: Figures) -> Pictur
         "mean over all cases": {name: estimate(over_cases(found, controller, name, error)) for name in models}
     }
     name = f"{error}_{controller}".lower()
-    caption = f"{controller}: {words}, mean over all cases, with 95 % confidence intervals over seeds where there are several."
+    caption = (
+        f"{controller}: {words}, mean over all cases, with 95 % confidence intervals over seeds where there "
+        "are several."
+    )
     return Picture(name, caption, figures.bars(groups, f"{words.replace(', ', ' [')}]", order.motion, scale))
 
 

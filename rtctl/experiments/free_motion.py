@@ -1,4 +1,4 @@
-"""Free motion with and without compensation, of a hand that wishes the same (Bi, Figs. 6 and 7), and along the same path."""
+"""Free motion with and without compensation (Bi, Figs. 6 and 7): the same wish, and the same path."""
 
 from __future__ import annotations
 
@@ -22,18 +22,16 @@ LOW, HIGH = 0.75, 1.25
 HUNTS_RAD_S = 1e-3
 """A joint that was let go hunts or runs above this speed."""
 
+WITH, ALSO = virtual.with_feedback, virtual.both
+LOW_BY, HIGH_BY = virtual.with_model_scaled(LOW), virtual.with_model_scaled(HIGH)
 OFF = Variant("off", 0.0)
 ON = Variant("default")
 """As the rig file says: the learned feed-forward, and the disturbance observer on what it leaves."""
 ALONE = Variant("feed-forward alone", 1.0, virtual.with_observer(0.0))
 FEEDBACK = Variant("default + force feedback", 1.0, virtual.with_feedback)
-LOW_MODEL = Variant("model 25 % too low", 1.0, virtual.with_model_scaled(LOW))
-LOW_ALONE = Variant(
-    "feed-forward alone, model 25 % too low",
-    1.0,
-    virtual.both(virtual.with_model_scaled(LOW), virtual.with_observer(0.0)),
-)
-HIGH_MODEL = Variant("model 25 % too high", 1.0, virtual.with_model_scaled(HIGH))
+LOW_MODEL = Variant("model 25 % too low", 1.0, LOW_BY)
+LOW_ALONE = Variant("feed-forward alone, model 25 % too low", 1.0, ALSO(LOW_BY, virtual.with_observer(0.0)))
+HIGH_MODEL = Variant("model 25 % too high", 1.0, HIGH_BY)
 STRONG = virtual.with_gain(STRONG_GAIN, STRONG_VISCOUS)
 
 VARIANTS = (
@@ -42,16 +40,16 @@ VARIANTS = (
     ALONE,
     Variant("default, force low-pass", 1.0, virtual.with_force_lowpass),
     FEEDBACK,
-    Variant("feed-forward alone + force feedback", 1.0, virtual.both(virtual.with_observer(0.0), virtual.with_feedback)),
-    Variant("default + force feedback, force low-pass", 1.0, virtual.both(virtual.with_force_lowpass, virtual.with_feedback)),
-    Variant("force feedback alone", 1.0, virtual.both(virtual.with_gain(0.0), virtual.with_observer(0.0), virtual.with_feedback)),
+    Variant("feed-forward alone + force feedback", 1.0, ALSO(virtual.with_observer(0.0), WITH)),
+    Variant("default + force feedback, force low-pass", 1.0, ALSO(virtual.with_force_lowpass, WITH)),
+    Variant("force feedback alone", 1.0, ALSO(virtual.with_gain(0.0), virtual.with_observer(0.0), WITH)),
     LOW_MODEL,
     LOW_ALONE,
-    Variant("model 25 % too low + force feedback", 1.0, virtual.both(virtual.with_model_scaled(LOW), virtual.with_feedback)),
+    Variant("model 25 % too low + force feedback", 1.0, ALSO(LOW_BY, WITH)),
     HIGH_MODEL,
-    Variant("model 25 % too high + force feedback", 1.0, virtual.both(virtual.with_model_scaled(HIGH), virtual.with_feedback)),
+    Variant("model 25 % too high + force feedback", 1.0, ALSO(HIGH_BY, WITH)),
     Variant("strong feed-forward + observer", 1.0, STRONG),
-    Variant("strong feed-forward + observer, model 25 % too low", 1.0, virtual.both(STRONG, virtual.with_model_scaled(LOW))),
+    Variant("strong feed-forward + observer, model 25 % too low", 1.0, ALSO(STRONG, LOW_BY)),
 )  # fmt: skip
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 FIGURES = ("hand_rms_nm", "sensor_rms_nm", "hand_max_nm", "hand_energy_min_j", "port_energy_min_j")
@@ -127,8 +125,8 @@ def _picture(order: Order, motion: Motion) -> Picture:
     }
     return Picture(
         f"free_motion_{motion.name.replace(' ', '_')}",
-        f"{motion.name}: torque of the hand on the joint in N m, and angle in rad about its mean, over time in s; "
-        "the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
+        f"{motion.name}: torque of the hand on the joint in N m, and angle in rad about its mean, over time "
+        "in s; the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
         figures.stacked([("hand torque [N m]", force), ("angle [rad]", place)], "time [s]", order.motion),
     )
 
@@ -166,8 +164,8 @@ def _table(order: Order, motion: Motion, found: Measured) -> Table:
         "least energy of the port, mJ",
     )
     caption = (
-        f"{motion.name}: mean over {order.seeds} seeds ± half of the 95 % confidence interval. Least energies are the "
-        "worst of all seeds: below 0 the hand would have been fed."
+        f"{motion.name}: mean over {order.seeds} seeds ± half of the 95 % confidence interval. Least "
+        "energies are the worst of all seeds: below 0 the hand would have been fed."
     )
     return Table(caption, header, rows)
 
@@ -189,7 +187,8 @@ def _targets(
     speed = released[HIGH_MODEL.name]
     return (
         *targets,
-        Target("model 25 % too high: least energy of the hand, worst seed", estimate([worst_j]), -1e-6, "mJ", 1e3),
+        Target("model 25 % too high: least energy of the hand, worst seed", estimate([worst_j]), -1e-6, "mJ",
+            1e3),
         Target(
             "model 25 % too high: speed left when the hand has let go",
             speed, most_rad_s, "mrad/s", 1e3, at_most=True,
@@ -227,9 +226,10 @@ def _sentence(found: dict[str, Measured], ways: dict[str, dict[str, Way]]) -> st
     fast, slow = (reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS)
     return (
         f"Moving the joint freely costs the hand {fast[ON.name].text(100, '.1f')} % (fast sine) and "
-        f"{slow[ON.name].text(100, '.1f')} % (slow triangle) less torque with the friction compensation than without, when it "
-        f"wishes the same; with the learned feed-forward alone {fast[ALONE.name].text(100, '.1f')} % and "
-        f"{slow[ALONE.name].text(100, '.1f')} %; with local force feedback on top {fast[FEEDBACK.name].text(100, '.1f')} % and "
+        f"{slow[ON.name].text(100, '.1f')} % (slow triangle) less torque with the friction compensation "
+        "than without, when it wishes the same; with the learned feed-forward alone "
+        f"{fast[ALONE.name].text(100, '.1f')} % and {slow[ALONE.name].text(100, '.1f')} %; with local force "
+        f"feedback on top {fast[FEEDBACK.name].text(100, '.1f')} % and "
         f"{slow[FEEDBACK.name].text(100, '.1f')} %. {_paths(ways)}"
     )
 
@@ -248,8 +248,8 @@ def _bars(order: Order, found: dict[str, Measured]) -> Picture:
 def _hands_off(released: dict[str, Estimate], most_rad_s: float) -> Table:
     """What a joint does that was let go."""
     return Table(
-        "Hands off: RMS speed 1 to 5 s after the hand let go of the joint at full speed, mean over the seeds ± half of the 95 % "
-        f"confidence interval; above {1e3 * most_rad_s:g} mrad/s it hunts or runs.",
+        "Hands off: RMS speed 1 to 5 s after the hand let go of the joint at full speed, mean over the "
+        f"seeds ± half of the 95 % confidence interval; above {1e3 * most_rad_s:g} mrad/s it hunts or runs.",
         ("controller", "speed, mrad/s"),
         tuple((name, speed.text(1e3, ".2g")) for name, speed in released.items()),
     )
@@ -287,11 +287,12 @@ def _paths(ways: dict[str, dict[str, Way]]) -> str:
 
 def _explanation() -> str:
     return (
-        "The torque of the hand is the true one of the simulated rig; the column beside it is what its noisy, "
-        "quantised sensor saw. 'Default' is the rig file's: the learned feed-forward, and the disturbance observer on the friction "
-        "it leaves. Neither takes the viscous part that the coupling lives on, nor "
-        f"inertia; 'strong' is gain {STRONG_GAIN} and viscous_gain {STRONG_VISCOUS}, near the most that `rtctl check` "
-        "passes on the shipped rig. With the feed-forward alone a model that is too low by a quarter takes a quarter of the help away: of dry friction F_c "
-        "1 - .75 gain stays, beside b v and J a, which at gain .95 leaves room for 62 % of the fast sine and at gain .9 for "
-        "59 % at most. The observer, which sees the friction that is there, does better."
+        "The torque of the hand is the true one of the simulated rig; the column beside it is what its "
+        "noisy, quantised sensor saw. 'Default' is the rig file's: the learned feed-forward, and the "
+        "disturbance observer on the friction it leaves. Neither takes the viscous part that the coupling "
+        f"lives on, nor inertia; 'strong' is gain {STRONG_GAIN} and viscous_gain {STRONG_VISCOUS}, near the "
+        "most that `rtctl check` passes on the shipped rig. With the feed-forward alone a model that is "
+        "too low by a quarter takes a quarter of the help away: of dry friction F_c 1 - .75 gain stays, "
+        "beside b v and J a, which at gain .95 leaves room for 62 % of the fast sine and at gain .9 for 59 "
+        "% at most. The observer, which sees the friction that is there, does better."
     )

@@ -28,7 +28,8 @@ TEST_LEVELS = 28
 
 
 def run(order: Order) -> Outcome:
-    """Learn every compared model from one set of points and judge it on others, measured once with every seed.
+    """Learn every compared model from one set of points and judge it on others, measured once with every
+    seed.
 
     Raises
     ------
@@ -74,7 +75,9 @@ def other_points(loaded: LoadedConfig, seed: int) -> FrictionPoints:
 
 
 def predicted(evidence: Evidence, tests: Sequence[FrictionPoints]) -> dict[str, dict[str, Estimate]]:
-    """Mean absolute error (N m) of each family over both directions, and its ratio to training, over the test sets."""
+    """Mean absolute error (N m) of each family over both directions, and its ratio to training, over the test
+    sets.
+    """
     found = {}
     for family in evidence.families:
         both = evidence.of(family)
@@ -93,8 +96,9 @@ def predicted(evidence: Evidence, tests: Sequence[FrictionPoints]) -> dict[str, 
 
 def _over_seeds(found: dict[str, dict[str, Estimate]], sets: int) -> Table:
     caption = (
-        f"Mean absolute prediction error over all speeds and both directions, and its ratio to the training error: mean over {sets} "
-        "sets of test points, each with its own noise, with the 95 % interval. The training points are one set."
+        "Mean absolute prediction error over all speeds and both directions, and its ratio to the training "
+        f"error: mean over {sets} sets of test points, each with its own noise, with the 95 % interval. The "
+        "training points are one set."
     )
     rows = [
         (family, one["prediction_mean_error_nm"].text(1e3), one["prediction_over_training"].text())
@@ -111,7 +115,10 @@ def _said(found: dict[str, dict[str, Estimate]]) -> str:
     if not machines or not formulas:
         return ""
     machine, formula = (min(names, key=lambda name: mean[name].mean) for names in (machines, formulas))
-    said = f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), {formula} of the formulas ({mean[formula].text(1e3)} mN m)"
+    said = (
+        f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), "
+        f"{formula} of the formulas ({mean[formula].text(1e3)} mN m)"
+    )
     if mean[machine].high < mean[formula].low:
         return f"{said}: SVR wins here."
     if mean[formula].high < mean[machine].low:
@@ -138,9 +145,10 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
     counts = {name: [len(one.limit) for one in evidence.of(name)] for name in families}
     said = ", ".join(f"{name} {' and '.join(map(str, count))}" for name, count in counts.items())
     text = (
-        f"{len(evidence.points.branch(1)[0])} training and {len(tests[0].branch(1)[0])} other points in each direction, each the mean of "
-        f"100 measurements. Support vectors (v >= 0 and v < 0): {said}. Bi found 29 and 27 with the RBF and 10 and 9 with the "
-        "spline kernel, of 54; the values of its tables are not published in a form that can be compared."
+        f"{len(evidence.points.branch(1)[0])} training and {len(tests[0].branch(1)[0])} other points in "
+        f"each direction, each the mean of 100 measurements. Support vectors (v >= 0 and v < 0): {said}. Bi "
+        "found 29 and 27 with the RBF and 10 and 9 with the spline kernel, of 54; the values of its tables "
+        "are not published in a form that can be compared."
     )
     numbers = {
         "ladder": report_tables.ladder_rows(evidence),
@@ -159,7 +167,7 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
 
 def _curves(evidence: Evidence, name: str) -> Picture:
     caption = (
-        f"{name}: friction in N m against speed in rad/s, points, learned curve, epsilon tube and support vectors. Left: "
-        f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s."
+        f"{name}: friction in N m against speed in rad/s, points, learned curve, epsilon tube and support "
+        f"vectors. Left: every speed; right: below {evidence.boundary_rad_s:.3g} rad/s."
     )
     return Picture(f"friction_{name}", caption, report_figures.curves(evidence, name))

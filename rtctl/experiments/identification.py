@@ -1,8 +1,9 @@
-"""The whole identification, many times over: does what is learned hold on other speeds, and how many numbers does it take?
+"""The whole identification, many times over: does what is learned hold on other speeds, and how many numbers
+does it take?
 
-One identification has 28 test points in each direction, half of them slow ones with three times the noise of the fast: its
-ratio of prediction to training error scatters by a sixth by chance alone. Only the mean over many says whether noise
-was learned.
+One identification has 28 test points in each direction, half of them slow ones with three times the noise of
+the fast: its ratio of prediction to training error scatters by a sixth by chance alone. Only the mean over
+many says whether noise was learned.
 """
 
 from __future__ import annotations
@@ -105,9 +106,11 @@ class Kept:
 
 
 def run(order: Order) -> Outcome:
-    """Identify with every seed, climb the ladder each time, judge every rung on the test points of the same run.
+    """Identify with every seed, climb the ladder each time, judge every rung on the test points of the same
+    run.
 
-    Seed k of n: the rig's own seed plus k, for the noise of the sensors, the order of the speeds and the places.
+    Seed k of n: the rig's own seed plus k, for the noise of the sensors, the order of the speeds and the
+    places.
 
     Raises
     ------
@@ -131,7 +134,8 @@ def run(order: Order) -> Outcome:
 
 
 def measured(loaded: LoadedConfig, seed: int, settings: Settings | None = None) -> Kept:
-    """Points of one identification of the simulated rig, in this process; by the defaults of `rtctl identify`, unless told otherwise.
+    """Points of one identification of the simulated rig, in this process; by the defaults of
+    `rtctl identify`, unless told otherwise.
 
     Nobody holds the axis.
     """
@@ -192,15 +196,17 @@ def outcome(seeds: Sequence[int], found: Sequence[Sequence[dict[str, Any]]]) -> 
     winners = sorted({row["chosen"] for row in rows[CHOSEN]})
     ratio = numbers[CHOSEN]["prediction_over_training"]
     key = (
-        f"{len(seeds)} identifications of the simulated rig, seeds {seeds[0]} to {seeds[-1]}. The chosen model ({', '.join(winners)}) "
-        f"errs {ratio.text()} times as much on other speeds as on those it saw, mean and 95 % interval; in one identification "
+        f"{len(seeds)} identifications of the simulated rig, seeds {seeds[0]} to {seeds[-1]}. The chosen "
+        f"model ({', '.join(winners)}) errs {ratio.text()} times as much on other speeds as on those it "
+        "saw, mean and 95 % interval; in one identification "
         f"{_span([row['prediction_over_training'] for row in rows[CHOSEN]], '.2f')}."
     )
     key += _refusals(rows[CHOSEN])
     table = Table(
-        "Mean absolute errors over all speeds and both directions, mN m, as in Tables I and II of Bi, mean over the identifications with "
-        "the 95 % interval; ratio of each identification, smallest to largest; support vectors trained on all points, both "
-        "directions; largest RMS distance of the curve from the true friction, % of Coulomb friction.",
+        "Mean absolute errors over all speeds and both directions, mN m, as in Tables I and II of Bi, mean "
+        "over the identifications with the 95 % interval; ratio of each identification, smallest to "
+        "largest; support vectors trained on all points, both directions; largest RMS distance of the "
+        "curve from the true friction, % of Coulomb friction.",
         ("model", "training", "prediction", "ratio", "in one run", "support vectors", "off the truth"),
         tuple(_cells(name, mine, numbers[name]) for name, mine in rows.items()),
     )

@@ -1,4 +1,5 @@
-"""What a positioning experiment on a rig keeps on disk as it goes, so that a fault or Ctrl-C costs one case, not all.
+"""What a positioning experiment on a rig keeps on disk as it goes, so that a fault or Ctrl-C costs one case,
+not all.
 
 `kept.npz` in the folder of the report, gone once the report is written:
 
@@ -69,13 +70,15 @@ class KeptRuns:
             return
         if not resume:
             raise ConfigError(
-                f"{self.path}: runs of an earlier start are kept there; give --resume to go on with them, or choose another --out"
+                f"{self.path}: runs of an earlier start are kept there; give --resume to go on with them, "
+                "or choose another --out"
             )
         found, self.models, self.runs = _read(self.path)
         for name, value in self._about.items():
             if found.get(name) != value:
                 raise DataError(
-                    f"{self.path}: was measured with another {name} ({found.get(name)}); go back to that, or choose another --out"
+                    f"{self.path}: was measured with another {name} ({found.get(name)}); go back to that, "
+                    "or choose another --out"
                 )
 
     def add(self, runs: Runs) -> None:

@@ -57,8 +57,8 @@ def points_of(order: Order) -> FrictionPoints:
         return read_points(path)
     if not order.simulate and not order.loaded.config.simulated:
         raise DataError(
-            f"{order.loaded.path}: no measured friction to learn from: measure it with `rtctl identify`, and give its "
-            "points_train.csv with --points"
+            f"{order.loaded.path}: no measured friction to learn from: measure it with `rtctl identify`, "
+            "and give its points_train.csv with --points"
         )
     order.progress(0.0, "measuring friction")
     if order.motion == "linear":

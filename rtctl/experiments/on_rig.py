@@ -1,4 +1,6 @@
-"""Free motion and the virtual spring on the real loop: figures and page of one run without and with compensation."""
+"""Free motion and the virtual spring on the real loop: figures and page of one run without and with
+compensation.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +22,9 @@ Runs = dict[str, Columns]
 
 
 def free_motion(order: Order) -> Outcome:
-    """Compare on the rig of `order`, whose first axis must be free. Raises as `real_run.compare`, ConfigError."""
+    """Compare on the rig of `order`, whose first axis must be free. Raises as `real_run.compare`,
+    ConfigError.
+    """
     _require(order, "free")
     runs = real_run.compare(order)
     wanted = {name: np.zeros(len(one["time_ns"])) for name, one in runs.items()}
@@ -29,7 +33,9 @@ def free_motion(order: Order) -> Outcome:
 
 
 def spring(order: Order) -> Outcome:
-    """Compare on the rig of `order`, whose first axis must be a spring. Raises as `real_run.compare`, ConfigError."""
+    """Compare on the rig of `order`, whose first axis must be a spring. Raises as `real_run.compare`,
+    ConfigError.
+    """
     _require(order, "spring")
     runs = real_run.compare(order)
     axis = order.loaded.config.axis[0]
@@ -56,9 +62,9 @@ def _outcome(
     left = {phase: rms(one["hand_torque_nm"] - wanted[phase]) for phase, one in runs.items()}
     less = 1.0 - left["on"] / left["off"] if left["off"] > 0 else float("nan")
     key = (
-        f"RMS of the {what}: {1e3 * left['off']:.1f} mN m without and {1e3 * left['on']:.1f} mN m with compensation, "
-        f"{100 * less:.1f} % less, over {order.seconds:g} s each, as the force sensor sees it. One run: the hand moved "
-        "it twice, and only as alike as the two curves of the angle show."
+        f"RMS of the {what}: {1e3 * left['off']:.1f} mN m without and {1e3 * left['on']:.1f} mN m with "
+        f"compensation, {100 * less:.1f} % less, over {order.seconds:g} s each, as the force sensor sees "
+        "it. One run: the hand moved it twice, and only as alike as the two curves of the angle show."
     )
     rows = tuple(_row(phase, one, left[phase]) for phase, one in runs.items())
     header: tuple[str, ...] = (

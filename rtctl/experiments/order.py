@@ -66,9 +66,9 @@ class Order:
         kinds = [device.kind for device in self.loaded.config.device]
         if kinds != ["mock"]:
             raise ConfigError(
-                f"{self.loaded.path}: device[0].kind: {name} moves the joint by hands and controllers that only the "
-                f"simulated rig ('mock', alone) has, not {', '.join(kinds)}; run free-motion or spring on this rig, "
-                "or give a rig file of kind mock"
+                f"{self.loaded.path}: device[0].kind: {name} moves the joint by hands and controllers that "
+                f"only the simulated rig ('mock', alone) has, not {', '.join(kinds)}; run free-motion or "
+                "spring on this rig, or give a rig file of kind mock"
             )
 
     def part(self, low: float, high: float, before: str = "") -> Progress:

@@ -1,6 +1,7 @@
 """The policies of friction compensation side by side: good model, wrong model, coarse encoder, other plants.
 
-What decides the direction near rest: docs/theory.md 5.6; the disturbance observer: docs/theory.md 6. A policy has to be quiet first: without a hand, and in one that holds still (`still_hand`).
+What decides the direction near rest: docs/theory.md 5.6; the disturbance observer: docs/theory.md 6. A policy
+has to be quiet first: without a hand, and in one that holds still (`still_hand`).
 """
 
 from __future__ import annotations
@@ -29,7 +30,8 @@ from rtctl.simulation.closed_loop import Simulation
 TITLE = "Policies of friction compensation"
 DEFAULT = "hybrid + observer (default)"
 COARSE = {8000: 32, 2000: 64}
-"""Counts per turn of coarse encoders, with the window that their velocity needs; of a carriage as at its handle."""
+"""Counts per turn of coarse encoders, with the window that their velocity needs; of a carriage as at its
+handle."""
 TANH_RAD_S = (".02", ".25")
 FED_J = -1e-6
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
@@ -48,7 +50,9 @@ class Judged:
     still: Still
 
     def faults(self, motion: str = "rotary") -> list[str]:
-        """What is wrong on an axis of this motion: speed by the mean over the seeds, energy by the worst of them; NaN: the rig was stopped."""
+        """What is wrong on an axis of this motion: speed by the mean over the seeds, energy by the worst of
+        them; NaN: the rig was stopped.
+        """
         speed, energy = self.figures["speed_after_release_rad_s"], self.figures["hand_energy_min_j"]
         most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, motion)
         found = {
@@ -172,15 +176,17 @@ def _explanation(motion: str) -> str:
         1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, still_hand.SHAKES_RAD_S)
     )
     return (
-        "Each policy gets the rig file's gain and model, and over each motion the reduction of the RMS torque of the hand "
-        "against no compensation. Hands off: RMS speed 1 to 5 s after the hand let go at full speed; above "
-        f"{hunts:g} mrad/s the joint hunts or runs. A hand that holds still: after two periods of the fast sine its wish "
-        f"stands still; the worst of {len(still_hand.HANDS)} hands ({min(stiff):g} to {max(stiff):g} N m/rad, {min(damped):g} and {max(damped):g} N m s/rad): RMS speed 2 to 5 s later, above "
-        f"{shakes:g} mrad/s it is shaken, and the energy it was given in that time, at most "
-        f"{1e3 * still_hand.FED_J:g} mJ. Energy: the least the hand has put in over a motion, worst seed; below zero the hand was fed. Policies "
-        "without a force gate are capped at gain times the least friction, as the daemon does, except where the table says "
-        "uncapped; but for the default and 'observer' none has the disturbance observer. All have the energy account, which "
-        "keeps any of them from feeding a hand for long. The coarse encoders are coarser than `rtctl check` accepts "
+        "Each policy gets the rig file's gain and model, and over each motion the reduction of the RMS "
+        "torque of the hand against no compensation. Hands off: RMS speed 1 to 5 s after the hand let go "
+        f"at full speed; above {hunts:g} mrad/s the joint hunts or runs. A hand that holds still: after two "
+        f"periods of the fast sine its wish stands still; the worst of {len(still_hand.HANDS)} hands "
+        f"({min(stiff):g} to {max(stiff):g} N m/rad, {min(damped):g} and {max(damped):g} N m s/rad): RMS "
+        f"speed 2 to 5 s later, above {shakes:g} mrad/s it is shaken, and the energy it was given in that "
+        f"time, at most {1e3 * still_hand.FED_J:g} mJ. Energy: the least the hand has put in over a motion, "
+        "worst seed; below zero the hand was fed. Policies without a force gate are capped at gain times "
+        "the least friction, as the daemon does, except where the table says uncapped; but for the default "
+        "and 'observer' none has the disturbance observer. All have the energy account, which keeps any of "
+        "them from feeding a hand for long. The coarse encoders are coarser than `rtctl check` accepts "
         "with the coupling of the shipped rig."
     )
 
@@ -257,7 +263,10 @@ def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
         f"{len(judged)} rigs ({'; '.join(judged)}): {', '.join(named) or 'none'}."
     )
     if len(named) < len(POLICIES):
-        text += " Every other policy hunts, runs away, shakes, feeds the hand or is stopped by a fault on at least one."
+        text += (
+            " Every other policy hunts, runs away, shakes, feeds the hand or is stopped by a fault on at "
+            "least one."
+        )
     if named:
         own = [rig for rig in RIGS if not rig.startswith("encoder")]
         least = {
@@ -267,6 +276,12 @@ def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
             for name in named
         }
         best = max(named, key=lambda name: least[name])
-        text += f" The strongest of the quiet, by the least it saves with the rig file's encoder: {best}, {100 * least[best]:.0f} %."
+        text += (
+            f" The strongest of the quiet, by the least it saves with the rig file's encoder: {best}, "
+            f"{100 * least[best]:.0f} %."
+        )
     beyond = [name for name in POLICIES if name in quiet[BEYOND]]
-    return f"{text} With an {BEYOND}, whose step is longer than friction is a spring: {', '.join(beyond) or 'none'}."
+    return (
+        f"{text} With an {BEYOND}, whose step is longer than friction is a spring: "
+        f"{', '.join(beyond) or 'none'}."
+    )

@@ -1,4 +1,6 @@
-"""What policies leave of the hand's torque on every plant of the mock's family, with the model learned on one of them."""
+"""What policies leave of the hand's torque on every plant of the mock's family, with the model learned on one
+of them.
+"""
 
 from __future__ import annotations
 
@@ -81,8 +83,8 @@ def table(found: Mapping[str, Left]) -> Table:
         for plant, left in found.items()
     )
     caption = (
-        "Share of the hand's RMS torque that is left, in % of the torque without compensation, mean over up to "
-        f"{SEEDS} seeds. The model is the rig file's, on every plant."
+        "Share of the hand's RMS torque that is left, in % of the torque without compensation, mean over "
+        f"up to {SEEDS} seeds. The model is the rig file's, on every plant."
     )
     return Table(caption, header, rows)
 
@@ -92,11 +94,14 @@ def _share(left: float) -> str:
 
 
 def said(found: Mapping[str, Left]) -> tuple[str, ...]:
-    """Where the learned model alone loses, and how good the two together are at worst: sentences made of the figures."""
+    """Where the learned model alone loses, and how good the two together are at worst: sentences made of the
+    figures.
+    """
     lost = [plant for plant, left in found.items() if _loses(left)]
     sentences = [
-        f"The learned model alone leaves the hand more, in one motion or both, than the observer alone, which needs no model, on "
-        f"{len(lost)} of {len(found)} plants{': ' if lost else ''}{', '.join(lost)}."
+        "The learned model alone leaves the hand more, in one motion or both, than the observer alone, "
+        f"which needs no model, on {len(lost)} of {len(found)} "
+        f"plants{': ' if lost else ''}{', '.join(lost)}."
     ]
     for name in (BOTH, HYBRID, ALONE, LUGRE):
         most = ", ".join(_most(found, name, motion.name) for motion in MOTIONS)
@@ -119,8 +124,9 @@ def _most(found: Mapping[str, Left], name: str, motion: str) -> str:
 
 def _explanation() -> str:
     return (
-        "Each plant of the mock's family in the place of the rig file's, with what its controller must be told "
-        f"(docs/plants.md), moved by the same hand. '{BOTH}' is the rig file's observer on top of the learned feed-forward, '{ALONE}' "
-        f"has gain {OBSERVER_ALONE_GAIN:g} and no feed-forward, '{LUGRE}' is the learned curve over bristles driven by the measured "
-        "motion, without a force sensor. All share the energy account."
+        "Each plant of the mock's family in the place of the rig file's, with what its controller must be "
+        f"told (docs/plants.md), moved by the same hand. '{BOTH}' is the rig file's observer on top of the "
+        f"learned feed-forward, '{ALONE}' has gain {OBSERVER_ALONE_GAIN:g} and no feed-forward, '{LUGRE}' "
+        "is the learned curve over bristles driven by the measured motion, without a force sensor. All "
+        "share the energy account."
     )

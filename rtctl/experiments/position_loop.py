@@ -1,8 +1,8 @@
 """A position controller on the simulated rig, compiled: PD or PID with friction and inertia feed-forward.
 
-The formula is that of `rtctl.control.position`, which the law's TRACK program follows on a rig; here it runs on the
-bare plant, thousands of times faster than the whole law. v is the low-passed backward difference. The torque goes through
-the same gate as the law's: limit, rate, velocity limit. No hand is on the rig.
+The formula is that of `rtctl.control.position`, which the law's TRACK program follows on a rig; here it runs
+on the bare plant, thousands of times faster than the whole law. v is the low-passed backward difference. The
+torque goes through the same gate as the law's: limit, rate, velocity limit. No hand is on the rig.
 """
 
 from __future__ import annotations
@@ -41,7 +41,8 @@ def follow(
     tick: np.ndarray,
     out: np.ndarray,
 ) -> None:
-    """Follow `reference` (n, 3: position, velocity, acceleration) from rest; write (n, 2): true position, torque sent.
+    """Follow `reference` (n, 3: position, velocity, acceleration) from rest; write (n, 2): true position,
+    torque sent.
 
     Parameters
     ----------

@@ -1,4 +1,6 @@
-"""What point-to-point and tracking share: controllers, runs over seeds and models, and the comparison in words."""
+"""What point-to-point and tracking share: controllers, runs over seeds and models, and the comparison in
+words.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,8 @@ KP_PER_INERTIA, ZETA = 830.0, 1.0
 
 VELOCITY_HZ = 80.0
 ERROR_RAD = 1e-3
-"""Error at which a standing reference gets the friction in full, where the rig file gives no `friction.stop_rad`."""
+"""Error at which a standing reference gets the friction in full, where the rig file gives no
+`friction.stop_rad`."""
 FRICTION_GAIN = 0.95
 INTEGRAL_PER_S = 1.6
 """Integral gain over position gain, 1/s."""
@@ -80,7 +83,9 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
 
 
 def scale(order: Order, reach_rad: float, speed_rad_s: float = 0.0) -> float:
-    """Factor of the references, by `sizes.scale`; on the loop of a rig they are as they are, or refused (`positioning_on_rig`)."""
+    """Factor of the references, by `sizes.scale`; on the loop of a rig they are as they are, or refused
+    (`positioning_on_rig`).
+    """
     return sizes.scale(order.loaded, reach_rad, speed_rad_s) if order.simulate else 1.0
 
 
@@ -191,7 +196,9 @@ def to_draw(cases: Sequence[Case], names: Sequence[str]) -> list[Case]:
 
 
 def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: str) -> str:
-    """Name the model with the smallest mean figure of all, and whether the seeds can tell it from the next."""
+    """Name the model with the smallest mean figure of all, and whether the seeds can tell it from the
+    next.
+    """
     means = {
         name: estimate(over_cases(found, controller, name, figure))
         for name in next(iter(found[controller].values()))
@@ -223,7 +230,8 @@ def verdict(found: Found, controller: str, figure: str, compared: Sequence[Compa
             words.append(f"{-100 * gain.mean:.1f} % MORE than with {model.name}: SVR does not win there")
         else:
             words.append(
-                f"no difference from {model.name} that {gain.count} seeds can tell ({gain.text(100, '.1f')} %)"
+                f"no difference from {model.name} that {gain.count} seeds can tell ({gain.text(100, '.1f')} "
+                "%)"
             )
     text = f"{controller}: with the best support-vector model ({best}) the {what} is " + "; ".join(words)
     once = "" if _repetitions(found) > 1 else " Each was run once: a few per cent either way mean nothing."

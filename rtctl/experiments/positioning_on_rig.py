@@ -1,8 +1,8 @@
-"""Point-to-point and tracking on the real loop: the law's TRACK program, one session of the daemon per friction model.
+"""Point-to-point and tracking on the real loop: the law's TRACK program, a session per friction model.
 
-Nobody holds the handle: as in an identification, the law ends a motion by itself when it feels a hand, leaves the
-travel, or falls behind its reference, and every error ends in a ramp. Between cases the joint goes back to where it began and rests.
-What was measured before an error or Ctrl-C is kept (`kept_runs`): nothing arms again by itself, a person starts it again and it goes on.
+Nobody holds the handle: as in an identification, the law ends a motion when it feels a hand, leaves the
+travel, or falls behind its reference. Between cases the joint goes back to where it began and rests. What was
+measured before an error or Ctrl-C is kept (`kept_runs`): a person starts it again and it goes on.
 """
 
 from __future__ import annotations
@@ -33,10 +33,8 @@ from rtctl.rig_file.config import LoadedConfig
 BIAS_S = 1.0
 HOME_RAD = 0.01
 """Nearer than this the joint is where it began."""
-
 BEHIND_RAD = 0.25
 """Distance from the reference, beyond the step itself, that ends a motion."""
-
 CHATTER_SHARE = 0.05
 """One encoder count may move the controller's torque by this share of the torque limit."""
 
@@ -46,7 +44,7 @@ MOST_PAUSES = 3
 
 @dataclass
 class Session:
-    """Every controller and case with one friction model, without those in `done`; `runs` fills as they are made."""
+    """Every controller and case with one friction model, without those in `done`; `runs` fills."""
 
     order: Order
     rig: Rig
@@ -98,12 +96,13 @@ class Session:
                 f"{controller}, {case.name}: ticks were lost on their way; it is measured again"
             )
         raise DataError(
-            f"{controller}, {case.name}, {self.model.name}: ticks were lost between the loop and this process {MOST_PAUSES + 1} times; "
-            "take other load off this machine (rtctl doctor) and go on with --resume"
+            f"{controller}, {case.name}, {self.model.name}: ticks were lost between the loop and this "
+            f"process {MOST_PAUSES + 1} times; take other load off this machine (rtctl doctor) and go on "
+            "with --resume"
         )
 
     def _follow(self, motion: Motion, controller: str, case: Case) -> Steps[Followed | None]:
-        """One run; None where ticks of it never came: what is left would be compared with another time's reference."""
+        """One run; None where ticks of it never came: another time's reference would be compared."""
         seconds = len(case.reference) * self.rig.period_s
         wish = motion.order(Program.TRACK, seconds, **fields_of(self.order, controller, case, self.model))
         rows = yield from motion.watch(seconds, Wish(wish, seconds))
@@ -112,8 +111,9 @@ class Session:
         rows = rows[rows["program_kind"][:, axis] == Program.TRACK]
         if flags & ~ProgramFlag.DONE or len(rows) == 0:
             raise DataError(
-                f"{controller}, {case.name}, {self.model.name}: the loop ended the motion ({(flags & ~ProgramFlag.DONE)!r}) after "
-                f"{len(rows)} of {len(case.reference)} ticks; free the joint, or correct inertia, limits or travel in the rig file"
+                f"{controller}, {case.name}, {self.model.name}: the loop ended the motion "
+                f"({(flags & ~ProgramFlag.DONE)!r}) after {len(rows)} of {len(case.reference)} ticks; free "
+                "the joint, or correct inertia, limits or travel in the rig file"
             )
         if len(rows) < len(case.reference):
             return None
@@ -151,27 +151,29 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
     axis, path = loaded.config.axis[0], loaded.path
     if axis.motion == "linear":
         raise ConfigError(
-            f"{path}: axis {axis.name} is linear, and the references of this experiment are angles: give it a rig whose axis 0 turns"
+            f"{path}: axis {axis.name} is linear, and the references of this experiment are angles: give it "
+            "a rig whose axis 0 turns"
         )
     g = gains_of(order, "PD")[0]
     grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.counts_of_turn / loaded.config.period_s
     if grain_nm > CHATTER_SHARE * axis.torque_limit_nm:
         raise ConfigError(
-            f"{path}: axis[0].encoder_counts_per_rev {axis.encoder_counts_per_rev:g}: one count would move the controller's "
-            f"torque by {grain_nm:.2g} N m, more than {100 * CHATTER_SHARE:g} % of torque_limit_nm; this experiment needs a finer encoder"
+            f"{path}: axis[0].encoder_counts_per_rev {axis.encoder_counts_per_rev:g}: one count would move "
+            f"the controller's torque by {grain_nm:.2g} N m, more than {100 * CHATTER_SHARE:g} % of "
+            "torque_limit_nm; this experiment needs a finer encoder"
         )
     fastest = max(float(np.abs(case.reference[:, 1]).max()) for case in cases)
     if fastest > 0.8 * axis.velocity_limit_rad_s:
         raise ConfigError(
-            f"{path}: axis[0].velocity_limit_rad_s {axis.velocity_limit_rad_s:g}: the references move at up to {fastest:.2g} rad/s, "
-            "which needs a limit of 1.25 times that; raise it if the rig bears it"
+            f"{path}: axis[0].velocity_limit_rad_s {axis.velocity_limit_rad_s:g}: the references move at up "
+            f"to {fastest:.2g} rad/s, which needs a limit of 1.25 times that; raise it if the rig bears it"
         )
     settings = settings_of(loaded)
     needed = max(high - low for low, high in (case.range_rad for case in cases)) + 4 * settings.margin_rad
     if axis.position_max_rad - axis.position_min_rad < needed:
         raise ConfigError(
-            f"{path}: axis[0].position_min_rad to position_max_rad: the references need a travel of {needed:.2f} rad, not "
-            f"{axis.position_max_rad - axis.position_min_rad:.2f}"
+            f"{path}: axis[0].position_min_rad to position_max_rad: the references need a travel of "
+            f"{needed:.2f} rad, not {axis.position_max_rad - axis.position_min_rad:.2f}"
         )
     return rig_of(loaded, settings)
 
@@ -181,10 +183,8 @@ def run_all(order: Order, cases: Sequence[Case], judge: Judge, kept: KeptRuns) -
 
     Raises
     ------
-    DataError, FaultError, HandOnRigError
-        As `Session.steps`; what was complete is in `kept`.
-    KeyboardInterrupt
-        Ctrl-C; likewise.
+    DataError, FaultError, HandOnRigError, KeyboardInterrupt
+        As `Session.steps`, or Ctrl-C; what was complete is in `kept`.
     """
     rig, bare = require(order, cases), without_feedforward(order.loaded)
     if "force" in order.loaded.config.rig.absent:
@@ -279,13 +279,14 @@ def found_of(cases: Sequence[Case], compared: Sequence[Compared], runs: Runs, ju
 
 
 def _home(motion: Motion, cases: Sequence[Case]) -> float:
-    """Where every case begins: here if all fit, else in the middle of the place they leave. Raises DataError."""
+    """Where every case begins: here if all fit, else amid the place they leave. Raises DataError."""
     low = min(case.range_rad[0] for case in cases)
     high = max(case.range_rad[1] for case in cases)
     least, most = motion.low_rad - low, motion.high_rad - high
     if least > most:
         raise DataError(
-            f"the travel in reach ({motion.low_rad:.3f} to {motion.high_rad:.3f} rad) is too short for references from {low:g} to {high:g} rad"
+            f"the travel in reach ({motion.low_rad:.3f} to {motion.high_rad:.3f} rad) is too short for "
+            f"references from {low:g} to {high:g} rad"
         )
     return min(max(motion.position_rad, least), most)
 

@@ -44,8 +44,8 @@ class Experiment:
         if not order.simulate:
             if self.on_rig is None:
                 raise ConfigError(
-                    f"{order.loaded.path}: {self.name} runs on the simulated rig alone; add --simulate. On the loop "
-                    "of a rig run free-motion, spring, point-to-point and tracking"
+                    f"{order.loaded.path}: {self.name} runs on the simulated rig alone; add --simulate. On "
+                    "the loop of a rig run free-motion, spring, point-to-point and tracking"
                 )
             return in_units_of(self.on_rig(order), order.motion)
         found: Run = importlib.import_module(f"rtctl.experiments.{self.module}").run
@@ -78,7 +78,9 @@ PAPERS = "papers"
 
 
 def papers(order: Order) -> list[Outcome]:
-    """Run every experiment that the axis can do on the simulated rig, one after the other; progress is that of the whole."""
+    """Run every experiment that the axis can do on the simulated rig, one after the other; progress is that
+    of the whole.
+    """
     together = [
         one
         for one in EXPERIMENTS.values()

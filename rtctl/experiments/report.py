@@ -31,11 +31,15 @@ LONG_TABLE = 32
 """Rows from which on a table is folded: a click opens it."""
 
 _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
-figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
+figure{margin:1.5em 0}img{max-width:100%}
+figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
 summary{color:#555;font-size:.9em;padding:.4em 0;cursor:pointer}
-table{border-collapse:collapse;margin:1.2em 0;font-size:.85em;min-width:38em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
-th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}
-h1.part{margin-top:3em;border-top:3px solid #ddd;padding-top:1em}.no{color:#a00;font-weight:bold}.yes{color:#070}
+table{border-collapse:collapse;margin:1.2em 0;font-size:.85em;min-width:38em}
+th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
+th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}
+.key{background:#eef5ff;padding:.7em 1em}
+h1.part{margin-top:3em;border-top:3px solid #ddd;padding-top:1em}
+.no{color:#a00;font-weight:bold}.yes{color:#070}
 nav a{margin-right:1em}"""
 
 _NO_NETWORK = (
@@ -120,7 +124,9 @@ def reworded(outcome: Outcome, say: Callable[[str], str]) -> Outcome:
 
 
 def in_units_of(outcome: Outcome, motion: str) -> Outcome:
-    """The same outcome in the units of this motion; it is written for a rotary axis (`hw.motion.words`, `named`)."""
+    """The same outcome in the units of this motion; it is written for a rotary axis (`hw.motion.words`,
+    `named`).
+    """
     if motion == "rotary":
         return outcome
     own = replace(outcome, numbers=cast("Mapping[str, Any]", named(as_data(outcome.numbers), motion)))

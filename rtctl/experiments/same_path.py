@@ -1,9 +1,9 @@
 """Same hand or same path: two ways to say how much torque the compensation takes off a hand, side by side.
 
-A hand of 5 N m/rad wishes the same with and without compensation, but goes another path: it gets nearer to its wish
-where less holds it back. What it saves then is what a person saves who wishes the same. A stiff hand is led along the same
-path whatever the friction, and what it saves is what the motor takes over of the torque of that very motion. Neither
-is the other.
+A hand of 5 N m/rad wishes the same with and without compensation, but goes another path: it gets nearer to
+its wish where less holds it back. What it saves then is what a person saves who wishes the same. A stiff hand
+is led along the same path whatever the friction, and what it saves is what the motor takes over of the torque
+of that very motion. Neither is the other.
 """
 
 from __future__ import annotations
@@ -62,7 +62,9 @@ def compare(order: Order, motion: Motion) -> dict[str, Way]:
 
 
 def figures(off: np.ndarray, on: np.ndarray) -> tuple[float, float]:
-    """Share of the RMS hand torque saved, and RMS difference of the paths as a share of the path's own RMS."""
+    """Share of the RMS hand torque saved, and RMS difference of the paths as a share of the path's own
+    RMS.
+    """
     left = rms(on["hand_torque_nm"][:, 0]) / rms(off["hand_torque_nm"][:, 0])
     here, there = (x["position_rad"][:, 0] - x["position_rad"][:, 0].mean() for x in (off, on))
     return 1.0 - left, rms(there - here) / rms(here)
@@ -77,8 +79,9 @@ def table(found: dict[str, dict[str, Way]], motion: str = "rotary") -> Table:
         for name, way in ways.items()
     )
     caption = (
-        "The rig file's compensation against none. 'Same hand': the experiment's own, whose wish is the same and whose path is not. 'Same path': "
-        f"a hand of {stiffness:g} N m/rad leads the joint. Paths: RMS difference about the mean, in % of the path without compensation."
+        "The rig file's compensation against none. 'Same hand': the experiment's own, whose wish is the "
+        f"same and whose path is not. 'Same path': a hand of {stiffness:g} N m/rad leads the joint. Paths: "
+        "RMS difference about the mean, in % of the path without compensation."
     )
     return Table(
         caption, ("motion", "what is the same", "reduction of the RMS torque, %", "paths differ by, %"), rows

@@ -1,7 +1,7 @@
 """Sizes of an axis: what an experiment chose for a joint, as it is on the axis that it is run on.
 
-A linear axis has it as it is at a handle 10 cm from a joint (`hw.motion.at_handle`). An axis with less room, in travel or speed, has every
-motion made smaller by one factor, in place and speed alike: periods stay.
+A linear axis has it as it is at a handle 10 cm from a joint (`hw.motion.at_handle`). An axis with less room,
+in travel or speed, has every motion made smaller by one factor, in place and speed alike: periods stay.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ def own(name: str, number: float, motion: str) -> float:
 
 
 def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> float:
-    """Factor of motions that, on a joint with room for them, reach so far from where the first axis starts, at this speed at most.
+    """Factor of motions that, on a joint with room for them, reach so far from where the first axis starts,
+    at this speed at most.
 
     Raises
     ------
@@ -32,8 +33,9 @@ def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> f
     up, down = axis.position_max_rad - start_rad, start_rad - axis.position_min_rad
     if not min(up, down) > 0:
         said = (
-            f"{loaded.path}: device[0].options.axis[0].start_position_rad {start_rad:g}: the experiments move to both sides of it, and position_min_rad to "
-            f"position_max_rad are {axis.position_min_rad:g} to {axis.position_max_rad:g} rad; let it start nearer to the middle"
+            f"{loaded.path}: device[0].options.axis[0].start_position_rad {start_rad:g}: the experiments "
+            "move to both sides of it, and position_min_rad to position_max_rad are "
+            f"{axis.position_min_rad:g} to {axis.position_max_rad:g} rad; let it start nearer to the middle"
         )
         raise ConfigError(words(said, axis.motion))
     factor = own("reach_rad", 1.0, axis.motion)

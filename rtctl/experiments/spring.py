@@ -28,7 +28,8 @@ STIFFNESS_NM_RAD = 3.0
 
 OFF = Variant("off", 0.0)
 ON = Variant("default")
-"""As the rig file says, or policy stop_gated where it has no spring: feed-forward, and the observer on what it leaves."""
+"""As the rig file says, or policy stop_gated where it has no spring: feed-forward, and the observer on what
+it leaves."""
 ALONE = Variant("feed-forward alone", 1.0, virtual.with_observer(0.0))
 HYBRID = Variant("policy hybrid", 1.0, virtual.with_policy(Policy.HYBRID))
 HYBRID_ALONE = Variant("policy hybrid, feed-forward alone", 1.0, hybrid_alone)
@@ -43,9 +44,11 @@ VARIANTS = (
     Variant("policy stop_gated", 1.0, virtual.with_policy(Policy.STOP_GATED)),
     Variant("default, force low-pass", 1.0, virtual.with_force_lowpass),
     FEEDBACK,
-    Variant("default + force feedback, force low-pass", 1.0, virtual.both(virtual.with_force_lowpass, virtual.with_feedback)),
+    Variant("default + force feedback, force low-pass", 1.0,
+        virtual.both(virtual.with_force_lowpass, virtual.with_feedback)),
     Variant("model 25 % too low", 1.0, virtual.with_model_scaled(0.75)),
-    Variant("model 25 % too low + force feedback", 1.0, virtual.both(virtual.with_model_scaled(0.75), virtual.with_feedback)),
+    Variant("model 25 % too low + force feedback", 1.0,
+        virtual.both(virtual.with_model_scaled(0.75), virtual.with_feedback)),
     Variant("model 25 % too high", 1.0, virtual.with_model_scaled(1.25)),
 )  # fmt: skip
 
@@ -150,9 +153,9 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
         name: reduction(found[OFF.name]["error_rms_nm"], one["error_rms_nm"]) for name, one in found.items()
     }
     key = (
-        f"The torque felt differs from that of the virtual spring by {_rms(found, OFF.name)} mN m RMS without "
-        f"compensation and {_rms(found, ON.name)} mN m with it: {less[ON.name].text(100, '.1f')} % less; with local force "
-        f"feedback {less[FEEDBACK.name].text(100, '.1f')} % less."
+        f"The torque felt differs from that of the virtual spring by {_rms(found, OFF.name)} mN m RMS "
+        f"without compensation and {_rms(found, ON.name)} mN m with it: {less[ON.name].text(100, '.1f')} % "
+        f"less; with local force feedback {less[FEEDBACK.name].text(100, '.1f')} % less."
     )
     rows = tuple(_row(name, one, less[name]) for name, one in found.items())
     header = (
@@ -166,18 +169,20 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
     )
     desired = estimate(found[ON.name]["desired_rms_nm"]).text(1e3, ".0f")
     caption = (
-        f"Mean over {order.seeds} seeds ± half of the 95 % confidence interval; energies are the worst of all seeds. The "
-        f"desired torque itself is {desired} mN m RMS: spring and coupling in series, from the true angle."
+        f"Mean over {order.seeds} seeds ± half of the 95 % confidence interval; energies are the worst of "
+        f"all seeds. The desired torque itself is {desired} mN m RMS: spring and coupling in series, from "
+        "the true angle."
     )
     shown: tuple[Table | Picture, ...] = (*pictures, Table(caption, header, rows))
     why = (
-        "Near rest the hybrid policy takes the direction of the feed-forward from the torque of the hand. A hand that is "
-        "led back by a spring pulls one way and moves the other, so the feed-forward then works against the motion until "
-        "the joint breaks loose, again and again. In a spring the direction has to come from the displacement "
-        "(stop_gated): the shipped spring rig uses it, and so does this experiment on a rig file without a spring. The "
-        "disturbance observer sees what opposes the motion and makes up for most of a wrong direction: of the torque error "
-        f"hybrid leaves {_left(less, HYBRID_ALONE)} % by itself and {_left(less, HYBRID)} % with the observer, this rig's own policy "
-        f"{_left(less, ALONE)} % and {_left(less, ON)} %."
+        "Near rest the hybrid policy takes the direction of the feed-forward from the torque of the hand. "
+        "A hand that is led back by a spring pulls one way and moves the other, so the feed-forward then "
+        "works against the motion until the joint breaks loose, again and again. In a spring the direction "
+        "has to come from the displacement (stop_gated): the shipped spring rig uses it, and so does this "
+        "experiment on a rig file without a spring. The disturbance observer sees what opposes the motion "
+        "and makes up for most of a wrong direction: of the torque error hybrid leaves "
+        f"{_left(less, HYBRID_ALONE)} % by itself and {_left(less, HYBRID)} % with the observer, this rig's "
+        f"own policy {_left(less, ALONE)} % and {_left(less, ON)} %."
     )
     fed = _fed(found)
     numbers = {
@@ -202,8 +207,9 @@ def _fed(found: Measured) -> str:
     if not fed:
         return "With no controller did the hand get more energy from the rig than it had given."
     return (
-        f"The hand got more energy than it had given with: {', '.join(fed)}. A spring holds the force gate open, so a model that "
-        "is too high drives the joint along; what the law accounts for as friction is not there."
+        f"The hand got more energy than it had given with: {', '.join(fed)}. A spring holds the force gate "
+        "open, so a model that is too high drives the joint along; what the law accounts for as friction "
+        "is not there."
     )
 
 

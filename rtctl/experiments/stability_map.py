@@ -1,4 +1,6 @@
-"""The k-b region of provably stable couplings against simulation with the worst hands (docs/theory.md 2.11)."""
+"""The k-b region of provably stable couplings against simulation with the worst hands
+(docs/theory.md 2.11).
+"""
 
 from __future__ import annotations
 
@@ -74,7 +76,9 @@ def _delayed(device: Device, share: float, delay: int) -> float:
 
 
 def _with_dry_friction(device: Device, gain: float) -> float:
-    """Largest growth on the proven bound with dry friction of which `gain` is compensated, sign a tick late."""
+    """Largest growth on the proven bound with dry friction of which `gain` is compensated, sign a tick
+    late.
+    """
     T, most = device.period_s, 0.0
     for modes in DRY_MODES:
         part = worst_hand.worst(device.inertia, device.damping, T, modes, DRY_PARTS)
@@ -103,14 +107,16 @@ def _with_more(
     least, most = min(min(one) for one in delayed.values()), max(max(one) for one in delayed.values())
     header = ("delay, ticks", "b_c, N m s/rad", "proven k_c, N m/rad", "first unstable k_c over it")
     caption = (
-        f"With delay: first unstable k_c over the proven one, in steps of 1 %, over hands of {MODES[-1]} resonances and lossless "
-        f"environments made for {len(ANGLES)} frequencies each."
+        f"With delay: first unstable k_c over the proven one, in steps of 1 %, over hands of {MODES[-1]} "
+        f"resonances and lossless environments made for {len(ANGLES)} frequencies each."
     )
     dry_rows = [(f"{100 * gain:.0f} %", f"{growth:.4f}") for gain, growth in dry.items()]
     dry_caption = (
-        f"Dry friction of {DRY_NM:g} N m, run in time on the proven bound in hands of {', '.join(map(str, DRY_MODES))} resonances from "
-        f"{DRY_SPEEDS_RAD_S[0]:g} to {DRY_SPEEDS_RAD_S[-1]:g} rad/s: largest energy of the second half over the first, worst of all runs. Above 1 it would grow; "
-        "1 is the least start, whose motion stays as small as it began (a late sign hunts about rest), larger ones decay."
+        f"Dry friction of {DRY_NM:g} N m, run in time on the proven bound in hands of "
+        f"{', '.join(map(str, DRY_MODES))} resonances from {DRY_SPEEDS_RAD_S[0]:g} to "
+        f"{DRY_SPEEDS_RAD_S[-1]:g} rad/s: largest energy of the second half over the first, worst of all "
+        "runs. Above 1 it would grow; 1 is the least start, whose motion stays as small as it began (a "
+        "late sign hunts about rest), larger ones decay."
     )
     shown = (
         Table(caption, header, tuple(rows)),
@@ -128,8 +134,9 @@ def _with_more(
         ),
     )  # fmt: skip
     text = (
-        "With delay the bound is reached at an angle below Nyquist, where the worst hand resonates at every frequency that sampling "
-        "folds there, and only with the worst environment behind the coupling: a lossless mass or spring."
+        "With delay the bound is reached at an angle below Nyquist, where the worst hand resonates at "
+        "every frequency that sampling folds there, and only with the worst environment behind the "
+        "coupling: a lossless mass or spring."
     )
     numbers = {
         **made.numbers,
@@ -161,7 +168,9 @@ def _edge(device: Device, modes: int) -> list[float]:
 
 
 def _in_time(device: Device, found: dict[int, list[float]]) -> tuple[float, float]:
-    """Largest growth on the proven bound, and least a tenth above the first instability, over every hand and b_c."""
+    """Largest growth on the proven bound, and least a tenth above the first instability, over every hand and
+    b_c.
+    """
     below, above = 0.0, float("inf")
     for modes, edges in found.items():
         hand = worst_hand.worst(device.inertia, device.damping, device.period_s, modes)
@@ -199,19 +208,21 @@ def _outcome(
         ),
     )  # fmt: skip
     key = (
-        f"No simulated hand is unstable inside the proven region; the worst one ({MODES[-1]} lossless resonances at odd "
-        f"multiples of Nyquist) is unstable from {100 * min(above):.1f} to {100 * max(above):.1f} % above it, depending on "
-        "b_c, so the bound is not only safe but tight. The papers' test promises several times as much stiffness."
+        f"No simulated hand is unstable inside the proven region; the worst one ({MODES[-1]} lossless "
+        f"resonances at odd multiples of Nyquist) is unstable from {100 * min(above):.1f} to "
+        f"{100 * max(above):.1f} % above it, depending on b_c, so the bound is not only safe but tight. The "
+        "papers' test promises several times as much stiffness."
     )
     shown = (
         _picture(device, found, viscous),
         _table(device, found),
     )
     text = (
-        "Joint, hand and coupling to a rigid wall, by the poles of the exact sampled loop and run in time. Run in time, no "
-        f"hand's energy grows on the proven bound (largest ratio over the second half of {TICKS} ticks: {below:.3g}), and every "
-        f"one grows a tenth above its first instability (least ratio: {above_edge:.3g}). Computed from the rig's J, b "
-        "and T without noise, so seeds would change nothing."
+        "Joint, hand and coupling to a rigid wall, by the poles of the exact sampled loop and run in time. "
+        "Run in time, no hand's energy grows on the proven bound (largest ratio over the second half of "
+        f"{TICKS} ticks: {below:.3g}), and every one grows a tenth above its first instability (least "
+        f"ratio: {above_edge:.3g}). Computed from the rig's J, b and T without noise, so seeds would change "
+        "nothing."
     )
     numbers = {
         "damping_share": list(SHARES),
@@ -249,9 +260,10 @@ def _picture(device: Device, found: dict[int, list[float]], viscous: dict[float,
     for plot in (left, right):
         plot.legend(fontsize="x-small")
     caption = (
-        "Stiffness k_c in N m/rad over damping b_c in N m s/rad of the coupling: proven region (shaded) and first "
-        "instability with worst-case hands. Left: without compensation of viscous friction, hands of 1 to 14 resonances. "
-        "Right: what is left of the region when viscous friction is compensated, with the hand of 14."
+        "Stiffness k_c in N m/rad over damping b_c in N m s/rad of the coupling: proven region (shaded) "
+        "and first instability with worst-case hands. Left: without compensation of viscous friction, "
+        "hands of 1 to 14 resonances. Right: what is left of the region when viscous friction is "
+        "compensated, with the hand of 14."
     )
     return Picture("stability_map", caption, figures.png(figure, device.motion))
 

@@ -1,4 +1,6 @@
-"""Tracking of sine and triangular references with friction models from none to SVR (Tijani and Akmeliawati)."""
+"""Tracking of sine and triangular references with friction models from none to SVR (Tijani and
+Akmeliawati).
+"""
 
 from __future__ import annotations
 
@@ -44,7 +46,9 @@ def cases_of(order: Order) -> list[Case]:
 
 
 def _factor(order: Order) -> float:
-    """By which the references are smaller than those of a joint with room; a sine goes two amplitudes away."""
+    """By which the references are smaller than those of a joint with room; a sine goes two amplitudes
+    away.
+    """
     top_rad_s = max(2 * np.pi * SINE_RAD * max(SINES_HZ), *TRIANGLES_RAD_S)
     return positioning.scale(order, max(2 * SINE_RAD, TRIANGLE_RAD), top_rad_s)
 
@@ -98,7 +102,10 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
             one = look(controller, case, model)
             lines[model.name] = (time_s[half], 1e3 * (case.reference[:, 0] - one.position_rad)[half])
         panels.append((f"{controller}: error [mrad]", lines))
-    caption = f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction model. {order.shown_run}"
+    caption = (
+        f"{case.name}: tracking error in mrad over time in s, second period, PD and PID with each friction "
+        f"model. {order.shown_run}"
+    )
     name = "tracking_" + case.name.replace(" ", "_").replace("/", "_per_").replace(".", "_")
     return Picture(name, caption, figures.stacked(panels, "time [s]", order.motion, 3.0))
 

@@ -165,7 +165,9 @@ def both(*changes: Change) -> Change:
 
 
 def _hand(loaded: LoadedConfig) -> tuple[float, float]:
-    """Factors of the hand's stiffness and damping: a carriage whose rig file tells none is held as a joint is, at its handle."""
+    """Factors of the hand's stiffness and damping: a carriage whose rig file tells none is held as a joint
+    is, at its handle.
+    """
     table = loaded.config.device[0].options
     told = [one for one in table.get("hand", ()) if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
     motion = "rotary" if told else loaded.config.axis[0].motion

@@ -1,12 +1,15 @@
 """The worst passive hand and the worst passive environment for a loop with delay (docs/theory.md 2.3).
 
-(SD-1) binds at an angle theta = w T / 2 inside (0, pi/2]. There the worst hand resonates with the joint at every frequency
-that sampling folds onto w, so that the joint answers with 1/b at each; and the worst environment is the lossless one, a
-mass or a spring, that turns the torque of coupling and environment against the velocity most:
+(SD-1) binds at an angle theta = w T / 2 inside (0, pi/2]. There the worst hand resonates with the joint at
+every frequency that sampling folds onto w, so that the joint answers with 1/b at each; and the worst
+environment is the lossless one, a mass or a spring, that turns the torque of coupling and environment against
+the velocity most:
 
-    min over s of Re(e^(-j phi) / (g + j s)) = (cos phi - 1) / (2 g),   phi = 2 (1 + d) theta,  g = Re(1 / Z_c)
+    min over s of Re(e^(-j phi) / (g + j s)) = (cos phi - 1) / (2 g)
+    phi = 2 (1 + d) theta,  g = Re(1 / Z_c)
 
-Both elements are discrete by Tustin's rule, which keeps them lossless: Z = (2 m / T)(z - 1)/(z + 1), or (k T / 2)(z + 1)/(z - 1).
+Both elements are discrete by Tustin's rule, which keeps them lossless: Z = (2 m / T)(z - 1)/(z + 1), or
+(k T / 2)(z + 1)/(z - 1).
 """
 
 from __future__ import annotations
@@ -28,7 +31,9 @@ SEARCHED = (0.25, 0.5, 0.75, 0.9, 0.95, *(1 + 0.01 * k for k in range(31)))
 
 @dataclass(frozen=True)
 class Environment:
-    """Admittance 1/Z_e of a lossless environment: `spring` (z-1)/(z+1) + `mass` (z+1)/(z-1), one of them 0."""
+    """Admittance 1/Z_e of a lossless environment: `spring` (z-1)/(z+1) + `mass` (z+1)/(z-1), one of them
+    0.
+    """
 
     spring: float
     mass: float
@@ -88,7 +93,9 @@ def largest_pole(hand: Hand, k_c: float, b_c: float, T: float, delay: int, envir
 
 
 def _impedance(a: float, b_c: float, environment: Environment) -> tuple[np.ndarray, np.ndarray]:
-    """Coupling and environment in series, torque over velocity: numerator and denominator in z, the latter monic."""
+    """Coupling and environment in series, torque over velocity: numerator and denominator in z, the latter
+    monic.
+    """
     top, one_less, one_more = np.array([a, -b_c]), np.array([1.0, -1.0]), np.array([1.0, 1.0])
     if environment.mass > 0:
         numerator = np.polymul(top, one_less)
@@ -102,7 +109,9 @@ def _impedance(a: float, b_c: float, environment: Environment) -> tuple[np.ndarr
 def first_unstable_share(
     inertia: float, damping: float, T: float, b_c: float, delay: int, modes: int, angles: np.ndarray
 ) -> float:
-    """Least unstable k_c over the proven k_c, over the worst hand and environment at every angle; inf if none in reach."""
+    """Least unstable k_c over the proven k_c, over the worst hand and environment at every angle; inf if none
+    in reach.
+    """
     proven = stability.k_max_sampled_data(damping, b_c, T, delay)
     least = math.inf
     for theta in angles:

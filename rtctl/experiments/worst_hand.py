@@ -3,10 +3,11 @@
 Lossless masses on springs, chosen so that hand and joint together resonate at the first N odd multiples of
 the Nyquist frequency, where sampling folds the device's response onto one place:
 
-    J s + Z_h = J prod_n (s^2 + w_n^2) / (s prod_m (s^2 + p_m^2)),   w_n = (2n - 1) pi / T,   w_m < p_m < w_m+1
+    J s + Z_h = J prod_n (s^2 + w_n^2) / (s prod_m (s^2 + p_m^2))
+    w_n = (2n - 1) pi / T,   w_m < p_m < w_m+1
 
-In partial fractions this is a spring to ground and N - 1 masses on springs, all positive. The state is in root
-energy coordinates, in which the network is a rotation and the exact step well conditioned at any N.
+In partial fractions this is a spring to ground and N - 1 masses on springs, all positive. The state is in
+root energy coordinates, in which the network is a rotation and the exact step well conditioned at any N.
 """
 
 from __future__ import annotations
@@ -45,7 +46,9 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
 
 
 def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.ndarray) -> Hand:
-    """Joint and hand over a step T with these squared resonances w2, rising, and poles of the hand's impedance p2 between them."""
+    """Joint and hand over a step T with these squared resonances w2, rising, and poles of the hand's
+    impedance p2 between them.
+    """
     from scipy.linalg import expm
 
     modes = len(w2)
@@ -72,13 +75,17 @@ def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.nda
 
 
 def _ratio(w2: np.ndarray, p2: np.ndarray, n: int) -> float:
-    """Product of (w_m^2 - p_n^2) / (p_m^2 - p_n^2) over the other resonances, paired so that it stays near 1."""
+    """Product of (w_m^2 - p_n^2) / (p_m^2 - p_n^2) over the other resonances, paired so that it stays near
+    1.
+    """
     others = np.arange(len(p2)) != n
     return float(np.prod((w2[others] - p2[n]) / (p2[others] - p2[n])))
 
 
 def is_stable(hand: Hand, k_c: float, b_c: float, T: float) -> bool:
-    """Whether joint, hand and a coupling to a rigid wall are stable: no pole outside the unit circle. No delay."""
+    """Whether joint, hand and a coupling to a rigid wall are stable: no pole outside the unit circle. No
+    delay.
+    """
     n = len(hand.angle)
     b = b_c / T
     loop = np.zeros((n + 1, n + 1))  # state, angle before
@@ -114,8 +121,8 @@ def growth(
 ) -> float:
     """Energy after `ticks` over that after half of them, run in time.
 
-    Starts bent, at the speed `start_rad_s` would be a quarter of the first resonance later: a motion that began
-    at full speed would be sampled at its zeros only.
+    Starts bent, at the speed `start_rad_s` would be a quarter of the first resonance later: a motion that
+    began at full speed would be sampled at its zeros only.
     """
     q = np.zeros(len(angle))
     q[0] = start_rad_s / speed[1]
@@ -146,10 +153,12 @@ def peak_with_friction(
     ticks: int,
     start_rad_s: float,
 ) -> float:
-    """Largest energy in the second half of `ticks` over the largest in the first, with dry friction and its compensation.
+    """Largest energy in the second half of `ticks` over the largest in the first, with dry friction and its
+    compensation.
 
-    `step` and `push` are those of a `parts`-th of a tick. Dry friction holds the joint where it can, and never turns it; its
-    compensation has the sign of the last tick's motion, so it is late by a tick at every turn. 0 / 0 counts as 0.
+    `step` and `push` are those of a `parts`-th of a tick. Dry friction holds the joint where it can, and
+    never turns it; its compensation has the sign of the last tick's motion, so it is late by a tick at every
+    turn. 0 / 0 counts as 0.
     """
     q = np.zeros(len(angle))
     q[0] = start_rad_s / speed[1]

@@ -1,6 +1,6 @@
 """The host process: supervises the loop and owns every socket. Ordinary priority, one thread.
 
-`loop_process` starts the loop, `loop_guard` watches it and makes its devices safe when it ends. `Telemetry` publishes what the
-loop records, `Gateway` takes requests and writes the newest command, and `endpoints` gives both a private place to listen.
-The loop never waits for any of them.
+`loop_process` starts the loop, `loop_guard` watches it and makes its devices safe when it ends. `Telemetry`
+publishes what the loop records, `Gateway` takes requests and writes the newest command, and `endpoints` gives
+both a private place to listen. The loop never waits for any of them.
 """

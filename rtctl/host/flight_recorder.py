@@ -103,7 +103,9 @@ class FlightRecorder:
         self._detector.late.watch = watch
 
     def later(self, task: Task) -> None:
-        """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked again."""
+        """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked
+        again.
+        """
         with suppress(queue.Full):
             self._queue.put_nowait(task)
 
@@ -127,7 +129,9 @@ class FlightRecorder:
         return self._log.broken or self._incident_error
 
     def close(self, error: BaseException | None = None) -> None:
-        """Write what is left and end; `error` is why the run ended, when it did not end by itself. Idempotent."""
+        """Write what is left and end; `error` is why the run ended, when it did not end by itself.
+        Idempotent.
+        """
         if not self._thread.is_alive():
             return
         cause = "" if error is None else f"{type(error).__name__}: {error}".rstrip(": ")
@@ -177,7 +181,9 @@ class FlightRecorder:
         self._log.close()
 
     def _keep_timing(self, events: list[Event]) -> None:
-        """What test pulses measured, for `rtctl check` and the next run; the log has it too when the disk fails."""
+        """What test pulses measured, for `rtctl check` and the next run; the log has it too when the disk
+        fails.
+        """
         axes = {}
         for event in events:
             if event["event"] == EVENT:

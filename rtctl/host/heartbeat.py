@@ -1,8 +1,10 @@
-"""The host's sign of life to the loop: whoever could not pass on a STOP must not be what a powered rig waits for.
+"""The host's sign of life to the loop: whoever could not pass on a STOP must not be what a powered rig waits
+for.
 
-It goes the way a STOP goes, through the command mailbox, and is written by the turn that would have read the STOP:
-nothing else that the host still does (a thread of its own, a flood it works on) counts as life. The law
-compares its age with what was promised (`rtctl.control.intake.host_fault`); commands are recorded, so a replay sees the same.
+It goes the way a STOP goes, through the command mailbox, and is written by the turn that would have read the
+STOP: nothing else that the host still does (a thread of its own, a flood it works on) counts as life. The law
+compares its age with what was promised (`rtctl.control.intake.host_fault`); commands are recorded, so a
+replay sees the same.
 """
 
 from __future__ import annotations
@@ -18,12 +20,14 @@ SILENCE_S = 0.2
 """Longest silence of the host while powered; five beats."""
 
 LENIENT_S = 2.0
-"""Silence that is borne on a simulated rig that may be late: nobody holds it, and ordinary machines keep processes
-waiting."""
+"""Silence that is borne on a simulated rig that may be late: nobody holds it, and ordinary machines keep
+processes waiting."""
 
 
 def promised_ticks(config: Config) -> int:
-    """Within how many ticks the host of this rig promises its next beat; 0 promises nothing (virtual clock)."""
+    """Within how many ticks the host of this rig promises its next beat; 0 promises nothing (virtual
+    clock).
+    """
     if config.loop.clock == "virtual":
         return 0
     return round((LENIENT_S if config.may_be_late else SILENCE_S) * config.loop.rate_hz)

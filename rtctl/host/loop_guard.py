@@ -34,7 +34,8 @@ class LoopGuard:
         self.look_s = self._watch.look_s
 
     def look(self) -> None:
-        """Stop the devices of a loop that is dying or late; end one that stalls (on a wall clock) without an excuse.
+        """Stop the devices of a loop that is dying or late; end one that stalls (on a wall clock) without an
+        excuse.
 
         Raises LoopDiedError for a loop that was ended.
         """

@@ -23,7 +23,8 @@ OPEN_TIMEOUT_S = 20.0
 """Longest excuse for a lost device that is being opened again: a CANopen drive is set up in seconds."""
 
 _FLAGS, _PF_EXITING = 5, 0x4
-"""Place of a task's flags in /proc/PID/stat, counted after its state, and the flag of a task that is ending."""
+"""Place of a task's flags in /proc/PID/stat, counted after its state, and the flag of a task that is
+ending."""
 
 _ERRORS = {"device": DeviceError, "realtime": RealtimeError}
 
@@ -32,7 +33,8 @@ def is_dying(pid: int) -> bool:
     """Whether a process is being taken apart by the kernel, has ended, or is gone.
 
     Asked up to a thousand times in a second. Not through `Path`: it interns the parts of a name, and the
-    interpreter's table of interned strings keeps the place of each one it drops until it is full and doubled (1.9 MB).
+    interpreter's table of interned strings keeps the place of each one it drops until it is full and doubled
+    (1.9 MB).
     """
     try:
         descriptor = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
@@ -91,7 +93,8 @@ class LoopProcess:
         log_readers: Sequence[str] = (),
         waiting: WaitingLoop | None = None,
     ) -> None:
-        """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as long as anybody drives the rig.
+        """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as
+        long as anybody drives the rig.
 
         `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know.
         """
@@ -145,11 +148,15 @@ class LoopProcess:
 
     @property
     def dying(self) -> bool:
-        """Whether the kernel is taking it apart, which lasts 10 to 40 ms before anybody is told of its end."""
+        """Whether the kernel is taking it apart, which lasts 10 to 40 ms before anybody is told of its
+        end.
+        """
         return is_dying(self.pid)
 
     def leave_it_its_core(self) -> None:
-        """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its core."""
+        """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its
+        core.
+        """
         with contextlib.suppress(OSError):
             taken = os.sched_getaffinity(self.pid)
             others = os.sched_getaffinity(0) - taken
@@ -177,7 +184,9 @@ class LoopProcess:
         return notes
 
     def take_words(self) -> list[dict[str, Any]]:
-        """What the devices have said of themselves since this was asked last, oldest first (`rtctl.rt.speech`)."""
+        """What the devices have said of themselves since this was asked last, oldest first
+        (`rtctl.rt.speech`).
+        """
         words, self._words = self._words, []
         return words
 
@@ -194,7 +203,8 @@ class LoopProcess:
         if self.ended is None:
             code = self._process.poll()
             raise LoopDiedError(
-                f"the loop process died without a word (exit status {code}); torque was on its own: {aftermath}"
+                f"the loop process died without a word (exit status {code}); torque was on its own: "
+                f"{aftermath}"
             )
         if self.ended["reason"] not in ("shutdown", "cut"):
             error = _ERRORS.get(self.ended["reason"], LoopDiedError)

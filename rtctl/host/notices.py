@@ -1,7 +1,7 @@
 """Lines for the journal that never wait and never pile up.
 
-A line is written only where there is room for it at once (`rtctl.host.outlet`), and each kind of line once a second; what
-was left out is counted in the next line of its kind.
+A line is written only where there is room for it at once (`rtctl.host.outlet`), and each kind of line once a
+second; what was left out is counted in the next line of its kind.
 """
 
 from __future__ import annotations

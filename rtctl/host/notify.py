@@ -48,7 +48,9 @@ class Notifier:
         self._send(f"RELOADING=1\nMONOTONIC_USEC={time.monotonic_ns() // 1000}")
 
     def stopping(self) -> None:
-        """The end has begun: no ticks will feed the watchdog any more, TimeoutStopSec= bounds it from here."""
+        """The end has begun: no ticks will feed the watchdog any more, TimeoutStopSec= bounds it from
+        here.
+        """
         self._send(f"STOPPING=1\nWATCHDOG_USEC={ENDING_US}")
 
     def status(self, state: int, faults: int, fault_first: int) -> None:
@@ -64,7 +66,9 @@ class Notifier:
             self._send(f"STATUS={text}")
 
     def alive(self, head: int, *, excused: bool = False) -> None:
-        """Feed the watchdog, if the loop has run ticks since the last call (`head` counts them) or is `excused` from it."""
+        """Feed the watchdog, if the loop has run ticks since the last call (`head` counts them) or is
+        `excused` from it.
+        """
         if head != self._head or excused:
             self._head = head
             self._send("WATCHDOG=1")

@@ -1,8 +1,9 @@
 """What a daemon says, to a reader that may have stopped reading: written at once or not at all.
 
-A pipe that nobody reads fills up, and Ctrl-S stops a terminal: whoever writes then waits, and a host that waits answers no
-STOP. Asking first whether there is room is not enough (a terminal with room for one byte says yes), so the
-descriptor's file is opened once more, without waiting; making the descriptor itself so would do it to the shell as well.
+A pipe that nobody reads fills up, and Ctrl-S stops a terminal: whoever writes then waits, and a host that
+waits answers no STOP. Asking first whether there is room is not enough (a terminal with room for one byte
+says yes), so the descriptor's file is opened once more, without waiting; making the descriptor itself so
+would do it to the shell as well.
 """
 
 from __future__ import annotations
@@ -127,9 +128,11 @@ class _Stream(io.TextIOBase):
 
 @contextlib.contextmanager
 def streams_that_never_wait(patience_s: float = 0.0) -> Iterator[None]:
-    """While this lasts nothing that this process prints makes it wait; what finds no room (in `patience_s`) is left out.
+    """While this lasts nothing that this process prints makes it wait; what finds no room (in `patience_s`)
+    is left out.
 
-    No terminal obeys it either (`rtctl.terminal`). Streams that somebody else has replaced already stay as they are.
+    No terminal obeys it either (`rtctl.terminal`). Streams that somebody else has replaced already stay as
+    they are.
     """
     with contextlib.ExitStack() as stack:
         for name in ("stdout", "stderr"):

@@ -1,8 +1,8 @@
 """Has the host's machine code compiled in a process of its own, where there is none yet.
 
-The host follows the loop with the same law. To load it takes 60 MB; a process that has compiled it keeps 250 MB
-for as long as it lives, and a daemon lives for months. So whoever starts first after an update has it done elsewhere,
-while the loop compiles its own.
+The host follows the loop with the same law. To load it takes 60 MB; a process that has compiled it keeps 250
+MB for as long as it lives, and a daemon lives for months. So whoever starts first after an update has it done
+elsewhere, while the loop compiles its own.
 """
 
 from __future__ import annotations

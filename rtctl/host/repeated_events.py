@@ -1,4 +1,5 @@
-"""Keeps a fault that flickers, a device that does, or late ticks from filling the event log: its first events are kept, then one now and then.
+"""Keeps a fault that flickers, a device that does, or late ticks from filling the event log: its first events
+are kept, then one now and then.
 
 Nothing is left out silently: the next event of that fault that is kept says in `suppressed` how many were
 not, and `flush` says it at the end of the run. Changes of state, and faults in the tick of one, always pass.

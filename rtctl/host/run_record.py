@@ -1,4 +1,6 @@
-"""What the host keeps of a run: event log, incidents, commands in force, and a recording if the rig file asks."""
+"""What the host keeps of a run: event log, incidents, commands in force, and a recording if the rig file
+asks.
+"""
 
 from __future__ import annotations
 
@@ -105,7 +107,9 @@ class RunRecord:
         }
 
     def summary(self) -> dict[str, Any]:
-        """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it again."""
+        """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it
+        again.
+        """
         return {
             "log": self.flight.status(),
             "recording": None if self.recorder is None else self.recorder.status(),

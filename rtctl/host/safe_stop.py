@@ -17,7 +17,9 @@ from rtctl.rig_file.config import LoadedConfig
 
 @dataclass(frozen=True)
 class Stopped:
-    """What became of one actuator. `confirmed`: it was opened afresh and told to stop; else `detail` says why not."""
+    """What became of one actuator. `confirmed`: it was opened afresh and told to stop; else `detail` says why
+    not.
+    """
 
     device: str
     confirmed: bool
@@ -35,7 +37,8 @@ class Stopped:
 
 
 class SafeStop:
-    """The actuators of a rig, each behind a backend of its own; simulated devices have no torque to take away.
+    """The actuators of a rig, each behind a backend of its own; simulated devices have no torque to take
+    away.
 
     Making it imports and compiles what is needed, opening nothing, so that `now` is quick.
     """
@@ -57,7 +60,8 @@ class SafeStop:
     def now(self) -> list[Stopped]:
         """Stop every actuator. Never raises for a device; whoever else has it open is not asked.
 
-        All are told at once; then each is opened, which takes as long as its options allow, told again, and closed.
+        All are told at once; then each is opened, which takes as long as its options allow, told again, and
+        closed.
         """
         self.tell()
         return [_stop_opened(label, backend) for label, backend in self._actuators]

@@ -1,4 +1,6 @@
-"""What happens to a rig, said in the terminal (or the journal) as it happens: one line each, never waiting."""
+"""What happens to a rig, said in the terminal (or the journal) as it happens: one line each, never
+waiting.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,9 @@ class Speaker:
         self._broken: dict[str, str | None] = {}
 
     def tell(self, events: list[dict[str, Any]], broken: Mapping[str, str | None]) -> None:
-        """Say new events, and of each of `broken` (what it is, why it cannot be written) when that changes."""
+        """Say new events, and of each of `broken` (what it is, why it cannot be written) when that
+        changes.
+        """
         for event in events:
             if text := line_of(event):
                 self._say(text)

@@ -6,8 +6,8 @@ import math
 from enum import IntEnum
 
 LOOK_S = 0.002
-"""Time between two looks of the host at the loop of a rig with a motor. Of a longer gap between two looks only this
-much counts as silence of the loop: the rest is the host's own standstill."""
+"""Time between two looks of the host at the loop of a rig with a motor. Of a longer gap between two looks
+only this much counts as silence of the loop: the rest is the host's own standstill."""
 
 IDLE_LOOK_S = 0.05
 """Time between two looks at the loop of a simulated rig, which has no torque to take away."""
@@ -15,7 +15,8 @@ IDLE_LOOK_S = 0.05
 STALL_S = 0.010
 STALL_PERIODS = 3
 SLACK_S = 0.25
-"""What the system may keep a process waiting that has no rights, and how long a late loop may take to go on."""
+"""What the system may keep a process waiting that has no rights, and how long a late loop may take to go
+on."""
 
 
 class Verdict(IntEnum):
@@ -23,7 +24,8 @@ class Verdict(IntEnum):
 
     FINE = 0
     LATE = 1
-    """Stop the devices. A loop that goes on judges its own lateness: STALLED from 10 periods on, else late ticks."""
+    """Stop the devices. A loop that goes on judges its own lateness: STALLED from 10 periods on, else late
+    ticks."""
     STALLED = 2
     """End it."""
 
@@ -31,8 +33,8 @@ class Verdict(IntEnum):
 class StallWatch:
     """Adds up how long the loop has been silent while the host was looking.
 
-    A host that was itself stopped (a suspended machine, SIGSTOP, a page fault) cannot know what the loop did meanwhile:
-    of each gap between two looks no more counts than there should have been.
+    A host that was itself stopped (a suspended machine, SIGSTOP, a page fault) cannot know what the loop did
+    meanwhile: of each gap between two looks no more counts than there should have been.
 
     Parameters
     ----------
@@ -41,8 +43,8 @@ class StallWatch:
     motor
         Whether there is a motor to stop.
     punctual
-        Whether the loop runs by right: after 3 periods + 10 ms of silence it is LATE, `SLACK_S` later STALLED.
-        Any other loop is never LATE.
+        Whether the loop runs by right: after 3 periods + 10 ms of silence it is LATE, `SLACK_S` later
+        STALLED. Any other loop is never LATE.
 
     Attributes
     ----------

@@ -3,7 +3,8 @@
 One thread, one poller: signals, the loop's words, client requests, and every `telemetry.batch_ms` the new
 ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it.
 """
-# longer than 300 lines: one process with one thread; what it does is in the rooms beside, in which order is here
+# longer than 300 lines: one process with one thread; what it does is in the rooms beside, in which order is
+# here
 
 from __future__ import annotations
 
@@ -49,8 +50,9 @@ READY_TIMEOUT_S = 300.0  # without another function compiled: a first start on a
 STOP_TIMEOUT_S = 2.0
 
 MOST_TICKS = 256
-"""Taken from the ring in one turn, on a wall clock: after a standstill of the host there are thousands, and the memory
-that they need at once would stay with the process for as long as it lives (0.9 MB for 2,000 of one axis)."""
+"""Taken from the ring in one turn, on a wall clock: after a standstill of the host there are thousands, and
+the memory that they need at once would stay with the process for as long as it lives (0.9 MB for 2,000 of one
+axis)."""
 
 
 class Observer(Protocol):
@@ -88,12 +90,14 @@ class Host:
     record_to
         Record into this folder, whatever the rig file says.
     model
-        Friction model of the first axis for its programs, shape (1,), dtype `MODEL`, in place of the rig file's.
+        Friction model of the first axis for its programs, shape (1,), dtype `MODEL`, in place of the rig
+        file's.
     notices
         Where changes of state, faults and a broken recording are said as they happen; None: nowhere.
     announce
-        Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print: while the host
-        lives, nothing that this process writes to stdout or stderr makes it wait (`rtctl.host.outlet`).
+        Receives one-line notes for a person (starting, compiling, real-time rights refused). It may print:
+        while the host lives, nothing that this process writes to stdout or stderr makes it wait
+        (`rtctl.host.outlet`).
     waiting
         A loop process that was started already and becomes this rig's; None: one is started on entering.
     """
@@ -171,7 +175,9 @@ class Host:
         self._attach()
 
     def _log_readers(self) -> list[str]:
-        """What the loop needs beyond `hw` to read a log that is played back; nothing is imported for other rigs."""
+        """What the loop needs beyond `hw` to read a log that is played back; nothing is imported for other
+        rigs.
+        """
         members = self.loaded.members()
         if all(member.kind != "playback" for member in members):
             return []
@@ -228,7 +234,9 @@ class Host:
         self._serve(rig)
 
     def _serve(self, rig: RigDescription) -> None:
-        """From the first tick on: tell what was granted, watch late ticks, begin the record and open the view."""
+        """From the first tick on: tell what was granted, watch late ticks, begin the record and open the
+        view.
+        """
         from rtctl.host.view_process import ViewProcess
         from rtctl.recording.setup import setup_of
 
@@ -279,8 +287,8 @@ class Host:
                 raise KeyboardInterrupt
             if waited - since_s > READY_TIMEOUT_S:
                 raise LoopDiedError(
-                    f"the loop process was not ready after {waited:.0f} s, and nothing was compiled for {READY_TIMEOUT_S:g} s; "
-                    "what was compiled is kept: start again"
+                    f"the loop process was not ready after {waited:.0f} s, and nothing was compiled for "
+                    f"{READY_TIMEOUT_S:g} s; what was compiled is kept: start again"
                 )
             time.sleep(0.005)
 

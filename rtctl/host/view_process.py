@@ -1,7 +1,7 @@
 """The daemon's own live view (`view = true`): a process of its own that the rig does not need.
 
-It is a client like any other. When it dies the rig runs on, and it is started again, ever more rarely while it
-keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon.
+It is a client like any other. When it dies the rig runs on, and it is started again, ever more rarely while
+it keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
-"""A loop process that waits for its rig: it imports what a loop needs while the host reads and proves the rig file.
+"""A loop process that waits for its rig: it imports what a loop needs while the host reads and proves the rig
+file.
 
 Imports little: it is made before anything heavy is imported in the host.
 """
@@ -50,7 +51,8 @@ class WaitingLoop:
             os.close(line)
 
     def prepare(self, order: bytes) -> None:
-        """Say which rig it is going to be: it loads, or compiles, what that needs, and opens no device. Once, or the same again.
+        """Say which rig it is going to be: it loads, or compiles, what that needs, and opens no device. Once,
+        or the same again.
 
         Raises
         ------
@@ -65,7 +67,9 @@ class WaitingLoop:
             raise ValueError(msg)
 
     def begin(self, *descriptors: int) -> None:
-        """Have it drive the rig, with the descriptors it needs: those of the shared memory and of the rig's lock."""
+        """Have it drive the rig, with the descriptors it needs: those of the shared memory and of the rig's
+        lock.
+        """
         self._tell(b"\n", *descriptors)
         self._line.close()
         self._began = True

@@ -1,7 +1,8 @@
-"""What a joint's magnets or poles do to it at each place, whichever way it turns: measured once, and taken off what the motor gives.
+"""What a joint's magnets or poles do to it at each place, whichever way it turns: measured once, and taken
+off what the motor gives.
 
-Turned one way and back a motor gives F + c(x) and -F + c(x): half the sum is c, friction aside, of any order and over any travel. Its mean
-is left in: an offset of the sensor, or of a direction, is no cogging.
+Turned one way and back a motor gives F + c(x) and -F + c(x): half the sum is c, friction aside, of any order
+and over any travel. Its mean is left in: an offset of the sensor, or of a direction, is no cogging.
 """
 
 from __future__ import annotations
@@ -66,7 +67,9 @@ class Cogging:
         return replace(measurement, cogging_nm=float(self.at(np.array([measurement.position_rad]))[0]))
 
     def taken_off(self, rows: np.ndarray, axis: int) -> np.ndarray:
-        """The same ticks with the motor's torque, measured and sent, as it would be without; a copy where there is any."""
+        """The same ticks with the motor's torque, measured and sent, as it would be without; a copy where
+        there is any.
+        """
         if not self.matters:
             return rows
         rows, torque_nm = rows.copy(), self.at(rows["position_rad"][:, axis])
@@ -86,7 +89,8 @@ def cogging_of(
     Parameters
     ----------
     forward, backward
-        Position, rad, and torque that the motor gave without what moved the inertia, N m, each array of shape (n,).
+        Position, rad, and torque that the motor gave without what moved the inertia, N m, each array of shape
+        (n,).
     whole
         The way is a turn and more: what follows comes back after `turn_rad`.
 

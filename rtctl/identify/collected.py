@@ -12,7 +12,8 @@ from rtctl.identify.motion import SLIP_RAD
 from rtctl.identify.tick_readings import Measurement
 
 DISCARDS_PER_MEASUREMENT = 3
-"""More tries than that in vain, and a point is given up; as many in vain as not, and another servo is tried while there is one."""
+"""More tries than that in vain, and a point is given up; as many in vain as not, and another servo is tried
+while there is one."""
 IN_VAIN = 6
 """After so many tries in a row without a measurement, the point is given up."""
 
@@ -55,7 +56,9 @@ class Collected:
         return self.in_vain >= IN_VAIN or self.discarded > (DISCARDS_PER_MEASUREMENT if last else 1) * wanted
 
     def begin_anew(self) -> None:
-        """Forget what was measured with the servo before: what passes where most does not is no sample of the friction."""
+        """Forget what was measured with the servo before: what passes where most does not is no sample of the
+        friction.
+        """
         self.measurements.clear()
         self.starts.clear()
         self.discarded_before += self.discarded

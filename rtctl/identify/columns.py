@@ -23,8 +23,9 @@ COLUMNS = (
     "position_rad",
     "time_s",
 )
-"""Columns of the points; `rtctl.friction.point_columns` has their units and bounds. `position_rad` is the mean over the places a point was measured at; `time_s` runs from
-the begin of the first session, over all of them."""
+"""Columns of the points; `rtctl.friction.point_columns` has their units and bounds. `position_rad` is the
+mean over the places a point was measured at; `time_s` runs from the begin of the first session, over all of
+them."""
 _NUMBER = {
     "velocity_rad_s": ".9g",
     "count": "d",
@@ -44,7 +45,8 @@ _METRES = (
 def points_csv(
     points: Sequence[Mapping[str, Any]], rig: str, config_sha256: str, motion: str = "rotary"
 ) -> str:
-    """Write points as the text of a CSV file, by direction and rising speed; a column a point does not have stays empty.
+    """Write points as the text of a CSV file, by direction and rising speed; a column a point does not have
+    stays empty.
 
     The columns have the names, and so the units, of the axis's motion.
     """

@@ -3,7 +3,8 @@
     dataset.json        provenance, settings, sessions, points
     points_train.csv    what `rtctl fit` reads
     points_test.csv     points at other speeds, to judge the fit by
-    points_places.csv   the training points place by place, and points_sweep.csv a slow turn each way, for `rtctl fit --places`
+    points_places.csv   the training points place by place, for `rtctl fit --places`
+    points_sweep.csv    a slow turn each way, likewise
     ticks/NAME.npz      every tick of the bias, the warm-up and each point (`ticks.FIELDS`), without pickle
 
 Every file is written beside its name and renamed, so a cut-off leaves the last complete state.
@@ -60,7 +61,8 @@ class Dataset:
 
     @classmethod
     def create(cls, folder: Path, loaded: LoadedConfig, settings: Settings, *, simulated: bool) -> Dataset:
-        """Begin a data set in a new or empty folder, or in one where an earlier start was refused before it measured anything.
+        """Begin a data set in a new or empty folder, or in one where an earlier start was refused before it
+        measured anything.
 
         Raises
         ------
@@ -247,7 +249,9 @@ class Dataset:
 
 
 def _holds_nothing(folder: Path) -> bool:
-    """Whether a folder is empty, or a data set whose every start was refused before it had measured the bias."""
+    """Whether a folder is empty, or a data set whose every start was refused before it had measured the
+    bias.
+    """
     names = {one.name for one in folder.iterdir()}
     if HEADER not in names or names - {HEADER, "points_train.csv", "points_test.csv", "ticks"}:
         return not names

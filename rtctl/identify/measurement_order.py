@@ -77,12 +77,14 @@ def tasks(settings: Settings) -> list[Task]:
 
 
 def remaining(settings: Settings, is_over: Callable[[Task], bool], known: Sequence[Known]) -> list[Task]:
-    """Points still to measure: those of the plan, and when they are over, lower speeds where friction still rises there.
+    """Points still to measure: those of the plan, and when they are over, lower speeds where friction still
+    rises there.
 
     Notes
     -----
-    A Stribeck peak below the lowest speed would be cut off. While friction in either direction falls by more than `BEND_SHARE`
-    from the lowest speed measured to twice that speed, half of it is measured too, in both directions, `lower_levels` times at most.
+    A Stribeck peak below the lowest speed would be cut off. While friction in either direction falls by more
+    than `BEND_SHARE` from the lowest speed measured to twice that speed, half of it is measured too, in both
+    directions, `lower_levels` times at most.
     """
     planned = tasks(settings)
     if todo := [task for task in planned if not is_over(task)]:

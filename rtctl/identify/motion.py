@@ -28,7 +28,8 @@ SPARE_S = 0.15
 REST_S = 0.3
 REST_PATIENCE_S = 5.0
 CREEP_RAD_S, CREEP_PATIENCE_S = 0.01, 30.0
-"""On the flank of a detent that pulls about as much as friction holds a joint creeps no faster, for minutes."""
+"""On the flank of a detent that pulls about as much as friction holds a joint creeps no faster, for
+minutes."""
 HAND_PATIENCE_S = 60.0
 PAUSES = 10
 FOLLOW_S = 1.0
@@ -42,7 +43,9 @@ This length and the other constants in rad are multiplied by `Rig.radian`, which
 
 @dataclass(frozen=True)
 class Order:
-    """What the procedure wants next: command fields (of its axis) or none, and how much to see before it goes on."""
+    """What the procedure wants next: command fields (of its axis) or none, and how much to see before it goes
+    on.
+    """
 
     fields: dict[str, float] = field(default_factory=dict)
     look_s: float = LOOK_S
@@ -70,7 +73,8 @@ class Motion:
     low_rad, high_rad
         Travel to use; set by `choose_travel`.
     ripple, cogging, presliding_rad
-        The gear's ripple, the cogging and the presliding length, as far as they were measured already. Cogging is taken off what is seen.
+        The gear's ripple, the cogging and the presliding length, as far as they were measured already.
+        Cogging is taken off what is seen.
     creeps
         A joint that creeps counts as one at rest: there is cogging, or nothing is known of it yet.
     notice
@@ -157,8 +161,8 @@ class Motion:
             first = int(self.last["fault_first"])
             cause = Fault(1 << first).name if first >= 0 else "a stop"
             raise FaultError(
-                f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; remove the cause and start "
-                "again (what was measured is kept: --resume)"
+                f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; "
+                "remove the cause and start again (what was measured is kept: --resume)"
             )
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             self.hand_seen_nm = float(self._hand_nm(rows).max())
@@ -217,8 +221,8 @@ class Motion:
         Parameters
         ----------
         pauses
-            How often the rig was waited for before, and the hand came back: a hand that only drags is quiet while the
-            joint rests.
+            How often the rig was waited for before, and the hand came back: a hand that only drags is quiet
+            while the joint rests.
 
         Raises
         ------
@@ -239,17 +243,18 @@ class Motion:
             waited_s += seconds
             if (waited_s > HAND_PATIENCE_S and quiet_s == 0.0) or pauses >= PAUSES:
                 raise HandOnRigError(
-                    f"torque on the force sensor (up to {most_nm:.3g} N m, limit {self.rig.hand_limit_nm:g}) after "
-                    f"{waited_s:.0f} s and {pauses} pauses: nobody may touch the rig while its friction is "
-                    "identified. Take the hand off (or raise --hand-limit) and continue with --resume"
+                    f"torque on the force sensor (up to {most_nm:.3g} N m, limit "
+                    f"{self.rig.hand_limit_nm:g}) after {waited_s:.0f} s and {pauses} pauses: nobody may "
+                    "touch the rig while its friction is identified. Take the hand off (or raise "
+                    "--hand-limit) and continue with --resume"
                 )
         self.notice("")
 
     def advance(self, distance_rad: float, speed_rad_s: float) -> Steps[None]:
         """Turn by about `distance_rad` (signed) at a speed, and stay in motion: what follows decides.
 
-        Ends early at the end of the travel. Raises DataError when the joint does not follow though the servo had time to
-        give all its torque.
+        Ends early at the end of the travel. Raises DataError when the joint does not follow though the servo
+        had time to give all its torque.
         """
         direction = 1 if distance_rad > 0 else -1
         goal = self.position_rad + distance_rad
@@ -262,7 +267,8 @@ class Motion:
             look_s = min(max(look_s, self.rig.period_s), LOOK_S)
             rows = yield from self.see(Order(order.fields if order else {}, look_s))
             beyond = int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.TRAVEL
-            # a host that was late: the joint went out over the end still as this was asked, and was stopped there; the way back is open
+            # a host that was late: the joint went out over the end still as this was asked, and was stopped
+            # there; the way back is open
             order = self.turn(direction * speed_rad_s) if beyond else None
             patience_s -= len(rows) * self.rig.period_s
             if patience_s < 0:

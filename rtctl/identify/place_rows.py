@@ -19,7 +19,8 @@ COLUMNS = (
     "position_rad",
     "travel_rad",
 )
-"""As `rtctl.friction.point_columns` has them; `travel_rad` is the way around the place that a row is the mean over."""
+"""As `rtctl.friction.point_columns` has them; `travel_rad` is the way around the place that a row is the mean
+over."""
 
 Row = tuple[float, float, int, int, float, float]
 

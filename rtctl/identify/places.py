@@ -19,8 +19,8 @@ class Spot:
     """Where to measure next.
 
     `place_rad` is a place, whole turns to and fro being the same; None: wherever the joint is. `step_rad` is
-    the travel to move on by instead where the joint cannot turn far enough for places. From there the joint moves on to
-    the phase `phase_share` of the gear's ripple, None: any.
+    the travel to move on by instead where the joint cannot turn far enough for places. From there the joint
+    moves on to the phase `phase_share` of the gear's ripple, None: any.
     """
 
     step_rad: float = 0.0
@@ -80,9 +80,9 @@ def spots(motion: Motion, task: Task) -> Iterator[Spot]:
     -----
     Friction that varies over a turn cancels in the mean of even places. Uneven within their share, so that
     they do not meet a gear's ripple always at the same phase. So many turns that a run ends before the next
-    place begins; otherwise the places would bunch. Where the ripple's period is shorter than the distance of two
-    places, each of them is moved on to a phase of its own, the phases being as even as the places: then the ripple
-    cancels in the mean as well, however little of a period one measurement sees.
+    place begins; otherwise the places would bunch. Where the ripple's period is shorter than the distance of
+    two places, each of them is moved on to a phase of its own, the phases being as even as the places: then
+    the ripple cancels in the mean as well, however little of a period one measurement sees.
     """
     settings, speed = motion.settings, task.speed_rad_s
     random = np.random.default_rng([settings.seed, task.number])

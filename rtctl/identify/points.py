@@ -19,19 +19,21 @@ from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 SETTLE_S, SETTLE_RAD = 2.0, 0.03
 """Patience of the steady-state test: this time plus the time for this travel."""
 SERVOS = ((1.0, 1.0), (4.0, 1.0), (4.0, 3.0))
-"""What is tried in turn where no try becomes steady: the servo's stiffness, and its filter's time, each so many times.
+"""What is tried in turn where no try becomes steady: the servo's stiffness, and its filter's time, each so
+many times.
 
-Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts on a servo like a spring s0 v g'/g, which its
-own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the Stribeck speed .01, against 43.
-But one count of a coarse encoder may be worth half the friction of a light joint, which then jumps from count to count.
+Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts on a servo like a spring s0 v
+g'/g, which its own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the
+Stribeck speed .01, against 43. But one count of a coarse encoder may be worth half the friction of a light
+joint, which then jumps from count to count.
 """
 UNSTEADY = (
-    "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too coarse for so slow a motion, "
-    "backlash or a hard spot"
+    "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too "
+    "coarse for so slow a motion, backlash or a hard spot"
 )
 NO_BREAK_AWAY = (
-    "the joint does not break away from rest against the ramp: hardly any dry friction, or less than gravity, a spring, cogging or the "
-    "zero of the current"
+    "the joint does not break away from rest against the ramp: hardly any dry friction, or less than "
+    "gravity, a spring, cogging or the zero of the current"
 )
 RIPPLE_PERIODS = 6.0
 RIPPLES_PER_TURN_MIN = 4.0
@@ -165,11 +167,14 @@ def _no_other_servo(task: Task, got: Collected) -> bool:
 
 
 def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
-    """Give a speed that does not become steady another chance with the next of `SERVOS`; then give it up. Raises UnsteadyError."""
+    """Give a speed that does not become steady another chance with the next of `SERVOS`; then give it up.
+    Raises UnsteadyError.
+    """
     if _no_other_servo(task, got):
         yield from motion.rest()
         raise UnsteadyError(
-            f"{task.name}: {got.discarded_before + got.discarded} tries gave only {len(got.measurements)} of {motion.settings.measurements} measurements; "
+            f"{task.name}: {got.discarded_before + got.discarded} tries gave only {len(got.measurements)} "
+            f"of {motion.settings.measurements} measurements; "
             f"{UNSTEADY if task.speed_rad_s else NO_BREAK_AWAY}"
         )
     got.begin_anew()

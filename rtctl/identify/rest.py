@@ -8,18 +8,22 @@ from typing import Any
 from rtctl.identify.measurement_order import Known
 
 RAISED_SHARE = 0.01
-"""Friction at rest is taken from the slowest speed only where the ramps found less by more than this share: noise raises nothing."""
+"""Friction at rest is taken from the slowest speed only where the ramps found less by more than this share:
+noise raises nothing."""
 RAISED = ("friction_torque_nm", "weakest_place_nm", "presliding_rad", "presliding_spread_rad")
-"""What is in proportion to the torque of a break-away point: a presliding length is that torque over a stiffness."""
+"""What is in proportion to the torque of a break-away point: a presliding length is that torque over a
+stiffness."""
 
 
 def held_nm(known: Sequence[Known], direction: int) -> float:
-    """Friction that a joint at rest holds at least, by the slowest speeds in this direction, N m; 0 where they do not tell.
+    """Friction that a joint at rest holds at least, by the slowest speeds in this direction, N m; 0 where
+    they do not tell.
 
     Notes
     -----
-    Before a joint slips it creeps, at a speed at which friction may have fallen already: a ramp finds up to a tenth less than what
-    the joint drags at that speed, on a Stribeck peak at .01 rad/s. Friction that still falls from the slowest speed to the next is no less at rest.
+    Before a joint slips it creeps, at a speed at which friction may have fallen already: a ramp finds up to a
+    tenth less than what the joint drags at that speed, on a Stribeck peak at .01 rad/s. Friction that still
+    falls from the slowest speed to the next is no less at rest.
     """
     moving = sorted(
         (one.speed_rad_s, one.friction_nm)
@@ -30,7 +34,9 @@ def held_nm(known: Sequence[Known], direction: int) -> float:
 
 
 def raise_break_away(points: Sequence[dict[str, Any]], known: Sequence[Known]) -> None:
-    """Let the break-away points, as a data set keeps them, say what the slowest speeds show; `ramp_nm` is what the ramps found."""
+    """Let the break-away points, as a data set keeps them, say what the slowest speeds show; `ramp_nm` is
+    what the ramps found.
+    """
     for point in points:
         if point["target_rad_s"] != 0:
             continue

@@ -1,8 +1,8 @@
 """Torque that comes back with every turn of the motor: how much there is, and how to average it out.
 
-A gear's ripple has the period 2 pi / gear ratio of the joint (`--ripple-per-turn` where it is another). A mean over whole
-periods does not see it; nor does one over places whose phases are even. What it does to the test of a steady motion
-depends on how large it is, so it is measured once, after the warm-up.
+A gear's ripple has the period 2 pi / gear ratio of the joint (`--ripple-per-turn` where it is another). A
+mean over whole periods does not see it; nor does one over places whose phases are even. What it does to the
+test of a steady motion depends on how large it is, so it is measured once, after the warm-up.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ class Ripple:
     period_rad
         Travel of the joint in one period; 0: none is expected.
     amplitude_nm
-        Sum of its harmonics' amplitudes times their numbers, so that 2 pi amplitude / period bounds its slope, N m;
-        0: too small to matter.
+        Sum of its harmonics' amplitudes times their numbers, so that 2 pi amplitude / period bounds its
+        slope, N m; 0: too small to matter.
     """
 
     period_rad: float = 0.0
@@ -60,7 +60,9 @@ class Ripple:
         return whole_s if whole_s <= WHOLE_S else None
 
     def whole_window_s(self, window_s: float, windows: int, speed_rad_s: float) -> float:
-        """Window length near `window_s` of which so many in a row are whole periods, where they are about one or more."""
+        """Window length near `window_s` of which so many in a row are whole periods, where they are about one
+        or more.
+        """
         if self.period_rad <= 0.0:
             return window_s
         periods = math.floor(windows * window_s * speed_rad_s / self.period_rad + 0.5)
@@ -74,7 +76,8 @@ class Ripple:
 
 
 def measured(position_rad: np.ndarray, torque_nm: np.ndarray, period_rad: float) -> Ripple:
-    """Ripple in the torque of an even motion over some periods, by least squares on its harmonics beside a line.
+    """Ripple in the torque of an even motion over some periods, by least squares on its harmonics beside a
+    line.
 
     Parameters
     ----------

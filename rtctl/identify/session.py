@@ -25,7 +25,8 @@ from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0
 HOPELESS = 8
-"""After so many points were given up and no speed was measured at all, the highest speed is tried, and without it the identification ends."""
+"""After so many points were given up and no speed was measured at all, the highest speed is tried, and
+without it the identification ends."""
 ZERO_LIMITS = 5.0
 """The force sensor may drift by this many hand limits; then it is no drift any more."""
 
@@ -57,7 +58,8 @@ class Point:
     weakest_place_nm: float
     """Mean at the place where the friction was least, signed like `friction_torque_nm`."""
     presliding_rad: float | None = None
-    """Break-away: presliding length, see `rtctl.friction.presliding`; None elsewhere, or when it cannot be told."""
+    """Break-away: presliding length, see `rtctl.friction.presliding`; None elsewhere, or when it cannot be
+    told."""
     presliding_spread_rad: float | None = None
     presliding_ramps: int | None = None
 
@@ -159,7 +161,8 @@ def identify(
 
 
 def _quick_ones_first(todo: list[Task], store: Store, tried: int, top_rad_s: float) -> list[Task]:
-    """What is left to do, after many points in vain the quickest first: a coarse encoder spoils the slow ones alone, and chance may put many of these first.
+    """What is left to do, after many points in vain the quickest first: a coarse encoder spoils the slow ones
+    alone, and chance may put many of these first.
 
     Raises
     ------
@@ -170,9 +173,10 @@ def _quick_ones_first(todo: list[Task], store: Store, tried: int, top_rad_s: flo
         return todo
     if not any(task.speed_rad_s >= top_rad_s for task in todo):
         raise DataError(
-            f"none of {tried} points became steady: check the gearbox for backlash, the encoder's resolution and the "
-            "unit of its counts, the inertia in the rig file, which the speed servo is made from, and whether cogging or a ripple is as "
-            "strong as the friction (--ripple-per-turn: its periods in a turn, of a motor without a gear its pole pairs or slots)"
+            f"none of {tried} points became steady: check the gearbox for backlash, the encoder's "
+            "resolution and the unit of its counts, the inertia in the rig file, which the speed servo is "
+            "made from, and whether cogging or a ripple is as strong as the friction (--ripple-per-turn: "
+            "its periods in a turn, of a motor without a gear its pole pairs or slots)"
         )
     return sorted(todo, key=lambda task: -task.speed_rad_s)
 
@@ -263,11 +267,14 @@ def _require_room(motion: Motion) -> None:
 
 
 def _follow_zero(motion: Motion, point: Point) -> None:
-    """Take the slow drift of the force sensor out of the hand guard. Raises HandOnRigError when it is too much."""
+    """Take the slow drift of the force sensor out of the hand guard. Raises HandOnRigError when it is too
+    much.
+    """
     motion.hand_zero_nm = point.hand_torque_nm
     limit = ZERO_LIMITS * motion.rig.hand_limit_nm
     if not abs(motion.hand_zero_nm) <= limit:
         raise HandOnRigError(
             f"the force sensor has moved by {motion.hand_zero_nm:.3f} N m since it was tared, more than "
-            f"{limit:g}: something leans on the rig, or the sensor drifts; remove it and continue with --resume"
+            f"{limit:g}: something leans on the rig, or the sensor drifts; remove it and continue with "
+            "--resume"
         )

@@ -26,16 +26,19 @@ SPEED_RANGE = 400.0
 """Highest over lowest speed, unless told otherwise."""
 
 TRAVEL_S = 2.0
-"""Time in which the highest speed of a linear axis crosses its travel, unless told otherwise: a rotary one of 4 rad at 2 rad/s."""
+"""Time in which the highest speed of a linear axis crosses its travel, unless told otherwise: a rotary one of
+4 rad at 2 rad/s."""
 
 RAMP_S = 40.0
-"""Time in which the break-away ramp comes to the torque limit, unless told otherwise: .05 N m/s where that is 2 N m."""
+"""Time in which the break-away ramp comes to the torque limit, unless told otherwise: .05 N m/s where that is
+2 N m."""
 
 MARGIN = 0.05
 """Kept free at both ends of the travel unless told otherwise, in what stands for a radian."""
 
 TOP_RAD_S = 2.0
-"""Highest speed of a rotary axis, unless told otherwise or its velocity limit is lower; of a linear axis its highest speed stands for this one."""
+"""Highest speed of a rotary axis, unless told otherwise or its velocity limit is lower; of a linear axis its
+highest speed stands for this one."""
 
 
 @dataclass(frozen=True)
@@ -63,8 +66,8 @@ class Settings:
     lower_levels: int = 4
     """How often the lowest speed may be halved to follow a Stribeck peak below it."""
     ripple_per_turn: float = 0.0
-    """Periods of the gear's ripple in one turn of the joint (of the screw, or in a metre without a lead); 0: its gear
-    ratio, once per turn of the motor; of a linear motor none."""
+    """Periods of the gear's ripple in one turn of the joint (of the screw, or in a metre without a lead); 0:
+    its gear ratio, once per turn of the motor; of a linear motor none."""
     sweep_rad_s: float = 0.0
     """Speed of a slow turn each way at the end, for the conservative part; 0: none."""
 
@@ -86,7 +89,8 @@ class Rig:
     ripple_per_turn: float = 1.0
     """Periods of the gear's ripple in `turn_rad`."""
     radian: float = 1.0
-    """What stands for a radian in every length, speed and acceleration that is chosen in rad; of a rotary axis 1."""
+    """What stands for a radian in every length, speed and acceleration that is chosen in rad; of a rotary
+    axis 1."""
     motion: str = "rotary"
     stiffer: float = 1.0
     """The servo's stiffness is so many times what its damping asks for."""
@@ -129,19 +133,22 @@ class Rig:
     def wind_up_rad(self) -> float:
         """How far the servo's reference is ahead of a joint that stands still when all its torque is there.
 
-        At a slow loop rate the servo is soft and this is long: 0.5 rad at 250 Hz on the mock, 0.04 rad at 1 kHz.
+        At a slow loop rate the servo is soft and this is long: 0.5 rad at 250 Hz on the mock, 0.04 rad at 1
+        kHz.
         """
         return self.servo_max_nm / self.stiffness_nm_rad
 
 
 def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
-    """Settings from the options that were given; what is None takes a default that suits the motion of the axis.
+    """Settings from the options that were given; what is None takes a default that suits the motion of the
+    axis.
 
     Notes
     -----
-    A linear axis has no usual speed: a carriage of a metre and a stage of 10 mm differ by a hundred. Its highest speed crosses the
-    travel in `TRAVEL_S`, within the velocity limit, and the other defaults keep the proportions that they have to 2 rad/s. A rotary
-    one turns at 2 rad/s as far as its velocity limit lets it. The ramp goes by the torque limit: friction of .01 and of 10 N m is met in seconds.
+    A linear axis has no usual speed: a carriage of a metre and a stage of 10 mm differ by a hundred. Its
+    highest speed crosses the travel in `TRAVEL_S`, within the velocity limit, and the other defaults keep the
+    proportions that they have to 2 rad/s. A rotary one turns at 2 rad/s as far as its velocity limit lets it.
+    The ramp goes by the torque limit: friction of .01 and of 10 N m is met in seconds.
 
     Raises
     ------
@@ -169,7 +176,9 @@ def _axis(loaded: LoadedConfig, number: int) -> AxisTable:
 
 
 def _ripple_per_turn(axis: AxisTable, given: float, turn_rad: float) -> float:
-    """Periods of the ripple in `turn_rad`; `given` is of a turn of the joint or the screw, without a lead of a metre."""
+    """Periods of the ripple in `turn_rad`; `given` is of a turn of the joint or the screw, without a lead of
+    a metre.
+    """
     if axis.motion != "linear":
         return given or axis.motor_ratio
     if axis.lead_m:
@@ -195,16 +204,18 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
     ):
         raise ConfigError(
             words(
-                f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: they "
-                f"must rise from above 0 to at most 80 % of velocity_limit_rad_s = {axis.velocity_limit_rad_s:g}",
+                f"{loaded.path}: speeds {settings.speed_min_rad_s:g} to {settings.speed_max_rad_s:g} rad/s: "
+                "they must rise from above 0 to at most 80 % of velocity_limit_rad_s = "
+                f"{axis.velocity_limit_rad_s:g}",
                 axis.motion,
             )
         )
     if axis.position_max_rad - axis.position_min_rad <= 4 * settings.margin_rad:
         raise ConfigError(
             words(
-                f"{loaded.path}: travel {axis.position_min_rad:g} to {axis.position_max_rad:g} rad is too short "
-                f"for a margin of {settings.margin_rad:g} rad at both ends; give --margin a smaller one",
+                f"{loaded.path}: travel {axis.position_min_rad:g} to {axis.position_max_rad:g} rad is too "
+                f"short for a margin of {settings.margin_rad:g} rad at both ends; give --margin a smaller "
+                "one",
                 axis.motion,
             )
         )
@@ -227,7 +238,9 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
 
 
 def without_feedforward(loaded: LoadedConfig) -> LoadedConfig:
-    """The same rig with friction feed-forward off and a free environment: what is measured is friction alone."""
+    """The same rig with friction feed-forward off and a free environment: what is measured is friction
+    alone.
+    """
     axes = tuple(
         axis.model_copy(
             update={

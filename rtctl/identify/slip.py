@@ -19,11 +19,14 @@ from rtctl.identify.tick_readings import break_away, stood_still
 FAST_SHARE = 0.6
 """The ramp is quick up to this share of the smallest break-away torque seen."""
 SLOW_EVERY = 5
-"""One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against damping too."""
+"""One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against
+damping too."""
 RISE_S = 4.0
-"""A ramp takes at least this long to a usual break-away torque: the quicker it is, the more it adds while the joint gets under way."""
+"""A ramp takes at least this long to a usual break-away torque: the quicker it is, the more it adds while the
+joint gets under way."""
 SLOWEST_SHARE = 1.0 / 64.0
-"""No ramp is slower than this share of the one of the settings: from a crest of cogging a joint rolls by itself, and asks for nothing."""
+"""No ramp is slower than this share of the one of the settings: from a crest of cogging a joint rolls by
+itself, and asks for nothing."""
 SLIP_MAX_RAD = 0.2
 
 
@@ -73,6 +76,8 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
 
 
 def ramp_slope(asked_nm_s: float, seen_nm: Sequence[float]) -> float:
-    """Slope of the next ramp, N m/s, at most `asked_nm_s`; `seen_nm` are the break-away torques so far, each above 0."""
+    """Slope of the next ramp, N m/s, at most `asked_nm_s`; `seen_nm` are the break-away torques so far, each
+    above 0.
+    """
     usual_nm = float(np.median(seen_nm)) if seen_nm else math.inf
     return min(asked_nm_s, max(usual_nm / RISE_S, SLOWEST_SHARE * asked_nm_s))

@@ -18,23 +18,25 @@ DRIFTED_SHARE = 0.1
 MOVING_COUNTS = 8
 MOVING_RAD = 3e-4
 STANDSTILL_SLOTS = 10
-"""So many slots left out at once are a standstill: a loop with a motor stops there (STALLED), a simulated one goes on."""
+"""So many slots left out at once are a standstill: a loop with a motor stops there (STALLED)."""
 LOOK_BACK_S = 0.01
-"""Break-away: this many counts within this time, and this travel, mean that the joint slides (.03 rad/s on 160000 counts).
+"""Break-away: this many counts within this time, and this travel, mean that the joint slides.
 
-Counts alone would find a fine encoder's joint sliding while its bristles still bend: a ramp of slope r on bristles of stiffness s0
-creeps at r / s0 / (1 - u) where it is the share u of the break-away torque.
+Counts alone would find a fine encoder's joint sliding while its bristles still bend: a ramp of slope r on
+bristles of stiffness s0 creeps at r / s0 / (1 - u) where it is the share u of the break-away torque.
 """
 PEAK_S = 0.02
 """Break-away: least length of the windows through which the joint's acceleration is seen."""
 PEAK_NOISE_SHARE = 0.003
-"""Most that the steps of the encoder may make of the break-away torque by way of that acceleration: with a coarse one windows are longer."""
+"""Most that the encoder's steps may make of the break-away torque: with a coarse one windows are longer."""
 PEAK_MOST_S = 0.3
 """Longest window, and how long before the slide the peak is looked for."""
 REST_RMS = math.sqrt(0.5) / 1.5
-"""Most RMS of the swing that the torque alone makes, share of the speed: two thirds of that of a sine that just comes to rest.
+"""Most RMS of the swing that the torque alone makes, share of the speed: two thirds of that of a sine that
+just comes to rest.
 
-Bristles are a spring beside the inertia, and near their own frequency the true swing is larger: joints of .46 were .8 % off, of .50 10 %."""
+Bristles are a spring beside the inertia, and near their own frequency the true swing is larger: joints of .46
+were .8 % off, of .50 10 %."""
 
 
 def stood_still(rows: np.ndarray) -> bool:
@@ -70,8 +72,8 @@ def is_steady(
     -----
     A straight line through the means of 8 blocks. Its rise over the window must be at most 1 % of the
     torque or within twice its own standard error, and that error itself at most 3 % (a window too noisy to
-    tell is not steady). No block may be slower than half the wanted speed or quicker than one and a half of it: that is
-    stick-slip, whatever the mean. NaN is never steady.
+    tell is not steady). No block may be slower than half the wanted speed or quicker than one and a half of
+    it: that is stick-slip, whatever the mean. NaN is never steady.
     """
     n = len(torque_nm) // BLOCKS * BLOCKS
     if n < 2 * BLOCKS:
@@ -92,7 +94,7 @@ def is_steady(
 def is_even(
     position_rad: np.ndarray, period_s: float, speed_rad_s: float, count_rad: float, speed_share: float = 0.0
 ) -> bool:
-    """False for stick-slip: an eighth of the window off the wanted speed by half of it, or the whole by `DRIFTED_SHARE`.
+    """False for stick-slip: an eighth of the window off the speed by half, or the whole by `DRIFTED_SHARE`.
 
     `speed_share` is what a ripple alone may do to the speed. NaN is not even.
     """
@@ -108,13 +110,14 @@ def is_even(
 
 
 def stops_and_starts(torque_nm: np.ndarray, period_s: float, speed_rad_s: float, inertia_kgm2: float) -> bool:
-    """True where the torque sent swings so much that the joint must come to rest in between: stick-slip too quick for the blocks.
+    """True where the torque swings so much that the joint must rest in between: too quick for the blocks.
 
     Notes
     -----
-    What the torque has beside its mean over an eighth of the window accelerates the joint. A sine of speed that just reaches 0 has
-    an RMS of sqrt(1/2) of the mean speed; two thirds of it are allowed (`REST_RMS`). The friction of such a motion is no friction at its mean speed: a joint that jumped
-    from count to count had up to 55 % less, one of 2e-6 kg m^2 that seemed to swing by .7 to .9 of its speed 7 to 10 %. NaN stops.
+    What the torque has beside its mean over an eighth of the window accelerates the joint. A sine of speed
+    that just reaches 0 has an RMS of sqrt(1/2) of the mean speed; two thirds of it are allowed (`REST_RMS`).
+    The friction of such a motion is no friction at its mean speed: a joint that jumped from count to count
+    had up to 55 % less, one of 2e-6 kg m^2 that seemed to swing by .7 to .9 of it 7 to 10 %. NaN stops.
     """
     block = max(2, len(torque_nm) // BLOCKS)
     if len(torque_nm) < 2 * block:
@@ -203,7 +206,7 @@ def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float)
 
 
 def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) -> int:
-    """Row where the last slide began: `look_back` rows before the first one of it that moved `moving_rad` since.
+    """Row where the last slide began: `look_back` rows before the first that moved `moving_rad` since.
 
     A lurch that comes to rest again (gear play, the start of a ramp) is no break-away. Returns -1 when the
     joint does not slide at the end, or was never at rest before.
@@ -216,12 +219,14 @@ def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) 
 
 
 def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int:
-    """Rows by which the middle of the `look_back` rows before row `seen` lies behind the moment when the slide began; 0: before it.
+    """Rows by which the middle of the `look_back` rows before row `seen` lies behind the moment when the
+    slide began; 0: before it.
 
     Notes
     -----
-    A joint with much damping does not jump: it slides ever faster, and long before its speed tells it. The parabola through the second half of
-    its way, where no bristles bend any more, tells when it would have stood still. NaN is 0.
+    A joint with much damping does not jump: it slides ever faster, and long before its speed tells it. The
+    parabola through the second half of its way, where no bristles bend any more, tells when it would have
+    stood still. NaN is 0.
     """
     way_rad = np.abs(position_rad - position_rad[0])
     half = np.flatnonzero(way_rad >= 0.5 * way_rad[-1])
@@ -237,13 +242,15 @@ def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int
 def peak_nm(
     position_rad: np.ndarray, torque_nm: np.ndarray, period_s: float, count_rad: float, inertia_kgm2: float
 ) -> float:
-    """Most of what is left of a ramp's torque without J a: the friction at break-away, signed as the last torque; NaN where none is seen.
+    """Most of what is left of a ramp's torque without J a: the friction at break-away, signed as the last
+    torque; NaN where none is seen.
 
     Notes
     -----
-    A ramp goes on while the joint gets faster, and by when it is seen to slide a share of the torque moves the inertia, on a light joint a tenth of it.
-    Torque means and accelerations are those of sliding windows, by the parabola that fits their positions best. A step of the
-    encoder is `count_rad`/sqrt(12) of noise, which such a parabola makes sqrt(720/n^5)/T^2 as large.
+    A ramp goes on while the joint gets faster, and by when it is seen to slide a share of the torque moves
+    the inertia, on a light joint a tenth of it. Torque means and accelerations are those of sliding windows,
+    by the parabola that fits their positions best. A step of the encoder is `count_rad`/sqrt(12) of noise,
+    which such a parabola makes sqrt(720/n^5)/T^2 as large.
     """
     sign = math.copysign(1.0, float(torque_nm[-1]))
     noise_nm = math.sqrt(720.0 / 12.0) * count_rad * inertia_kgm2 / period_s**2
@@ -267,7 +274,8 @@ def break_away(
     inertia_kgm2: float,
     radian: float = 1.0,
 ) -> Measurement | None:
-    """Break-away torque of one ramp: the most that friction held before the slide, or the mean over `LOOK_BACK_S` about its beginning.
+    """Break-away torque of one ramp: the most that friction held before the slide, or the mean over
+    `LOOK_BACK_S` about its beginning.
 
     The last rows are those of the slip. None without one, and when the loop stood still about then.
     """

@@ -73,8 +73,8 @@ class TickBlock:
         Returns
         -------
         bytes
-            Columns `FIELDS`; `first_time_ns` and `period_ns`, so that a tick's time is `first_time_ns + (tick -
-            tick[0]) * period_ns`; `measurement_start` (row) and `measurement_rows` of each measurement.
+            Columns `FIELDS`; `first_time_ns` and `period_ns`, so that a tick's time is `first_time_ns + (tick
+            - tick[0]) * period_ns`; `measurement_start` (row) and `measurement_rows` of each measurement.
         """
         parts, self._parts = self._parts, []
         columns = {name: np.concatenate([part[name] for part in parts]) for name in FIELDS if parts}

@@ -10,7 +10,8 @@ from rtctl.identify.motion import LOOK_S, SPARE_S, Motion
 COUNTS_PER_WINDOW = 12
 WINDOW_MAX_S = 2.0
 STEADY_RAD, STEADY_MIN_S, STEADY_MAX_S = 0.004, 0.1, 1.0
-"""The steady-state test looks at the time for this travel (dry friction settles over a distance), within bounds."""
+"""The steady-state test looks at the time for this travel (dry friction settles over a distance), within
+bounds."""
 STEADY_LENGTHS = 2.5
 """The travel of the steady-state test in presliding lengths, where that is longer."""
 
@@ -19,7 +20,8 @@ STEADY_LENGTHS = 2.5
 class Allowance:
     """How a motion at a speed is judged: over which window, and what a ripple alone may do to it.
 
-    `travel_rad` is what must have been travelled before; `pairs`: the window is an even number of periods of the ripple.
+    `travel_rad` is what must have been travelled before; `pairs`: the window is an even number of periods of
+    the ripple.
     """
 
     window_s: float
@@ -63,7 +65,9 @@ def settle_rad(motion: Motion) -> float:
 
 
 def steady_window(motion: Motion, speed_rad_s: float) -> tuple[float, bool]:
-    """Length of the steady-state test's window (s), and whether it is an even number of periods of the ripple."""
+    """Length of the steady-state test's window (s), and whether it is an even number of periods of the
+    ripple.
+    """
     short_s = min(max(settle_rad(motion) / speed_rad_s, STEADY_MIN_S), STEADY_MAX_S)
     pairs_s = motion.ripple.two_periods_s(speed_rad_s, short_s)
     return pairs_s or short_s, pairs_s is not None

@@ -1,8 +1,8 @@
 """Looks at the devices of a rig without moving anything: decoded values, rate, age, what the links have seen.
 
-Nothing is armed and no torque is written. A backend whose devices answer only when asked asks them (`AskedBackend`), without
-torque and disabled; `write` is called only on request, disabled and zero, for other devices that answer nothing but
-commands.
+Nothing is armed and no torque is written. A backend whose devices answer only when asked asks them
+(`AskedBackend`), without torque and disabled; `write` is called only on request, disabled and zero, for other
+devices that answer nothing but commands.
 """
 
 from __future__ import annotations
@@ -71,7 +71,9 @@ class DeviceProbe:
         self._complaints: dict[tuple[int, str], int] = {}
 
     def open(self) -> None:
-        """Acquire the device; a failure is kept in `error`. To open a drive is to disarm it: never one that is driven."""
+        """Acquire the device; a failure is kept in `error`. To open a drive is to disarm it: never one that
+        is driven.
+        """
         try:
             self._claims.take(self.member.label, self.member.claims)
             self.backend.open()

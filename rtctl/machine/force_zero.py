@@ -1,4 +1,6 @@
-"""The zero of a force sensor under observation: its mean over the first samples, as the daemon takes it before arming."""
+"""The zero of a force sensor under observation: its mean over the first samples, as the daemon takes it
+before arming.
+"""
 
 from __future__ import annotations
 
@@ -11,8 +13,8 @@ class Tare:
     Attributes
     ----------
     offset_n : ndarray or None
-        What to take off, once there were enough samples; NaN in a component that was not finite. None for good when
-        `samples` is 0.
+        What to take off, once there were enough samples; NaN in a component that was not finite. None for
+        good when `samples` is 0.
     """
 
     def __init__(self, samples: int) -> None:

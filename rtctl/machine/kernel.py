@@ -37,7 +37,10 @@ def check(root: Path, core: int) -> list[Line]:
 
 
 def _boot_option(option: str) -> str:
-    return f"add {option} to GRUB_CMDLINE_LINUX_DEFAULT in /etc/default/grub, then: sudo update-grub && sudo reboot"
+    return (
+        f"add {option} to GRUB_CMDLINE_LINUX_DEFAULT in /etc/default/grub, then: sudo update-grub && sudo "
+        "reboot"
+    )
 
 
 def preemption(root: Path) -> Line:
@@ -54,7 +57,10 @@ def preemption(root: Path) -> Line:
         model = chosen[1] if chosen else asked[1] if asked else _built(root)
         if model == "full":
             return Line(name, "ok", "full preemption (PREEMPT_DYNAMIC); PREEMPT_RT is better still")
-        found = f"PREEMPT_DYNAMIC, {model or 'model not readable'}: the loop may wait for a system call of any task"
+        found = (
+            f"PREEMPT_DYNAMIC, {model or 'model not readable'}: the loop may wait for a system call of any "
+            "task"
+        )
         return Line(name, "warn", found, f"{_boot_option('preempt=full')}; better: {rt}")
     if re.search(r"\bPREEMPT\b", version):
         return Line(name, "ok", "full preemption; PREEMPT_RT is better still")
@@ -62,7 +68,9 @@ def preemption(root: Path) -> Line:
 
 
 def _built(root: Path) -> str:
-    """The preemption model that a kernel was built to begin with; empty where its configuration is not there."""
+    """The preemption model that a kernel was built to begin with; empty where its configuration is not
+    there.
+    """
     built = text(root / f"boot/config-{text(root / 'proc/sys/kernel/osrelease')}") or ""
     with suppress(OSError, EOFError, zlib.error):
         built = built or gzip.decompress((root / "proc/config.gz").read_bytes()).decode("ascii", "replace")
@@ -130,7 +138,8 @@ def idle_states(root: Path) -> Line:
     rule = 'KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"'
     fix = (
         f"the service may (rtctl service install); for this shell: echo '{rule}' | sudo tee "
-        "/etc/udev/rules.d/99-rtctl-latency.rules && sudo udevadm control --reload && sudo udevadm trigger -s misc"
+        "/etc/udev/rules.d/99-rtctl-latency.rules && sudo udevadm control --reload && sudo udevadm trigger "
+        "-s misc"
     )
     return Line("cpu_dma_latency", "warn", "not writable by this user: wake-ups from deep idle states", fix)
 

@@ -24,7 +24,9 @@ MEDDLERS = {
 
 
 def serial_port(root: Path, label: str, port: str) -> Iterator[Line]:
-    """Presence and permission of a port or other device file, who holds it, and its adapter's latency timer."""
+    """Presence and permission of a port or other device file, who holds it, and its adapter's latency
+    timer.
+    """
     path = root / port.lstrip("/")
     try:
         found = path.stat()
@@ -59,8 +61,9 @@ def _forbidden(label: str, port: str, name: str, found: os.stat_result) -> Line:
     if found.st_gid == 0 or found.st_mode & rights != rights:
         rule = f'KERNEL=="{name}", GROUP="dialout", MODE="0660"'
         fix = (
-            f"echo '{rule}' | sudo tee /etc/udev/rules.d/99-rtctl-port.rules && sudo udevadm control --reload && "
-            f"sudo udevadm trigger; sudo usermod -aG dialout $USER, then log in again; {NOT_ROOT}"
+            f"echo '{rule}' | sudo tee /etc/udev/rules.d/99-rtctl-port.rules && sudo udevadm control "
+            "--reload && sudo udevadm trigger; sudo usermod -aG dialout $USER, then log in again; "
+            f"{NOT_ROOT}"
         )
         return Line(label, "fail", f"{port} is for {group} only and no group may use it", fix)
     if _is_member(found.st_gid):
@@ -91,7 +94,10 @@ def _held(root: Path, label: str, port: str) -> Iterator[Line]:
     for pid, command in holders(port, root):
         who = f"{port} is held by {command} (pid {pid})"
         if "rtctl" in command:
-            fix = "nothing, if that is this rig, running; else end it: Ctrl-C, or sudo systemctl stop rtctl@NAME"
+            fix = (
+                "nothing, if that is this rig, running; else end it: Ctrl-C, or sudo systemctl stop "
+                "rtctl@NAME"
+            )
             yield Line(label, "warn", who, fix)
             continue
         remedy = next((text for name, text in MEDDLERS.items() if name in command), None)
@@ -99,7 +105,9 @@ def _held(root: Path, label: str, port: str) -> Iterator[Line]:
 
 
 def usb_device(root: Path, label: str, wanted: str) -> Line:
-    """Presence and permission of a USB device: `vendor:product`, or with its serial number behind a second colon."""
+    """Presence and permission of a USB device: `vendor:product`, or with its serial number behind a second
+    colon.
+    """
     there: dict[str, Path] = {}
     for folder in sorted((root / "sys/bus/usb/devices").glob("*")):
         vendor, product = text(folder / "idVendor"), text(folder / "idProduct")
@@ -123,8 +131,14 @@ def usb_device(root: Path, label: str, wanted: str) -> Line:
     )
     if (root / node.lstrip("/")).exists() and not os.access(root / node.lstrip("/"), os.R_OK | os.W_OK):
         vendor, product = asked.split(":")[:2]
-        rule = f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor}", ATTR{{idProduct}}=="{product}", GROUP="dialout", MODE="0660"'
-        fix = f"echo '{rule}' | sudo tee /etc/udev/rules.d/99-rtctl-usb.rules, plug it in again; sudo usermod -aG dialout $USER; {NOT_ROOT}"
+        rule = (
+            f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor}", ATTR{{idProduct}}=="{product}", '
+            'GROUP="dialout", MODE="0660"'
+        )
+        fix = (
+            f"echo '{rule}' | sudo tee /etc/udev/rules.d/99-rtctl-usb.rules, plug it in again; sudo usermod "
+            f"-aG dialout $USER; {NOT_ROOT}"
+        )
         return Line(label, "fail", f"USB device {wanted} ({node}): this user may not use it", fix)
     return Line(label, "ok", f"USB device {wanted} is there")
 

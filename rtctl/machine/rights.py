@@ -17,7 +17,8 @@ UNIT_FOLDERS = (
 )
 _SYS_NICE, _IPC_LOCK = 23, 14
 _NEEDED_LOCK = 512 * 1024 * 1024
-"""Locked memory a rig needs at most (arrays, code, libraries): below it, mlockall is refused or the loop dies."""
+"""Locked memory a rig needs at most (arrays, code, libraries): below it, mlockall is refused or the loop
+dies."""
 
 
 INSTALL = "sudo rtctl service install RIG.toml"
@@ -37,8 +38,8 @@ def user(root: Path, install: str = INSTALL) -> Iterator[Line]:
     for line in (text(root / "proc/self/status") or "").splitlines():
         if line.startswith("Uid:") and line.split()[2:3] == ["0"]:
             fix = (
-                f"work as an ordinary user of group dialout (sudo usermod -aG dialout NAME, log in again); real-time rights "
-                f"come with the service: {install}"
+                "work as an ordinary user of group dialout (sudo usermod -aG dialout NAME, log in again); "
+                f"real-time rights come with the service: {install}"
             )
             yield Line(
                 "user", "warn", "root: a fault of any program part may then change the whole machine", fix
@@ -104,7 +105,9 @@ def service(root: Path, rig: str, priority: int, install: str = INSTALL) -> list
 
 
 def unit_settings(root: Path, rig: str) -> dict[str, str] | None:
-    """Settings of the unit's [Service] section with drop-ins applied; the file's path under "". None: no unit."""
+    """Settings of the unit's [Service] section with drop-ins applied; the file's path under "". None: no
+    unit.
+    """
     main = next((path for folder in UNIT_FOLDERS if (path := root / folder / UNIT).is_file()), None)
     if main is None:
         return None

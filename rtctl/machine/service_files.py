@@ -19,7 +19,9 @@ MOST_NAMED_BYTES = 1 << 26
 
 
 def _named(data: dict[str, Any]) -> Iterator[str]:
-    """The files that a rig file names, by the keys that do so: a description that reads like a path is none."""
+    """The files that a rig file names, by the keys that do so: a description that reads like a path is
+    none.
+    """
     for axis in data.get("axis", []):
         yield axis.get("friction", {}).get("model", "")
     for device in data.get("device", []):
@@ -45,8 +47,8 @@ def named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
             continue
         if ".." in part.parts:
             raise ConfigError(
-                f"{loaded.path}: {shown(repr(text))} leads out of the rig file's folder; give an absolute path, or move the "
-                "file beside the rig file"
+                f"{loaded.path}: {shown(repr(text))} leads out of the rig file's folder; give an absolute "
+                "path, or move the file beside the rig file"
             )
         if os.path.lexists(folder / part):
             found[part] = _content(folder, part)

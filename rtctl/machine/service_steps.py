@@ -22,14 +22,16 @@ NETWORK_DROP_IN = "rtctl-network.conf"
 LOOPBACK_DROP_IN = "rtctl-loopback.conf"
 
 COMPILER = "systemd-run"
-"""Program of the step that compiles: it takes a minute and tells how far it is, and an installation goes on without it."""
+"""Program of the step that compiles: it takes a minute and tells how far it is, and an installation goes on
+without it."""
 
 HIDDEN = ("/home", "/root", "/run/user", "/tmp", "/var/tmp")
 """Folders that the unit hides from the daemon."""
 
 
 _GROUP_DROP_IN = """\
-# [gateway] group of the rig file: its members reach the rig by the sockets in /run/rtctl. The daemon gives it these: @chown.
+# [gateway] group of the rig file: its members reach the rig by the sockets in /run/rtctl.
+# The daemon gives it these: @chown.
 [Service]
 SupplementaryGroups={group}
 SystemCallFilter=@chown
@@ -105,14 +107,17 @@ def own_command() -> str:
     for place in (python, python.resolve(), Path(__file__).resolve()):
         if hidden := _hidden(place):
             raise ConfigError(
-                f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes, PrivateTmp=yes): install rtctl "
-                f"for all users, then call its own program:\n{for_all_users()}"
+                f"{place} lies below {hidden}, which the service cannot see (ProtectHome=yes, "
+                "PrivateTmp=yes): install rtctl for all users, then call its own program:\n"
+                f"{for_all_users()}"
             )
     return f"{python} -m rtctl"
 
 
 def install_command(config: Path | None) -> str:
-    """The command line that makes the rig of `config` a service here; from elsewhere, where its user could not reach rtctl."""
+    """The command line that makes the rig of `config` a service here; from elsewhere, where its user could
+    not reach rtctl.
+    """
     rig = "RIG.toml" if config is None else shlex.quote(str(config))
     try:
         return f"sudo {own_command()} service install {rig}"
@@ -125,13 +130,16 @@ def for_all_users(rig: str = "RIG.toml") -> str:
     python = Path(sys.executable).resolve()
     base = "python3" if _hidden(python) else shlex.quote(str(python))
     return (
-        f"  sudo {base} -m venv /opt/rtctl\n  sudo /opt/rtctl/bin/python -m pip install {shlex.quote(source())}\n"
+        f"  sudo {base} -m venv /opt/rtctl\n  sudo /opt/rtctl/bin/python -m pip install "
+        f"{shlex.quote(source())}\n"
         f"  sudo /opt/rtctl/bin/rtctl service install {rig}"
     )
 
 
 def source() -> str:
-    """What pip can install this rtctl from: the checkout it runs from, or the file or address it was installed from."""
+    """What pip can install this rtctl from: the checkout it runs from, or the file or address it was
+    installed from.
+    """
     checkout = Path(__file__).resolve().parents[2]
     if (checkout / "pyproject.toml").is_file():
         return str(checkout)
@@ -149,7 +157,8 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     Raises
     ------
     ConfigError
-        [gateway] group is none of this machine, or a file the rig file names lies outside its folder by a relative path, is a link, or is no regular file.
+        [gateway] group is none of this machine, or a file the rig file names lies outside its folder by a
+        relative path, is a link, or is no regular file.
     """
     name = loaded.config.rig.name
     etc, made = root / "etc", Installation(name, root)
@@ -191,7 +200,9 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
 
 
 def compile_command(command: str, rig: Path) -> list[str]:
-    """What compiles for a rig as the service will run it: as its user, in its cache, which systemd makes as it does for the service."""
+    """What compiles for a rig as the service will run it: as its user, in its cache, which systemd makes as
+    it does for the service.
+    """
     mode = ["-p", "CacheDirectory=rtctl", "-p", "CacheDirectoryMode=0700", "-p", "UMask=0027"]
     whose = ["-p", "User=rtctl", "-p", "Group=rtctl"]
     return [
@@ -237,7 +248,9 @@ def apply(
 
 
 def removal(name: str, root: Path, *, last: bool, purge: bool) -> tuple[list[list[str]], list[Path]]:
-    """Commands and paths that take rig `name` away; `last`: also what all rigs share; `purge`: also its data."""
+    """Commands and paths that take rig `name` away; `last`: also what all rigs share; `purge`: also its
+    data.
+    """
     etc = root / "etc"
     commands = [["systemctl", "disable", "--now", f"rtctl@{name}.service"]] if root == Path("/") else []
     paths = [etc / f"systemd/system/rtctl@{name}.service.d"]

@@ -1,7 +1,7 @@
 """How late the loop's core wakes up: `python -m rtctl.machine.wakeup SECONDS PERIOD_NS PRIORITY CPU`.
 
-A process of its own, because it asks for the loop's rights: SCHED_FIFO, locked memory, its core. It sleeps on the
-loop's own absolute grid with the loop's own clock and does nothing in between. Prints one JSON line.
+A process of its own, because it asks for the loop's rights: SCHED_FIFO, locked memory, its core. It sleeps on
+the loop's own absolute grid with the loop's own clock and does nothing in between. Prints one JSON line.
 """
 
 from __future__ import annotations
@@ -85,9 +85,13 @@ def judge(found: Wakeups, core: int, *, real: bool, required: bool) -> list[Line
     share = found.missed / max(found.wakeups + found.missed, 1)
     text = (
         f"core {core}, {found.seconds:g} s: p50 {found.p50_us:g}, p99 {found.p99_us:g}, "
-        f"p99.9 {found.p999_us:g}, max {found.max_us:g} us of {found.period_us:g}; {found.missed} slots missed"
+        f"p99.9 {found.p999_us:g}, max {found.max_us:g} us of {found.period_us:g}; {found.missed} slots "
+        "missed"
     )
-    fix = "isolate the core, set its governor to performance, use PREEMPT_RT (lines above), or lower loop.rate_hz"
+    fix = (
+        "isolate the core, set its governor to performance, use PREEMPT_RT (lines above), or lower "
+        "loop.rate_hz"
+    )
     if found.missed == 0 and found.max_us < found.period_us / 2:
         out.append(Line("wake-up", "ok", text))
     else:

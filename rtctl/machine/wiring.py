@@ -38,11 +38,13 @@ def check(
     ask: Run = run,
     real: Collection[str] = (),
 ) -> list[Line]:
-    """Presence, permission and set-up of each device: (label, validated options) each; `real` ones have a label here.
+    """Presence, permission and set-up of each device: (label, validated options) each; `real` ones have a
+    label here.
 
-    What a device needs is read off its options, wherever in them it stands: a path below `/dev`, a `port` with a path, a
-    `host`, a table of `interface` and `channel`, the name of a CAN interface, a USB id as `usb = "0403:6014"` or as
-    `vendor_id` and `product_id`. Any backend is looked at, third parties' too (docs/devices.md).
+    What a device needs is read off its options, wherever in them it stands: a path below `/dev`, a `port`
+    with a path, a `host`, a table of `interface` and `channel`, the name of a CAN interface, a USB id as
+    `usb = "0403:6014"` or as `vendor_id` and `product_id`. Any backend is looked at, third parties' too
+    (docs/devices.md).
     """
     out: list[Line] = []
     for label, options in devices:
@@ -115,7 +117,10 @@ def _can_there(root: Path, label: str, name: str) -> Line:
     """A CAN interface of which the options say no more than its name."""
     folder = root / "sys/class/net" / name
     if not folder.exists():
-        fix = f"plug the adapter in, or load its driver; then sudo ip link set {name} up type can bitrate 1000000"
+        fix = (
+            f"plug the adapter in, or load its driver; then sudo ip link set {name} up type can bitrate "
+            "1000000"
+        )
         return Line(label, "fail", f"no CAN interface {name}{_others(root)}", fix)
     if not int(text(folder / "flags") or "0", 0) & 1:
         return Line(label, "fail", f"{name} is down", f"sudo ip link set {name} up type can bitrate 1000000")
@@ -170,8 +175,8 @@ def can_bus(root: Path, label: str, bus: Mapping[str, Any], ask: Run) -> Iterato
 def _set_up(channel: str, bus: Mapping[str, Any]) -> str:
     fd = f" dbitrate {bus.get('data_bitrate')} fd on" if bus.get("fd") else ""
     return (
-        f"sudo ip link set {channel} down; sudo ip link set {channel} type can bitrate {bus.get('bitrate')}{fd} "
-        f"restart-ms 100; sudo ip link set {channel} up"
+        f"sudo ip link set {channel} down; sudo ip link set {channel} type can bitrate "
+        f"{bus.get('bitrate')}{fd} restart-ms 100; sudo ip link set {channel} up"
     )
 
 

@@ -23,7 +23,8 @@ def register() -> None:
 
 
 def log_readers(members: Sequence[Member]) -> list[str]:
-    """Modules that teach a loop process to read the logs that these devices play back: this one for a recording, else none.
+    """Modules that teach a loop process to read the logs that these devices play back: this one for a
+    recording, else none.
 
     They are named only where a recording is played, so that no other loop loads them.
     """
@@ -34,7 +35,8 @@ def log_readers(members: Sequence[Member]) -> list[str]:
 def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     """Columns of a recording over all its parts, (n,) each, by the names that `rtctl export` gives them.
 
-    Besides `wall_ns` (since 1970) and `time_s`, from the first tick on (missed ticks are missing rows); with one axis a field goes by its own name, too.
+    Besides `wall_ns` (since 1970) and `time_s`, from the first tick on (missed ticks are missing rows); with
+    one axis a field goes by its own name, too.
 
     Raises
     ------

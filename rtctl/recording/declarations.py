@@ -1,4 +1,6 @@
-"""What a recording says of its messages before the first one: schemas, channels, and the schemas' checksums."""
+"""What a recording says of its messages before the first one: schemas, channels, and the schemas'
+checksums.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Recordings as npz, Parquet, CSV, or MCAP with a message per tick: every field, every tick, written whole or not at all."""
+"""Recordings as npz, Parquet, CSV, or MCAP with a message per tick: every field, every tick, written whole or
+not at all.
+"""
 
 from __future__ import annotations
 
@@ -60,7 +62,9 @@ def export(
 
 
 def columns(rows: np.ndarray, names: list[str], axes: list[str], motions: list[str]) -> dict[str, np.ndarray]:
-    """Flat columns: per-axis fields become `field.axis`, vectors `field.x`; each of shape (n,). Those of a linear axis end with its units."""
+    """Flat columns: per-axis fields become `field.axis`, vectors `field.x`; each of shape (n,). Those of a
+    linear axis end with its units.
+    """
     flat: dict[str, np.ndarray] = {}
     for field in RECORDED:
         if field.name not in names:

@@ -11,7 +11,8 @@ from rtctl.tick import MOST_AXES
 MOST_DIGITS = 18
 """Most digits of a whole number: it is then below 2^63."""
 
-_WHOLE = {"n_axes": (1, MOST_AXES), "period_ns": (1_000, 10**10), "start_wall_ns": (0, 2**62), "began_wall_ns": (0, 2**62)}  # fmt: skip
+_WHOLE = {"n_axes": (1, MOST_AXES), "period_ns": (1_000, 10**10), "start_wall_ns": (0, 2**62),
+    "began_wall_ns": (0, 2**62)}  # fmt: skip
 """Key -> bounds of a whole number. Beyond them nothing that is built on it makes sense."""
 
 _DEFAULTS = {"session": "0", "first_row": "0", "period_ns": "1000000", "start_wall_ns": "0"}

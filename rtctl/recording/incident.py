@@ -108,7 +108,9 @@ class Capture:
         return done
 
     def flush(self, trigger: Event | None = None) -> list[Incident]:
-        """End of the run: what is open as it is; with `trigger`, the last ticks as an incident of their own."""
+        """End of the run: what is open as it is; with `trigger`, the last ticks as an incident of their
+        own.
+        """
         if self._trigger is None and trigger is not None and self._kept is not None:
             self._trigger, self._parts = trigger, [self._kept]
             self._events.append(trigger)
@@ -161,7 +163,9 @@ def write_incident(folder: Path, incident: Incident) -> Path:
 
 
 def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
-    """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a crash."""
+    """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a
+    crash.
+    """
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0

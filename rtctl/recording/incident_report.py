@@ -42,8 +42,8 @@ def summary(incident: Incident) -> list[str]:
     lines = [
         f"{about.get('rig', '?')}: {what}, cause {cause}",
         *([f"  {texts[cause]}"] if cause in texts else []),
-        f"  {when:%Y-%m-%d %H:%M:%S.%f} UTC, monotonic {trigger['monotonic_s']:.6f} s, tick {trigger['tick']}, "
-        f"rtctl {about.get('version', '?')}, config {about.get('config_sha256', '')[:12]}",
+        f"  {when:%Y-%m-%d %H:%M:%S.%f} UTC, monotonic {trigger['monotonic_s']:.6f} s, tick "
+        f"{trigger['tick']}, rtctl {about.get('version', '?')}, config {about.get('config_sha256', '')[:12]}",
         f"  {len(ticks)} ticks kept" + _gaps(ticks),
     ]
     motions = motions_of(incident)

@@ -1,6 +1,8 @@
-"""A bag of ROS 2 as a log: the joint states in an MCAP file, a column for each joint and quantity, `/joint_states/elbow/position`.
+"""A bag of ROS 2 as a log: the joint states in an MCAP file, a column for each joint and quantity,
+`/joint_states/elbow/position`.
 
-Only `sensor_msgs/msg/JointState` in CDR, little-endian, as rosbag2 writes it. A stamp is that of the message's header; of messages without one, when they were recorded.
+Only `sensor_msgs/msg/JointState` in CDR, little-endian, as rosbag2 writes it. A stamp is that of the
+message's header; of messages without one, when they were recorded.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ MOST_JOINTS = 1000
 
 @dataclass(frozen=True)
 class JointState:
-    """One message: stamp in ns (0 without one), joints, and position, velocity and effort of each (empty where they were not told)."""
+    """One message: stamp in ns (0 without one), joints, and position, velocity and effort of each (empty
+    where they were not told).
+    """
 
     stamp_ns: int
     names: tuple[str, ...]
@@ -32,7 +36,9 @@ class JointState:
 
 
 class _Cdr:
-    """Reads little-endian CDR; places are aligned to what stands there, counted behind the four bytes of encapsulation."""
+    """Reads little-endian CDR; places are aligned to what stands there, counted behind the four bytes of
+    encapsulation.
+    """
 
     def __init__(self, data: bytes) -> None:
         if data[:2] != b"\x00\x01":
@@ -86,7 +92,8 @@ def decoded(data: bytes) -> JointState:
 
 
 def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
-    """Columns of every joint of every topic of joint states, (n,) each, and `time_s` of the first topic (`TOPIC/time_s` of each).
+    """Columns of every joint of every topic of joint states, (n,) each, and `time_s` of the first topic
+    (`TOPIC/time_s` of each).
 
     Raises
     ------
@@ -109,7 +116,8 @@ def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
     if not columns:
         seen = ", ".join(sorted(contents.topics.values())) or "none"
         raise DataError(
-            f"{path}: neither a recording of rtctl nor a bag with {SCHEMA} (topics: {seen[:300]}); export the topic as CSV"
+            f"{path}: neither a recording of rtctl nor a bag with {SCHEMA} (topics: {seen[:300]}); export "
+            "the topic as CSV"
         )
     first = next(name for name in columns if name.endswith("/time_s"))
     return {"time_s": columns[first], **columns}

@@ -33,7 +33,8 @@ def axes_of(text: bytes) -> int:
 
 
 def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
-    """Ticks of JSON objects and of the exact bits beside them; null is NaN, missing fields are 0 (optional sensors: NaN).
+    """Ticks of JSON objects and of the exact bits beside them; null is NaN, missing fields are 0 (optional
+    sensors: NaN).
 
     Raises
     ------

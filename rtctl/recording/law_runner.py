@@ -14,7 +14,8 @@ from rtctl.recording.law_arrays import LawArrays
 from rtctl.tick import FIELDS, new_ticks, tick_dtype
 
 _AFTER_LAW = ("read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns")
-"""Durations that the loop measures once the law has run. While the law runs, a tick still holds those of the tick before."""
+"""Durations that the loop measures once the law has run. While the law runs, a tick still holds those of the
+tick before."""
 
 
 @compiled
@@ -127,7 +128,8 @@ class LawRunner:
         return self._room[:n]
 
     def run(self, rows: np.ndarray, commands: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """The ticks as the law leaves them, until the next call, and whether each differs from its row in what the law writes.
+        """The ticks as the law leaves them, until the next call, and whether each differs from its row in
+        what the law writes.
 
         `which` is each row's index in `commands`.
         """

@@ -1,4 +1,6 @@
-"""The law's state before a chunk of ticks, as a ROS 2 message: with it a chunk is replayed without those before it."""
+"""The law's state before a chunk of ticks, as a ROS 2 message: with it a chunk is replayed without those
+before it.
+"""
 
 from __future__ import annotations
 

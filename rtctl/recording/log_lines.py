@@ -1,4 +1,6 @@
-"""Events of a recording once more as lines of a log, in the form that Foxglove's log panel reads (`foxglove.Log`)."""
+"""Events of a recording once more as lines of a log, in the form that Foxglove's log panel reads
+(`foxglove.Log`).
+"""
 
 from __future__ import annotations
 

@@ -24,7 +24,8 @@ MOST_RECORD_BYTES = 1 << 28
 """A longer record is a damaged length, not data; a chunk unpacks to no more either."""
 
 MOST_RATIO, LEAST_UNPACKED = 500, 1 << 24
-"""How many times its size a file may unpack to, and what it always may: recordings reach 10 to 40, a bomb 16,000."""
+"""How many times its size a file may unpack to, and what it always may: recordings reach 10 to 40, a bomb
+16,000."""
 
 _CHUNK_MARK = struct.pack("<I", 4) + b"zstd"
 _MARK_AT = RECORD_HEAD + 28
@@ -93,7 +94,9 @@ class Contents:
     packed: int = 0
 
     def may_unpack(self, size: int) -> None:
-        """Count what a chunk or a block of ticks unpacks to. Raises ValueError for more than a recording of this size can hold."""
+        """Count what a chunk or a block of ticks unpacks to. Raises ValueError for more than a recording of
+        this size can hold.
+        """
         if size > MOST_RECORD_BYTES or self.unpacked + size > LEAST_UNPACKED + MOST_RATIO * self.packed:
             msg = f"unpacks to {size} bytes"
             raise ValueError(msg)
@@ -244,7 +247,9 @@ def _messages(records: bytes) -> Chunk:
 
 
 def channel_of(kind: int, chunk: Chunk, contents: Contents) -> int:
-    """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives it."""
+    """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives
+    it.
+    """
     named = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[kind], kind)
     lost = contents.topics.get(kind) not in TOPICS.values() and not (chunk.table[:, 0] == named).any()
     return kind if lost else named

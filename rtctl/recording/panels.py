@@ -41,7 +41,9 @@ DURATIONS = ("wakeup_ns", "cycle_ns")
 
 @dataclass
 class Run:
-    """Ticks to be shown: rows in order, names of the axes, what to call it, and the motion of each axis; rotary, if nobody says."""
+    """Ticks to be shown: rows in order, names of the axes, what to call it, and the motion of each axis;
+    rotary, if nobody says.
+    """
 
     label: str
     rows: np.ndarray

@@ -31,7 +31,8 @@ CHUNK_S = 0.5
 """A crash costs at most this much of a recording."""
 
 ROWS_HZ = 1000.0
-"""A quicker loop is recorded as columns, which have two thirds of the bytes; its rows are a choice of at most `CHOSEN_HZ` then."""
+"""A quicker loop is recorded as columns, which have two thirds of the bytes; its rows are a choice of at most
+`CHOSEN_HZ` then."""
 CHOSEN_HZ = 100.0
 
 ROWS_LEVEL, COLUMNS_LEVEL = 1, 3
@@ -63,8 +64,8 @@ class Parts:
     Attributes
     ----------
     path
-        The file being written, None between two. Until its first chunk is on the disk it has a draft's name: a file
-        with a part's name always holds ticks, and one that the disk refused is taken away.
+        The file being written, None between two. Until its first chunk is on the disk it has a draft's name:
+        a file with a part's name always holds ticks, and one that the disk refused is taken away.
     written : int
         Ticks on disk.
     files : list of Path
@@ -117,9 +118,9 @@ class Parts:
     ) -> None:
         """Take ticks with the events among them and the commands that came into force.
 
-        `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss. `state` is
-        the law's before the first of them, where it is known: a file that begins here can then be replayed, and a chunk
-        of columns beside others.
+        `first_row` numbers the first tick among all the loop recorded; a gap in these numbers is a loss.
+        `state` is the law's before the first of them, where it is known: a file that begins here can then be
+        replayed, and a chunk of columns beside others.
 
         Raises
         ------

@@ -1,4 +1,6 @@
-"""An iterator that works ahead in a thread of its own, so that two steps of reading a recording share two cores."""
+"""An iterator that works ahead in a thread of its own, so that two steps of reading a recording share two
+cores.
+"""
 
 from __future__ import annotations
 
@@ -14,10 +16,11 @@ DEPTH = 2
 
 
 def ahead(items: Iterator[T], depth: int = DEPTH) -> Generator[T, None, None]:
-    """Give the items of an iterator in order, fetched up to `depth` ahead; its exceptions come where they would have.
+    """Give the items of an iterator in order, fetched up to `depth` ahead; its exceptions come where they
+    would have.
 
-    What takes the time in `items` must let other threads run (decompression, checksums, compiled code with `nogil`).
-    When the caller goes no further the thread ends with the item it is at.
+    What takes the time in `items` must let other threads run (decompression, checksums, compiled code with
+    `nogil`). When the caller goes no further the thread ends with the item it is at.
     """
     ready: queue.Queue[tuple[T | None, BaseException | None]] = queue.Queue(depth)
     left = threading.Event()

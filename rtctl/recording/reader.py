@@ -35,7 +35,9 @@ class OtherRunError(DataError):
 
 @dataclass
 class Batch:
-    """One chunk: ticks with their numbers among all the loop recorded, events, commands, and the law's state before the first tick where it is told."""
+    """One chunk: ticks with their numbers among all the loop recorded, events, commands, and the law's state
+    before the first tick where it is told.
+    """
 
     ticks: np.ndarray | Block
     numbers: np.ndarray
@@ -151,7 +153,9 @@ class RecordingReader:
         return unpack_law(self.attachments[LAW_NAME], self.n_axes)
 
     def missing_fields(self) -> list[str]:
-        """Tick fields of this version that the recording does not have; they read as 0, optional sensors as NaN."""
+        """Tick fields of this version that the recording does not have; they read as 0, optional sensors as
+        NaN.
+        """
         return self._layout.missing
 
     def batches(self) -> Iterator[Batch]:
@@ -286,7 +290,9 @@ def all_parts(path: Path) -> list[Path]:
 
 
 def newest(folder: Path) -> Path | None:
-    """The part written last of all recordings in `folder`; a file of another name only where there is none of those. None: neither."""
+    """The part written last of all recordings in `folder`; a file of another name only where there is none of
+    those. None: neither.
+    """
     found = [path for path in folder.glob("*.mcap") if path.is_file()]
     own = [path for path in found if _PART.fullmatch(path.name)]
     return max(own or found, key=lambda path: (path.stat().st_mtime_ns, path.name), default=None)

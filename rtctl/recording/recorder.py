@@ -1,7 +1,8 @@
 """Records a run in a thread of its own: the giver of ticks never waits for the disk.
 
 Ticks that do not fit into the queue are dropped and counted, and show in the file as a gap in the numbers
-of the ticks; their events and commands are kept. A disk that refuses marks the recording as broken; a new file is tried every second.
+of the ticks; their events and commands are kept. A disk that refuses marks the recording as broken; a new
+file is tried every second.
 """
 
 from __future__ import annotations
@@ -20,7 +21,8 @@ from rtctl.recording.parts import Parts
 from rtctl.recording.setup import Setup
 
 QUEUE_S = 15.0
-"""Loop time that may wait for the disk: more than the ring holds, which comes all at once after a slow start."""
+"""Loop time that may wait for the disk: more than the ring holds, which comes all at once after a slow
+start."""
 
 RETRY_S = 1.0
 END_S = 20.0
@@ -100,7 +102,9 @@ class Recorder:
         return self._queued == 0 or self._queued + len(rows) <= self._most_rows
 
     def status(self) -> dict[str, Any]:
-        """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks, `cpu_s` is the processor time of the recorder, s."""
+        """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks,
+        `cpu_s` is the processor time of the recorder, s.
+        """
         parts = self._parts
         return {
             "folder": str(self.folder),

@@ -67,7 +67,9 @@ class Verdict:
 
 @dataclass
 class _Piece:
-    """The first ticks of a chunk that can be replayed, the commands among which theirs are, and which each one's is."""
+    """The first ticks of a chunk that can be replayed, the commands among which theirs are, and which each
+    one's is.
+    """
 
     batch: Batch
     commands: np.ndarray
@@ -122,9 +124,9 @@ class Replay:
         own = reader.law()
         if not reader.from_start and own.state is None:
             raise DataError(
-                f"{reader.parts[0]}: begins in the middle of a run (tick {reader.about.get('first_tick')}), and the law's "
-                "state there is not known; give the recording's first part, or record from the start "
-                "(record = true in the rig file, or rtctl run --record)"
+                f"{reader.parts[0]}: begins in the middle of a run (tick {reader.about.get('first_tick')}), "
+                "and the law's state there is not known; give the recording's first part, or record from "
+                "the start (record = true in the rig file, or rtctl run --record)"
             )
         used = arrays or own
         self._reader, self._n = reader, reader.n_axes
@@ -154,8 +156,9 @@ class Replay:
     def check(self) -> Verdict:
         """Replay everything and compare every field of the law bit for bit.
 
-        Chunks whose state before them is recorded are replayed beside each other. That counts only where the law came to this
-        very state in the chunk before; from where it did not, they are replayed one after another.
+        Chunks whose state before them is recorded are replayed beside each other. That counts only where the
+        law came to this very state in the chunk before; from where it did not, they are replayed one after
+        another.
         """
         began = time.perf_counter()
         cores = len(os.sched_getaffinity(0))
@@ -183,7 +186,7 @@ class Replay:
         return pool.submit(self._replayed_by_another, piece.batch.state, piece)
 
     def _is_reached(self, piece: _Piece) -> bool:
-        """Whether the law came to the state that is recorded before this piece; if not, none is believed any more."""
+        """Whether the law came to the state recorded before this piece; if not, none is believed."""
         assert piece.batch.state is not None
         reached = np.array(self._law.state).tobytes() == piece.batch.state.tobytes()
         self._states_hold = self._states_hold and reached
@@ -260,7 +263,9 @@ class Replay:
     def _compared_with(
         self, rows: np.ndarray, replayed: np.ndarray
     ) -> tuple[Difference | None, dict[str, int]]:
-        """The first difference between recorded and replayed ticks, and in how many ticks each field differs."""
+        """The first difference between recorded and replayed ticks, and in how many ticks each field
+        differs.
+        """
         words, out = as_words(rows), as_words(replayed)
         differing: dict[str, int] = {}
         firsts: list[tuple[int, str]] = []

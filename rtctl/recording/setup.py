@@ -26,9 +26,11 @@ RIG_NAME = "rig.toml"
 
 
 def law_key() -> str:
-    """Fingerprint of the control law's sources, byte by byte, and its compiler: equal keys replay bit for bit.
+    """Fingerprint of the control law's sources, byte by byte, and its compiler: equal keys replay bit for
+    bit.
 
-    Stricter than the key of compiled code: a recording is evidence, and to be read beside the sources it was made with.
+    Stricter than the key of compiled code: a recording is evidence, and to be read beside the sources it was
+    made with.
     """
     control = Path(rtctl.control.__file__).parent
     return source_key(control, Path(hw.__file__).parent)

@@ -1,4 +1,5 @@
-"""The law's state as the host can know it: the same compiled law over the same ticks, a batch behind the loop.
+"""The law's state as the host can know it: the same compiled law over the same ticks, a batch behind the
+loop.
 
 The state lives in the loop process and never leaves it. But the law is a pure function, so whoever has seen
 every tick and command from the first one on has the state too. With it a recording can be replayed bit for

@@ -1,7 +1,9 @@
-"""Many ticks as one ROS 2 message of columns (`ros2msg`, `cdr`), and back: what a recording of a quick loop is made of.
+"""Many ticks as one ROS 2 message of columns (`ros2msg`, `cdr`), and back: what a recording of a quick loop
+is made of.
 
-A column has one number for each tick, or a single one where all are the same; counters and clocks are told by their
-steps, and their sum from the first on is the column. Every bit is kept. All words have 8 bytes, the lengths before the columns with their padding, too.
+A column has one number for each tick, or a single one where all are the same; counters and clocks are told by
+their steps, and their sum from the first on is the column. Every bit is kept. All words have 8 bytes, the
+lengths before the columns with their padding, too.
 """
 
 from __future__ import annotations
@@ -64,7 +66,9 @@ def schema_text(n_axes: int) -> str:
 
 
 def _order() -> tuple[Field, ...]:
-    """The ticks' numbers come first, since they say how many ticks there are: never a single one for several."""
+    """The ticks' numbers come first, since they say how many ticks there are: never a single one for
+    several.
+    """
     return (FIELD["tick"], *(field for field in file_order() if field.name != "tick"))
 
 
@@ -100,7 +104,9 @@ def columns_of(schema: bytes) -> tuple[Column, ...]:
 
 
 def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes:
-    """MCAP message record of successive ticks, shape (n,), n >= 1; `sequence` and `time_ns` (since 1970) of the first."""
+    """MCAP message record of successive ticks, shape (n,), n >= 1; `sequence` and `time_ns` (since 1970) of
+    the first.
+    """
     n = len(rows)
     words = np.ascontiguousarray(rows).view(np.uint64).reshape(n, -1)
     same = (words == words[0]).all(axis=0)
@@ -163,7 +169,9 @@ class Block:
         return np.zeros(self.n, kind)
 
     def rows(self, out: np.ndarray | None = None) -> np.ndarray:
-        """The ticks, shape (n,), in `out` where one is given. Fields that the block lacks are 0 (optional sensors: NaN)."""
+        """The ticks, shape (n,), in `out` where one is given. Fields that the block lacks are 0 (optional
+        sensors: NaN).
+        """
         rows = np.empty(self.n, self.row) if out is None else out
         for name in self.missing:
             rows[name] = np.nan if name in OPTIONAL_FIELDS else 0
@@ -174,7 +182,8 @@ class Block:
 
 
 def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_axes: int) -> Block:
-    """The columns of the message that lies in `records` from `start` to `end`; those that are unknown are left out.
+    """The columns of the message that lies in `records` from `start` to `end`; those that are unknown are
+    left out.
 
     Raises
     ------
@@ -213,7 +222,8 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
 def to_columns(rows: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
     """Turn ticks as words, shape (n, words of a tick), into columns.
 
-    Each row of `table`: word of the tick; place in `out`; 1 where the column has a number for every tick, 0 where it has one for all.
+    Each row of `table`: word of the tick; place in `out`; 1 where the column has a number for every tick, 0
+    where it has one for all.
     """
     for begin in range(0, len(rows), _BLOCK):
         for c in range(len(table)):

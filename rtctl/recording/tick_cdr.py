@@ -1,6 +1,8 @@
-"""Ticks as ROS 2 messages (`ros2msg`, `cdr`) in MCAP records, and back: whole blocks with NumPy, nothing per tick.
+"""Ticks as ROS 2 messages (`ros2msg`, `cdr`) in MCAP records, and back: whole blocks with NumPy, nothing per
+tick.
 
-A tick is 8-byte words, so that CDR asks for no padding between them. Every bit is kept, of infinities and of any NaN, too.
+A tick is 8-byte words, so that CDR asks for no padding between them. Every bit is kept, of infinities and of
+any NaN, too.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ ENCAPSULATION = b"\x00\x01\x00\x00"
 MESSAGE_HEAD = 1 + 8 + 2 + 4 + 8 + 8
 """Bytes of an MCAP message record before its data: opcode, length, channel, sequence, two times."""
 
-_HEAD = [("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"), ("publish", "<u8")]  # fmt: skip
+_HEAD = [("op", "u1"), ("length", "<u8"), ("channel", "<u2"), ("sequence", "<u4"), ("log", "<u8"),
+    ("publish", "<u8")]  # fmt: skip
 _MESSAGE = 5
 _BLOCK = 128
 """Ticks that are put into order at a time: they fit into the first cache, the rest of a chunk does not."""
@@ -35,14 +38,16 @@ _TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
 _LINE = re.compile(r"(int64|uint64|float64)(?:\[([1-9][0-9]{0,2})\])? ([a-z][a-z0-9_]{0,63})")
 _MOST_FIELDS = 1000
 
-# What costs the most bytes is how often what changes is parted by what does not, and how far what repeats together
-# stands apart: a repeated pair of neighbours is one match of the compressor. Measured: docs/decisions/0021.
+# What costs the most bytes is how often what changes is parted by what does not, and how far what repeats
+# together stands apart: a repeated pair of neighbours is one match of the compressor. Measured:
+# docs/decisions/0021.
 _NEIGHBOURS = (
     "time_ns", "tick", "sample_count", "target_age_ticks",
     "wakeup_ns", "read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns",
     "current_a", "motor_torque_nm",
     "force_n", "hand_torque_raw_nm", "hand_torque_nm", "force_tared_n",
-    "friction_observed_nm", "observer_torque_nm", "torque_wanted_nm", "torque_applied_nm", "current_command_a",
+    "friction_observed_nm", "observer_torque_nm", "torque_wanted_nm", "torque_applied_nm",
+    "current_command_a",
     "position_rad", "proxy_position_rad", "velocity_rad_s", "friction_model_nm", "feedforward_torque_nm",
     "friction_gate", "velocity_difference_rad_s", "friction_sign",
     "energy_port_j", "energy_hand_j", "energy_feedforward_j", "torque_share", "force_offset_nm",

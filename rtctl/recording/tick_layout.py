@@ -1,4 +1,6 @@
-"""Which layout the ticks of a file have: by its schema, or where that is damaged, by what this version writes."""
+"""Which layout the ticks of a file have: by its schema, or where that is damaged, by what this version
+writes.
+"""
 
 from __future__ import annotations
 
@@ -42,7 +44,9 @@ class TickLayout:
         return [field.name for field in tick_cdr.RECORDED if field.name not in self.fields]
 
     def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> tuple[np.ndarray | Block, np.ndarray]:
-        """The ticks of a chunk, as they lie there, and the sequence number of each. Raises DataError or ValueError for what is no tick of this layout."""
+        """The ticks of a chunk, as they lie there, and the sequence number of each. Raises DataError or
+        ValueError for what is no tick of this layout.
+        """
         ticks = chunk.of(channel_of(TICK, chunk, contents))
         if self.words is None:
             raws = [
@@ -89,8 +93,8 @@ def layout_in(
 ) -> tuple[TickLayout, str]:
     """The layout of a file's ticks, and a note where its schema is damaged.
 
-    A schema that is not the one it was by its checksum is believed only where the ticks have not the length that this
-    version writes: one flipped bit in a name would otherwise take a field away.
+    A schema that is not the one it was by its checksum is believed only where the ticks have not the length
+    that this version writes: one flipped bit in a name would otherwise take a field away.
     """
     tick = _first_tick(contents, chunk)
     if _is_old(contents, tick):

@@ -5,11 +5,14 @@ from __future__ import annotations
 from rtctl.rig_file.fields import Table, number
 
 REQUIRED = ("mass_kgm2", "damping_nms_rad", "velocity_gain_nms_rad")
-"""Keys that must be above 0 where an axis is displayed as an admittance: no other value is safe for every rig."""
+"""Keys that must be above 0 where an axis is displayed as an admittance: no other value is safe for every
+rig."""
 
 
 class AdmittanceTable(Table):
-    """[axis.admittance]: with display = "admittance": the measured force moves a virtual mass, and the joint follows it"""
+    """[axis.admittance]: with display = "admittance": the measured force moves a virtual mass, and the joint
+    follows it
+    """
 
     mass_kgm2: float = number(
         0, 1e3, "m: inertia of the virtual mass, what the hand feels in place of inertia_kgm2", default=0.0
@@ -23,14 +26,15 @@ class AdmittanceTable(Table):
     position_gain_nm_rad: float = number(
         0,
         1e6,
-        "K_p: torque per angle by which it lags; 0: a hand that leans on a virtual wall drifts at its torque over K_v",
+        "K_p: torque per angle by which it lags; 0: a hand that leans on a virtual wall drifts at its "
+        "torque over K_v",
         default=0.0,
     )
     rest_damping_nms_rad: float = number(
         0,
         1e4,
-        "damping of the virtual mass while dry friction holds the joint, of its motion above 4 Hz: what keeps mass and hand from ringing on a joint "
-        "that sticks; the hand begins to move it later by that",
+        "damping of the virtual mass while dry friction holds the joint, of its motion above 4 Hz: what "
+        "keeps mass and hand from ringing on a joint that sticks; the hand begins to move it later by that",
         default=0.0,
     )
     force_lowpass_hz: float = number(
@@ -49,17 +53,18 @@ class AdmittanceTable(Table):
     feedforward: float = number(
         0,
         1,
-        "share of the torque that the virtual mass's own motion asks of the joint, J a + b v less the hand's, sent ahead: "
-        "what is felt is then nearer to mass and damping asked for than the servo alone brings it; of a mass below the joint's, "
-        "the share m/J of this",
+        "share of the torque that the virtual mass's own motion asks of the joint, J a + b v less the "
+        "hand's, sent ahead: what is felt is then nearer to mass and damping asked for than the servo "
+        "alone brings it; of a mass below the joint's, the share m/J of this",
         default=1.0,
     )
     feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=20.0)
     compensation_share: float = number(
         0,
         1,
-        "share of the learned help with friction while the mass is shown (the observer sends nothing then): the servo takes out most of "
-        "the friction as it is, and joints that were helped with all of it swung on in hands they are certified for",
+        "share of the learned help with friction while the mass is shown (the observer sends nothing "
+        "then): the servo takes out most of the friction as it is, and joints that were helped with all of "
+        "it swung on in hands they are certified for",
         default=0.7,
     )
     mass_max_kgm2: float = number(

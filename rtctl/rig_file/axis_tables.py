@@ -1,6 +1,6 @@
-"""The table of an axis in a rig file, and those inside it: every key with its type, bounds, default and meaning.
+"""The table of an axis in a rig file, and those inside it: keys with type, bounds, default and meaning.
 
-Those of the sensors and of friction are in `sensor_tables` and `friction_tables`, those of the whole rig in `rig_tables`.
+Those of sensors and friction are in `sensor_tables` and `friction_tables`, of the rig in `rig_tables`.
 
 Every number has both bounds here, where it is read; unknown keys, NaN, infinities and strings in place of
 numbers are refused.
@@ -31,14 +31,16 @@ class CouplingTable(Table):
     delay_ticks: float = number(
         0,
         20,
-        "ticks from a sample to its torque at the motor, whole or not; `rtctl check` takes what the devices declare "
-        "or what was measured where that is more",
+        "ticks from a sample to its torque at the motor, whole or not; `rtctl check` takes what the "
+        "devices declare or what was measured where that is more",
         default=0.0,
     )
 
 
 class DriveTable(Table):
-    """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is worse"""
+    """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is
+    worse
+    """
 
     current_loop_hz: float = number(
         0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
@@ -52,15 +54,16 @@ class DriveTable(Table):
     motor_share: float = number(
         0,
         1,
-        "share of the guaranteed damping and dry friction on the side of motor and encoder; below 1 the joint is "
-        "elastic, and the rest, beyond its spring, is the hand's to cancel",
+        "share of the guaranteed damping and dry friction on the side of motor and encoder; below 1 the "
+        "joint is elastic, and the rest, beyond its spring, is the hand's to cancel",
         default=1.0,
     )
     joint_damping_nms_rad: float = number(0, 1e3, "damping of an elastic joint itself", default=0.0)
     resonance_hz: float = number(
         0,
         1e4,
-        "lowest resonance of gear and link, where it is known and no device declares it; 0: not known, 20 to 100 Hz are reckoned with (docs/theory.md 6.5)",
+        "lowest resonance of gear and link, where it is known and no device declares it; 0: not known, 20 "
+        "to 100 Hz are reckoned with (docs/theory.md 6.5)",
         default=0.0,
     )
     encoder: Literal["motor", "link"] = Field(
@@ -76,7 +79,9 @@ class DriveTable(Table):
 
 
 class MeasuredTable(Table):
-    """[axis.measured]: what was measured on this rig; `rtctl check` takes it where it is worse than what is declared"""
+    """[axis.measured]: what was measured on this rig; `rtctl check` takes it where it is worse than what is
+    declared
+    """
 
     delay_ticks: float = number(0, 20, "delay from a sample to its torque", default=0.0)
     jitter_ticks: float = number(0, 20, "how much shorter it is at times", default=0.0)
@@ -106,7 +111,8 @@ else:
         "EnvironmentTable",
         __base__=Table,
         __module__=__name__,
-        __doc__="[axis.environment]: the environment at start; a client may change it later within these bounds.",
+        __doc__="[axis.environment]: the environment at start; a client may change it later within these "
+        "bounds.",
         kind=(KindName, Field("free", description="remote: a renderer moves the proxy (docs/theory.md 3.1)")),
         **{one.name: _of_environment(one) for one in PARAMETERS},
     )
@@ -123,8 +129,8 @@ class AxisTable(Table):
     lead_m: float = number(
         0,
         10,
-        "of a linear axis with a screw or pinion: travel per turn, which encoder_counts_per_rev and gear_ratio are then of; "
-        "0: none, counts are of a metre and torque_constant_nm_a is in N/A",
+        "of a linear axis with a screw or pinion: travel per turn, which encoder_counts_per_rev and "
+        "gear_ratio are then of; 0: none, counts are of a metre and torque_constant_nm_a is in N/A",
         default=0.0,
     )
     inertia_kgm2: float = number(1e-9, 1e3, "J: inertia at the link, motor and gear included")
@@ -140,7 +146,8 @@ class AxisTable(Table):
     axis_direction: Vector = Field(
         (0.0, 0.0, 0.0),
         strict=False,
-        description="unit vector of the joint's axis in sensor axes, at position 0; for moments and carried_by",
+        description="unit vector of the joint's axis in sensor axes, at position 0; for moments and "
+        "carried_by",
     )
     torque_limit_nm: float = number(1e-6, 1e4, "largest torque ever sent, at the link")
     torque_continuous_nm: float = number(
@@ -162,12 +169,13 @@ class AxisTable(Table):
     )
     display: Literal["impedance", "admittance"] = Field(
         "impedance",
-        description="impedance: motion is measured, torque is sent; admittance: force is measured, motion follows it "
-        "(a stiff gearbox with a good force sensor)",
+        description="impedance: motion is measured, torque is sent; admittance: force is measured, motion "
+        "follows it (a stiff gearbox with a good force sensor)",
     )
     display_change: bool = Field(
         False,
-        description="true: a client may change the display while it runs; both are proved, and need their tables",
+        description="true: a client may change the display while it runs; both are proved, and need "
+        "their tables",
     )
     velocity: VelocityTable = VelocityTable()
     force: ForceTable = ForceTable()
@@ -203,28 +211,36 @@ class AxisTable(Table):
     @model_validator(mode="after")
     def _slides(self) -> AxisTable:
         if self.lead_m and self.motion != "linear":
-            msg = f'lead_m {self.lead_m}: only an axis with motion = "linear" has a lead; set it, or leave lead_m out'
+            why = 'only an axis with motion = "linear" has a lead; set it, or leave lead_m out'
+            msg = f"lead_m {self.lead_m}: {why}"
             raise ValueError(msg)
         return self
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:
         if self.position_min_rad >= self.position_max_rad:
-            msg = f"position_min_rad {self.position_min_rad} must be below position_max_rad {self.position_max_rad}"
+            msg = (
+                f"position_min_rad {self.position_min_rad} must be below position_max_rad "
+                f"{self.position_max_rad}"
+            )
             raise ValueError(msg)
         if self.torque_continuous_nm > self.torque_limit_nm:
-            msg = f"torque_continuous_nm {self.torque_continuous_nm} must not exceed torque_limit_nm {self.torque_limit_nm}"
+            msg = (
+                f"torque_continuous_nm {self.torque_continuous_nm} must not exceed torque_limit_nm "
+                f"{self.torque_limit_nm}"
+            )
             raise ValueError(msg)
         if self.velocity.device_tolerance_rad_s >= self.velocity_limit_rad_s:
             msg = (
                 f"velocity.device_tolerance_rad_s {self.velocity.device_tolerance_rad_s} must be below "
-                f"velocity_limit_rad_s {self.velocity_limit_rad_s}: a joint that moves would pass for one at rest"
+                f"velocity_limit_rad_s {self.velocity_limit_rad_s}: a joint that moves would pass for one "
+                "at rest"
             )
             raise ValueError(msg)
         if self.velocity.device == "use" and self.friction.policy == "sign":
             msg = (
-                'friction.policy "sign" has no width around rest, where velocity.device = "use" would follow the '
-                'noise of the device: take another policy, or device = "check"'
+                'friction.policy "sign" has no width around rest, where velocity.device = "use" would '
+                'follow the noise of the device: take another policy, or device = "check"'
             )
             raise ValueError(msg)
         if any(abs(x) > 10 for x in self.lever_m) or not any((*self.lever_m, *self.axis_direction)):
@@ -248,11 +264,15 @@ class AxisTable(Table):
                 msg = f"admittance.{most} {high} is below {least} {low}: raise it, or 0 for no change"
                 raise ValueError(msg)
         if self.display_change and not self.coupling.stiffness_nm_rad > 0:
-            msg = "display_change = true needs coupling.stiffness_nm_rad above 0: an impedance is felt through it"
+            msg = (
+                "display_change = true needs coupling.stiffness_nm_rad above 0: an impedance is felt "
+                "through it"
+            )
             raise ValueError(msg)
         if self.force_feedback.gain > 0:
             msg = (
-                f'force_feedback.gain {self.force_feedback.gain}: display = "admittance" is force feedback already; '
+                f'force_feedback.gain {self.force_feedback.gain}: display = "admittance" is force feedback '
+                "already; "
                 "set gain = 0"
             )
             raise ValueError(msg)
@@ -264,13 +284,16 @@ class AxisTable(Table):
             return self
         length = math.hypot(*self.axis_direction)
         if not 0.99 <= length <= 1.01:
-            msg = f"axis_direction {self.axis_direction} is {length:.3g} long: give a unit vector, such as [0, 0, 1]"
+            msg = (
+                f"axis_direction {self.axis_direction} is {length:.3g} long: give a unit vector, such as "
+                "[0, 0, 1]"
+            )
             raise ValueError(msg)
         along = sum(u * x for u, x in zip(self.axis_direction, self.lever_m, strict=True))
         if abs(along) > 0.02 * math.hypot(*self.lever_m):
             msg = (
-                f"axis_direction {self.axis_direction}, lever_m {self.lever_m}: a lever is axis x arm, so it is perpendicular to "
-                "the axis; one of the two is wrong"
+                f"axis_direction {self.axis_direction}, lever_m {self.lever_m}: a lever is axis x arm, so "
+                "it is perpendicular to the axis; one of the two is wrong"
             )
             raise ValueError(msg)
         return self

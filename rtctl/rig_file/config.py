@@ -1,7 +1,7 @@
 """The rig file: TOML, validated strictly, every fault reported at once.
 
-Only the host and the command line import this module; the loop process gets plain arrays (`rtctl.check.law_plan`).
-The tables and their bounds stand in `rtctl.rig_file.axis_tables` and the modules it names.
+The loop process does not import it, and gets plain arrays (`rtctl.check.law_plan`). Tables and their bounds
+stand in `rtctl.rig_file.axis_tables` and beside it.
 """
 
 from __future__ import annotations
@@ -85,12 +85,13 @@ class Config(Table):
     def _needs_force(self) -> Config:
         for axis in self.axis:
             if axis.force_feedback.gain > 0 and "force" in self.rig.absent:
-                msg = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain} needs the force sensor that rig.absent rules out; set gain = 0"
+                gain = f"axis {axis.name}: force_feedback.gain {axis.force_feedback.gain}"
+                msg = f"{gain} needs the force sensor that rig.absent rules out; set gain = 0"
                 raise ValueError(msg)
             if axis.may_show("admittance") and "force" in self.rig.absent:
                 msg = (
-                    f'axis {axis.name}: display = "admittance" needs the force sensor that rig.absent rules out; '
-                    'set display = "impedance", without display_change, or give the rig its sensor'
+                    f'axis {axis.name}: display = "admittance" needs the force sensor that rig.absent rules '
+                    'out; set display = "impedance", without display_change, or give the rig its sensor'
                 )
                 raise ValueError(msg)
         return self
@@ -104,10 +105,16 @@ class Config(Table):
                 raise ValueError(msg)
         for axis in self.axis:
             if (sensor.moments or axis.name in sensor.carried_by) and not any(axis.axis_direction):
-                msg = f"axis {axis.name}: force_sensor needs its axis_direction, the unit vector of the joint's axis in sensor axes"
+                msg = (
+                    f"axis {axis.name}: force_sensor needs its axis_direction, the unit vector of the "
+                    "joint's axis in sensor axes"
+                )
                 raise ValueError(msg)
             if not sensor.moments and not any(axis.lever_m):
-                msg = f"axis {axis.name}: lever_m {axis.lever_m}: without force_sensor.moments it needs a component other than 0"
+                msg = (
+                    f"axis {axis.name}: lever_m {axis.lever_m}: without force_sensor.moments it needs a "
+                    "component other than 0"
+                )
                 raise ValueError(msg)
         return self
 
@@ -152,7 +159,7 @@ class Config(Table):
 
     @property
     def may_be_late(self) -> bool:
-        """True for a simulated rig on a laptop without real-time rights: it counts its late ticks and goes on, for nobody holds it."""
+        """True for a simulated rig without real-time rights: nobody holds it, and late ticks are counted."""
         return self.simulated and self.loop.realtime != "require"
 
     def hardware(self) -> Rig:
@@ -206,7 +213,7 @@ class LoadedConfig(Table):
         return self.config.composition((self.options, *self.more_options)).members()
 
     def device_report(self) -> list[tuple[str, list[tuple[str, str, str]]]]:
-        """Per device that has something to tell (such as the load of its bus): label, figure, note of each line."""
+        """Per device that has something to tell (as its bus's load): label, figure, note of each line."""
         told = []
         for device, options in zip(self.config.device, (self.options, *self.more_options), strict=True):
             model = registry.options_model(device.kind)
@@ -241,8 +248,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     Raises
     ------
     ConfigError
-        Naming the file and, one line each, every key at fault, its value and its bound. Also when `script`
-        is given for a rig that is not simulated, or has no one device to take it.
+        File and, one line each, every key at fault, its value and bound; or a `script` that nothing takes.
     """
     path = real(path)
     raw, data, told = read_toml(path)
@@ -282,7 +288,8 @@ def _put_script(path: Path, config: Config, data: dict[str, Any], script: Path) 
             return []  # told where its options are checked
         if not simulated:
             return [
-                f"{path}: device[{i}].kind: {device.kind!r} is no simulation: no faults are scripted into this rig"
+                f"{path}: device[{i}].kind: {device.kind!r} is no simulation: no faults are scripted into "
+                "this rig"
             ]
         takers += [i] if takes else []
     if len(takers) != 1:

@@ -1,7 +1,7 @@
 """Whether the devices of a rig file make up a whole rig, and what the loop process is told of each.
 
-Every channel is provided by exactly one device (an emergency stop by any number: one pressed is enough), and
-every axis takes its command through exactly one. Nothing is opened to find that out.
+Every channel is provided by exactly one device (an emergency stop by any number: one pressed is enough), as
+every axis takes its command through one. Nothing is opened to find that out.
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ MAX_AGE_S: dict[str, float] = {reading.name: reading.oldest_s for reading in REA
 """Oldest sample of each channel that a rig file may declare fresh, s. The position is new in every cycle."""
 
 BUDGET_SHARE = 0.4
-"""Share of the period that the real devices may take for reading, together, unless the rig file says otherwise."""
-
+"""Share of the period that the real devices may take for reading, together, by default."""
 BUDGET_MAX_SHARE = 0.8
 COMMANDS = ("torque", "current_command")
 
@@ -183,9 +182,9 @@ class Composition:
         for axis, devices in enumerate(self._takers()):
             if len(devices) > 1:
                 out.append(
-                    f"device[{devices[-1]}].channels: {_and(self.labels[i] for i in devices)} both take the command of "
-                    f"axis {self.axis_names[axis]!r}: list here all but {_list(self._taken(devices[-1]))}, "
-                    "or give each device its own axes"
+                    f"device[{devices[-1]}].channels: {_and(self.labels[i] for i in devices)} both take the "
+                    f"command of axis {self.axis_names[axis]!r}: list here all but "
+                    f"{_list(self._taken(devices[-1]))}, or give each device its own axes"
                 )
         return out
 
@@ -196,7 +195,8 @@ class Composition:
         for channel in sorted(needed):
             remedy = f', or state rig.absent = ["{channel}"]' if channel != "position" else ""
             out += [
-                f"device: no device provides {self._what(channel, axis)} ({have}): add a [[device]] that does{remedy}"
+                f"device: no device provides {self._what(channel, axis)} ({have}): add a [[device]] that "
+                f"does{remedy}"
                 for axis, devices in enumerate(self._providers(channel))
                 if not devices
             ]
@@ -208,7 +208,8 @@ class Composition:
         ]
         if self.moments and not any(self._providers("moment")):
             out.append(
-                f"force_sensor.moments: no device provides moment ({have}): add a [[device]] that does, or set moments = false"
+                f"force_sensor.moments: no device provides moment ({have}): add a [[device]] that does, or "
+                "set moments = false"
             )
         out += [
             f"device: no device takes the torque or current of axis {self.axis_names[axis]!r} ({have}): "
@@ -254,7 +255,8 @@ class Composition:
         if "position" in provided and table.rate_hz is not None and table.rate_hz < self._rate_hz * 0.999:
             return [
                 f"device[{i}].rate_hz: {table.rate_hz:g} is below loop.rate_hz {self._rate_hz:g}, but "
-                f"{self.labels[i]} provides the position, which must be new in every cycle: lower loop.rate_hz"
+                f"{self.labels[i]} provides the position, which must be new in every cycle: lower "
+                "loop.rate_hz"
             ]
         out, age = [], self._max_age_ticks(i)
         for channel in sorted(provided & set(MAX_AGE_S)):
@@ -263,8 +265,8 @@ class Composition:
             if age > most:
                 key = "max_age_ticks" if table.max_age_ticks is not None else "rate_hz"
                 out.append(
-                    f"device[{i}].{key}: samples of {self.labels[i]} could be {age} ticks old; {channel} bears {most} "
-                    f"at loop.rate_hz {self._rate_hz:g}: use a faster sensor or a slower loop"
+                    f"device[{i}].{key}: samples of {self.labels[i]} could be {age} ticks old; {channel} "
+                    f"bears {most} at loop.rate_hz {self._rate_hz:g}: use a faster sensor or a slower loop"
                 )
         return out
 

@@ -13,19 +13,23 @@ CAP_SHARE_MAX = 0.3
 
 
 class ObserverTable(Table):
-    """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a sensor"""
+    """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a
+    sensor
+    """
 
     gain: float = number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.95)
     bandwidth_hz: float = number(
         0,
         200,
-        "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20, less behind a force sensor that is late and on a late rig whose gear is not known (drive.resonance_hz)",
+        "of its low-pass; too much rings on a stiff hand; 0: rate_hz/20, at most 20, less behind a force "
+        "sensor that is late and on a late rig whose gear is not known (drive.resonance_hz)",
         default=0.0,
     )
     deadband_nm: float = number(
         0,
         1e3,
-        "friction left alone: more than the force sensor may be off after its tare; 0: .015 of the least dry friction, .003 N m at most",
+        "friction left alone: more than the force sensor may be off after its tare; 0: .015 of the least "
+        "dry friction, .003 N m at most",
         default=0.0,
     )
 
@@ -35,7 +39,9 @@ class ObserverTable(Table):
 
 
 class DriftTable(Table):
-    """[axis.friction.drift]: is the friction still what was learned? Watched in ordinary motion, with a force sensor and a model"""
+    """[axis.friction.drift]: is the friction still what was learned? Watched in ordinary motion, with a force
+    sensor and a model
+    """
 
     watch: bool = Field(True, description="watch it (docs/friction.md)")
     warn_share: float = number(
@@ -47,14 +53,15 @@ class DriftTable(Table):
     window_s: float = number(10, 300, "sliding motion that an estimate is made of", default=24.0)
     stop: bool = Field(
         True,
-        description="STOP where the compensation exceeds the friction for sure: the whole interval of the factor lies below "
-        "the guaranteed friction and below the feed-forward",
+        description="STOP where the compensation exceeds the friction for sure: the whole interval of the "
+        "factor lies below the guaranteed friction and below the feed-forward",
     )
     adapt_per_min: float = number(
         0,
         0.01,
-        "most by which the feed-forward follows the dry friction that is seen, share of the learned in a minute of motion, from 0.7 "
-        "to 1.1 of it and no further than the two-line test allows; 0: it does not",
+        "most by which the feed-forward follows the dry friction that is seen, share of the learned in a "
+        "minute of motion, from 0.7 to 1.1 of it and no further than the two-line test allows; 0: it does "
+        "not",
         default=0.0,
     )
 
@@ -91,8 +98,8 @@ class FrictionTable(Table):
     load_gain: float = number(
         0,
         1,
-        "kappa_l: share compensated of the friction that the torque through the gear adds, of a model that knows it "
-        "(`rtctl fit --by-load`); 0: the law does not go by load",
+        "kappa_l: share compensated of the friction that the torque through the gear adds, of a model that "
+        "knows it (`rtctl fit --by-load`); 0: the law does not go by load",
         default=0.0,
     )
     cap_share: float = number(
@@ -110,7 +117,8 @@ class FrictionTable(Table):
     intent_lowpass_hz: float = number(
         0,
         5000,
-        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without; 0: rate_hz/20, at most 50",
+        "low-pass of the hand's torque for the intent: the mass of a hand buzzes without; 0: rate_hz/20, "
+        "at most 50",
         default=0.0,
     )
     gate_deadband_nm: float = number(
@@ -129,7 +137,8 @@ class FrictionTable(Table):
     stop_rad: float = number(
         0,
         1,
-        "hybrid, stop and lugre policies: length over which their direction turns; 0: .8 of the presliding length (lugre: all of it)",
+        "hybrid, stop and lugre policies: length over which their direction turns; 0: .8 of the presliding "
+        "length (lugre: all of it)",
         default=0.0,
     )
     drift_nm: float = number(0, 1e3, "how far friction may have drifted below the model", default=0.0)

@@ -52,7 +52,9 @@ class TelemetryTable(Table):
 
 
 class GatewayTable(Table):
-    """[gateway]: clients on other machines, and of other users. The daemon's own user always reaches it by ipc."""
+    """[gateway]: clients on other machines, and of other users. The daemon's own user always reaches it by
+    ipc.
+    """
 
     bind: str = Field(
         "", max_length=15, description="IPv4 address to listen on, 127.0.0.1 for tunnels; empty: no TCP"
@@ -66,7 +68,8 @@ class GatewayTable(Table):
     group: str = Field(
         "",
         pattern=r"^([A-Za-z_][A-Za-z0-9_.-]{0,31})?$",
-        description="unix group whose members reach the daemon by ipc, as operators; empty: its own user and root only",
+        description="unix group whose members reach the daemon by ipc, as operators; empty: its own user "
+        "and root only",
     )
 
     @model_validator(mode="after")
@@ -74,7 +77,10 @@ class GatewayTable(Table):
         if self.bind:
             _check_address(self.bind)
         if self.bind and not self.curve_dir:
-            msg = f"bind {self.bind}: TCP needs keys; make them with `rtctl keys new` and name their folder as curve_dir"
+            msg = (
+                f"bind {self.bind}: TCP needs keys; make them with `rtctl keys new` and name their folder "
+                "as curve_dir"
+            )
             raise ValueError(msg)
         if self.curve_dir and not self.bind:
             msg = f"curve_dir {self.curve_dir!r} has no effect without bind; give an address or remove it"

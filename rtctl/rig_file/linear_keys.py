@@ -1,8 +1,10 @@
-"""The keys of a linear axis: those of a rotary one with the endings of m and N, turned into them where a rig file is read.
+"""The keys of a linear axis: those of a rotary one with the endings of m and N, turned into them where a rig
+file is read.
 
-`torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds in the same numbers. A device
-whose axes are all linear has its options so, too; one that serves axes of both motions, the tables that it has one per axis. The
-rotary name of such a key is refused: it would mean another unit than it says.
+`torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds in the same
+numbers. A device whose axes are all linear has its options so, too; one that serves axes of both motions, the
+tables that it has one per axis. The rotary name of such a key is refused: it would mean another unit than it
+says.
 """
 
 from __future__ import annotations
@@ -76,7 +78,9 @@ class LinearKeys:
         return [words(one, "linear") if self._tables.search(one) else one for one in faults]
 
     def _device(self, k: int, device: dict[str, Any], linear: list[bool]) -> dict[str, Any]:
-        """A device with its options turned: all, if every axis that it serves is linear, else what is of a linear one alone."""
+        """A device with its options turned: all, if every axis that it serves is linear, else what is of a
+        linear one alone.
+        """
         options = device.get("options")
         if not isinstance(options, dict) or not any(linear):
             return device
@@ -113,7 +117,8 @@ class LinearKeys:
             if key in known.values():
                 rotary = (*own, key)
                 self.faults.append(
-                    f"{self._where(rotary)}: {written(rotary)}: the axis is linear: write {name(key, 'linear')}"
+                    f"{self._where(rotary)}: {written(rotary)}: the axis is linear: write "
+                    f"{name(key, 'linear')}"
                 )
             self._own[(*turned, field)] = (*own, key)
             inner = (
@@ -139,7 +144,9 @@ ENDS = ("position_min_rad", "position_max_rad")
 
 
 def with_defaults(table: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
-    """A table of a linear axis with what it leaves out, where that is a number of rad or N m: as it is at a handle (`HANDLE_M`)."""
+    """A table of a linear axis with what it leaves out, where that is a number of rad or N m: as it is at a
+    handle (`HANDLE_M`).
+    """
     whole = dict(table)
     for key, field in model.model_fields.items():
         inner = next(_models(field.annotation), None)
@@ -176,7 +183,8 @@ def schema_of(schema: object, motion: str) -> object:
 
 
 def _of_linear_axes(axes: list[bool], devices: list[list[bool]]) -> re.Pattern[str]:
-    """What a text that is about a linear axis has in it, of a rig of both: the name of a table, as `written` gives it.
+    """What a text that is about a linear axis has in it, of a rig of both: the name of a table, as `written`
+    gives it.
 
     Given which axes are linear, and which of those that each device serves.
     """
@@ -193,7 +201,9 @@ def _of_linear_axes(axes: list[bool], devices: list[list[bool]]) -> re.Pattern[s
 
 
 def _served(device: object, names: list[Any]) -> list[int]:
-    """Axes of a device, by their numbers in the rig, in the order of its tables; a name that no axis has is told elsewhere."""
+    """Axes of a device, by their numbers in the rig, in the order of its tables; a name that no axis has is
+    told elsewhere.
+    """
     own = device.get("axes") if isinstance(device, dict) else None
     return (
         [names.index(one) for one in own if one in names]

@@ -1,8 +1,9 @@
-"""What the last test pulses measured of a rig's timing: a small file in its state folder (`rtctl.state_file`).
+"""What the last test pulses measured of a rig's timing: a small file in its state folder
+(`rtctl.state_file`).
 
-A run writes it after arming, passed or refused; `rtctl check` and `rtctl run` read it beside what the rig file
-declares. It is of one set of devices: after any change of a device's kind or options, or of the loop's rate,
-it says nothing.
+A run writes it after arming, passed or refused; `rtctl check` and `rtctl run` read it beside what the rig
+file declares. It is of one set of devices: after any change of a device's kind or options, or of the loop's
+rate, it says nothing.
 """
 
 from __future__ import annotations
@@ -57,7 +58,9 @@ class AxisTiming:
 
 
 def devices_sha256(loaded: LoadedConfig) -> str:
-    """What the timing is a property of: rate of the loop, kind and options of every device but scripted faults."""
+    """What the timing is a property of: rate of the loop, kind and options of every device but scripted
+    faults.
+    """
     options = [
         {key: value for key, value in table.items() if key != "faults"}
         for table in (loaded.options, *loaded.more_options)
@@ -73,7 +76,9 @@ def write(folder: Path, devices: str, axes: Mapping[str, AxisTiming]) -> None:
 
 
 def read(folder: Path, devices: str) -> dict[str, AxisTiming]:
-    """Timing of each axis that is known, by its name; none from a file that is missing, damaged or of other devices."""
+    """Timing of each axis that is known, by its name; none from a file that is missing, damaged or of other
+    devices.
+    """
     kept = state_file.read(folder / NAME, devices, MOST_BYTES)
     found = {name: _axis(table) for name, table in kept.items()}
     return {name: axis for name, axis in found.items() if axis is not None}

@@ -1,4 +1,6 @@
-"""The tables of a rig file that are of the whole rig: `[rig]`, `[loop]`, `[passivity]`, and those of its devices."""
+"""The tables of a rig file that are of the whole rig: `[rig]`, `[loop]`, `[passivity]`, and those of its
+devices.
+"""
 
 from __future__ import annotations
 
@@ -32,15 +34,17 @@ class LoopTable(Table):
     )
     realtime: Literal["require", "prefer", "waive", "off"] = Field(
         "prefer",
-        description="require: refuse to start without real-time rights; prefer: start, but a real rig does not "
-        "arm without them; waive: a real rig arms with a quarter of its torque; off: do not even ask, else as waive",
+        description="require: refuse to start without real-time rights; prefer: start, but a real rig does "
+        "not arm without them; waive: a real rig arms with a quarter of its torque; off: do not even "
+        "ask, else as waive",
     )
     priority: int = number(1, 98, "SCHED_FIFO priority", default=80)
     cpu: int = number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
     early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(
         "auto",
-        description="time before each deadline that the loop is awake and looks at the clock: a sleeper is woken some tens of us late. "
-        "auto: as long as wake-ups take, at most 80; at most 40 % of the period; 0: never",
+        description="time before each deadline that the loop is awake and looks at the clock: a sleeper is "
+        "woken some tens of us late. auto: as long as wake-ups take, at most 80; at most 40 % of the "
+        "period; 0: never",
     )
     ring_s: float = number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
 

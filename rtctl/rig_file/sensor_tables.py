@@ -21,8 +21,8 @@ class VelocityTable(Table):
     cutoff_hz: float = number(0.1, 5000, "low-pass cut-off or Kalman bandwidth", default=30.0)
     device: Literal["record", "check", "use"] = Field(
         "record",
-        description="velocity that a device measures: only recorded; also held against the encoder, a fault when "
-        "implausible; also used for the friction feed-forward",
+        description="velocity that a device measures: only recorded; also held against the encoder, a "
+        "fault when implausible; also used for the friction feed-forward",
     )
     device_tolerance_rad_s: float = number(
         0, 1e4, "how far it may be off the encoder's; 0: a tenth of velocity_limit_rad_s", default=0.0
@@ -75,8 +75,8 @@ class ForceSensorTable(Table):
         (),
         strict=False,
         max_length=32,
-        description="joints that turn the sensor, from the base on: levers and weight follow their positions; "
-        "empty: they are the same at every position",
+        description="joints that turn the sensor, from the base on: levers and weight follow their "
+        "positions; empty: they are the same at every position",
     )
     tip_kg: float = number(
         0, 100, "mass of what is mounted on the sensor; 0: its weight is not followed", default=0.0
@@ -101,10 +101,16 @@ class ForceSensorTable(Table):
             raise ValueError(msg)
         length = math.hypot(*self.gravity_m_s2)
         if self.tip_kg > 0 and not 1 <= length <= 30:
-            msg = f"tip_kg {self.tip_kg}: gravity_m_s2 {self.gravity_m_s2} must say where down is, 1 to 30 m/s2 long (9.81 on earth)"
+            msg = (
+                f"tip_kg {self.tip_kg}: gravity_m_s2 {self.gravity_m_s2} must say where down is, 1 to 30 "
+                "m/s2 long (9.81 on earth)"
+            )
             raise ValueError(msg)
         if self.tip_kg > 0 and not self.carried_by:
-            msg = f"tip_kg {self.tip_kg}: name the joints that turn the sensor in carried_by; a weight that does not turn is in the tare"
+            msg = (
+                f"tip_kg {self.tip_kg}: name the joints that turn the sensor in carried_by; a weight that "
+                "does not turn is in the tare"
+            )
             raise ValueError(msg)
         if self.off_axis_nm > 0 and not self.moments:
             msg = f"off_axis_nm {self.off_axis_nm}: the moments are not used; set moments = true"

@@ -1,8 +1,8 @@
 """Wires that several devices of a rig file share: the frames of all of them must fit.
 
 A device's options model takes part by having `wire` (interface and channel), `bus`, `frames(rate_hz)` and
-`identifiers()`, as the CAN models do (`hw.can.options.BusUser`). The identifiers are the device's alone on this machine,
-too: a second process that wants to drive them is refused (`hw.claims`).
+`identifiers()`, as the CAN models do (`hw.can.options.BusUser`). The identifiers are the device's alone on
+this machine, too: a second process that wants to drive them is refused (`hw.claims`).
 """
 
 from __future__ import annotations
@@ -60,8 +60,9 @@ class Wire:
 
         if self.interface not in SHAREABLE:
             return [
-                f"{self._keys}: {self._who}, which only one device can open: put drives of one kind into one [[device]], "
-                "or attach the adapter as a network interface (slcand, interface = 'socketcan')"
+                f"{self._keys}: {self._who}, which only one device can open: put drives of one kind into "
+                "one [[device]], or attach the adapter as a network interface (slcand, interface = "
+                "'socketcan')"
             ]
         buses = [user.bus for user in self.users]
         for key in _SAME:
@@ -96,7 +97,9 @@ class Wire:
 
 
 def claimed(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
-    """What of a wire a device of this kind has to itself, as names for `hw.claims`; nothing for one that has no wire."""
+    """What of a wire a device of this kind has to itself, as names for `hw.claims`; nothing for one that has
+    no wire.
+    """
     try:
         model = registry.options_model(kind)
     except BackendError:

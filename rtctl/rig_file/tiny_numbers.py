@@ -11,7 +11,8 @@ LEAST = 1e-30
 
 
 LEAST_COMPUTED = 1e-300
-"""Least size of a number in a file that a program has written: differences may be tiny, but are normal numbers."""
+"""Least size of a number in a file that a program has written: differences may be tiny, but are normal
+numbers."""
 
 
 def too_small(data: object, least: float = LEAST) -> list[tuple[Key, float]]:

@@ -24,7 +24,9 @@ def _names(text: str) -> list[str]:
 
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
-    """Numbers and texts of the lines on which something begins: not those inside of lists and long strings."""
+    """Numbers and texts of the lines on which something begins: not those inside of lists and long
+    strings.
+    """
     depth, ends = 0, ""
     for number, line in enumerate(text.split("\n"), 1):
         if ends:

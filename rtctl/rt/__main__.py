@@ -1,4 +1,5 @@
-"""The loop process: `python -m rtctl.rt FD HOST`, started by the host with that process id; FD is the socket between them.
+"""The loop process: `python -m rtctl.rt FD HOST`, started by the host with that process id; FD is the socket
+between them.
 
 What must hold from the first moment is done here, before anything heavy is imported (`rtctl.rt.process`).
 """
@@ -14,7 +15,9 @@ from rtctl.rt import birth
 def main() -> int:
     """Run one loop. Returns the exit status: 0 shut down, 1 anything else."""
     birth.be_guarded(int(sys.argv[2]))
-    gc.disable()  # what is imported is no garbage: not looking for it takes a tenth off (`rtctl.rt.process` goes on collecting)
+    # what is imported is no garbage: not looking for it takes a tenth off (`rtctl.rt.process` goes on
+    # collecting)
+    gc.disable()
     from rtctl.rt import process
 
     return process.main(int(sys.argv[1]))

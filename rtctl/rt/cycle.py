@@ -18,7 +18,8 @@ SLOT, DEADLINE, PERIOD, MISSED, WOKE, RECORD_NS = range(6)
 GRID = np.dtype(
     [(name, "<i8") for name in ("slot", "deadline_ns", "period_ns", "missed", "woke_ns", "record_ns")]
 )
-"""Where the loop is on its grid: slot and deadline to wait for, slots missed, when it woke up last, what recording took last."""
+"""Where the loop is on its grid: slot and deadline to wait for, slots missed, when it woke up last, what
+recording took last."""
 
 
 class Cycle:

@@ -1,18 +1,19 @@
 """Sleep until a little before the deadline, then look at the clock until it comes.
 
-The kernel wakes a sleeper some tens of microseconds late: a timer interrupt, a core that comes out of an idle state, a
-switch of tasks. Who is awake by then starts within a tenth of a microsecond of the deadline, and reads a sample that is
-younger by as much. It costs the core of the loop the time between wake-up and deadline.
+The kernel wakes a sleeper some tens of microseconds late: a timer interrupt, a core that comes out of an idle
+state, a switch of tasks. Who is awake by then starts within a tenth of a microsecond of the deadline, and
+reads a sample that is younger by as much. It costs the core of the loop the time between wake-up and
+deadline.
 
 `auto` follows the wake-ups that were measured, so that all but one of two hundred come in time:
 
     m <- m + .995 step   after a wake-up later than m,   m - .005 step   after any other,   0 <= m <= most
 
-which settles where one of two hundred is later (the stochastic approximation of a quantile). `step` is two thousandths of
-the period: what was is forgotten within seconds at any rate.
+which settles where one of two hundred is later (the stochastic approximation of a quantile). `step` is two
+thousandths of the period: what was is forgotten within seconds at any rate.
 
-It never takes more than `MOST_US`, nor `MOST_SHARE` of the period, nor half of what the kernel leaves to real-time
-processes (`sched_rt_runtime_us`): one that takes all of that is held up for the rest of the second.
+It never takes more than `MOST_US`, nor `MOST_SHARE` of the period, nor half of what the kernel leaves to
+real-time processes (`sched_rt_runtime_us`): one that takes all of that is held up for the rest of the second.
 """
 
 from __future__ import annotations
@@ -36,7 +37,8 @@ STEP_SHARE = 0.002
 """One step of what follows the wake-ups, as a share of the period."""
 
 MARGIN, MOST, STEP = 0, 1, 2
-"""Places in the array that `choose` fills: the margin now; the most that `auto` takes, 0 for a fixed one; its step, ns."""
+"""Places in the array that `choose` fills: the margin now; the most that `auto` takes, 0 for a fixed one; its
+step, ns."""
 
 _KERNEL = Path("/proc/sys/kernel")
 
@@ -46,7 +48,8 @@ DEFAULT_SHARE = 0.95
 
 
 def realtime_share(root: Path = _KERNEL) -> float:
-    """Share of a core that the kernel leaves to real-time processes, 0 to 1; 1 where it says that it does not limit them.
+    """Share of a core that the kernel leaves to real-time processes, 0 to 1; 1 where it says that it does not
+    limit them.
 
     Where it says nothing, as in a service that does not see all of /proc, its default counts.
     """
@@ -86,7 +89,8 @@ def choose(
     cores
         Cores that the daemon may use; with one alone `auto` leaves the time to the host.
     granted
-        The process has real-time rights. Without them others run in the time that it would look, and `auto` does not.
+        The process has real-time rights. Without them others run in the time that it would look, and `auto`
+        does not.
     share
         What of a core the kernel leaves to real-time processes; None asks it.
     """
@@ -97,7 +101,10 @@ def choose(
     early_ns[MARGIN] = round(first_us * 1e3)
     early_ns[MOST] = early_ns[MARGIN] if auto else 0
     early_ns[STEP] = max(round(STEP_SHARE * period_s * 1e9), 1)
-    text = f"{'up to ' if auto else ''}{first_us:g} us before each deadline, {1e-6 * first_us / period_s:.1%} of its core"
+    text = (
+        f"{'up to ' if auto else ''}{first_us:g} us before each deadline, {1e-6 * first_us / period_s:.1%} "
+        "of its core"
+    )
     if not useful:
         text = f"auto: none {'without real-time rights' if cores > 1 else 'on the only core'}"
     elif not auto and first_us < float(asked):

@@ -3,8 +3,8 @@
 wait -> read -> decide (newest command, law, gate) -> write -> record, on an absolute grid. Slots that
 have passed are skipped and counted, never caught up. Every way out ends in `backend.stop()`.
 
-A device that has compiled parts runs whole cycles in compiled code (`rtctl.rt.whole_cycle`), and comes back here in the middle of one where
-a step needs Python: the cycle is then gone on with from that step.
+A device that has compiled parts runs whole cycles in compiled code (`rtctl.rt.whole_cycle`), and comes back
+here in the middle of one where a step needs Python: the cycle is then gone on with from that step.
 """
 
 from __future__ import annotations
@@ -69,7 +69,8 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     clock
         Wall or virtual.
     stop
-        Watched every cycle, or after `PYTHON_EVERY_S` of compiled ones; signal handlers raise `stop.requests`.
+        Watched every cycle, or after `PYTHON_EVERY_S` of compiled ones; signal handlers raise
+        `stop.requests`.
     waiver
         Stamped into every tick: the rig runs without granted real-time rights.
 
@@ -144,5 +145,6 @@ def _ints(array: np.ndarray) -> memoryview:
 
 
 assert [FIELDS[i].name for i in range(_LEADING)] == [
-    "tick", "time_ns", "wakeup_ns", "read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns", "missed_ticks", "waiver",
+    "tick", "time_ns", "wakeup_ns", "read_ns", "law_ns", "write_ns", "record_ns", "cycle_ns", "missed_ticks",
+    "waiver",
 ], "run_loop stores these by position"  # fmt: skip

@@ -1,7 +1,8 @@
 """What the loop process does, instructed by its host through a socket (`rtctl.rt.birth` has come before).
 
-It is started before the host has read its rig file, and imports meanwhile. One JSON line says what rig it is going to be: the law is loaded,
-or compiled, while the host proves that rig. The memory to share comes when it is proved; only then is a device opened.
+It is started before the host has read its rig file, and imports meanwhile. One JSON line says what rig it is
+going to be: the law is loaded, or compiled, while the host proves that rig. The memory to share comes when it
+is proved; only then is a device opened.
 
 It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
 `note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled.
@@ -63,7 +64,9 @@ def _words(body: dict[str, Any]) -> bool:
 
 
 def _compiled(_count: int) -> None:
-    """Tell the host how far it is. What was compiled for several types counts once, as it does among those there are."""
+    """Tell the host how far it is. What was compiled for several types counts once, as it does among those
+    there are.
+    """
     functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
     _mention("compiling", functions=functions, most=most, first=not code_cache.loaded_here)
 
@@ -115,7 +118,8 @@ def _stopped_by_signals() -> Stop:
 
 
 def _told(line: socket.socket) -> Iterator[tuple[bytes, list[int]]]:
-    """The lines that the host writes, each with all descriptors that have come so far; no more of them once the host is gone.
+    """The lines that the host writes, each with all descriptors that have come so far; no more of them once
+    the host is gone.
 
     Two lines may come as one: who read without taking descriptors would lose those of the second.
     """
@@ -140,7 +144,9 @@ class _Proved(NamedTuple):
 
 
 def _proved(line: socket.socket) -> _Proved | None:
-    """Prepare what the host says, and wait until that is proved; None where the host refuses the rig, or has died."""
+    """Prepare what the host says, and wait until that is proved; None where the host refuses the rig, or has
+    died.
+    """
     told = _told(line)
     text, _ = next(told, (b"", []))
     if not text:

@@ -65,7 +65,10 @@ def _fifo(priority: int) -> Grant:
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError as error:
-        remedy = f"{error.strerror}; in the unit: LimitRTPRIO={priority}; in a shell: ulimit -r {priority} (limits.conf rtprio)"
+        remedy = (
+            f"{error.strerror}; in the unit: LimitRTPRIO={priority}; in a shell: ulimit -r {priority} "
+            "(limits.conf rtprio)"
+        )
         return Grant("sched-fifo", granted=False, required=True, detail=remedy)
     return Grant("sched-fifo", granted=True, required=True, detail=f"priority {priority}")
 
@@ -74,7 +77,10 @@ def _lock_memory() -> Grant:
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
         reason = os.strerror(ctypes.get_errno())
-        remedy = f"{reason}; in the unit: LimitMEMLOCK=infinity; in a shell: ulimit -l unlimited (limits.conf memlock)"
+        remedy = (
+            f"{reason}; in the unit: LimitMEMLOCK=infinity; in a shell: ulimit -l unlimited (limits.conf "
+            "memlock)"
+        )
         return Grant("mlockall", granted=False, required=True, detail=remedy)
     return Grant("mlockall", granted=True, required=True, detail="all pages, present and future")
 
@@ -85,7 +91,10 @@ def _affinity(cpu: int) -> Grant:
     try:
         os.sched_setaffinity(0, {wanted})
     except OSError as error:
-        remedy = f"core {wanted}: {error.strerror}; this process may use {allowed}: set loop.cpu to one of them or -1"
+        remedy = (
+            f"core {wanted}: {error.strerror}; this process may use {allowed}: set loop.cpu to one of them "
+            "or -1"
+        )
         return Grant("affinity", granted=False, required=False, detail=remedy)
     return Grant("affinity", granted=True, required=False, detail=f"core {wanted}")
 
@@ -94,7 +103,10 @@ def _dma_latency(held: list[int]) -> Grant:
     try:
         fd = os.open(_DMA_LATENCY, os.O_WRONLY | os.O_CLOEXEC)
     except OSError as error:
-        remedy = f"{_DMA_LATENCY}: {error.strerror}; give the group write access by a udev rule, or ignore on a desktop"
+        remedy = (
+            f"{_DMA_LATENCY}: {error.strerror}; give the group write access by a udev rule, or ignore on a "
+            "desktop"
+        )
         return Grant("cpu-dma-latency", granted=False, required=False, detail=remedy)
     with contextlib.suppress(OSError):
         os.write(fd, (0).to_bytes(4, "little"))

@@ -36,10 +36,11 @@ class Replug:
     backend
         An open backend.
     tell
-        Given one line at each loss, at each new reason why it cannot be opened, and at the return. Must not block.
+        Given one line at each loss, at each new reason why it cannot be opened, and at the return. Must not
+        block.
     opening
-        Called with True before each attempt to open the device, which may take seconds, and with False after it.
-        Must not block.
+        Called with True before each attempt to open the device, which may take seconds, and with False after
+        it. Must not block.
     listen
         Called with the tick after every `write` (`rtctl.rt.speech`). Must not block.
     """

@@ -21,9 +21,9 @@ EVERY_TICKS = 50
 """Ticks at rest between two looks."""
 
 _SPARE = 2
-"""Looks at once at faults that change, between two regular ones: words are those of the fault only in its own tick, but a
-fault that flickers must not fill the pipe. A fault that was not there at any look since the last regular one is always looked
-at: others that flicker before it must not cost it its words."""
+"""Looks at once at faults that change, between two regular ones: words are those of the fault only in its own
+tick, but a fault that flickers must not fill the pipe. A fault that was not there at any look since the last
+regular one is always looked at: others that flicker before it must not cost it its words."""
 
 _STALE = int(Fault.STALE)
 

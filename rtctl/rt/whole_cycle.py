@@ -1,12 +1,14 @@
 """Whole cycles in compiled code: wait, read, decide, write, record, without Python in between.
 
-The same steps, in the same order and on the same records, as `rtctl.rt.loop`, which takes over wherever a step needs Python: a device
-that is lost, its words, a signal. `run` says at which step. A person's hand feels no difference; the cycle takes a third of the time.
+The same steps, in the same order and on the same records, as `rtctl.rt.loop`, which takes over wherever a
+step needs Python: a device that is lost, its words, a signal. `run` says at which step. A person's hand feels
+no difference; the cycle takes a third of the time.
 
-Wherever the clock is a wall, Python is back after `PYTHON_EVERY_S` at the latest, to see signals. While such a loop waits for its
-deadline awake, it rehearses: the law decides on copies of everything, and what it decides is thrown away. After a sleep the
-processor has forgotten the law's code and numbers; fetched before the deadline, they cost nothing after it. So does a device that
-is only simulated; one that is there is reached once in a cycle.
+Wherever the clock is a wall, Python is back after `PYTHON_EVERY_S` at the latest, to see signals. While such
+a loop waits for its deadline awake, it rehearses: the law decides on copies of everything, and what it
+decides is thrown away. After a sleep the processor has forgotten the law's code and numbers; fetched before
+the deadline, they cost nothing after it. So does a device that is only simulated; one that is there is
+reached once in a cycle.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ REHEARSAL_NS = 12_000
 """A rehearsal begins no nearer to the deadline than this for each axis: it takes up to half of that."""
 
 WAIT, READ, WRITE, RECORD, NEXT, ENDED = range(6)
-"""Where Python goes on: with one of the steps of this cycle; after some whole cycles (NEXT); after the last (ENDED)."""
+"""Where Python goes on: with one of the steps of this cycle; after some whole cycles (NEXT); after the last
+(ENDED)."""
 
 _SHUTDOWN = int(State.SHUTDOWN)
 
@@ -53,8 +56,8 @@ ORDER = np.dtype(
         )
     ]
 )
-"""Addresses of what is called; whether time is virtual; cycles to make; faults at which Python last looked; whether the device rehearses
-too; time that a rehearsal needs."""
+"""Addresses of what is called; whether time is virtual; cycles to make; faults at which Python last looked;
+whether the device rehearses too; time that a rehearsal needs."""
 
 
 @compiled
@@ -65,7 +68,9 @@ def _clock(order: Record, grid: Record, timespec: np.ndarray) -> int:
 
 @compiled
 def _rehearse(order: Record, rehearsal: tuple[tuple[np.ndarray, ...], ...]) -> None:
-    """Let the law decide on copies, as if the next sample had come. Nothing of it stays but what the processor remembers."""
+    """Let the law decide on copies, as if the next sample had come. Nothing of it stays but what the
+    processor remembers.
+    """
     law_arguments, read_arguments, write_arguments, originals, copies = rehearsal
     for k in range(len(originals)):
         for row in range(len(originals[k])):
@@ -101,7 +106,9 @@ def _until_deadline(
 
 @compiled
 def _start(grid: Record, tick: Record, woke: int) -> bool:
-    """Skip slots that have passed, and stamp the tick. False where the clock refused (`woke` < 0): asked by Python, it says why."""
+    """Skip slots that have passed, and stamp the tick. False where the clock refused (`woke` < 0): asked by
+    Python, it says why.
+    """
     deadline = grid.deadline_ns
     if woke < 0:
         return False
@@ -168,7 +175,9 @@ def _run(
 
 
 class Rehearsal(NamedTuple):
-    """Arguments of a rehearsal; words of `originals` are copied to `copies`, which are all that it changes."""
+    """Arguments of a rehearsal; words of `originals` are copied to `copies`, which are all that it
+    changes.
+    """
 
     law: tuple[np.ndarray, ...]
     read: tuple[np.ndarray, ...]
@@ -223,14 +232,18 @@ class WholeCycles:
 
     @classmethod
     def of(cls, backend: Backend, cycle: Cycle, clock: Clock) -> WholeCycles | None:
-        """Those of this loop; None where its device or its clock needs Python in every cycle, or nothing is compiled."""
+        """Those of this loop; None where its device or its clock needs Python in every cycle, or nothing is
+        compiled.
+        """
         if JIT_DISABLED or not isinstance(backend, Replug) or type(clock) not in (WallClock, VirtualClock):
             return None
         parts = backend.compiled_cycle(cycle.tick)
         return None if parts is None else cls(backend, parts, cycle, clock)  # type: ignore[arg-type]
 
     def run(self) -> int:
-        """Make cycles; returns where Python goes on. At once (WAIT) while a device is lost or a reader is behind."""
+        """Make cycles; returns where Python goes on. At once (WAIT) while a device is lost or a reader is
+        behind.
+        """
         clock, device = self._clock, self._device
         if not device.is_there:
             return WAIT

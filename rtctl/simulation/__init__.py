@@ -1,1 +1,3 @@
-"""A rig that is not there: law and simulated joint as one loop, the family of joints, a recorded log in place of a joint."""
+"""A rig that is not there: law and simulated joint as one loop, the family of joints, a recorded log in place
+of a joint.
+"""

@@ -47,10 +47,11 @@ def simulate(
     Parameters
     ----------
     read_at, law_at, write_at
-        Where `plant_read`, the law and `plant_write` are: the machine code that the loop runs, compiled once for all.
+        Where `plant_read`, the law and `plant_write` are: the machine code that the loop runs, compiled once
+        for all.
     law_arguments
-        Records of the law (`rtctl.control.records`): tick, state, parameters, command, model. The tick carries the slot to run next, so
-        that a run can be continued.
+        Records of the law (`rtctl.control.records`): tick, state, parameters, command, model. The tick
+        carries the slot to run next, so that a run can be continued.
     plant_arguments
         Tick, and state and parameters of the rig (`hw.mock.records`).
     trace, truth : array, shape (n,)
@@ -166,9 +167,12 @@ class Simulation:
         return self.tick, self.plant_state, self.plant_params
 
     def addresses(self) -> tuple[Address, Address, Address]:
-        """Where reading, law and writing of this rig are: the machine code that the loop runs, too, compiled once for all."""
+        """Where reading, law and writing of this rig are: the machine code that the loop runs, too, compiled
+        once for all.
+        """
         dtypes = tuple(array.dtype for array in (*self._of_law, *self._of_plant))
-        # looked up anew only for other types: that takes .3 ms, as long as forty ticks, and many runs are as short
+        # looked up anew only for other types: that takes .3 ms, as long as forty ticks, and many runs are as
+        # short
         if tuple(map(id, dtypes)) != tuple(map(id, self._bound_for)):
             self._bound_for = dtypes
             self._bound = (

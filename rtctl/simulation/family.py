@@ -1,9 +1,10 @@
 """The family of simulated joints by which everything is judged: one name each, one table.
 
-A plant is told as a change of the mock's options, in the words of a rig file: what stands under `axis` goes into
-every [[device.options.axis]], what stands under `device` into [device.options]. `told` is what the controller's own
-[[axis]] must then say for it to be true of this plant: viscous damping that is surely on the motor's side, the
-delay, and a coupling inside what that leaves (docs/theory.md 2.4). Everything else stays the rig file's.
+A plant is told as a change of the mock's options, in the words of a rig file: what stands under `axis` goes
+into every [[device.options.axis]], what stands under `device` into [device.options]. `told` is what the
+controller's own [[axis]] must then say for it to be true of this plant: viscous damping that is surely on the
+motor's side, the delay, and a coupling inside what that leaves (docs/theory.md 2.4). Everything else stays
+the rig file's.
 """
 
 from __future__ import annotations
@@ -53,8 +54,9 @@ _SLOW_TOLD: Change = {
     "friction": {"intent_lowpass_hz": 18.0},
     "drive": {"resonance_hz": 500.0},
 }
-"""The device declares 1.5 ticks of transport, a sample every second tick and a loop of 200 Hz: k_c <= 12.7, and the
-intent is proved over the mass of a hand up to 18.6 Hz. Nothing yields in it: else so late an observer is a slow one."""
+"""The device declares 1.5 ticks of transport, a sample every second tick and a loop of 200 Hz: k_c <= 12.7,
+and the intent is proved over the mass of a hand up to 18.6 Hz. Nothing yields in it: else so late an observer
+is a slow one."""
 
 _MX106_LOAD: Change = {
     "outside": 0.0222,
@@ -64,7 +66,8 @@ _MX106_LOAD: Change = {
     "outside_square_nm": 7.33e-5,
     "motor_square_nm": 0.01,
 }
-"""Load terms of m6 of a Dynamixel MX-106: Rhoban/bam, Apache-2.0, arXiv 2410.08650; on this joint's own friction."""
+"""Load terms of m6 of a Dynamixel MX-106: Rhoban/bam, Apache-2.0, arXiv 2410.08650; on this joint's own
+friction."""
 
 _WAVES = {
     "friction": [[0.18, 1.0, 0.4]],
@@ -139,7 +142,8 @@ def options_with(plant: Plant, options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:
-    """The simulated rig of `loaded` with plant `name`; its controller is told what must be true of that plant.
+    """The simulated rig of `loaded` with plant `name`; its controller is told what must be true of that
+    plant.
 
     Raises
     ------

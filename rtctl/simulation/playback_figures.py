@@ -83,8 +83,8 @@ class Judged:
 
 @dataclass(frozen=True)
 class Learned:
-    """A model with the logs it comes from (each stretch without a gap), the points it saw, the samples held out of it (or None), and what
-    `rtctl identify --log` would say of the logs.
+    """A model with the logs it comes from (each stretch without a gap), the points it saw, the samples held
+    out of it (or None), and what `rtctl identify --log` would say of the logs.
     """
 
     model: FrictionModel
@@ -118,7 +118,8 @@ def _judged(log: AxisLog, settings: Settings) -> Judged:
 def learn(
     files: Sequence[Path], options: Mapping[str, Any], rig: Rig, settings: Settings, rig_name: str
 ) -> Learned:
-    """Learn a model from one or more logs that share the columns of `options`, mended and looked at as by `rtctl identify --log`.
+    """Learn a model from one or more logs that share the columns of `options`, mended and looked at as by
+    `rtctl identify --log`.
 
     Raises
     ------

@@ -127,7 +127,8 @@ def _from_rig_file(job: Job) -> LoadedConfig:
     loaded = rig_file.load(job.config or "")
     if [device.kind for device in loaded.config.device] != ["playback"]:
         raise ConfigError(
-            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the only device"
+            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "
+            "only device"
         )
     if not job.fit_from and not loaded.config.axis[0].friction.model:
         raise ConfigError(f"{loaded.path}: axis[0].friction.model is empty: name a model, or give --fit-from")

@@ -146,7 +146,8 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     """
     if [device.kind for device in loaded.config.device] != ["playback"]:
         raise ConfigError(
-            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the only device"
+            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "
+            "only device"
         )
     if loaded.options.get("loop"):
         raise ConfigError(

@@ -1,4 +1,6 @@
-"""Files that come with rtctl, in a checkout or in an installed package; and rig files of one's own made from them."""
+"""Files that come with rtctl, in a checkout or in an installed package; and rig files of one's own made from
+them.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,9 @@ def shipped(name: str) -> Path:
 
 
 def shipped_config(name: str) -> Path:
-    """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed package."""
+    """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed
+    package.
+    """
     return shipped(f"configs/{name}")
 
 

@@ -1,4 +1,5 @@
-"""From telemetry to browsers: one reader per topic, any number of followers that each miss nothing they asked for.
+"""From telemetry to browsers: one reader per topic, any number of followers that each miss nothing they asked
+for.
 
 A follower takes what has come since it last asked, thinned to what a screen can show; one that does not ask
 holds nobody up, and keeps at most a few seconds.
@@ -67,7 +68,9 @@ class Signal:
         return cls(name, int(index or 0))
 
     def of(self, rows: np.ndarray) -> list[float | None]:
-        """The signal's values in these ticks; None for one that is not finite, and where the rig has no such axis."""
+        """The signal's values in these ticks; None for one that is not finite, and where the rig has no such
+        axis.
+        """
         column = rows[self.field].reshape(len(rows), -1)
         if self.index >= column.shape[1]:
             return [None] * len(rows)

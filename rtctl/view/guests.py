@@ -1,4 +1,6 @@
-"""Connections of the page's server: no more than there is room for, and always room for one that comes to press STOP."""
+"""Connections of the page's server: no more than there is room for, and always room for one that comes to
+press STOP.
+"""
 
 from __future__ import annotations
 

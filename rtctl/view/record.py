@@ -1,4 +1,6 @@
-"""What the page's record button saves: every tick of the signals shown, as CSV with the column names of `rtctl export`."""
+"""What the page's record button saves: every tick of the signals shown, as CSV with the column names of
+`rtctl export`.
+"""
 
 from __future__ import annotations
 

@@ -1,8 +1,9 @@
 """The page's server: static files, one stream of server-sent events per browser, recordings, a few buttons.
 
-It listens on this machine's own address. A foreign page in the same browser can neither read, nor press, nor take up
-the streams there are: Host, Origin and Sec-Fetch-Site are checked, and all but the files needs a header that no foreign page
-(nor any image or frame of it) may send. STOP is for anyone; every other button needs the operator key, which only the terminal shows.
+It listens on this machine's own address. A foreign page in the same browser can neither read, nor press, nor
+take up the streams there are: Host, Origin and Sec-Fetch-Site are checked, and all but the files needs a
+header that no foreign page (nor any image or frame of it) may send. STOP is for anyone; every other button
+needs the operator key, which only the terminal shows.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ MOST_BODY = 4096
 MESSAGE_S = 0.05
 STATUS_S = 0.1
 HEADERS = {
-    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; frame-ancestors 'none'",
+    "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' "
+    "'unsafe-inline'; frame-ancestors 'none'",
     "X-Content-Type-Options": "nosniff",
     "Referrer-Policy": "no-referrer",
     "Cache-Control": "no-store",
@@ -90,7 +92,9 @@ class ViewServer(ThreadingHTTPServer):
         super().shutdown_request(request)
 
     def handle_error(self, request: Request, client_address: object) -> None:
-        """A browser that goes in the middle is not worth a word, and no stranger fills a terminal with them."""
+        """A browser that goes in the middle is not worth a word, and no stranger fills a terminal with
+        them.
+        """
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
 
@@ -176,7 +180,9 @@ class _Handler(BaseHTTPRequestHandler):
             self._json({"ok": True, "result": result})
 
     def _is_ours(self, path: str) -> bool:
-        """Refuse requests made for another name, or by another page: one of another port of this machine is another."""
+        """Refuse requests made for another name, or by another page: one of another port of this machine is
+        another.
+        """
         origin = self.headers.get("Origin")
         by = self.headers.get("Sec-Fetch-Site", "none")
         opened = path in PAGES and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page

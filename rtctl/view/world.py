@@ -46,13 +46,15 @@ DRAG_RATE_RAD_S = 1.0
 """The dragged proxy goes no faster than this, whatever the mouse does."""
 
 TARGET_TICKS = 8
-"""While something is dragged a frame is no longer than this many ticks: after 20 without a target the rig holds still."""
+"""While something is dragged a frame is no longer than this many ticks: after 20 without a target the rig
+holds still."""
 
 SHORTEST_FRAME_S = 1e-3
 
 
 COUPLING_NM_RAD = 60.0
-"""Stiffness of the coupling that the numbers here are chosen for; of a linear axis they are in proportion to its own."""
+"""Stiffness of the coupling that the numbers here are chosen for; of a linear axis they are in proportion to
+its own."""
 
 TRAVEL_MOST_M = 100.0
 """A longer travel is one that the rig file does not tell."""
@@ -60,7 +62,9 @@ TRAVEL_MOST_M = 100.0
 
 @dataclass(frozen=True)
 class Scale:
-    """What stands for a radian (`length`), and for 1 N m/rad and 1 N m s/rad (`stiffness`), on an axis; of a rotary one 1."""
+    """What stands for a radian (`length`), and for 1 N m/rad and 1 N m s/rad (`stiffness`), on an axis; of a
+    rotary one 1.
+    """
 
     length: float = 1.0
     stiffness: float = 1.0
@@ -68,7 +72,9 @@ class Scale:
 
     @classmethod
     def of(cls, axis: Mapping[str, Any]) -> Scale:
-        """Make the scale of an axis as the daemon's `hello` describes it: of a linear one by half its travel, and its coupling."""
+        """Make the scale of an axis as the daemon's `hello` describes it: of a linear one by half its travel,
+        and its coupling.
+        """
         if axis.get("motion") != "linear":
             return cls()
         low, high = axis["bounds"]["position_rad"]
@@ -92,14 +98,17 @@ class Scale:
 class Ball:
     """A ball on the joint's path, pushed to larger positions: its near face and speed.
 
-    Stiffness, inertia and drag of a linear axis's ball have one factor (`Scale.stiffness`), so that its motion does not know it.
+    Stiffness, inertia and drag of a linear axis's ball have one factor (`Scale.stiffness`), so that its
+    motion does not know it.
     """
 
     face_rad: float
     speed_rad_s: float = 0.0
 
     def step(self, handle_rad: float, dt_s: float) -> None:
-        """Advance by one frame: the handle's push, rolling drag; it comes back to the start when it stops far out."""
+        """Advance by one frame: the handle's push, rolling drag; it comes back to the start when it stops far
+        out.
+        """
         push = BALL_STIFFNESS_NM_RAD * max(handle_rad - self.face_rad, 0.0)
         decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
         self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
@@ -107,7 +116,9 @@ class Ball:
 
 
 def offered(hello: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """What the page offers on the first axis, a rotary one unless `hello` says otherwise: each world with its meaning and the numbers it has sliders for; and the sliders."""
+    """What the page offers on the first axis, a rotary one unless `hello` says otherwise: each world with its
+    meaning and the numbers it has sliders for; and the sliders.
+    """
     scale = Scale.of(hello["axes"][0]) if hello else Scale()
     places = "positions" if scale.motion == "linear" else "angles"
     worlds = {name: (about.meaning, about.parameters) for name, about in LAW.items()}
@@ -160,7 +171,10 @@ class World:
         Raises ValueError for a world or a number there is not, ClientError for what the daemon refuses.
         """
         if kind not in KINDS or not numbers.keys() <= SLIDERS.keys():
-            msg = f"kind {kind!r} with {', '.join(numbers) or 'no numbers'}: there are {', '.join(KINDS)}, with {', '.join(SLIDERS)}"
+            msg = (
+                f"kind {kind!r} with {', '.join(numbers) or 'no numbers'}: there are {', '.join(KINDS)}, "
+                f"with {', '.join(SLIDERS)}"
+            )
             raise ValueError(msg)
         values: dict[str, Any] = {
             one.name: numbers.get(one.name, self._scale.slider(one)["value"])
@@ -262,7 +276,9 @@ class World:
         self.trouble = ""
 
     def _drag(self, wanted_rad: float) -> None:
-        """Move the proxy a step nearer to where the mouse is; after a stop somebody has to decide to go on."""
+        """Move the proxy a step nearer to where the mouse is; after a stop somebody has to decide to go
+        on.
+        """
         assert self._lease is not None
         if why := self._lease.lost:
             self._let_go()

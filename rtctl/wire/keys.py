@@ -120,7 +120,9 @@ class KeyStore:
         return found, faults
 
     def signature(self) -> tuple[tuple[str, int, int], ...]:
-        """Changes whenever a client's file is added, removed or replaced. Raises OSError for a folder that cannot be read."""
+        """Changes whenever a client's file is added, removed or replaced. Raises OSError for a folder that
+        cannot be read.
+        """
         try:
             with os.scandir(self._clients) as entries:
                 return tuple(sorted(_mark(entry) for entry in entries))

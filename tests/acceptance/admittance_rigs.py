@@ -45,6 +45,8 @@ def hand(stiffness_nm_rad, damping_nms_rad, amplitude_rad, frequency_hz):
 
 
 def felt(ticks, speed_rad_s, frequency_hz, period_s):
-    """Impedance that the hand felt at this frequency, complex, N m s/rad: its torque over the true speed, by their first harmonics."""
+    """Impedance that the hand felt at this frequency, complex, N m s/rad: its torque over the true speed, by
+    their first harmonics.
+    """
     turn = np.exp(-2j * np.pi * frequency_hz * period_s * np.arange(len(ticks)))
     return np.mean(ticks["hand_torque_nm"][:, 0] * turn) / np.mean(speed_rad_s * turn)

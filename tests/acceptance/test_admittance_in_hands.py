@@ -1,4 +1,6 @@
-"""Certified admittance displays in hands of their box, on joints of the mock's family (`rtctl campaign --admittance`)."""
+"""Certified admittance displays in hands of their box, on joints of the mock's family
+(`rtctl campaign --admittance`).
+"""
 
 import re
 from dataclasses import replace
@@ -36,7 +38,9 @@ def test_certified_rigs_come_to_rest_in_the_hands_of_their_box(rigs):
 
 
 def test_an_observer_does_not_hunt_about_a_joint_that_sticks():
-    """Rig 358 of seed 41, every row passed: it leapt by 12 and 17 mrad in hands of .5 N m/rad, at 21 and 25 mrad/s."""
+    """Rig 358 of seed 41, every row passed: it leapt by 12 and 17 mrad in hands of .5 N m/rad, at 21 and 25
+    mrad/s.
+    """
     rig = certified_pairs.drawn(41, 358)
     for number in (10, 11):
         found = in_hands.run_pair(rig, certified_pairs.pair(rig, 41, number), 41)
@@ -45,8 +49,10 @@ def test_an_observer_does_not_hunt_about_a_joint_that_sticks():
 
 
 LEAPS = {
-    "mass_kgm2": 0.04546, "damping_nms_rad": 0.05709, "velocity_gain_nms_rad": 1.57, "position_gain_nm_rad": 0.0, "rest_damping_nms_rad": 0.0567, "mass_max_kgm2": 0.0,
-    "damping_max_nms_rad": 0.0, "force_lowpass_hz": 175.6, "velocity_lowpass_hz": 106.9, "force_deadband_nm": 0.0, "feedforward": 1.0, "feedforward_lowpass_hz": 24.6,
+    "mass_kgm2": 0.04546, "damping_nms_rad": 0.05709, "velocity_gain_nms_rad": 1.57,
+    "position_gain_nm_rad": 0.0, "rest_damping_nms_rad": 0.0567, "mass_max_kgm2": 0.0,
+    "damping_max_nms_rad": 0.0, "force_lowpass_hz": 175.6, "velocity_lowpass_hz": 106.9,
+    "force_deadband_nm": 0.0, "feedforward": 1.0, "feedforward_lowpass_hz": 24.6,
     "hand_stiffness_nm_rad": 89.78, "hand_damping_nms_rad": 0.374, "hand_inertia_kgm2": 0.00643,
 }  # fmt: skip
 
@@ -64,7 +70,9 @@ def helped(share):
 
 
 def test_help_that_keeps_a_hand_swinging_is_refused_with_a_share_that_does_not():
-    """Rig 47 of seed 41, as it passed while no row knew of help, with .9 of it: with .7 it leapt until the observer went by gears (0071)."""
+    """Rig 47 of seed 41, as it passed while no row knew of help, with .9 of it: with .7 it leapt until the
+    observer went by gears (0071).
+    """
     held = certified_pairs.Pair(89.78, 0.0, 0.00643, Environment.FREE, 1.0, 0.0)
     rig = helped(0.9)
     assert in_hands.run_pair(rig, held, 41).speed_rad_s > 0.1
@@ -94,7 +102,9 @@ def test_hands_in_worlds_that_are_not_linear_are_counted_by_themselves(rigs):
 
 
 def test_a_rig_that_bears_no_such_hand_is_seen_to_shake(rigs):
-    """The judge: the same rig in a hand forty times as stiff as the stiffest that it bears, and without damping."""
+    """The judge: the same rig in a hand forty times as stiff as the stiffest that it bears, and without
+    damping.
+    """
     rig = rigs[0]
     light = replace(rig, friction=0.01, loaded=displayed(rig.loaded, Shown(0.003, 0.02, 2.0, 5.0)))
     held = certified_pairs.Pair(600.0, 0.0, 0.0, Environment.FREE, 0.0, 0.0)

@@ -1,4 +1,6 @@
-"""The campaigns of `make test` and, fifty times as long, of `make test-volume`; `make campaign` runs ten times as many ticks as that."""
+"""The campaigns of `make test` and, fifty times as long, of `make test-volume`; `make campaign` runs ten
+times as many ticks as that.
+"""
 
 import pytest
 from amounts import asked_often, some_of
@@ -7,19 +9,22 @@ from rtctl.campaign.run import Order, run, run_traced
 from rtctl.control.vocabulary import Fault, Program, State
 
 NEVER = {
-    Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.HOST_SILENT, Fault.GATE, Fault.OVERTORQUE, Fault.PASSIVITY_GROSS,
+    Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.HOST_SILENT, Fault.GATE, Fault.OVERTORQUE,
+    Fault.PASSIVITY_GROSS,
     Fault.FORCE_FROZEN, Fault.OFF_AXIS,
 }  # fmt: skip
-"""Faults ten million ticks do not provoke: other tests do. A campaign has no host that could fall silent. A force that
-lies is judged over seconds, and what is across the joints by rigs that say so. GATE and OVERTORQUE
-would be defects of ours; the last takes a loop that misses many slots with much torque held (rig 1135: 25)."""
+"""Faults ten million ticks do not provoke: other tests do. A campaign has no host that could fall silent. A
+force that lies is judged over seconds, and what is across the joints by rigs that say so. GATE and OVERTORQUE
+would be defects of ours; the last takes a loop that misses many slots with much torque held (rig 1135:
+25)."""
 
 
 def text(result):
     return "\n".join(violation.text() for violation in result.violations)
 
 
-# First, as it compiles the campaign of one axis in this process: else each process of `run` would, at the same time.
+# First, as it compiles the campaign of one axis in this process: else each process of `run` would, at the
+# same time.
 def test_a_rig_follows_from_seed_and_number_alone():
     order = Order(seed=3, rigs=10, ticks=3000)
     first, _, ticks = run_traced(order, 5)

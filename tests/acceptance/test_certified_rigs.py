@@ -1,4 +1,6 @@
-"""What is certified does not shake, and what is refused is not far from shaking; `make campaign` runs 10,000 rigs."""
+"""What is certified does not shake, and what is refused is not far from shaking; `make campaign` runs 10,000
+rigs.
+"""
 
 import math
 

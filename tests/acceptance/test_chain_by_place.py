@@ -1,4 +1,6 @@
-"""From nobody's hand to a person's: a joint of 18 % of modulation is identified by place, fitted, checked, and helped with."""
+"""From nobody's hand to a person's: a joint of 18 % of modulation is identified by place, fitted, checked,
+and helped with.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,6 @@
-"""The joint's friction changes by a tenth while a hand moves it: the feed-forward follows, and takes the share of it that it took before."""
+"""The joint's friction changes by a tenth while a hand moves it: the feed-forward follows, and takes the
+share of it that it took before.
+"""
 
 import math
 
@@ -16,7 +18,9 @@ PER_MIN = 0.01
 
 
 def rig(drift, motion="swing", gain=0.8, cap_share=0.105):
-    """The mock with room below its two lines, its dry and viscous friction `drift` times as large from `DRIFT_S` on."""
+    """The mock with room below its two lines, its dry and viscous friction `drift` times as large from
+    `DRIFT_S` on.
+    """
     loaded = load("configs/mock.toml")
     axis = loaded.config.axis[0]
     table = axis.friction.drift.model_copy(update={"adapt_per_min": PER_MIN})
@@ -54,7 +58,9 @@ class Followed:
             self.shares.append(float(whole.sum() / self.axis.by.dry_nm(v).sum()))
 
     def run(self, seconds):
-        """Share of the learned dry friction that is compensated with the gate open, over the last of these seconds."""
+        """Share of the learned dry friction that is compensated with the gate open, over the last of these
+        seconds.
+        """
         for _ in range(math.ceil(seconds / CHUNK_S)):
             self.follow(self.sim.run(CHUNK_S))
         return float(np.mean(self.shares[-20:]))

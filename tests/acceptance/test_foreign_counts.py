@@ -1,4 +1,6 @@
-"""An admittance whose encoder is coarse, on joints of another make (`tests/foreign_rig.py`): how fast it hunts about a count, and that it rests where friction holds it."""
+"""An admittance whose encoder is coarse, on joints of another make (`tests/foreign_rig.py`): how fast it
+hunts about a count, and that it rests where friction holds it.
+"""
 
 import math
 import re
@@ -47,7 +49,8 @@ JOINTS = (
         1870.0,
     ),
 )
-"""Joints of another make and their world: the first two hunt across an edge where no friction is told, the last grew to 11 mrad/s while a flicker was held."""
+"""Joints of another make and their world: the first two hunt across an edge where no friction is told, the
+last grew to 11 mrad/s while a flicker was held."""
 
 
 def moves(loaded, joint, world, stiffness):
@@ -90,12 +93,17 @@ def test_where_friction_holds_the_joint_it_comes_to_rest():
 
 
 def test_a_hand_that_leans_on_a_joint_that_sticks_is_not_shaken():
-    """Its force moves the mass on while friction holds the joint: the damper of what is not seen braked the mass, and the joint leapt at up to 17 mrad/s for ten seconds."""
+    """Its force moves the mass on while friction holds the joint: the damper of what is not seen braked the
+    mass, and the joint leapt at up to 17 mrad/s for ten seconds.
+    """
     leant = coarse(
-        inertia_kgm2=0.0351, viscous_nms_rad=0.112, dry_friction_nm=0.3, torque_limit_nm=4.6, torque_rate_nm_s=460.0, current_limit_a=30.0,
+        inertia_kgm2=0.0351, viscous_nms_rad=0.112, dry_friction_nm=0.3, torque_limit_nm=4.6,
+        torque_rate_nm_s=460.0, current_limit_a=30.0,
         admittance={
-            "mass_kgm2": 0.0647, "damping_nms_rad": 0.8, "velocity_gain_nms_rad": 1.4485, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0, "force_lowpass_hz": 48.4,
-            "velocity_lowpass_hz": 45.4, "hand_stiffness_nm_rad": 35.8, "hand_damping_nms_rad": 0.43, "hand_inertia_kgm2": 0.0011,
+            "mass_kgm2": 0.0647, "damping_nms_rad": 0.8, "velocity_gain_nms_rad": 1.4485,
+            "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0, "force_lowpass_hz": 48.4,
+            "velocity_lowpass_hz": 45.4, "hand_stiffness_nm_rad": 35.8, "hand_damping_nms_rad": 0.43,
+            "hand_inertia_kgm2": 0.0011,
         },
         friction={"presliding_rad": 0.0071},
         force={"sensor_delay_s": 0.004},
@@ -131,20 +139,27 @@ def test_a_hand_that_leans_on_a_joint_that_sticks_is_not_shaken():
 
 
 def test_a_joint_that_creeps_rings_no_faster_than_is_said_and_the_counts_that_are_named_calm_it():
-    """An elastic joint of which a count kicks the motor by 85 mrad/s: its bristles give way under the ringing, so that it creeps on and rings on."""
+    """An elastic joint of which a count kicks the motor by 85 mrad/s: its bristles give way under the
+    ringing, so that it creeps on and rings on.
+    """
     admittance = {
-        "mass_kgm2": 0.0456, "damping_nms_rad": 0.56, "velocity_gain_nms_rad": 1.466, "position_gain_nm_rad": 1.93, "rest_damping_nms_rad": 0.0, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0,
-        "force_lowpass_hz": 249.0, "velocity_lowpass_hz": 46.2, "feedforward": 0.0, "hand_stiffness_nm_rad": 28.2, "hand_damping_nms_rad": 0.89, "hand_inertia_kgm2": 0.0086,
+        "mass_kgm2": 0.0456, "damping_nms_rad": 0.56, "velocity_gain_nms_rad": 1.466,
+        "position_gain_nm_rad": 1.93, "rest_damping_nms_rad": 0.0, "mass_max_kgm2": 0.0,
+        "damping_max_nms_rad": 0.0,
+        "force_lowpass_hz": 249.0, "velocity_lowpass_hz": 46.2, "feedforward": 0.0,
+        "hand_stiffness_nm_rad": 28.2, "hand_damping_nms_rad": 0.89, "hand_inertia_kgm2": 0.0086,
     }  # fmt: skip
     gear = {"stiffness_nm_rad": 62.67, "damping_nms_rad": 0.0244, "link_inertia_share": 0.55}
     creeps = coarse(
-        encoder_counts_per_rev=20000.0, viscous_nms_rad=0.016, dry_friction_nm=0.3, torque_limit_nm=3.8, torque_rate_nm_s=380.0, current_limit_a=25.0, admittance=admittance,
+        encoder_counts_per_rev=20000.0, viscous_nms_rad=0.016, dry_friction_nm=0.3, torque_limit_nm=3.8,
+        torque_rate_nm_s=380.0, current_limit_a=25.0, admittance=admittance,
         friction={"presliding_rad": 0.0055}, force={"sensor_delay_s": 0.006},
     )  # fmt: skip
     first = {**creeps.options["axis"][0], "joint": gear}
     creeps = creeps.model_copy(update={"options": {**creeps.options, "axis": [first]}})
     own = {
-        "motor": 0.0054, "link": 0.0066, "gear": 62.67, "gear_damping": 0.0244, "viscous": 0.016, "coulomb": 0.3692, "breakaway": 0.478, "stribeck": 0.129, "bristle": 86.6, "force_delay_s": 0.006,
+        "motor": 0.0054, "link": 0.0066, "gear": 62.67, "gear_damping": 0.0244, "viscous": 0.016,
+        "coulomb": 0.3692, "breakaway": 0.478, "stribeck": 0.129, "bristle": 86.6, "force_delay_s": 0.006,
     }  # fmt: skip
     holder = {"spring": 8.84, "damper": 0.001, "amplitude": 0.162, "hz": 2.0, "from_s": 1.5, "to_s": 3.8165}
 
@@ -163,13 +178,19 @@ def test_a_joint_that_creeps_rings_no_faster_than_is_said_and_the_counts_that_ar
 
 
 def test_a_joint_that_gives_way_by_a_count_under_a_leaning_mass_is_not_jolted():
-    """At the end of its bristles: each count back the damper of rest began at rest and braked the mass, four times a second; it swung at 2.3 to 2.8 mrad/s for good."""
+    """At the end of its bristles: each count back the damper of rest began at rest and braked the mass, four
+    times a second; it swung at 2.3 to 2.8 mrad/s for good.
+    """
     wheel = coarse(
-        inertia_kgm2=0.0409, viscous_nms_rad=0.0821, encoder_counts_per_rev=1018000.0, dry_friction_nm=0.1415, torque_limit_nm=8.24, torque_rate_nm_s=507.0, current_limit_a=24.7,
-        coupling={"delay_ticks": 1.0}, drive={"current_loop_hz": 300.0}, friction={"presliding_rad": 0.00124}, force={"sensor_delay_s": 0.005},
+        inertia_kgm2=0.0409, viscous_nms_rad=0.0821, encoder_counts_per_rev=1018000.0, dry_friction_nm=0.1415,
+        torque_limit_nm=8.24, torque_rate_nm_s=507.0, current_limit_a=24.7,
+        coupling={"delay_ticks": 1.0}, drive={"current_loop_hz": 300.0}, friction={"presliding_rad": 0.00124},
+        force={"sensor_delay_s": 0.005},
         admittance={
-            "mass_kgm2": 0.0744, "damping_nms_rad": 0.421, "velocity_gain_nms_rad": 2.086, "position_gain_nm_rad": 0.0, "rest_damping_nms_rad": 0.497, "mass_max_kgm2": 0.0,
-            "damping_max_nms_rad": 0.0, "hand_stiffness_nm_rad": 15.65, "hand_damping_nms_rad": 0.227, "hand_inertia_kgm2": 0.0124, "force_deadband_nm": 0.003,
+            "mass_kgm2": 0.0744, "damping_nms_rad": 0.421, "velocity_gain_nms_rad": 2.086,
+            "position_gain_nm_rad": 0.0, "rest_damping_nms_rad": 0.497, "mass_max_kgm2": 0.0,
+            "damping_max_nms_rad": 0.0, "hand_stiffness_nm_rad": 15.65, "hand_damping_nms_rad": 0.227,
+            "hand_inertia_kgm2": 0.0124, "force_deadband_nm": 0.003,
         },
     )  # fmt: skip
     own = {

@@ -1,7 +1,8 @@
-"""Joints, gears and hands of another make (`tests/foreign_joint.py`) on rigs that `rtctl check` lets pass: none is shaken by the help with friction.
+"""Joints, gears and hands of another make (`tests/foreign_joint.py`) on rigs that `rtctl check` lets pass:
+none is shaken by the help with friction.
 
-The three named ones shook for ever, at .15 to .47 rad/s, no account and no certificate saying a word, before a joint that trembles lost its help
-(docs/theory.md 5.12).
+The three named ones shook for ever, at .15 to .47 rad/s, no account and no certificate saying a word, before
+a joint that trembles lost its help (docs/theory.md 5.12).
 """
 
 import math
@@ -31,7 +32,9 @@ def rig(
     world_nm_rad=0.0,
     joint=None,
 ):
-    """The shipped rig file told of this joint, with a coupling of `share` of what it may be; None where `check` refuses it."""
+    """The shipped rig file told of this joint, with a coupling of `share` of what it may be; None where
+    `check` refuses it.
+    """
     loaded = load(CONFIGS / "mock.toml")
     told = {
         "inertia_kgm2": joint.motor_kgm2 + joint.link_kgm2,
@@ -62,17 +65,20 @@ def rig(
 SEEN = {
     "play of 3 mrad, a light motor": (
         {"rate_hz": 4000.0, "damping_nms_rad": 0.0129, "lag_hz": 424.0, "world_nm_rad": 31013.0},
-        Joint(0.002177, 0.02455, 0.263, 0.385, 0.24, 614.0, link_kgm2=0.00414, gear_nm_rad=849.0, gear_nms_rad=0.0073, play_rad=2.94e-3, delay_ticks=0.6895),
+        Joint(0.002177, 0.02455, 0.263, 0.385, 0.24, 614.0, link_kgm2=0.00414, gear_nm_rad=849.0,
+            gear_nms_rad=0.0073, play_rad=2.94e-3, delay_ticks=0.6895),
         Holder(32.5, 0.001),
     ),
     "play of 5 mrad, a heavy link": (
         {"rate_hz": 4000.0, "damping_nms_rad": 0.027, "world_nm_rad": 121.7, "counts": 1e6},
-        Joint(0.01487, 0.05, 0.252, 0.384, 0.0427, 566.0, link_kgm2=0.0102, gear_nm_rad=2205.0, gear_nms_rad=0.134, play_rad=4.83e-3, delay_ticks=1.0),
+        Joint(0.01487, 0.05, 0.252, 0.384, 0.0427, 566.0, link_kgm2=0.0102, gear_nm_rad=2205.0,
+            gear_nms_rad=0.134, play_rad=4.83e-3, delay_ticks=1.0),
         Holder(56.6, 0.0915, 6.1e-4, 102.0, 0.0, 0.0765, 30.0),
     ),
     "a soft gear with play": (
         {"rate_hz": 4000.0, "damping_nms_rad": 0.0049, "lag_hz": 149.8, "world_nm_rad": 1583.0},
-        Joint(0.002644, 0.01419, 0.272, 0.361, 0.186, 152.0, link_kgm2=6.72e-4, gear_nm_rad=35.8, gear_nms_rad=0.00155, play_rad=3.17e-4, delay_ticks=0.13),
+        Joint(0.002644, 0.01419, 0.272, 0.361, 0.186, 152.0, link_kgm2=6.72e-4, gear_nm_rad=35.8,
+            gear_nms_rad=0.00155, play_rad=3.17e-4, delay_ticks=0.13),
         Holder(3.29, 1e-4, 3.95e-4, 356.0, 0.0, 0.151),
     ),
 }  # fmt: skip
@@ -100,7 +106,8 @@ def test_what_shook_for_ever_comes_to_rest(name):
 
 
 HUMMED = [(717, 1e4), (266, 4e4), (706, 4e4), (220, 4e4)]
-"""Draws, and counts of a coarse encoder, with which a joint that stuck hummed at 2 to 15 mrad/s: its bristles bend over 10 to 40 counts."""
+"""Draws, and counts of a coarse encoder, with which a joint that stuck hummed at 2 to 15 mrad/s: its bristles
+bend over 10 to 40 counts."""
 
 
 @pytest.mark.parametrize(("seed", "counts"), HUMMED)
@@ -136,8 +143,10 @@ def drawn(seed):
         )
     grip, mass = spread(20.0, 3000.0), float(draw.choice([0.0, spread(1e-4, 0.05)]))
     hand = Holder(
-        float(draw.choice([0.0, spread(1.0, 600.0)])), float(draw.choice([1e-3, spread(1e-3, 0.1)])), mass, grip,
-        2 * float(draw.choice([0.0, 0.05, 0.2])) * math.sqrt(grip * mass), spread(0.05, 0.4), float(draw.choice([0.0, 30.0])),
+        float(draw.choice([0.0, spread(1.0, 600.0)])), float(draw.choice([1e-3, spread(1e-3, 0.1)])), mass,
+        grip,
+        2 * float(draw.choice([0.0, 0.05, 0.2])) * math.sqrt(grip * mass), spread(0.05, 0.4),
+        float(draw.choice([0.0, 30.0])),
     )  # fmt: skip
     told = {
         "rate_hz": float(draw.choice([500.0, 1000.0, 2000.0, 4000.0])),
@@ -151,7 +160,8 @@ def drawn(seed):
 
 
 ANSWERED = (-1, Fault.FORCE_CLIPPED.bit_length() - 1, Fault.DELAY.bit_length() - 1)
-"""What may end a run: a hand of 500 N m/rad pushes more than the sensor shows; the arming pulse finds a lag that a gear with play adds."""
+"""What may end a run: a hand of 500 N m/rad pushes more than the sensor shows; the arming pulse finds a lag
+that a gear with play adds."""
 
 
 @asked_often

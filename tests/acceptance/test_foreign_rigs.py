@@ -1,7 +1,9 @@
-"""Whole rigs of another make (`tests/foreign_rig.py`) that `rtctl check` lets pass: no hand is shaken, none is given more than is promised, no fault without a cause.
+"""Whole rigs of another make (`tests/foreign_rig.py`) that `rtctl check` lets pass: no hand is shaken, none
+is given more than is promised, no fault without a cause.
 
-Beside `test_foreign_joints.py`: linear axes, several axes, slow devices and slow force sensors, models that are wrong, hands that grip and tap, renderers that
-want the hand's energy, and an admittance display in hands of its box.
+Beside `test_foreign_joints.py`: linear axes, several axes, slow devices and slow force sensors, models that
+are wrong, hands that grip and tap, renderers that want the hand's energy, and an admittance display in hands
+of its box.
 """
 
 import math
@@ -11,6 +13,7 @@ import pytest
 from amounts import asked_often, some_of
 from foreign_files import DIRECTIONS, certified, fitted, model, rig_file
 from foreign_foes import PUSH
+from foreign_luck import Luck, device, hand, joint, on_rail
 from foreign_rig import DEVICE, HAND, JOINT, Rig, axis
 
 from rtctl.control.vocabulary import Environment, Fault, State
@@ -22,89 +25,26 @@ FED_J = 1e-3
 CALMER = 0.8
 """What moves so much less than 2.5 s before comes to rest."""
 ALLOWED = {0: "none", int(Fault.OVERSPEED): "a hand that swings a joint in resonance"}
-_OF_LENGTH = {
-    "motor": -2, "viscous": -2, "bristle": -2, "link": -2, "gear": -2, "gear_damping": -2, "spring": -2, "damper": -2, "mass": -2, "grip": -2, "grip_damping": -2,
-    "stiffening": -2, "coulomb": -1, "breakaway": -1, "cogging": -1, "stribeck": 1, "amplitude": 1, "waves": -1, "cogs": -1,
-}  # fmt: skip
-"""Powers of a handle's distance by which a joint's numbers become those of a carriage."""
-
-
-class Luck:
-    """Numbers of one case."""
-
-    def __init__(self, *seed):
-        self.draw = np.random.default_rng((20261125, *seed))
-
-    def spread(self, low, high):
-        return float(np.exp(self.draw.uniform(math.log(low), math.log(high))))
-
-    def within(self, low, high):
-        return float(self.draw.uniform(low, high))
-
-    def one(self, *of):
-        return of[int(self.draw.integers(len(of)))]
-
-
-def joint(luck):
-    """A joint, rigid or elastic, whose friction may grow with its load."""
-    inertia, dry = luck.spread(0.003, 0.04), luck.spread(0.08, 0.5)
-    made = dict(
-        JOINT, motor=inertia, viscous=luck.spread(0.01, 0.15), coulomb=dry, breakaway=dry * luck.within(1.05, 1.6), stribeck=luck.spread(0.03, 0.3),
-        bristle=4 * dry * luck.spread(60, 2000), exponent=luck.one(0.6, 1.0, 1.5), backward=luck.within(0.95, 1.08),
-        load_motor=luck.one(0.0, 0.0, luck.within(0.0, 0.3)), load_hand=luck.one(0.0, 0.0, luck.within(0.0, 0.3)), warming_per_s=luck.within(-0.01, 0.01),
-    )  # fmt: skip
-    if luck.one(True, False):
-        share, hz = luck.within(0.2, 0.7), luck.spread(20, 150)
-        link, motor = share * inertia, (1 - share) * inertia
-        gear = link * motor / inertia * (2 * math.pi * hz) ** 2
-        damping = 2 * luck.within(0.001, 0.03) * math.sqrt(gear * link * motor / inertia)
-        made |= {"motor": motor, "link": link, "gear": gear, "gear_damping": damping}
-    return made
-
-
-def hand(luck):
-    """A hand that swings the joint for some seconds, and may stiffen, grip late, or tap."""
-    grip, mass = luck.spread(20, 3000), luck.one(0.0, luck.spread(1e-4, 0.1))
-    made = dict(
-        HAND, spring=luck.spread(2, 600), damper=luck.one(1e-3, luck.spread(1e-3, 1.0)), mass=mass, grip=grip, grip_damping=luck.one(0.0, 0.1, 0.4) * math.sqrt(grip * mass),
-        stiffening=luck.one(0.0, 30.0, 300.0), hz=luck.one(0.3, 0.5, 1.0, 2.0), from_s=2.5, to_s=luck.within(4.0, 6.0),
-    )  # fmt: skip
-    kind = luck.one("even", "even", "grips", "taps")
-    if kind == "grips":
-        made |= {"relaxed": luck.within(0.01, 0.5), "grips_s": luck.within(2.6, 7.0)}
-    if kind == "taps":
-        made |= {"mass": luck.spread(1e-3, 0.03), "taps": 1.0, "hz": luck.one(2.0, 4.0, 6.0)}
-    return made | {"amplitude": min(luck.spread(0.05, 0.4), 2.5 / (2 * math.pi * made["hz"]))}
-
-
-def device(luck, delay_ticks, lag_hz):
-    """Motor and sensors: a force sensor with a low-pass of 30 to 200 Hz, some ms late, whose zero drifts."""
-    return dict(
-        DEVICE, delay_ticks=delay_ticks, lag_s=1 / (2 * math.pi * lag_hz) if lag_hz else 0.0, current_noise=luck.one(0.0, 0.005), force_step=0.005, force_bias=0.3,
-        force_lag_s=luck.one(0.0, 1 / (2 * math.pi * luck.spread(30, 200))), force_delay_s=luck.one(0.0, luck.spread(1e-3, 6e-3)), force_noise=luck.one(0.0, luck.spread(1e-3, 0.03)),
-        force_drift_per_s=luck.one(0.0, luck.within(-0.01, 0.01)),
-    )  # fmt: skip
-
-
-def on_rail(numbers, length):
-    """The same at a handle so far from the joint: in m and N."""
-    return {name: value * length ** _OF_LENGTH.get(name, 0) for name, value in numbers.items()}
 
 
 def told(luck, own, i, lag_hz, length, linear):
     """What the rig file says of it; a coupling that `fitted` makes as stiff as may be."""
     limit = luck.within(5.0, 10.0) * own["breakaway"]
     says = {
-        "inertia_kgm2": own["motor"] + own["link"], "viscous_nms_rad": own["viscous"], "torque_limit_nm": limit, "torque_rate_nm_s": 100 * limit,
-        "velocity_limit_rad_s": 6.0 * length, "current_limit_a": 5 * limit / (15.0 if linear else 0.77), "drive": {"current_loop_hz": lag_hz},
-        "coupling": {"delay_ticks": 0.0, "damping_nms_rad": own["viscous"] * luck.within(0.0, 0.6), "stiffness_nm_rad": 1e-3},
-        "force": {"limit_n": 1e4, "resolution_n": 0.005}, "encoder_counts_per_rev": luck.one(2e4, 1e5) if linear else luck.one(1.6e5, 1e6),
-        "friction": {
-            "policy": luck.one("hybrid", "hybrid", "observer"), "gain": luck.one(0.8, 0.9), "intent_nm": 0.2 * own["coulomb"], "gate_nm": 0.1 * own["coulomb"],
+        "inertia_kgm2": own["motor"] + own["link"], "viscous_nms_rad": own["viscous"],
+        "torque_limit_nm": limit, "torque_rate_nm_s": 100 * limit, "velocity_limit_rad_s": 6.0 * length,
+        "current_limit_a": 5 * limit / (15.0 if linear else 0.77), "drive": {"current_loop_hz": lag_hz},
+        "coupling": {"delay_ticks": 0.0, "damping_nms_rad": own["viscous"] * luck.within(0.0, 0.6),
+            "stiffness_nm_rad": 1e-3},
+        "force": {"limit_n": 1e4, "resolution_n": 0.005},
+        "encoder_counts_per_rev": luck.one(2e4, 1e5) if linear else luck.one(1.6e5, 1e6), "friction": {
+            "policy": luck.one("hybrid", "hybrid", "observer"), "gain": luck.one(0.8, 0.9),
+            "intent_nm": 0.2 * own["coulomb"], "gate_nm": 0.1 * own["coulomb"],
             "presliding_rad": own["breakaway"] / own["bristle"],
         },
         "environment": {
-            "kind": luck.one("free", "spring", "wall", "detents"), "stiffness_nm_rad": min(luck.spread(1, 1e5) / length**2, 1e6),
+            "kind": luck.one("free", "spring", "wall", "detents"),
+            "stiffness_nm_rad": min(luck.spread(1, 1e5) / length**2, 1e6),
             "center_rad": 0.05 * length * luck.within(-1, 1), "pitch_rad": max(0.1 * length, 1e-3),
         },
     }  # fmt: skip
@@ -166,13 +106,15 @@ def test_certified_rigs_of_another_make_rest_in_every_hand(tmp_path):
 def foes(luck, length):
     """A renderer, whatever it sends."""
     return {
-        "foe": luck.one(*range(1, 9)), "reach": luck.spread(2e-3, 1.0) * length, "rate": luck.spread(2, 60), "follow": luck.one(0.0, 1.0, luck.within(-2, 2)),
-        "push": luck.spread(1, 1e5) / length**2, "every": luck.one(1, 1, 5, 17), "silent": luck.one(0, 0, 22, 60, 150), "between": luck.one(300, 700, 1500), "moods": 1,
+        "foe": luck.one(*range(1, 9)), "reach": luck.spread(2e-3, 1.0) * length, "rate": luck.spread(2, 60),
+        "follow": luck.one(0.0, 1.0, luck.within(-2, 2)), "push": luck.spread(1, 1e5) / length**2,
+        "every": luck.one(1, 1, 5, 17), "silent": luck.one(0, 0, 22, 60, 150),
+        "between": luck.one(300, 700, 1500), "moods": 1,
     }  # fmt: skip
 
 
 def beyond_promise(rig, states, given):
-    """J that the hand was given beyond store and power, at most, at any time (docs/theory.md 4.5), for each axis; a store at each arming."""
+    """J, most that the hand was given beyond store (an arming's) and power (docs/theory.md 4.5), by axis."""
     p = rig.law[2][0]
     first = int(np.argmax(states == State.ACTIVE))
     now = states[first:]
@@ -182,7 +124,7 @@ def beyond_promise(rig, states, given):
 
 
 def pursued(seed, folder, store_j, power_w, **foe):
-    """A soft hand that holds still, on an elastic joint whose friction grows with its load, and a renderer after its energy."""
+    """A soft hand that holds still on an elastic joint of load friction; a renderer after its energy."""
     luck = Luck(1000, seed)
     own = joint(luck)
     holder = dict(
@@ -223,15 +165,19 @@ def test_the_meter_sees_what_a_renderer_with_a_full_purse_gives(tmp_path):
 
 
 def leaning(**sensor):
-    """A carriage whose friction grows with load, and a hand that swings it, then leans on a wall: the force does not change by a bit."""
+    """A carriage of load friction; a hand swings it, then leans on a wall: its force stays, to the bit."""
     own = dict(
-        JOINT, motor=0.5448, viscous=1.53, coulomb=0.4987, breakaway=0.628, stribeck=0.0612, bristle=1279.0, exponent=0.6, backward=0.965, load_motor=0.2915, load_hand=0.2671,
+        JOINT, motor=0.5448, viscous=1.53, coulomb=0.4987, breakaway=0.628, stribeck=0.0612, bristle=1279.0,
+        exponent=0.6, backward=0.965, load_motor=0.2915, load_hand=0.2671,
     )  # fmt: skip
     holder = dict(HAND, spring=2106.7, damper=5.95, stiffening=688.8, amplitude=0.01608, hz=1.0, to_s=3.659)
     says = {
-        "inertia_kgm2": 0.5448, "viscous_nms_rad": 1.53, "torque_limit_nm": 3.2, "torque_rate_nm_s": 320.0, "velocity_limit_rad_s": 1.25, "current_limit_a": 1.06,
-        "force": {"limit_n": 192.0}, "encoder_counts_per_rev": 20000.0, "coupling": {"delay_ticks": 0.0, "damping_nms_rad": 0.5476, "stiffness_nm_rad": 1.0},
-        "friction": {"gain": 0.9, "intent_nm": 0.1, "gate_nm": 0.05, "blend_rad_s": 0.0167, "presliding_rad": 4.91e-4},
+        "inertia_kgm2": 0.5448, "viscous_nms_rad": 1.53, "torque_limit_nm": 3.2, "torque_rate_nm_s": 320.0,
+        "velocity_limit_rad_s": 1.25, "current_limit_a": 1.06, "force": {"limit_n": 192.0},
+        "encoder_counts_per_rev": 20000.0,
+        "coupling": {"delay_ticks": 0.0, "damping_nms_rad": 0.5476, "stiffness_nm_rad": 1.0},
+        "friction": {"gain": 0.9, "intent_nm": 0.1, "gate_nm": 0.05, "blend_rad_s": 0.0167,
+            "presliding_rad": 4.91e-4},
         "environment": {"kind": "wall", "stiffness_nm_rad": 110839.0, "center_rad": 0.00168},
     }  # fmt: skip
     return own, holder, says, dict(DEVICE, delay_ticks=1.0, force_step=0.005, force_delay_s=0.00515, **sensor)
@@ -240,7 +186,8 @@ def leaning(**sensor):
 def test_a_quiet_sensor_under_a_hand_that_leans_on_a_wall_is_not_called_frozen(tmp_path):
     own, holder, says, sensor = leaning()
     timing = {"timing": {"sample_every_ticks": 1, "transport_delay_ticks": 1.0}}
-    loaded = fitted("mock-linear.toml", [says], tmp_path, 0.995, models=[model(own, "slide", "linear")], device=timing, rate_hz=2000.0)  # fmt: skip
+    loaded = fitted("mock-linear.toml", [says], tmp_path, 0.995, models=[model(own, "slide", "linear")],
+        device=timing, rate_hz=2000.0)  # fmt: skip
     rig = Rig(loaded, [axis(**own, **holder, **sensor)])
     states = rig.run(9.0)[2]
     assert states[-1] == State.ACTIVE, Fault(1 << int(rig.law[1]["fault_first"][0]))
@@ -266,7 +213,7 @@ def test_a_current_loop_just_as_slow_as_declared_is_armed(tmp_path, lag_ticks, n
 
 @asked_often
 def test_an_admittance_of_another_make_rests_in_the_hands_of_its_box(tmp_path):
-    """All is proved of this one but worlds that are not linear: in detents such hands swung on, at up to .2 rad/s, in walls none."""
+    """All but worlds that are not linear is proved: in detents hands swung on, at up to .2 rad/s."""
     heavy = {"mass_kgm2": 0.03, "damping_nms_rad": 0.6, "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0}
     loaded = rig_file("admittance.toml", [{"admittance": heavy}], tmp_path)
     box = loaded.config.axis[0].admittance
@@ -276,9 +223,15 @@ def test_an_admittance_of_another_make_rests_in_the_hands_of_its_box(tmp_path):
             luck.spread(0.1, 0.4),
             box.hand_stiffness_nm_rad * luck.one(1.0, luck.within(0.05, 1.0) ** 2),
         )
-        own = dict(JOINT, coulomb=dry, breakaway=dry * luck.within(1.02, 1.6), stribeck=luck.spread(0.03, 0.3), bristle=4 * dry * luck.spread(100, 2000), exponent=luck.one(0.6, 1.0, 1.5))  # fmt: skip
-        holder = dict(HAND, spring=spring, damper=luck.one(0.0, 1e-3, 0.1), mass=box.hand_inertia_kgm2 * luck.one(0.0, 1.0, luck.within(0, 1)), amplitude=0.5 / spring, hz=1.0, to_s=3.5)  # fmt: skip
-        rig = Rig(loaded, [axis(**own, **holder, **dict(DEVICE, current_noise=0.005, force_noise=0.005, force_step=0.005))], seed=seed)  # fmt: skip
+        own = dict(JOINT, coulomb=dry, breakaway=dry * luck.within(1.02, 1.6),
+            stribeck=luck.spread(0.03, 0.3), bristle=4 * dry * luck.spread(100, 2000),
+            exponent=luck.one(0.6, 1.0, 1.5))  # fmt: skip
+        holder = dict(HAND, spring=spring, damper=luck.one(0.0, 1e-3, 0.1),
+            mass=box.hand_inertia_kgm2 * luck.one(0.0, 1.0, luck.within(0, 1)), amplitude=0.5 / spring,
+            hz=1.0, to_s=3.5)  # fmt: skip
+        rig = Rig(loaded, [axis(**own, **holder,
+            **dict(DEVICE, current_noise=0.005, force_noise=0.005, force_step=0.005))],
+            seed=seed)  # fmt: skip
         world = luck.one(Environment.FREE, Environment.SPRING, Environment.WALL, Environment.DAMPER)
         rig.law[3]["environment_kind"], rig.law[3]["environment_stiffness_nm_rad"] = (
             int(world),

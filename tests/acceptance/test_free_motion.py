@@ -1,4 +1,5 @@
-"""Free motion with the shipped rig and its shipped, trained model: what the hand feels, and what happens without it.
+"""Free motion with the shipped rig and its shipped, trained model: what the hand feels, and what happens
+without it.
 
 The figures: `python -m pytest tests/acceptance/test_free_motion.py -rP`.
 """
@@ -69,7 +70,9 @@ def no_observer(simulation):
 
 
 def no_account(simulation):
-    """Give the account of the compensation more than it can ever spend, and help to a hand that brakes or pays for nothing and to a joint that trembles."""
+    """Give the account of the compensation more than it can ever spend, and help to a hand that brakes or
+    pays for nothing and to a joint that trembles.
+    """
     simulation.params["assistance_bank_j"] = 1e9
     for name in ("friction_brake_nm", "tremble_turn_s", "paying_nm"):
         simulation.params[name] = 0.0
@@ -93,7 +96,9 @@ def both(*changes):
 
 
 def reference(simulation):
-    """Make the joint's friction that of docs/theory.md 1.3: one Gaussian peak, viscous friction that is linear."""
+    """Make the joint's friction that of docs/theory.md 1.3: one Gaussian peak, viscous friction that is
+    linear.
+    """
     plant = simulation.plant_params
     plant["stribeck_rad_s"], plant["second_share"], plant["thinning_nms_rad"] = 0.1, 0.0, 0.0
 
@@ -130,7 +135,8 @@ def test_a_model_a_quarter_too_high_does_not_run_away():
 
 
 def least_energy_j(rig, change):
-    """Least energy the hand has put in since arming, over 30 s, true, above what it finds stored in the joint.
+    """Least energy the hand has put in since arming, over 30 s, true, above what it finds stored in the
+    joint.
 
     The joint may be moving and its bristles bent when the 30 s begin: giving that back feeds nobody.
     """
@@ -171,7 +177,8 @@ def test_without_force_gate_and_account_the_same_kick_does_not_come_to_rest():
     _, hunting, trace = kick(both(sign, no_observer, no_account), may_stop=True)
     running = kick(both(sign_too_high, no_observer, no_account))[1]
     sys.stdout.write(
-        f"sign(v): hunts at {hunting:.3f} rad/s RMS, {held:.4f} with the account; with the model +25 % runs at {running:.3f}\n"
+        f"sign(v): hunts at {hunting:.3f} rad/s RMS, {held:.4f} with the account; with the model +25 % runs "
+        f"at {running:.3f}\n"
     )
     assert hunting > 0.05
     assert running > 0.3

@@ -1,4 +1,6 @@
-"""Load terms of published actuators: their coefficients are found again, and friction errs half of Coulomb + viscous or less."""
+"""Load terms of published actuators: their coefficients are found again, and friction errs half of Coulomb +
+viscous or less.
+"""
 
 from pathlib import Path
 

@@ -1,7 +1,8 @@
 """The default torque delay of half a period, on a motor-driven mock whose delay is known.
 
-The rig is moved by its motor alone, through the backend, at 200 Hz: there half a period is 2.5 ms, and a wrong
-delay would shift the viscous friction by J d w^2, several per cent. No noise: what is left is the delay.
+The rig is moved by its motor alone, through the backend, at 200 Hz: there half a period is 2.5 ms, and a
+wrong delay would shift the viscous friction by J d w^2, several per cent. No noise: what is left is the
+delay.
 """
 
 import numpy as np

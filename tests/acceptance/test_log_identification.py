@@ -1,4 +1,6 @@
-"""Identification from 25 s of a hand's motion on the simulated rig: right values, and intervals that hold them."""
+"""Identification from 25 s of a hand's motion on the simulated rig: right values, and intervals that hold
+them.
+"""
 
 from pathlib import Path
 
@@ -72,6 +74,8 @@ def test_every_run_meets_the_figure(runs, name, drift):
 @pytest.mark.parametrize("drift", [0.0, DRIFT_N_SQRT_S])
 @pytest.mark.parametrize("name", TRUTH)
 def test_the_intervals_hold_the_truth_as_often_as_they_say(runs, name, drift):
-    """Measured (inertia, viscous, Coulomb, offset): 20, 19, 20, 18 of 20 without drift, 19, 20, 20, 18 with."""
+    """Measured (inertia, viscous, Coulomb, offset): 20, 19, 20, 18 of 20 without drift, 19, 20, 20, 18
+    with.
+    """
     held = sum(found[name].holds(truth[name]) for found, truth in runs[drift])
     assert held >= 17  # 19 expected, fewer than 17 at 1.6 %

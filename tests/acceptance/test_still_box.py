@@ -1,4 +1,6 @@
-"""Hands that hold still, and hands at work: nothing is felt of the help with friction, and nothing is alarmed by it."""
+"""Hands that hold still, and hands at work: nothing is felt of the help with friction, and nothing is alarmed
+by it.
+"""
 
 import numpy as np
 import pytest

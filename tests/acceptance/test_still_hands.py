@@ -1,4 +1,5 @@
-"""A hand that holds still after a motion: shaken with the help the first releases had, seen; left alone with today's.
+"""A hand that holds still after a motion: shaken with the help the first releases had, seen; left alone with
+today's.
 
 Three cases of docs/theory.md 5.4 and 5.8. The hand moves two periods of the sine, then its
 reference stands still. The figures: `python -m pytest tests/acceptance/test_still_hands.py -rP`.
@@ -42,13 +43,17 @@ BREAKAWAY_NM = 0.35
 
 
 def told(case):
-    """What a rig file says of this case's bristles, which are not those of the shipped model: length and bank."""
+    """What a rig file says of this case's bristles, which are not those of the shipped model: length and
+    bank.
+    """
     length = LENGTH_FACTOR * BREAKAWAY_NM / CASES[case].get("bristle_stiffness_nm_rad", 250.0)
     return {"presliding_rad": length, "assistance_bank_j": BREAKAWAY_NM * length}
 
 
 def run_forgetful(simulation, seconds):
-    """Run in pieces, after each of which the law has forgotten the strokes: it cannot tell that they shrink."""
+    """Run in pieces, after each of which the law has forgotten the strokes: it cannot tell that they
+    shrink.
+    """
     ticks, truth = [], []
     for _ in range(round(seconds / FORGETS_S)):
         simulation.state["stroke_reference_rad_s"] = simulation.state["stroke_wanted"] = 0.0
@@ -83,7 +88,8 @@ AS_IN_THE_FIRST_RELEASES = {
     "paying_nm": 0.0,
     "friction_blend_rad_s": 0.05,
 }
-"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at once, the blend of then, help for a hand that brakes or pays for nothing, and for strokes that shrink."""
+"""No observer, an account that never bites, the hand's torque unfiltered, the direction of the motion at
+once, the blend of then, help for a hand that brakes or pays for nothing, and for strokes that shrink."""
 
 
 @pytest.mark.parametrize("case", CASES)
@@ -94,7 +100,8 @@ def test_the_old_help_shakes_it_and_is_seen_within_three_seconds(case):
     seconds = faulted[0] * simulation.plan.period_s
     before = speed[: faulted[0]]
     sys.stdout.write(
-        f"{case}: {np.sqrt(np.mean(before**2)):.3f} rad/s RMS until PASSIVITY {seconds:.2f} s after the motion\n"
+        f"{case}: {np.sqrt(np.mean(before**2)):.3f} rad/s RMS until PASSIVITY {seconds:.2f} s after the "
+        "motion\n"
     )
     assert seconds <= 3.0
     assert int(trace["fault_first"][-1]) == Fault.PASSIVITY.value.bit_length() - 1
@@ -113,6 +120,8 @@ def test_the_help_of_today_leaves_it_alone_even_where_the_bristles_are_longer_th
 
 
 def test_a_hand_on_a_soft_spring_is_not_swung_by_the_brake():
-    """A brake of half the gate's width took all help at a twentieth of the friction, 68 degrees late: 76 mrad/s beside the motion, 40 without help."""
+    """A brake of half the gate's width took all help at a twentieth of the friction, 68 degrees late: 76
+    mrad/s beside the motion, 40 without help.
+    """
     case = replace(drawn(26, 34, ("off",)), policy="hybrid")
     assert swung(case, 0.8).whole < 0.03

@@ -1,4 +1,6 @@
-"""A search for the renderer that gives a passive hand the most: it comes near the bound, and never beyond it."""
+"""A search for the renderer that gives a passive hand the most: it comes near the bound, and never beyond
+it.
+"""
 
 import math
 
@@ -12,7 +14,9 @@ TICKS = 5000
 
 
 def drawn(rng):
-    """A renderer, a hand from soft to stiff and from none to twice the joint's inertia or more, a compensation."""
+    """A renderer, a hand from soft to stiff and from none to twice the joint's inertia or more, a
+    compensation.
+    """
     row = foe_record(rng)[0]
     foe = {name: row[name].item() for name in row.dtype.names}
     hand = [math.exp(rng.uniform(math.log(low), math.log(high))) for low, high in ((0.1, 500), (1e-3, 1))]

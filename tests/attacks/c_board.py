@@ -32,7 +32,9 @@ def build(folder):
 
 
 class CBoard:
-    """A board in C under `folder/"board"`, with its motor on record. `judgement` is there once it was closed."""
+    """A board in C under `folder/"board"`, with its motor on record. `judgement` is there once it was
+    closed.
+    """
 
     def __init__(self, program, folder, rate_hz):
         self.port, observed = str(folder / "board"), folder / "observed"

@@ -15,7 +15,8 @@ from rtctl.tick import new_ticks
 
 ABOUT = {
     "rig": "mock", "version": "0", "session": "7", "n_axes": "1", "axes": '["joint"]', "rate_hz": "1000.0",
-    "period_ns": "1000000", "start_wall_ns": "1000", "first_row": "0", "config_file": "mock.toml", "config_sha256": "0" * 64,
+    "period_ns": "1000000", "start_wall_ns": "1000", "first_row": "0", "config_file": "mock.toml",
+    "config_sha256": "0" * 64,
 }  # fmt: skip
 SCHEMA = tick_cdr.schema_text(1).encode()
 COLUMNS_SCHEMA = tick_blocks.schema_text(1).encode()
@@ -83,7 +84,9 @@ def lying_chunk(claimed, records=b"", packed=None):
 
 
 def zeros(size):
-    """A zstd frame of `size` zeros in as few bytes as can be: blocks that say which byte is repeated how often."""
+    """A zstd frame of `size` zeros in as few bytes as can be: blocks that say which byte is repeated how
+    often.
+    """
     block = 1 << 17
     head = b"\x28\xb5\x2f\xfd\xe0" + struct.pack("<Q", size)
     more, last = ((block << 3 | 1 << 1 | end).to_bytes(3, "little") + b"\0" for end in (0, 1))

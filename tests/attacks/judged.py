@@ -61,7 +61,9 @@ def armed(lane, nursery):
 
 @dataclass
 class Standstill:
-    """What came of one, in ms from sending STOP: until the loop obeyed it, and until the motor was free for good."""
+    """What came of one, in ms from sending STOP: until the loop obeyed it, and until the motor was free for
+    good.
+    """
 
     what: str
     obeyed_ms: float
@@ -74,8 +76,8 @@ class Standstill:
 
     def __str__(self):
         return (
-            f"{self.what}: zero torque begun after {'' if self.seen else 'at most '}{self.obeyed_ms:.1f} ms, motor free after {self.free_ms:.0f} ms, "
-            f"then {self.state}, host {self.memory_mb:.0f} MB"
+            f"{self.what}: zero torque begun after {'' if self.seen else 'at most '}{self.obeyed_ms:.1f} "
+            f"ms, motor free after {self.free_ms:.0f} ms, then {self.state}, host {self.memory_mb:.0f} MB"
         )
 
 
@@ -194,6 +196,7 @@ def judged_lanes(root, count):
         assert one["commands"] > 0
         assert one["longest_cycles"] <= TIME_TO_LIVE + LATE_CYCLES
     show(
-        f"\nlongest torque without a fresh command: {max(one['longest_cycles'] for one in judgements)} cycles, "
-        f"{max(one['longest_ns'] for one in judgements) * 1e-6:.0f} ms by the clock (time to live {TIME_TO_LIVE} cycles)"
+        f"\nlongest torque without a fresh command: {max(one['longest_cycles'] for one in judgements)} "
+        f"cycles, {max(one['longest_ns'] for one in judgements) * 1e-6:.0f} ms by the clock (time to live "
+        f"{TIME_TO_LIVE} cycles)"
     )

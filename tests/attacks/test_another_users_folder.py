@@ -51,7 +51,9 @@ class Impostor:
 
 @pytest.fixture
 def place(monkeypatch):
-    """A folder where all may write, as /tmp, with the stranger's imitation of this user's runtime folder in it."""
+    """A folder where all may write, as /tmp, with the stranger's imitation of this user's runtime folder in
+    it.
+    """
     for name in ("RTCTL_RUNTIME_DIR", "RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"):
         monkeypatch.delenv(name, raising=False)
     with tempfile.TemporaryDirectory(prefix="rt") as folder:

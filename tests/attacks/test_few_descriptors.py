@@ -1,4 +1,6 @@
-"""A host that may open few files: a crowd that opens connections as fast as it can does not end it, and a STOP arrives."""
+"""A host that may open few files: a crowd that opens connections as fast as it can does not end it, and a
+STOP arrives.
+"""
 
 import contextlib
 import resource

@@ -1,4 +1,6 @@
-"""Rig files, models, logs and event logs that a stranger wrote: refused in a moment, by name, and harmless on the screen."""
+"""Rig files, models, logs and event logs that a stranger wrote: refused in a moment, by name, and harmless on
+the screen.
+"""
 
 import gzip
 import io
@@ -218,9 +220,11 @@ def test_a_packed_log_that_bursts_is_refused_and_a_packed_log_is_read(tmp_path):
 def test_an_event_log_that_somebody_else_wrote_is_shown_on_one_line_each(tmp_path):
     folder = tmp_path / "state" / "mock"
     folder.mkdir(parents=True)
-    lines = ['{"event": 5}', '{"event": "fault"}', "[" * 100_000, "7", '{"timestamp": 1e300, "tick": 1, "event": "x"}', "\\ud800",
+    lines = ['{"event": 5}', '{"event": "fault"}', "[" * 100_000, "7",
+        '{"timestamp": 1e300, "tick": 1, "event": "x"}', "\\ud800",
              '{"timestamp": 1, "tick": {}, "event": {"a": 1}}',
-             '{"timestamp": 1, "tick": 1, "event": "warning", "name": "\\u001b[2J", "text": "\\nforged"}']  # fmt: skip
+             '{"timestamp": 1, "tick": 1, "event": "warning", "name": "\\u001b[2J", '
+                 '"text": "\\nforged"}']  # fmt: skip
     (folder / "events.jsonl").write_text("\n".join(lines) + "\n")
     done = CliRunner().invoke(
         cli, ["events", "mock", "--state-dir", str(folder.parent)], catch_exceptions=False

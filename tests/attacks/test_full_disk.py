@@ -1,4 +1,6 @@
-"""The disk of recordings and event log fills up under torque: a disk of its own, 3 MB, in a mount namespace that ends with the daemon."""
+"""The disk of recordings and event log fills up under torque: a disk of its own, 3 MB, in a mount namespace
+that ends with the daemon.
+"""
 
 import contextlib
 import os

@@ -1,4 +1,6 @@
-"""/dev/shm is full, and so is the place for sockets: in mount namespaces of their own, that end with their one process."""
+"""/dev/shm is full, and so is the place for sockets: in mount namespaces of their own, that end with their
+one process.
+"""
 
 import os
 import shutil

@@ -1,8 +1,10 @@
-"""Loop or host is killed or halted under torque, judged by a board that shares no code with rtctl (`board.c`).
+"""Loop or host is killed or halted under torque, judged by a board that shares no code with rtctl
+(`board.c`).
 
-The board has a watchdog of its own, writes down the longest time for which torque stayed on without a fresh command, and sees
-whether any came back. What is halted shorter than the rig notices goes on and obeys then; the rest is stopped by whoever still runs: the
-loop without its host (HOST_SILENT), the host or the board's own watchdog without their loop. A STOP is sent in the first moment of each standstill.
+The board has a watchdog of its own, writes down the longest time for which torque stayed on without a fresh
+command, and sees whether any came back. What is halted shorter than the rig notices goes on and obeys then;
+the rest is stopped by whoever still runs: the loop without its host (HOST_SILENT), the host or the board's
+own watchdog without their loop. A STOP is sent in the first moment of each standstill.
 """
 
 import os
@@ -23,7 +25,8 @@ from tests.bench.flood import memory_mb
 
 TARGETS = ("loop", "host")
 MOST_LIVES = 5
-"""For one planned death. The daemons have no real-time rights, and their starts side by side take the machine from each other's loops."""
+"""For one planned death. The daemons have no real-time rights, and their starts side by side take the machine
+from each other's loops."""
 LONG_S = 1.0
 """Beyond the 200 ms after which a loop does not go on without its host, on any machine."""
 
@@ -35,7 +38,9 @@ def planned(kills):
 
 
 def lives(lane, planned_death, nursery):
-    """The planned death, and again as long as a late loop had lost its torque to the board's watchdog before: each counts as a death."""
+    """The planned death, and again as long as a late loop had lost its torque to the board's watchdog before:
+    each counts as a death.
+    """
     lived = []
     while len(lived) < MOST_LIVES and not (lived and lived[-1].had_torque):
         lived.append(lane.live(replace(planned_death), nursery))
@@ -71,7 +76,9 @@ def judge(found, halted_s):
 
 
 def standstill_under_torque(lane, nursery, target):
-    """A long one; and again, each judged, as long as the machine had kept the loop from its board: a watchdog's fault ends torque before a host can be missed."""
+    """A long one; and again, each judged, as long as the machine had kept the loop from its board: a
+    watchdog's fault ends torque before a host can be missed.
+    """
     for _ in range(MOST_LIVES):
         found = stand_still(lane, nursery, target, LONG_S)
         judge(found, LONG_S)

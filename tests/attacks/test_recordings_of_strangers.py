@@ -1,4 +1,6 @@
-"""Recordings that lie, burst or are damaged: a named error or what is left of them, never a traceback or a bomb."""
+"""Recordings that lie, burst or are damaged: a named error or what is left of them, never a traceback or a
+bomb.
+"""
 
 import io
 import json
@@ -38,9 +40,12 @@ def seen(path):
 @pytest.mark.parametrize(
     "about",
     [
-        {"n_axes": "4096"}, {"n_axes": "-1"}, {"n_axes": "x"}, {"n_axes": "9" * 5000}, {"n_axes": "²"}, {"session": "x"},
-        {"first_row": "-5"}, {"first_row": "x"}, {"first_row": "9" * 400}, {"period_ns": "0"}, {"period_ns": "nan"},
-        {"rate_hz": "nan"}, {"rate_hz": "0"}, {"rate_hz": "x"}, {"start_wall_ns": "9" * 30}, {"axes": "7"}, {"axes": "[["},
+        {"n_axes": "4096"}, {"n_axes": "-1"}, {"n_axes": "x"}, {"n_axes": "9" * 5000}, {"n_axes": "²"},
+        {"session": "x"},
+        {"first_row": "-5"}, {"first_row": "x"}, {"first_row": "9" * 400}, {"period_ns": "0"},
+        {"period_ns": "nan"},
+        {"rate_hz": "nan"}, {"rate_hz": "0"}, {"rate_hz": "x"}, {"start_wall_ns": "9" * 30}, {"axes": "7"},
+        {"axes": "[["},
         {"axes": "[" * 100_000}, {"axes": '["a", "b"]'}, {"realtime": "{}"}, {"realtime_waivers": "[[[1]]]"},
     ],
     ids=lambda about: next(f"{name}={value[:12]}" for name, value in about.items()),
@@ -146,7 +151,8 @@ def test_a_message_whose_length_overflows_is_a_damaged_chunk(tmp_path):
 
 
 def test_ticks_of_another_kind_are_a_damaged_chunk(tmp_path):
-    for text in (b"7", b"[]", b"{", b'{"position_rad": "x"}', b'{"position_rad": [1, 2, 3]}', b'{"tick": 1e400}', b'{"tick": -1}',
+    for text in (b"7", b"[]", b"{", b'{"position_rad": "x"}', b'{"position_rad": [1, 2, 3]}',
+        b'{"tick": 1e400}', b'{"tick": -1}',
                  b'{"tick": {"a": 1}}', b"[" * 2000, b"\xff\xfe"):  # fmt: skip
         records = fmt.message(1, 0, 5, text)
         found = seen(forged.write(tmp_path / "a.mcap", raw=[forged.lying_chunk(len(records), records)]))

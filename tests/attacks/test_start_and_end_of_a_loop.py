@@ -1,4 +1,6 @@
-"""The loop process in its first moments: its host dies, a terminal hangs up, standard descriptors are closed."""
+"""The loop process in its first moments: its host dies, a terminal hangs up, standard descriptors are
+closed.
+"""
 
 import os
 import signal
@@ -93,7 +95,8 @@ def test_what_a_terminal_sends_never_reaches_the_loop_from_its_first_moment_on()
 
 def test_shared_memory_and_lock_never_take_the_number_of_a_standard_stream():
     code = (
-        "import os, sys; from rtctl.rt.shared_memory import Memory; from rtctl.host.access.endpoints import RuntimeDirectory\n"
+        "import os, sys; from rtctl.rt.shared_memory import Memory; from rtctl.host.access.endpoints "
+        "import RuntimeDirectory\n"
         "held = RuntimeDirectory.acquire('mock', sys.argv[1])\n"
         "os._exit(0 if Memory.create(1, 8, 1000000).fd > 2 and held.lock_fd > 2 else 1)"
     )

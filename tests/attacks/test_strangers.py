@@ -1,4 +1,5 @@
-"""Whatever strangers do, and whoever does not listen: a STOP arrives, the end comes, and memory stays bounded.
+"""Whatever strangers do, and whoever does not listen: a STOP arrives, the end comes, and memory stays
+bounded.
 
 One daemon bears it all, with its terminal stopped by Ctrl-S and a pipe for its errors that nobody reads.
 """
@@ -121,7 +122,9 @@ def test_a_key_that_is_a_link_to_itself_and_a_fifo_among_the_keys_change_nothing
 
 
 def test_a_daemon_that_was_stopped_from_a_terminal_has_stopped_its_rig(daemon):
-    """Ctrl-Z, SIGSTOP, a debugger: the loop runs on, at real-time priority if it has it, and ends the motion."""
+    """Ctrl-Z, SIGSTOP, a debugger: the loop runs on, at real-time priority if it has it, and ends the
+    motion.
+    """
     until(lambda: daemon.client.status()["state"] == "IDLE", "the end of the ramp")
     daemon.client.arm(timeout_s=PATIENCE_S)
     with daemon.client.events() as events:

@@ -36,8 +36,10 @@ def test_every_kind_of_attack_of_the_benchmark_is_in_the_table():
 def test_what_the_issue_of_the_suite_asks_for_is_in_the_table():
     rows = "\n".join(line.split("|")[1] for line in TEXT.splitlines() if line.startswith("| "))
     for words in (
-        "raw bytes", "half-open ZMTP", "frames", "identities", "epochs", "two unix users", "keys", "the operator's browser",
-        "full disk", "full /dev/shm", "few descriptors", "no memory", "wall clock stepped", "a hog of the loop's priority",
+        "raw bytes", "half-open ZMTP", "frames", "identities", "epochs", "two unix users", "keys",
+        "the operator's browser",
+        "full disk", "full /dev/shm", "few descriptors", "no memory", "wall clock stepped",
+        "a hog of the loop's priority",
         "SIGSTOP of loop or host", "100 times, judged by `board.c`",
     ):  # fmt: skip
         assert words in rows, words

@@ -1,4 +1,6 @@
-"""A bus that many can open, and a second process that would command the same drive: refused by name, freed by any death."""
+"""A bus that many can open, and a second process that would command the same drive: refused by name, freed by
+any death.
+"""
 
 import os
 import re

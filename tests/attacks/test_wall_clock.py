@@ -1,7 +1,9 @@
-"""Somebody steps the wall clock by hours and years, to and fro, while the rig is armed: nothing that decides looks at it.
+"""Somebody steps the wall clock by hours and years, to and fro, while the rig is armed: nothing that decides
+looks at it.
 
-The machine's own clock is left alone. Host, loop and renderer load a library (`stepped_clock.c`) that puts CLOCK_REALTIME, gettimeofday and time
-off by what the test says. A board in C judges the torque, and recordings are read back.
+The machine's own clock is left alone. Host, loop and renderer load a library (`stepped_clock.c`) that puts
+CLOCK_REALTIME, gettimeofday and time off by what the test says. A board in C judges the torque, and
+recordings are read back.
 """
 
 import contextlib
@@ -28,13 +30,15 @@ from tests.bench.flood import memory_mb
 
 ROOT = Path(__file__).parents[2]
 READS_IT = re.compile(
-    r"\btime\.(time|time_ns|localtime|gmtime|ctime|strftime)\(|datetime\.(now|utcnow|today)\(|CLOCK_REALTIME|from time import"
+    r"\btime\.(time|time_ns|localtime|gmtime|ctime|strftime)\(|datetime\.(now|utcnow|today)\("
+    r"|CLOCK_REALTIME|from time import"
 )
 READERS = {
     "rtctl/experiments/report.py": "the date of a report",
     "rtctl/friction/learn/fit.py": "the date of a model",
     "rtctl/friction/report/write.py": "the date of a report",
-    "rtctl/host/telemetry/rig_description.py": "the wall time of the start, once, to be told beside monotonic times",
+    "rtctl/host/telemetry/rig_description.py": "the wall time of the start, once, to be told beside "
+    "monotonic times",
     "rtctl/host/telemetry/streams.py": "the same of a virtual clock, in each message",
     "rtctl/identify/dataset.py": "the date of a data set",
     "rtctl/wire/keys.py": "the date of a key",
@@ -108,7 +112,9 @@ def under_steps(client, ticks, renderer, clock):
 
 
 def live(lane, nursery, clock, halt_s=0.0):
-    """A daemon through all steps, then a STOP; its host halted in that moment if `halt_s`. None where a tick was missed or was not ACTIVE."""
+    """A daemon through all steps, then a STOP; its host halted in that moment if `halt_s`. None where a tick
+    was missed or was not ACTIVE.
+    """
     renderer = Renderer(lane)
     try:
         daemon, client = armed(lane, nursery)
@@ -130,13 +136,16 @@ def live(lane, nursery, clock, halt_s=0.0):
     if (rows["state"] == State.ACTIVE).all() and went == {1}:
         return rows, samples, found
     show(
-        f"begun anew: states {set(rows['state'])}, faults {set(rows['faults'])}, ticks by {went}: {found.words}"
+        f"begun anew: states {set(rows['state'])}, faults {set(rows['faults'])}, ticks by {went}: "
+        f"{found.words}"
     )
     return None
 
 
 def lived(*life):
-    """The first life that a busy machine did not disturb; a clock that is stepped would disturb all of them."""
+    """The first life that a busy machine did not disturb; a clock that is stepped would disturb all of
+    them.
+    """
     for _ in range(5):
         if (found := live(*life)) is not None:
             return found
@@ -162,7 +171,9 @@ def clock(tmp_path_factory):
 
 
 def test_a_rig_under_torque_does_not_notice_that_the_clock_is_stepped(clock, tmp_path_factory, monkeypatch):
-    """Torque, target ages, samples, recording, STOP, and the heartbeat: after a step back, too, a loop goes on without its host for 200 ms."""
+    """Torque, target ages, samples, recording, STOP, and the heartbeat: after a step back, too, a loop goes
+    on without its host for 200 ms.
+    """
     for name, value in clock.environment.items():
         monkeypatch.setenv(name, value)
     with judged_lanes(tmp_path_factory.mktemp("stepped"), 2) as lanes, ThreadPoolExecutor(2) as pool:

@@ -1,8 +1,10 @@
-"""Admittance displays in time: random rigs that `rtctl check` certifies, in hands and worlds of its box, by a fine integration.
+"""Admittance displays in time: random rigs that `rtctl check` certifies, in hands and worlds of its box, by a
+fine integration.
 
-The joint is Newton's law by Runge and Kutta, the law its lines written anew: nothing of `admittance_loop` but the numbers of a
-rig goes in. Run as `python -m tests.bench.admittance --rigs 200 --points 50`: 10,000 pairs of a certified rig with a hand
-and a world. Prints how many diverge, and at what share of the stiffest hand that passes a rigid joint begins to.
+The joint is Newton's law by Runge and Kutta, the law its lines written anew: nothing of `admittance_loop` but
+the numbers of a rig goes in. Run as `python -m tests.bench.admittance --rigs 200 --points 50`: 10,000 pairs
+of a certified rig with a hand and a world. Prints how many diverge, and at what share of the stiffest hand
+that passes a rigid joint begins to.
 """
 
 from __future__ import annotations
@@ -51,7 +53,9 @@ class _Joint:
         self.b_l = (1 - loop.motor_share) * loop.viscous_nms_rad
 
     def rates(self, y: Array, command: Array) -> tuple[Array, Array]:
-        """dy/dt of (x, v, link's x, link's v, torque, what the sensor shows), and what it shows: the hand's torque, where it has no low-pass."""
+        """dy/dt of (x, v, link's x, link's v, torque, what the sensor shows), and what it shows: the hand's
+        torque, where it has no low-pass.
+        """
         at, J = self.at, self.loop.inertia_kgm2
         x, v, X, V, torque, shown = y
         acting = torque if self.loop.lag_hz else command
@@ -84,7 +88,9 @@ def _filtered(old: Array, new: Array, hz: float, period_s: float) -> Array:
 
 
 def growth_in_time(loop: AdmittanceLoop, at: Points, ticks: int = 1200, substeps: int = 4) -> Array:
-    """Growth per tick of a random motion of every point, the first joint: its size late over its size before."""
+    """Growth per tick of a random motion of every point, the first joint: its size late over its size
+    before.
+    """
     rng, n, T = np.random.default_rng(7), at.size, loop.period_s
     joint = _Joint(loop, at)
     y = np.zeros((6, n))
@@ -119,8 +125,8 @@ def growth_in_time(loop: AdmittanceLoop, at: Points, ticks: int = 1200, substeps
 
 
 def diverging(loop: AdmittanceLoop, at: Points, ticks: int = 1200) -> int:
-    """Number of points whose motion grows. One that seems to is looked at for longer, twice: a heavy virtual mass with little
-    damping drifts for seconds before it stands.
+    """Number of points whose motion grows. One that seems to is looked at for longer, twice: a heavy virtual
+    mass with little damping drifts for seconds before it stands.
     """
     for longer in (1, 6, 40):
         grown = growth_in_time(loop, at, longer * ticks)
@@ -195,7 +201,8 @@ def random_points(rng: np.random.Generator, loop: AdmittanceLoop, count: int) ->
 
 
 def share_at_which_one_grows(loop: AdmittanceLoop, ticks: int = 6000) -> float:
-    """Least of `SHARES` of the stiffest hand that passes at which the motion grows in some world; infinite if at none.
+    """Least of `SHARES` of the stiffest hand that passes at which the motion grows in some world; infinite if
+    at none.
 
     The matrices choose which hands and worlds are looked at, the integration says whether they grow.
     """

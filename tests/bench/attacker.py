@@ -1,11 +1,13 @@
 """A stranger: `python -m tests.bench.attacker KIND ADDRESS SECONDS`. Of this machine only; ends by itself.
 
-Kinds, all but one of raw ZMTP 3.0 without a key. Of connections that were let in: `frames` sends messages of three million empty frames, one
-after the other; `unfinished` one message that never ends; `trickle` the same slowly; `lies` frames whose heads lie; `identities` asks under ever
-new names, of 255 bytes and of somebody else; `epochs` arms, resets and moves in epochs and with leases that are void. Of others: `connects` opens connections
-as fast as it can and keeps them; `half` does, and says a part of the greeting in each; `raw` sends what is no ZMTP; `unknown` shakes hands
-by keys that the daemon does not know, with its own in the place of SOCKET_TYPE. Whoever is cut
-off comes again. Prints `begun` when it is at work, and in the end one JSON line: bytes sent, connections opened.
+Kinds, all but one of raw ZMTP 3.0 without a key. Of connections that were let in: `frames` sends messages of
+three million empty frames, one after the other; `unfinished` one message that never ends; `trickle` the same
+slowly; `lies` frames whose heads lie; `identities` asks under ever new names, of 255 bytes and of somebody
+else; `epochs` arms, resets and moves in epochs and with leases that are void. Of others: `connects` opens
+connections as fast as it can and keeps them; `half` does, and says a part of the greeting in each; `raw`
+sends what is no ZMTP; `unknown` shakes hands by keys that the daemon does not know, with its own in the place
+of SOCKET_TYPE. Whoever is cut off comes again. Prints `begun` when it is at work, and in the end one JSON
+line: bytes sent, connections opened.
 """
 
 from __future__ import annotations
@@ -40,7 +42,9 @@ _CHUNK = zmtp.MORE * 32_768
 def connect(
     address: str, socket_type: bytes = b"DEALER", identity: bytes = b"", patience_s: float = 2.0
 ) -> socket.socket:
-    """A connection that has greeted and was let in. Raises OSError, also when nobody answers within `patience_s`."""
+    """A connection that has greeted and was let in. Raises OSError, also when nobody answers within
+    `patience_s`.
+    """
     made = plain(address)
     try:
         made.settimeout(patience_s)
@@ -110,7 +114,9 @@ def send_frames(kind: str, address: str, socket_type: bytes, seconds: float) -> 
 
 
 def send_briefly(kind: str, address: str, socket_type: bytes, seconds: float) -> dict[str, int]:
-    """One connection after the other, with what this kind says in each; those of `half` and `identities` stay open."""
+    """One connection after the other, with what this kind says in each; those of `half` and `identities` stay
+    open.
+    """
     end = time.monotonic() + seconds
     opened = sent = 0
     kept: list[socket.socket] = []

@@ -1,4 +1,6 @@
-"""STOP under attack: from sending it to the tick from which on the torque goes to zero, and the host's memory."""
+"""STOP under attack: from sending it to the tick from which on the torque goes to zero, and the host's
+memory.
+"""
 
 from __future__ import annotations
 
@@ -66,7 +68,9 @@ ATTACKS = (
 
 
 def rows(config: Path, stops: int) -> list[Row]:
-    """A row for each attack, on a daemon of its own, with `stops` times STOP; then the most memory a host took."""
+    """A row for each attack, on a daemon of its own, with `stops` times STOP; then the most memory a host
+    took.
+    """
     out = []
     calm_mb, most_mb = 0.0, 0.0
     for attack in ATTACKS:
@@ -95,9 +99,11 @@ def address_of(door: str, rig: RigClient, port: int) -> str:
 
 @contextmanager
 def at_work(attack: Attack, address: str, key: Path | None = None) -> Iterator[Callable[[], object]]:
-    """An attacker in a process of its own, which waits for the call of what this gives, and is at work when that returns.
+    """An attacker in a process of its own, which waits for the call of what this gives, and is at work when
+    that returns.
 
-    `key` is the file of any client's key, for those who shake hands by keys: the daemon's public one is in it.
+    `key` is the file of any client's key, for those who shake hands by keys: the daemon's public one is in
+    it.
     """
     how = attack.socket_type
     if attack.kind == "unknown" and key is not None:
@@ -125,7 +131,8 @@ def at_work(attack: Attack, address: str, key: Path | None = None) -> Iterator[C
 def stops_ms(rig: RigClient, stops: int, begin: Callable[[], object] = lambda: None) -> list[float]:
     """Arm and stop so many times; milliseconds from sending each STOP to the first tick that obeys.
 
-    `begin` is called before each STOP: the first one meets an attack that has only begun, the others one that is known.
+    `begin` is called before each STOP: the first one meets an attack that has only begun, the others one that
+    is known.
     """
     return [stop_ms(rig, begin) for _ in range(stops)]
 

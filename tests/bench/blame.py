@@ -1,9 +1,10 @@
 """Late ticks made on purpose, and whether the daemon names what made them: `rtctl bench blame`.
 
-Each kind of disturbance comes in bursts half a second apart, on the loop's own core, a block of bursts of each kind in turn, and all
-that again: what the machine does besides falls on every kind alike. Judged is the worst tick that the daemon tells of, if half of its
-lateness at least fell into the burst; it is named right only if cause and name both are. Bursts without such a tick, and those that shared
-the core with somebody else's task, are told and do not count.
+Each kind of disturbance comes in bursts half a second apart, on the loop's own core, a block of bursts of
+each kind in turn, and all that again: what the machine does besides falls on every kind alike. Judged is the
+worst tick that the daemon tells of, if half of its lateness at least fell into the burst; it is named right
+only if cause and name both are. Bursts without such a tick, and those that shared the core with somebody
+else's task, are told and do not count.
 """
 
 from __future__ import annotations
@@ -45,7 +46,9 @@ PRIORITY = 95
 
 
 class _EndedError(RtctlError):
-    """The loop has ended, and the daemon with it: a loop without real-time rights that stands for long is killed."""
+    """The loop has ended, and the daemon with it: a loop without real-time rights that stands for long is
+    killed.
+    """
 
 
 @dataclass
@@ -154,7 +157,9 @@ def _without_rights(stack: ExitStack, _folder: Path, loop: int, core: int, _coun
 
 @contextmanager
 def _rig(config: Path, folder: Path, realtime: str) -> Iterator[tuple[RigClient, int, int]]:
-    """A daemon with a client, its loop's process and the core that this is on. With real-time rights, its device takes orders."""
+    """A daemon with a client, its loop's process and the core that this is on. With real-time rights, its
+    device takes orders.
+    """
     text = config.read_text().replace('"friction/', f'"{config.parent}/friction/')
     text = re.sub(r'^realtime = "\w+"', f'realtime = "{realtime}"', text, count=1, flags=re.MULTILINE)
     if realtime == "require":
@@ -218,7 +223,9 @@ def _slack(pid: int) -> bool:
 
 @contextmanager
 def _group(pid: int) -> Iterator[Callable[[], bool]]:
-    """Put the loop into a control group; what is yielded lets that run for a hundredth of the time, for a spell."""
+    """Put the loop into a control group; what is yielded lets that run for a hundredth of the time, for a
+    spell.
+    """
     group = QUOTAS / f"rtctl-bench-{os.getpid()}"
     group.mkdir()
     quota = group / "cpu.cfs_quota_us"
@@ -270,7 +277,8 @@ def _judge(rig: RigClient, kind: Kind, bursts: int, period_s: float, found: Told
 def inside(event: dict[str, Any], began: float, ended: float, period_s: float) -> bool:
     """Whether half of the worst tick's lateness at least fell between two times of CLOCK_MONOTONIC, s.
 
-    A tick that skipped slots bears the number of the slot that it began in; an event, number and deadline of the tick that it was told at.
+    A tick that skipped slots bears the number of the slot that it began in; an event, number and deadline of
+    the tick that it was told at.
     """
     deadline = event["monotonic_s"] - (event["tick"] - event["worst_tick"]) * period_s
     late_s = event["worst_us"] * 1e-6

@@ -32,7 +32,8 @@ for place, end in zip((3, 4), ends):
     os.dup2(end, place)
 os.execv(sys.argv[3], sys.argv[3:])
 """
-"""Puts the pipes where the browser expects them, whatever their numbers are (a shell may know those up to 9 only)."""
+"""Puts the pipes where the browser expects them, whatever their numbers are (a shell may know those up to 9
+only)."""
 
 
 class Browser:

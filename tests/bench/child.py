@@ -1,4 +1,6 @@
-"""Child processes of a measurement, among them the daemon of a simulated rig: there for its time, gone with it."""
+"""Child processes of a measurement, among them the daemon of a simulated rig: there for its time, gone with
+it.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,8 @@ def daemon(
     environment: Mapping[str, str] | None = None,
     seconds: float = 3000.0,
 ) -> Iterator[subprocess.Popen[bytes]]:
-    """Run the daemon of rig file `config` with `more` of TOML at its end; it ends with the block, and what it says of errors is in `folder`/`SAID`.
+    """Run the daemon of rig file `config` with `more` of TOML at its end; it ends with the block, and what it
+    says of errors is in `folder`/`SAID`.
 
     Parameters
     ----------

@@ -1,9 +1,12 @@
-"""The rung chosen against the best one, over made joints of other laws than the ladder's: `python -m tests.bench.choice`.
+"""The rung chosen against the best one, over made joints of other laws than the ladder's:
+`python -m tests.bench.choice`.
 
-A dozen laws, three of which are the ladder's own formulas; 12 to 45 speeds each way, evenly or by ratio, noise of .2 to 2.5 %. The ladder chooses and learns by
-them; every rung that could be learned, refused or not, is judged by 60 other speeds, with the noise of a point beside its error. Errors below what the ladder
-takes for equal (decision 0012) count as that. No recording is used. `--sessions` measures each joint in two to five sessions, which differ in friction,
-offset and shape, holds whole sessions out, and judges by eight others. The best rung is one of those that are searched, so that their mean may err less.
+A dozen laws, three of which are the ladder's own formulas; 12 to 45 speeds each way, evenly or by ratio,
+noise of .2 to 2.5 %. The ladder chooses and learns by them; every rung that could be learned, refused or not,
+is judged by 60 other speeds, with the noise of a point beside its error. Errors below what the ladder takes
+for equal (decision 0012) count as that. No recording is used. `--sessions` measures each joint in two to five
+sessions, which differ in friction, offset and shape, holds whole sessions out, and judges by eight others.
+The best rung is one of those that are searched, so that their mean may err less.
 """
 
 from __future__ import annotations
@@ -37,7 +40,8 @@ def laws(a: float, b: float, at: float) -> dict[str, Law]:
         "asinh": lambda v: 1 + a * np.arcsinh(v / at) / 3,
         "root viscous": lambda v: 1 + a * np.exp(-v / at) + b * np.sqrt(v),
         "stretched": lambda v: 1 + a * np.exp(-((v / at) ** 0.6)) + b * v,
-        "two peaks": lambda v: 1 + 0.6 * a * np.exp(-((v / at) ** 2)) + 0.4 * a / (1 + (v / (4 * at)) ** 2) + b * v,
+        "two peaks": lambda v: 1 + 0.6 * a * np.exp(-((v / at) ** 2)) + 0.4 * a / (1 + (v / (4 * at)) ** 2)
+        + b * v,
         "power": lambda v: 1 + b * v**0.6,
         "logarithm": lambda v: 1 + 0.3 * a * np.log1p(v / at),
         "bump": lambda v: 1 + a * np.exp(-v / at) + b * v + 0.05 * np.exp(-(((v - 0.6) / 0.15) ** 2)),
@@ -80,7 +84,9 @@ def joint(seed: int) -> tuple[str, FrictionPoints, FrictionPoints, float]:
 
 
 def joint_in_sessions(seed: int) -> tuple[str, FrictionPoints, FrictionPoints, float]:
-    """Law, points of some sessions to learn from, points of eight others to judge by, and 0: their noise is in them."""
+    """Law, points of some sessions to learn from, points of eight others to judge by, and 0: their noise is
+    in them.
+    """
     rng = np.random.default_rng(1000 + seed)
     at, a, b = 10 ** rng.uniform(-1.6, -0.4), rng.uniform(0.1, 0.7), rng.uniform(0, 0.6)
     name = list(laws(a, b, float(at)))[rng.integers(12)]
@@ -164,12 +170,14 @@ def main(joints: int, first: int, kernels: str, *, sessions: bool) -> None:
         one = judge(seed, rungs, sessions=sessions)
         times.append(one.times)
         click.echo(
-            f"{seed:4d} {one.law:<16} {one.speeds:2d} speeds: {one.chosen}, best {one.best}, {one.times:.2f} times"
+            f"{seed:4d} {one.law:<16} {one.speeds:2d} speeds: {one.chosen}, best {one.best}, "
+            f"{one.times:.2f} times"
         )
     all_ = np.array(times)
     click.echo(
-        f"{joints} joints: chosen over best {all_.mean():.3f} (mean), {np.sqrt(np.mean(all_**2)):.3f} (RMS), {all_.max():.2f} at most; "
-        f"above 1.1 in {np.mean(all_ > 1.1):.0%}, above 1.3 in {np.mean(all_ > 1.3):.0%}"
+        f"{joints} joints: chosen over best {all_.mean():.3f} (mean), {np.sqrt(np.mean(all_**2)):.3f} "
+        f"(RMS), {all_.max():.2f} at most; above 1.1 in {np.mean(all_ > 1.1):.0%}, above 1.3 in "
+        f"{np.mean(all_ > 1.3):.0%}"
     )
 
 

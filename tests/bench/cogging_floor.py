@@ -1,6 +1,8 @@
-"""What the map of the reverse run of a motor can tell of a model of its cogging: `python -m tests.bench.cogging_floor --data FOLDER`.
+"""What the map of the reverse run of a motor can tell of a model of its cogging: `python -m
+tests.bench.cogging_floor --data FOLDER`.
 
-FOLDER has `map_a.csv.gz` and `map_reverse.csv.gz`: places in counts of a turn and holding currents. No model of the place alone errs less on a map than its rows scatter.
+FOLDER has `map_a.csv.gz` and `map_reverse.csv.gz`: places in counts of a turn and holding currents. No model
+of the place alone errs less on a map than its rows scatter.
 """
 
 from __future__ import annotations
@@ -29,7 +31,9 @@ def waves(coefficients: np.ndarray) -> np.ndarray:
 
 
 def held_out(place: np.ndarray, current: np.ndarray, count: int) -> float:
-    """RMS error of the first `count` waves of a map on every eighth of its own rows, learned from the others."""
+    """RMS error of the first `count` waves of a map on every eighth of its own rows, learned from the
+    others.
+    """
     matrix, off = columns(place, np.arange(1, count + 1)), np.empty(len(current))
     for k in range(8):
         out = np.arange(len(current)) % 8 == k
@@ -38,7 +42,9 @@ def held_out(place: np.ndarray, current: np.ndarray, count: int) -> float:
 
 
 def main() -> None:
-    """Print what each map scatters by, and how far the waves of the first are from those of the reverse run."""
+    """Print what each map scatters by, and how far the waves of the first are from those of the reverse
+    run.
+    """
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     folder = parser.parse_args().data
@@ -49,7 +55,8 @@ def main() -> None:
         scatter = float(np.diff(current, 2).std() / np.sqrt(6))
         own = min(held_out(place, current, count) for count in (8, 16, 32, 64, 96))
         click.echo(
-            f"{name}: neighbouring rows scatter by {scatter:.3f} A; its own waves leave {own:.3f} A of rows held out"
+            f"{name}: neighbouring rows scatter by {scatter:.3f} A; its own waves leave {own:.3f} A of rows "
+            "held out"
         )
     (place, current), (other, reverse) = maps["map_a"], maps["map_reverse"]
     every = np.arange(1, 49)
@@ -70,11 +77,13 @@ def main() -> None:
         rows = np.concatenate([(b + np.arange(BLOCK)) % len(rest) for b in begin])
         drawn.append(np.sqrt(np.sum(waves(solve @ rest[rows]) ** 2) / 2))
     click.echo(
-        f"shift {shift} counts, {left[shift]:.3f} A left on rows; friction {(found[0] - learned[0]) / 2:+.3f} A either way about {(found[0] + learned[0]) / 2:+.3f}"
+        f"shift {shift} counts, {left[shift]:.3f} A left on rows; friction "
+        f"{(found[0] - learned[0]) / 2:+.3f} A either way about {(found[0] + learned[0]) / 2:+.3f}"
     )
     click.echo(
-        f"waves {', '.join(map(str, strongest))}: {np.sqrt(np.sum(apart**2) / 2):.3f} A RMS from those of map a; the scatter of the reverse map alone "
-        f"makes {np.median(drawn):.3f} (nine of ten below {np.quantile(drawn, 0.9):.3f})"
+        f"waves {', '.join(map(str, strongest))}: {np.sqrt(np.sum(apart**2) / 2):.3f} A RMS from those of "
+        f"map a; the scatter of the reverse map alone makes {np.median(drawn):.3f} (nine of ten below "
+        f"{np.quantile(drawn, 0.9):.3f})"
     )
 
 

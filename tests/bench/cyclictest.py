@@ -15,7 +15,8 @@ _HISTOGRAM_US = 200_000
 
 
 _FINE_US, _FINE_CELL_NS = 20, 10
-"""Up to here our own latencies are kept in finer cells: cyclictest's of 1 us would make every start earlier than that half a microsecond late."""
+"""Up to here our own latencies are kept in finer cells: cyclictest's of 1 us would make every start earlier
+than that half a microsecond late."""
 
 
 def _percentile(counts: np.ndarray, wanted: float) -> float:
@@ -33,7 +34,8 @@ class Latencies:
     counts: np.ndarray
     overflow: int
     fine: np.ndarray
-    """Those of less than `_FINE_US`, in cells of `_FINE_CELL_NS`; none where only whole microseconds are known."""
+    """Those of less than `_FINE_US`, in cells of `_FINE_CELL_NS`; none where only whole microseconds are
+    known."""
 
     @classmethod
     def of(cls, late_ns: np.ndarray) -> Latencies:
@@ -50,7 +52,9 @@ class Latencies:
         return Latencies(self.counts + other.counts, self.overflow + other.overflow, self.fine + other.fine)
 
     def percentile_us(self, percent: float) -> float:
-        """Percentile, us, interpolated inside its cell: of 1 us, cyclictest's own resolution, or of 10 ns where the latencies are known so well."""
+        """Percentile, us, interpolated inside its cell: of 1 us, cyclictest's own resolution, or of 10 ns
+        where the latencies are known so well.
+        """
         wanted = percent / 100 * (int(self.counts.sum()) + self.overflow)
         if wanted <= self.fine.sum():
             return _percentile(self.fine, wanted) * _FINE_CELL_NS / 1000
@@ -87,7 +91,10 @@ def run(seconds: float, interval_us: int, priority: int, cpu: int) -> Latencies:
     """
     if not available():
         raise RtctlError("cyclictest is missing: apt-get install rt-tests")
-    command = f"cyclictest -m -q -t1 -a{cpu} -p{priority} -i{interval_us} -h{_HISTOGRAM_US} -D{max(1, round(seconds))}"
+    command = (
+        f"cyclictest -m -q -t1 -a{cpu} -p{priority} -i{interval_us} -h{_HISTOGRAM_US} "
+        f"-D{max(1, round(seconds))}"
+    )
     done = subprocess.run(command.split(), capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RtctlError(f"cyclictest failed: {done.stderr.strip() or done.stdout.strip()}")

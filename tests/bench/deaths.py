@@ -1,7 +1,8 @@
-"""How soon a board is torque-free after its loop died: `rtctl run` against the simulated board, killed again and again.
+"""How soon a board is torque-free after its loop died: `rtctl run` against the simulated board, killed again
+and again.
 
-The board's own time to live is set far beyond what the supervisor should need, so that what is measured is the
-supervisor; that the time to live held is checked on the same rows.
+The board's own time to live is set far beyond what the supervisor should need, so that what is measured is
+the supervisor; that the time to live held is checked on the same rows.
 """
 
 from __future__ import annotations
@@ -39,7 +40,9 @@ MOST_DELAY_S = 0.05
 
 @dataclass(frozen=True)
 class Death:
-    """One kill: ms until the motor was without torque for good, and the longest silence under torque, board cycles."""
+    """One kill: ms until the motor was without torque for good, and the longest silence under torque, board
+    cycles.
+    """
 
     free_ms: float
     silent_cycles: int
@@ -111,7 +114,9 @@ def _rig_file(config: Path, folder: Path, port: str) -> Path:
 
 
 def _die(board: SimulatedBoard, rig: Path, folder: Path, number: int, delay_s: float) -> Death | None:
-    """Start a daemon, wait for torque, end its loop; what the board saw. None when it ended by itself before."""
+    """Start a daemon, wait for torque, end its loop; what the board saw. None when it ended by itself
+    before.
+    """
     command = [sys.executable, "-m", "rtctl", "run", str(rig), "--json", "--runtime-dir", str(folder)]
     first = board.observation.count
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as daemon:
@@ -144,7 +149,9 @@ def _silence(seen: np.ndarray) -> np.ndarray:
 
 
 def _has_torque(board: SimulatedBoard, daemon: subprocess.Popen[str], folder: Path) -> bool:
-    """Arm until the motor has torque. False when the daemon has ended, as one does whose machine stood still."""
+    """Arm until the motor has torque. False when the daemon has ended, as one does whose machine stood
+    still.
+    """
     end = time.monotonic() + PATIENCE_S
     with RigClient("serial", runtime_dir=str(folder), timeout_s=1.0) as client:
         while time.monotonic() < end:

@@ -1,4 +1,6 @@
-"""One cycle of a device as the loop makes it: compiled where the device has that, and Python's halves for what is left."""
+"""One cycle of a device as the loop makes it: compiled where the device has that, and Python's halves for
+what is left.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +21,9 @@ READ, WRITE = 1, 2
 def _whole(
     at: np.ndarray, read_arguments: tuple[np.ndarray, ...], write_arguments: tuple[np.ndarray, ...]
 ) -> int:
-    """What a whole compiled cycle does with the device (`rtctl.rt.whole_cycle`); 0 when Python was not needed."""
+    """What a whole compiled cycle does with the device (`rtctl.rt.whole_cycle`); 0 when Python was not
+    needed.
+    """
     if call_for_int(at[0], read_arguments) != 0:
         return READ
     return WRITE if call_for_int(at[1], write_arguments) != 0 else 0

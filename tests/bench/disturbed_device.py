@@ -1,7 +1,7 @@
 """A simulated rig whose `read` blocks, or works on memory that is not there, whenever it is told to.
 
-The backend `bench-mock` for the loop's process of `tests.bench.blame`: the mock, in Python, with one byte of a file between
-bench and loop. `install` writes what a package's installer would, so that the daemon finds it.
+The backend `bench-mock` for the loop's process of `tests.bench.blame`: the mock, in Python, with one byte of
+a file between bench and loop. `install` writes what a package's installer would, so that the daemon finds it.
 """
 
 from __future__ import annotations
@@ -89,7 +89,9 @@ class DisturbedMock:
 
 
 def install(folder: Path) -> dict[str, str]:
-    """Make the backend known to children that get the environment returned, and write the file of the order: `folder/order`."""
+    """Make the backend known to children that get the environment returned, and write the file of the order:
+    `folder/order`.
+    """
     made = folder / "rtctl_bench_mock-1.0.dist-info"
     made.mkdir()
     (made / "METADATA").write_text("Metadata-Version: 2.1\nName: rtctl-bench-mock\nVersion: 1.0\n")

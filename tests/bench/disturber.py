@@ -1,4 +1,5 @@
-"""What takes a core on request: `python -m tests.bench.disturber KIND CORE PRIORITY`, a spell for every line that it reads.
+"""What takes a core on request: `python -m tests.bench.disturber KIND CORE PRIORITY`, a spell for every line
+that it reads.
 
 | kind | what a spell is |
 |---|---|
@@ -7,7 +8,8 @@
 | `brief` | a child is begun, computes on the core, and ends |
 | `flood` | datagrams to many listeners, delivered in softirqs of the core and sent from another one |
 
-PRIORITY is that of SCHED_FIFO; 0: an ordinary task. A flood is one of a network of its own (`unshare --net --mount`).
+PRIORITY is that of SCHED_FIFO; 0: an ordinary task. A flood is one of a network of its own
+(`unshare --net --mount`).
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ SPELL_S = 0.02
 """How long a spell takes the core."""
 
 MADE = 0.9
-"""Least share of a spell for which a task must have had the core: else somebody else had it, and who made a tick late is not known."""
+"""Least share of a spell for which a task must have had the core: else somebody else had it, and who made a
+tick late is not known."""
 
 NAME = "rtctl-hog"
 """Of every task that computes."""
@@ -51,7 +54,8 @@ SIOCGIFFLAGS, SIOCSIFFLAGS, IFF_UP, IFF_MULTICAST = 0x8913, 0x8914, 0x1, 0x1000
 
 @contextmanager
 def disturber(kind: str, core: int, priority: int = 0, children: int = 0) -> Iterator[Callable[[], bool]]:
-    """The process; what is yielded asks for one spell, and returns after it whether that was made as it should.
+    """The process; what is yielded asks for one spell, and returns after it whether that was made as it
+    should.
 
     `children` is how many spells `ended` may be asked for. Raises RtctlError where this user may not do that.
     """
@@ -104,7 +108,9 @@ def _onto(core: int, priority: int) -> None:
 
 
 def _first() -> None:
-    """Ahead of other ordinary tasks, and of other sessions where the kernel shares the time out among these."""
+    """Ahead of other ordinary tasks, and of other sessions where the kernel shares the time out among
+    these.
+    """
     os.nice(FIRST)
     with contextlib.suppress(OSError):
         os.setsid()

@@ -1,7 +1,9 @@
-"""False alarms and missed drifts of the watch over the friction: every plant of the mock's family, moved as people move.
+"""False alarms and missed drifts of the watch over the friction: every plant of the mock's family, moved as
+people move.
 
-Half of the time nothing drifts: every warning is false, and so is every fault of the energy accounts, in free motion (among them triangles), in a spring and at a wall. Then dry
-friction changes by a tenth, and what counts is the motion until that is told, and the factor after a minute of motion.
+Half of the time nothing drifts: every warning is false, and so is every fault of the energy accounts, in free
+motion (among them triangles), in a spring and at a wall. Then dry friction changes by a tenth, and what
+counts is the motion until that is told, and the factor after a minute of motion.
 """
 
 from __future__ import annotations
@@ -44,7 +46,9 @@ OF_ACCOUNT = int(Fault.PASSIVITY | Fault.PASSIVITY_GROSS)
 
 @dataclass
 class Sum:
-    """What was seen so far: hours watched, false warnings and STOPs, factors, and of drifts how soon they were told."""
+    """What was seen so far: hours watched, false warnings and STOPs, factors, and of drifts how soon they
+    were told.
+    """
 
     hours: float = 0.0
     alarms: list[str] = field(default_factory=list)
@@ -216,7 +220,9 @@ def _drifting(plant: Plant, hand: Hand, name: str, factor: float, into: Sum) -> 
 
 
 def _dry_share(plant: LoadedConfig, by: Deployed, velocity: np.ndarray) -> float:
-    """How much of what the model takes for dry friction is dry in truth, as a regression over these velocities weighs it."""
+    """How much of what the model takes for dry friction is dry in truth, as a regression over these
+    velocities weighs it.
+    """
     pure = [
         {**one["friction"], "viscous_nms_rad": 0.0, "thinning_nms_rad": 0.0} for one in plant.options["axis"]
     ]

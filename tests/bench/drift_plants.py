@@ -1,4 +1,6 @@
-"""The joints that `rtctl bench drift` watches: each of the mock's family with a model of its own, learned as a lab does, and the hands that move them."""
+"""The joints that `rtctl bench drift` watches: each of the mock's family with a model of its own, learned as
+a lab does, and the hands that move them.
+"""
 
 from __future__ import annotations
 
@@ -41,16 +43,19 @@ MOTIONS: Mapping[str, Hand] = {
 }
 
 LOADED = "load-dependent"
-"""Its friction grows with the hand's own torque: what is told of it is no false alarm, and is counted by itself."""
+"""Its friction grows with the hand's own torque: what is told of it is no false alarm, and is counted by
+itself."""
 
 LOCAL = "harmonic-drive"
-"""Its friction differs by 18 % over the turn, and a hand works at one place: watched by speed alone the factor is that of the place."""
+"""Its friction differs by 18 % over the turn, and a hand works at one place: watched by speed alone the
+factor is that of the place."""
 
 BY_PLACE = f"{LOCAL}, by place"
 """The same with a model by place, and an encoder that knows it."""
 
 SEEN = f"{LOCAL}, by a place that is seen"
-"""The same with an encoder that does not, and a joint that was turned once to and fro since the power came."""
+"""The same with an encoder that does not, and a joint that was turned once to and fro since the power
+came."""
 
 TURNED: Hand = {"kind": "triangle", "amplitude_rad": 3.3, "speed_rad_s": 0.25}
 TURNED_S = 100.0
@@ -85,7 +90,9 @@ class Plant:
 
 
 def plant(loaded: LoadedConfig, name: str, folder: Path) -> Plant:
-    """The plant with a model of its own; a servo at a slow device rings, and the shipped model is of this very friction."""
+    """The plant with a model of its own; a servo at a slow device rings, and the shipped model is of this
+    very friction.
+    """
     if name in (BY_PLACE, SEEN):
         made = with_plant(loaded, LOCAL)
         made = learned_by_place(moved(made, {"kind": "none"}), made, folder)
@@ -124,7 +131,9 @@ def _with_friction(loaded: LoadedConfig, **keys: str) -> LoadedConfig:
 def moved(
     loaded: LoadedConfig, hand: Hand, drift: list[list[float]] | None = None, seed: int | None = None
 ) -> LoadedConfig:
-    """The rig in another hand; `drift`: time (s), factors of dry and viscous friction; `seed` of its noise."""
+    """The rig in another hand; `drift`: time (s), factors of dry and viscous friction; `seed` of its
+    noise.
+    """
     options = {**loaded.options, "hand": [{**one, **hand} for one in loaded.options["hand"]]}
     options["seed"] = options["seed"] if seed is None else seed
     if drift is not None:

@@ -1,9 +1,9 @@
 """What a program that sets the world 60 times a second lets a hand feel, beside one that sets it every tick.
 
-The joint makes one and the same motion in all runs, that of the mock in free space under its hand; only how often the
-numbers are sent differs. What a program adds is the torque of the world less that of a run in which the numbers stay
-as they were first. What the slow program adds is what the fast one adds, later (`delay`) and smaller or larger
-(`softening`): both by least squares.
+The joint makes one and the same motion in all runs, that of the mock in free space under its hand; only how
+often the numbers are sent differs. What a program adds is the torque of the world less that of a run in which
+the numbers stay as they were first. What the slow program adds is what the fast one adds, later (`delay`) and
+smaller or larger (`softening`): both by least squares.
 """
 
 from __future__ import annotations
@@ -128,7 +128,8 @@ def compare(slow: NDArray[np.float64], fast: NDArray[np.float64]) -> tuple[int, 
 
     Notes
     -----
-    For each delay d the gain g that makes g fast(k - d) nearest to slow(k); the d with the least remainder counts.
+    For each delay d the gain g that makes g fast(k - d) nearest to slow(k); the d with the least remainder
+    counts.
     """
     most = min(LATEST_MS, len(slow) - 1)
     later = slow[most:]
@@ -143,7 +144,9 @@ def compare(slow: NDArray[np.float64], fast: NDArray[np.float64]) -> tuple[int, 
 
 
 def at_rest(config: Path, before: World, after: World) -> NDArray[np.float64]:
-    """Torque of the world on a joint held at 0, N m, on every tick after it jumped from `before` to `after`."""
+    """Torque of the world on a joint held at 0, N m, on every tick after it jumped from `before` to
+    `after`.
+    """
     world = _World(config)
     world.set(before)
     for _ in range(REST_TICKS):

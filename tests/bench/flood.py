@@ -1,4 +1,6 @@
-"""The daemon under floods: the loop beside a quiet run of the same daemon, STOP, memory, targets, connecting."""
+"""The daemon under floods: the loop beside a quiet run of the same daemon, STOP, memory, targets,
+connecting.
+"""
 
 from __future__ import annotations
 
@@ -123,7 +125,8 @@ def daemon_on_loopback(
 ) -> Iterator[tuple[subprocess.Popen[bytes], str, Path, int]]:
     """The daemon with a TCP door of its own on 127.0.0.1: process, runtime folder, an operator's key, port.
 
-    With `viewer` also the port for viewers without keys, three further on; `config` must not have [telemetry] then.
+    With `viewer` also the port for viewers without keys, three further on; `config` must not have [telemetry]
+    then.
     """
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         root = Path(folder)
@@ -176,8 +179,9 @@ def _measure(rig: RigClient, sample: Sample, seconds: float) -> None:
 def _target_latency_s(rig: RigClient, seconds: float) -> list[float]:
     """Times from sending a target to the grid time of the tick that takes it, s; now and then a target.
 
-    The ticks that tell are read `AFTERWARDS_S` later: decoding them at once keeps the thread of ZeroMQ that sends
-    from the core for 0.3 ms where cores are few, and it is the measurement that decodes them, not a renderer.
+    The ticks that tell are read `AFTERWARDS_S` later: decoding them at once keeps the thread of ZeroMQ that
+    sends from the core for 0.3 ms where cores are few, and it is the measurement that decodes them, not a
+    renderer.
     """
     rig.set_environment(0, "remote")
     rig.status()

@@ -1,8 +1,9 @@
-"""A hostile client: `python -m tests.bench.flooder KIND ADDRESS SECONDS [RATE_HZ]`. Of this machine only; ends by itself.
+"""A hostile client: `python -m tests.bench.flooder KIND ADDRESS SECONDS [RATE_HZ]`. Of this machine only;
+ends by itself.
 
-Kinds: `junk`, `valid` and `targets` offer messages to an endpoint at RATE_HZ (what the daemon does not take yet
-waits here, and is not made up for); `connections` keeps 200 TCP connections open that send noise and 200 that say nothing, and opens
-each again when it is closed. Prints one JSON line: what was offered and taken.
+Kinds: `junk`, `valid` and `targets` offer messages to an endpoint at RATE_HZ (what the daemon does not take
+yet waits here, and is not made up for); `connections` keeps 200 TCP connections open that send noise and 200
+that say nothing, and opens each again when it is closed. Prints one JSON line: what was offered and taken.
 """
 
 from __future__ import annotations

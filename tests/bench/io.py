@@ -7,7 +7,9 @@ from tests.bench.row import Row
 
 
 def rows(short: float, composed_s: float = 10.0) -> list[Row]:
-    """All rows; `short` scales how long is measured (1 is the real thing), the composed rig is watched for `composed_s` s."""
+    """All rows; `short` scales how long is measured (1 is the real thing), the composed rig is watched for
+    `composed_s` s.
+    """
     return [
         *io_serial.rows(round(10_000 * short)),
         *io_can.rows(round(20_000 * short)),

@@ -1,4 +1,6 @@
-"""One CAN cycle (two frames in, one out) by our backend and by a plain python-can loop, in turn on the same bus."""
+"""One CAN cycle (two frames in, one out) by our backend and by a plain python-can loop, in turn on the same
+bus.
+"""
 
 from __future__ import annotations
 
@@ -96,7 +98,8 @@ def rows(cycles: int) -> list[Row]:
     return [
         Row("CAN cycle against plain python-can", ours / theirs, "x", told, target),
         Row("CAN cycle: read 2 frames, write 1", ours, "us", f"p50, tick filled and faults judged; {where}"),
-        Row("CAN decode and encode, per frame", codec_us, "us", "ODrive: 2 decoded, 1 encoded, tick filled; no I/O", 2.0),
+        Row("CAN decode and encode, per frame", codec_us, "us",
+            "ODrive: 2 decoded, 1 encoded, tick filled; no I/O", 2.0),
     ]  # fmt: skip
 
 

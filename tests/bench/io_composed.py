@@ -176,5 +176,6 @@ def rows(seconds: float) -> list[Row]:
     )
     return [
         Row("composed rig: stale shown as fresh", ages.stale_as_fresh, "samples", told, 0),
-        Row("composed rig: older than 2 ms, beyond bare", ours - theirs, "%", f"bare reader {theirs:.3f} %, ours {ours:.3f} %", 0.1),
+        Row("composed rig: older than 2 ms, beyond bare", ours - theirs, "%",
+            f"bare reader {theirs:.3f} %, ours {ours:.3f} %", 0.1),
     ]  # fmt: skip

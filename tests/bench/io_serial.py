@@ -1,4 +1,5 @@
-"""One serial cycle (newest state packet in, a command out) by our backend and by a plain pyserial loop, on two ptys.
+"""One serial cycle (newest state packet in, a command out) by our backend and by a plain pyserial loop, on
+two ptys.
 
 Both get the same `rtctl-frame` packets (docs/serial-protocol.md) in turn.
 """
@@ -49,7 +50,9 @@ def unstuffed(packet: bytes) -> bytes:
 
 
 class PyserialLoop:
-    """What a careful user writes with pyserial: read all that waits, decode the newest packet, send a command."""
+    """What a careful user writes with pyserial: read all that waits, decode the newest packet, send a
+    command.
+    """
 
     def __init__(self, path: str) -> None:
         import serial
@@ -157,9 +160,12 @@ def rows(cycles: int) -> list[Row]:
     near.close()
     far.close()
     return [
-        Row("serial cycle: newest frame in, command out", ours, "us", "p50; rtctl-frame on a pty, tick filled and faults judged", 25.0),
-        Row("serial cycle against a pyserial loop", ours / theirs, "x", f"{theirs:.1f} us; {cycles} cycles each in turn on ptys, same frame", 0.45),
-        Row("serial decode and encode, per frame", codec_us, "us", "rtctl-frame: 1 decoded, 1 encoded, tick filled; no I/O", 2.0),
+        Row("serial cycle: newest frame in, command out", ours, "us",
+            "p50; rtctl-frame on a pty, tick filled and faults judged", 25.0),
+        Row("serial cycle against a pyserial loop", ours / theirs, "x",
+            f"{theirs:.1f} us; {cycles} cycles each in turn on ptys, same frame", 0.45),
+        Row("serial decode and encode, per frame", codec_us, "us",
+            "rtctl-frame: 1 decoded, 1 encoded, tick filled; no I/O", 2.0),
     ]  # fmt: skip
 
 

@@ -1,4 +1,6 @@
-"""One CAN cycle over a serial (slcan) adapter, by our reader and by a plain python-can loop, in turn on two ptys."""
+"""One CAN cycle over a serial (slcan) adapter, by our reader and by a plain python-can loop, in turn on two
+ptys.
+"""
 
 from __future__ import annotations
 
@@ -112,7 +114,8 @@ def rows(cycles: int) -> list[Row]:
         backend.close()
         plain.shutdown()
     return [
-        Row("CAN cycle over slcan against python-can", ours / theirs, "x", f"{theirs:.1f} us; {cycles} cycles each on ptys", 0.6),
+        Row("CAN cycle over slcan against python-can", ours / theirs, "x",
+            f"{theirs:.1f} us; {cycles} cycles each on ptys", 0.6),
         Row("CAN cycle over slcan: read 2, write 1", ours, "us", "p50, tick filled and faults judged; pty"),
     ]  # fmt: skip
 

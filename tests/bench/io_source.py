@@ -1,7 +1,9 @@
-"""A drive on CAN (slcan) and a force sensor on a serial port, twice, for `rtctl bench io`: `python -m tests.bench.io_source`.
+"""A drive on CAN (slcan) and a force sensor on a serial port, twice, for `rtctl bench io`:
+`python -m tests.bench.io_source`.
 
-Both pairs get the same bytes in the same millisecond. What they measure is the time they were sent at: seconds since
-the beginning, as turns of the encoder and as newtons. A process of its own: nothing here holds up who reads.
+Both pairs get the same bytes in the same millisecond. What they measure is the time they were sent at:
+seconds since the beginning, as turns of the encoder and as newtons. A process of its own: nothing here holds
+up who reads.
 """
 
 from __future__ import annotations
@@ -52,7 +54,9 @@ def _await_end(over: threading.Event) -> None:
 
 
 def main() -> int:
-    """Serve until standard input closes. Prints the start (CLOCK_MONOTONIC, ns) and drive, sensor, drive, sensor."""
+    """Serve until standard input closes. Prints the start (CLOCK_MONOTONIC, ns) and drive, sensor, drive,
+    sensor.
+    """
     pairs = [pty.openpty() for _ in range(4)]
     for near, far in pairs:
         tty.setraw(near)

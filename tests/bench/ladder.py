@@ -1,4 +1,6 @@
-"""The ladder of models on the samples of one log: halving, full, and plain GridSearchCV on the same grids, in one run."""
+"""The ladder of models on the samples of one log: halving, full, and plain GridSearchCV on the same grids, in
+one run.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""A simulated joint's friction learned by place, as a lab does it: `rtctl identify --sweep`, then `rtctl fit --places --sweep`."""
+"""A simulated joint's friction learned by place, as a lab does it: `rtctl identify --sweep`, then
+`rtctl fit --places --sweep`.
+"""
 
 from __future__ import annotations
 
@@ -22,7 +24,9 @@ SETTINGS = Settings(train_levels=20, test_levels=0, measurements=40, warm_up_s=5
 
 
 def learned_by_place(free: LoadedConfig, plant: LoadedConfig, folder: Path) -> LoadedConfig:
-    """`plant` with a model by place, in a rig file that says that the encoder is absolute; `free` is the same with nobody at its handle."""
+    """`plant` with a model by place, in a rig file that says that the encoder is absolute; `free` is the same
+    with nobody at its handle.
+    """
     bare = without_feedforward(free)
     rig = rig_of(bare, SETTINGS)
     data = Dataset.create(folder / "set", bare, SETTINGS, simulated=True)

@@ -1,8 +1,11 @@
-"""Friction that a hand is left with under load, with and without load in the law: `python -m tests.bench.load_in_law`.
+"""Friction that a hand is left with under load, with and without load in the law:
+`python -m tests.bench.load_in_law`.
 
-The joint's friction grows with its load. It has two models: one as a lab measures it, unloaded; and one of points under weights, whose curve is that
-without load and which carries the load's coefficients (`rtctl fit --by-load`). A firm hand moves the joint freely, against a spring, and under a
-torque that hardly changes (a weak spring far away). Friction left is hand's torque plus coupling's less inertia; the share is of what compensation off leaves.
+The joint's friction grows with its load. It has two models: one as a lab measures it, unloaded; and one of
+points under weights, whose curve is that without load and which carries the load's coefficients
+(`rtctl fit --by-load`). A firm hand moves the joint freely, against a spring, and under a torque that hardly
+changes (a weak spring far away). Friction left is hand's torque plus coupling's less inertia; the share is of
+what compensation off leaves.
 """
 
 from __future__ import annotations
@@ -112,7 +115,9 @@ def gain_of(model: FrictionModel, axis: AxisTable, period_s: float) -> float:
 
 
 def left_nm(loaded: LoadedConfig, compensation: float) -> float:
-    """RMS of the friction that the hand is left with over 12 s of its motion, N m; NaN where a fault stopped the run."""
+    """RMS of the friction that the hand is left with over 12 s of its motion, N m; NaN where a fault stopped
+    the run.
+    """
     simulation = Simulation(loaded)
     simulation.arm(compensation=compensation)
     simulation.run(4.0)
@@ -128,7 +133,9 @@ def left_nm(loaded: LoadedConfig, compensation: float) -> float:
 
 
 def shaken_rad_s(case: still_cases.Case, model: Path, load_gain: float) -> float:
-    """RMS speed two to five seconds after a drawn hand has begun to hold still, rad/s; 0 where a fault stopped the run."""
+    """RMS speed two to five seconds after a drawn hand has begun to hold still, rad/s; 0 where a fault
+    stopped the run.
+    """
     world = list(WORLDS.values())[case.index % len(WORLDS)]
     hand = {
         "kind": "sine",
@@ -182,7 +189,8 @@ def main(folder: Path, hands: int) -> None:
         speeds = [shaken_rad_s(case, models["by load"], load_gain) for case in cases]
         shaken = [case.index for case, speed in zip(cases, speeds, strict=True) if speed > SHAKES_RAD_S]
         click.echo(
-            f"load_gain {load_gain}: {len(shaken)} of {len(cases)} shaken, worst {max(speeds):.4f} rad/s {shaken}"
+            f"load_gain {load_gain}: {len(shaken)} of {len(cases)} shaken, worst {max(speeds):.4f} rad/s "
+            f"{shaken}"
         )
     if hands:
         return

@@ -1,6 +1,8 @@
-"""Load terms of published actuators, found again from steady points: `python -m tests.bench.load_models --data FOLDER`.
+"""Load terms of published actuators, found again from steady points:
+`python -m tests.bench.load_models --data FOLDER`.
 
-FOLDER has a folder for each actuator with m3.json to m6.json in it, in the words of Rhoban/bam. Only parameters are read.
+FOLDER has a folder for each actuator with m3.json to m6.json in it, in the words of Rhoban/bam. Only
+parameters are read.
 """
 
 from __future__ import annotations
@@ -51,7 +53,9 @@ def parameters(published: Mapping[str, float]) -> dict[str, float]:
 def judged(
     model: str, values: Mapping[str, float], load_nm: float, fastest: float
 ) -> tuple[float, dict[str, float]]:
-    """Friction error over that of Coulomb + viscous, and the error of each coefficient that matters, share of it."""
+    """Friction error over that of Coulomb + viscous, and the error of each coefficient that matters, share of
+    it.
+    """
     made, truth = loaded_gear.points(values, load_nm, fastest, NOISE_SHARE * load_nm, seed=0)
     rows, kept = rows_of(made)
     true = truth[kept]
@@ -67,7 +71,9 @@ def judged(
 
 
 def every(folder: Path) -> Iterator[tuple[str, str, float, dict[str, float]]]:
-    """(actuator, model, error over that of Coulomb + viscous, errors of coefficients) of each published set."""
+    """(actuator, model, error over that of Coulomb + viscous, errors of coefficients) of each published
+    set.
+    """
     for actuator, (load_nm, fastest) in LOADS.items():
         for model in loaded_gear.RUNG_OF:
             published = json.loads((folder / actuator / f"{model}.json").read_text())

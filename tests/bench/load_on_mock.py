@@ -1,7 +1,8 @@
 """Load terms of the simulated joint, measured through its sensors: `python -m tests.bench.load_on_mock`.
 
-A weak spring far away stands for a weight. The joint is turned both ways at constant speeds by a servo, and each point is a mean motor current. So
-bristles, ripple, places, noise and encoder are in it, and the closed form is the plant's own only where the joint slides steadily.
+A weak spring far away stands for a weight. The joint is turned both ways at constant speeds by a servo, and
+each point is a mean motor current. So bristles, ripple, places, noise and encoder are in it, and the closed
+form is the plant's own only where the joint slides steadily.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from rtctl.simulation.family import FAMILY, with_plant
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"
 
 SPRING_NM_RAD = 0.002
-"""Stiffness of the spring that a weight is made of: a turn changes the weight by .013 N m, and that is known."""
+"""Stiffness of the spring that a weight is made of: a turn changes the weight by .013 N m, and that is
+known."""
 
 WEIGHTS = (-0.9, -0.6, -0.3, 0.0, 0.3, 0.6, 0.9)
 """Torques from outside, N m."""
@@ -35,11 +37,14 @@ SPEEDS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8, 1.5, 3.0, 5.0)
 PLACES = 10
 
 SETTLE_RAD = 0.03
-"""Way at a speed before friction is measured: under load bristles bend as much further as friction is greater, 5 mrad, and six times that has to pass."""
+"""Way at a speed before friction is measured: under load bristles bend as much further as friction is
+greater, 5 mrad, and six times that has to pass."""
 
 
 class WeightedRig(mock_points.Rig):
-    """The simulated rig with a weight of `outside_nm` on axis 0, which is hung there once the current's zero is read."""
+    """The simulated rig with a weight of `outside_nm` on axis 0, which is hung there once the current's zero
+    is read.
+    """
 
     def __init__(self, loaded: LoadedConfig, outside_nm: float) -> None:
         super().__init__(loaded)
@@ -96,11 +101,13 @@ def main() -> None:
     for name in COEFFICIENTS:
         true = told[name.replace("square_per_nm", "square_nm")]
         click.echo(
-            f"{name}: {found.value(name):.4g}, in truth {true:.4g}, {100 * (found.value(name) / true - 1):+.1f} %"
+            f"{name}: {found.value(name):.4g}, in truth {true:.4g}, "
+            f"{100 * (found.value(name) / true - 1):+.1f} %"
         )
     for rung in verdict.rungs:
         click.echo(
-            f"{rung.terms.rung}: {1e3 * rmse_nm(rung.terms.rung, rows):.3g} mN m, held out {1e3 * rung.rmse_nm:.3g}"
+            f"{rung.terms.rung}: {1e3 * rmse_nm(rung.terms.rung, rows):.3g} mN m, held out "
+            f"{1e3 * rung.rmse_nm:.3g}"
         )
 
 

@@ -1,7 +1,8 @@
-"""Named loads of a machine, each a few processes that end by themselves: `python -m tests.bench.loads KIND SECONDS`.
+"""Named loads of a machine, each a few processes that end by themselves:
+`python -m tests.bench.loads KIND SECONDS`.
 
-They run at ordinary priority on every core that is allowed, the loop's included unless they are told to keep off it, talk to
-loopback only, and write to a temporary folder of their own.
+They run at ordinary priority on every core that is allowed, the loop's included unless they are told to keep
+off it, talk to loopback only, and write to a temporary folder of their own.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """A measuring process: `python -m tests.bench.looking RATE_HZ PRIORITY CPU`.
 
-Wakes up on a grid with the loop's rights and its clock and does nothing in between: once looking at the clock as
-`loop.early_us = "auto"` does, once sleeping only. Then it never sleeps in between: what is late then no program could have begun
-earlier, since the core itself was taken away (an interrupt, the host of a virtual machine). Prints one JSON line: what more of its core the
-first takes (`share`), how long before a deadline it was awake at the end (`early_us`), and how late each deadline was seen by who never slept (`awake_ns`).
+Wakes up on a grid with the loop's rights and its clock and does nothing in between: once looking at the clock
+as `loop.early_us = "auto"` does, once sleeping only. Then it never sleeps in between: what is late then no
+program could have begun earlier, since the core itself was taken away (an interrupt, the host of a virtual
+machine). Prints one JSON line: what more of its core the first takes (`share`), how long before a deadline it
+was awake at the end (`early_us`), and how late each deadline was seen by who never slept (`awake_ns`).
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ SECONDS = 2.0
 """Length of each measurement."""
 
 BURST_S = 0.25
-"""So long it is awake without a pause; then it sleeps as long, or the kernel would take the core from it (`sched_rt_runtime_us`)."""
+"""So long it is awake without a pause; then it sleeps as long, or the kernel would take the core from it
+(`sched_rt_runtime_us`)."""
 
 
 def used_share(clock: WallClock, slots: int, period_ns: int) -> float:
@@ -36,7 +38,9 @@ def used_share(clock: WallClock, slots: int, period_ns: int) -> float:
 
 
 def late_awake(clock: WallClock, slots: int, period_ns: int) -> list[int]:
-    """How late each of so many deadlines is seen by who has looked at the clock ever since the one before, ns."""
+    """How late each of so many deadlines is seen by who has looked at the clock ever since the one before,
+    ns.
+    """
     late: list[int] = []
     while len(late) < slots:
         clock.sleep_until(clock.now() + round(BURST_S * 1e9))

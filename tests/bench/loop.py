@@ -43,7 +43,9 @@ def last_core() -> int:
 
 
 def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
-    """Work of one cycle, plant included, beside an empty loop in Python, six axes without a plant, and cyclictest, in turn."""
+    """Work of one cycle, plant included, beside an empty loop in Python, six axes without a plant, and
+    cyclictest, in turn.
+    """
     full, empty, six = [], [], []
     theirs = Latencies.of(np.zeros(0))
     loop = load(config).config.loop
@@ -58,9 +60,12 @@ def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
     work_us, python_us, many_us = (np.percentile(part[1], [50, 99]) / 1e3 for part in (work, bare, many))
     ticks = f"{work.shape[1]} ticks"
     rows = [
-        Row("cycle on the mock, p50", work_us[0], "us", f"{ticks}; empty loop in Python {python_us[0]:.2f} us", 2.0),
-        Row("cycle on the mock, p99", work_us[1], "us", f"{ticks}; empty loop in Python {python_us[1]:.2f} us"),
-        Row("cycle of six axes with models, no plant, p50", many_us[0], "us", f"p99 {many_us[1]:.2f} us", 8.0),
+        Row("cycle on the mock, p50", work_us[0], "us",
+            f"{ticks}; empty loop in Python {python_us[0]:.2f} us", 2.0),
+        Row("cycle on the mock, p99", work_us[1], "us",
+            f"{ticks}; empty loop in Python {python_us[1]:.2f} us"),
+        Row("cycle of six axes with models, no plant, p50", many_us[0], "us", f"p99 {many_us[1]:.2f} us",
+            8.0),
         Row("deadline to command sent, p99", done_us, "us", f"empty loop in Python {bare_us:.1f} us", 10.0),
     ]  # fmt: skip
     if cyclictest.available():

@@ -1,8 +1,10 @@
-"""A measuring process: `python -m tests.bench.loop_wakeups KIND CONFIG SECONDS [RATE_HZ [CPU]]` runs one loop under real-time rights.
+"""A measuring process: `python -m tests.bench.loop_wakeups KIND CONFIG SECONDS [RATE_HZ [CPU]]` runs one loop
+under real-time rights.
 
-KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `six` the same law with six axes like the first of CONFIG, each with its
-friction model, on a device that costs next to nothing; KIND `empty` has the shape of the loop in Python (wait, three readings of the clock, the
-same stores) and does nothing in between. Prints one JSON line with the raw latencies, ns.
+KIND `loop` is the real loop on the rig of CONFIG (mock); KIND `six` the same law with six axes like the first
+of CONFIG, each with its friction model, on a device that costs next to nothing; KIND `empty` has the shape of
+the loop in Python (wait, three readings of the clock, the same stores) and does nothing in between. Prints
+one JSON line with the raw latencies, ns.
 """
 
 from __future__ import annotations
@@ -32,7 +34,9 @@ ASK_EVERY_S = 0.25
 
 
 class _Operator:
-    """Arms the rig as soon as it may be, and ends the loop: a timer's signal, as the loop sees those of a person."""
+    """Arms the rig as soon as it may be, and ends the loop: a timer's signal, as the loop sees those of a
+    person.
+    """
 
     def __init__(self, memory: Memory, writer: CommandWriter, stop: Stop, seconds: float) -> None:
         self._memory, self._writer, self._stop = memory, writer, stop
@@ -164,7 +168,9 @@ def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
 
 
 def at_rate(loaded: LoadedConfig, rate_hz: float, cpu: int = -1) -> LoadedConfig:
-    """The rig at another rate of its loop, on another core. Nothing is proved of it: for measuring time only."""
+    """The rig at another rate of its loop, on another core. Nothing is proved of it: for measuring time
+    only.
+    """
     table = loaded.config.model_dump(mode="json", by_alias=True)
     table["loop"] |= {
         "rate_hz": rate_hz or table["loop"]["rate_hz"],
@@ -174,7 +180,9 @@ def at_rate(loaded: LoadedConfig, rate_hz: float, cpu: int = -1) -> LoadedConfig
 
 
 def measure(kind: str, config: str, seconds: float, rate_hz: float = 0.0, cpu: float = -1) -> np.ndarray:
-    """Rows: wake-up latency, cycle, missed so far, state; one column per tick. `rate_hz` 0, `cpu` -1: the rig file's."""
+    """Rows: wake-up latency, cycle, missed so far, state; one column per tick. `rate_hz` 0, `cpu` -1: the rig
+    file's.
+    """
     loaded = load(config)
     loaded = at_rate(loaded, rate_hz, int(cpu)) if rate_hz or cpu >= 0 else loaded
     if kind == "six":

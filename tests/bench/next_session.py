@@ -1,8 +1,9 @@
-"""Held-out error against the error on the session after: the simulated joint drifts by a script, `python -m tests.bench.next_session`.
+"""Held-out error against the error on the session after: the simulated joint drifts by a script,
+`python -m tests.bench.next_session`.
 
-Each session is measured from the joint's sensors as a laboratory would (`rtctl.friction.mock_points`), on a joint whose dry friction moves by a script: it
-warms up within each session, and is another one each day. The ladder learns from all sessions so far, holding out whole sessions, and
-is judged by the one after.
+Each session is measured from the joint's sensors as a laboratory would (`rtctl.friction.mock_points`), on a
+joint whose dry friction moves by a script: it warms up within each session, and is another one each day. The
+ladder learns from all sessions so far, holding out whole sessions, and is judged by the one after.
 """
 
 from __future__ import annotations
@@ -43,7 +44,8 @@ QUIET = {"temperature": (), "dry_per_c": 0.0, "viscous_per_c": 0.0, "reference_c
 class Foretold:
     """One session after others, N m; `covered` is the share of it within the band.
 
-    `held_out_nm` is what the ladder says of the next session: what it held out, or what sessions err that those before them foretell.
+    `held_out_nm` is what the ladder says of the next session: what it held out, or what sessions err that
+    those before them foretell.
     """
 
     held_out_nm: float
@@ -115,11 +117,12 @@ def main(levels: int, measurements: int) -> None:
         found = foretold(sessions, ("coulomb_viscous", "tustin", "gaussian", "lorentzian", "epsilon-spline"))
         for at, one in enumerate(found, FIRST):
             click.echo(
-                f"{name}: session {at + 1}: held out {1e3 * one.held_out_nm:.3g} mN m, came {1e3 * one.next_nm:.3g} mN m, "
-                f"{100 * one.covered:.0f} % in the band"
+                f"{name}: session {at + 1}: held out {1e3 * one.held_out_nm:.3g} mN m, came "
+                f"{1e3 * one.next_nm:.3g} mN m, {100 * one.covered:.0f} % in the band"
             )
         click.echo(
-            f"{name}: next over held out {ratio(found):.2f}, in the band {100 * np.mean([one.covered for one in found]):.1f} %"
+            f"{name}: next over held out {ratio(found):.2f}, in the band "
+            f"{100 * np.mean([one.covered for one in found]):.1f} %"
         )
 
 

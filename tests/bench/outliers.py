@@ -2,8 +2,8 @@
 
     python -m tests.bench.outliers --draws 1000
 
-A draw takes one of 140 points of a made-up joint three times too large. Where the bad point alone is left out, the fit does not depend on
-its value, so each place is fitted once.
+A draw takes one of 140 points of a made-up joint three times too large. Where the bad point alone is left
+out, the fit does not depend on its value, so each place is fitted once.
 """
 
 from __future__ import annotations
@@ -24,7 +24,9 @@ FACTOR = 3.0
 
 @dataclass(frozen=True)
 class Found:
-    """Of all draws: share with the choice of the clean points, and errors against the truth over those of the clean fit."""
+    """Of all draws: share with the choice of the clean points, and errors against the truth over those of the
+    clean fit.
+    """
 
     draws: int
     unchanged: float
@@ -34,7 +36,9 @@ class Found:
 
 
 def truth(speed: np.ndarray) -> np.ndarray:
-    """Friction of the joint, N m: two peaks and a grease that thins out, as the shipped joint, which no formula of the ladder has."""
+    """Friction of the joint, N m: two peaks and a grease that thins out, as the shipped joint, which no
+    formula of the ladder has.
+    """
     peaks = 0.07 * np.exp(-((speed / 0.04) ** 2)) + 0.04 * np.exp(-((speed / 0.4) ** 2))
     return 0.24 + peaks + 0.03 * np.log1p(speed / 0.1)
 
@@ -90,8 +94,9 @@ def main() -> None:
     options = ladder.Options(families=tuple(given.families.split(",")), backend="loky", n_jobs=1)
     found = run(given.draws, options, joint())
     click.echo(
-        f"{found.draws} draws: choice unchanged in {100 * found.unchanged:.1f} %, error {found.mean_error:.3f} times the clean fit's, "
-        f"{found.error_95:.3f} in 95 %, at most {found.worst_error:.3f}"
+        f"{found.draws} draws: choice unchanged in {100 * found.unchanged:.1f} %, error "
+        f"{found.mean_error:.3f} times the clean fit's, {found.error_95:.3f} in 95 %, at most "
+        f"{found.worst_error:.3f}"
     )
 
 

@@ -1,4 +1,5 @@
-"""Recording at 10 kHz: does every tick reach the disk, what does that cost, does the loop notice, how quick is a replay?
+"""Recording at 10 kHz: does every tick reach the disk, what does that cost, does the loop notice, how quick
+is a replay?
 
 Runs with and without a recording, in turn.
 """
@@ -31,7 +32,9 @@ NOTICED_PERCENT = 5.0
 
 
 def rows(config: Path, rounds: int, seconds: float) -> list[Row]:
-    """`rounds` pairs of runs of `seconds`, every other pair in reverse order, so that a drift of the machine cancels."""
+    """`rounds` pairs of runs of `seconds`, every other pair in reverse order, so that a drift of the machine
+    cancels.
+    """
     period_us = 1e6 / load(config).config.loop.rate_hz
     without: list[dict[str, Any]] = []
     recorded: list[dict[str, Any]] = []

@@ -1,7 +1,8 @@
-"""What the safety machine costs per tick, what the account of the help with friction and its observer do, and an admittance.
+"""What the safety machine costs per tick, what the account of the help with friction and its observer do, and
+an admittance.
 
-The safety machine: detectors, state machine, gate and encoded-value check, without the law. The account: dry friction's
-credit, energy account, disturbance observer, rest.
+The safety machine: detectors, state machine, gate and encoded-value check, without the law. The account: dry
+friction's credit, energy account, disturbance observer, rest.
 """
 
 from __future__ import annotations
@@ -33,7 +34,9 @@ CHUNK = 500
 
 @compiled
 def guard(ticks: np.ndarray, state: np.ndarray, params: np.ndarray, command: np.ndarray) -> None:
-    """Run everything that was added for safety over recorded ticks, the law's own torque taken as it stands there."""
+    """Run everything that was added for safety over recorded ticks, the law's own torque taken as it stands
+    there.
+    """
     s, p, c = state[0], params[0], command[0]
     for k in range(len(ticks)):
         t = ticks[k]
@@ -63,7 +66,9 @@ def guard(ticks: np.ndarray, state: np.ndarray, params: np.ndarray, command: np.
 def account(
     ticks: np.ndarray, state: np.ndarray, params: np.ndarray, command: np.ndarray, model: np.ndarray
 ) -> None:
-    """Run what keeps the help with friction quiet over recorded ticks: credit, account, observer, watch of the delay."""
+    """Run what keeps the help with friction quiet over recorded ticks: credit, account, observer, watch of
+    the delay.
+    """
     s, p = state[0], params[0]
     for k in range(len(ticks)):
         t = ticks[k]
@@ -117,7 +122,9 @@ def _times_ns(simulation: Simulation, seconds: float) -> dict[str, list[float]]:
 
 
 def _display_ns(loaded: LoadedConfig, seconds: float) -> dict[str, list[float]]:
-    """Ns per tick of the whole law with the joint displayed as an impedance and as an admittance, chunks of both in turn."""
+    """Ns per tick of the whole law with the joint displayed as an impedance and as an admittance, chunks of
+    both in turn.
+    """
     shown = {"impedance": None, "admittance": admittance_runs.usual(loaded)}
     runs: dict[str, tuple[np.ndarray, np.ndarray, Simulation]] = {}
     for name, one in shown.items():
@@ -139,7 +146,9 @@ def _display_ns(loaded: LoadedConfig, seconds: float) -> dict[str, list[float]]:
 
 
 def _display_row(loaded: LoadedConfig, seconds: float) -> Row:
-    """What an admittance costs per tick beyond an impedance: the difference of the least times, which no other program is in."""
+    """What an admittance costs per tick beyond an impedance: the difference of the least times, which no
+    other program is in.
+    """
     least = {name: min(found) / 1e3 for name, found in _display_ns(loaded, seconds).items()}
     text = f"least times, of the whole law: {least['impedance']:.3f} and {least['admittance']:.3f} us"
     return Row(
@@ -152,7 +161,8 @@ def _display_row(loaded: LoadedConfig, seconds: float) -> Row:
 
 
 def rows(config: Path, seconds: float) -> list[Row]:
-    """Median time per tick of the parts, on ticks of the mock in ACTIVE, beside the whole law's; and of either display.
+    """Median time per tick of the parts, on ticks of the mock in ACTIVE, beside the whole law's; and of
+    either display.
 
     Raises
     ------
@@ -163,7 +173,10 @@ def rows(config: Path, seconds: float) -> list[Row]:
     simulation.arm(compensation=1.0)
     times = _times_ns(simulation, seconds)
     p50_us = {name: float(np.median(found)) / 1e3 for name, found in times.items()}
-    text = f"the whole law with them {p50_us['law']:.3f} us; {CHUNK * len(times['law'])} ticks of the mock, ACTIVE"
+    text = (
+        f"the whole law with them {p50_us['law']:.3f} us; {CHUNK * len(times['law'])} ticks of the mock, "
+        "ACTIVE"
+    )
     return [
         Row("safety machine and gate per tick, p50", p50_us["guard"], "us", text, 1.0),
         Row(

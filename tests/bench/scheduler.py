@@ -1,6 +1,7 @@
 """SCHED_DEADLINE beside SCHED_FIFO on the same grid, sleeping only and looking at the clock, in turns.
 
-`python -m tests.bench.scheduler POLICY LOOK_US RATE_HZ SECONDS PRIORITY` is the measuring process; it prints how late it woke up, ns.
+`python -m tests.bench.scheduler POLICY LOOK_US RATE_HZ SECONDS PRIORITY` is the measuring process; it prints
+how late it woke up, ns.
 """
 
 from __future__ import annotations

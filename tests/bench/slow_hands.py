@@ -1,9 +1,12 @@
-"""Does help with friction shake a hand that moves the joint, slowly or briskly? `python -m tests.bench.slow_hands`.
+"""Does help with friction shake a hand that moves the joint, slowly or briskly?
+`python -m tests.bench.slow_hands`.
 
-The joints and hands of `rtctl campaign --still`, without those that let go; the hand swings to and fro, at most at each speed of `SWINGS_HZ`.
-What is judged is what is left of the true speed beside its mean over `MEAN_S`, taken twice (of a hand's own swing so little is left that it is nothing),
-RMS, with the hybrid policy, the observer alone and without help: of the whole motion, turns and all, and of the strokes between
-the turns. A joint that sticks and slips has much of it in any case; shaken by the help is who has more than twice that of both others, and `FELT_RAD_S`.
+The joints and hands of `rtctl campaign --still`, without those that let go; the hand swings to and fro, at
+most at each speed of `SWINGS_HZ`. What is judged is what is left of the true speed beside its mean over
+`MEAN_S`, taken twice (of a hand's own swing so little is left that it is nothing), RMS, with the hybrid
+policy, the observer alone and without help: of the whole motion, turns and all, and of the strokes between
+the turns. A joint that sticks and slips has much of it in any case; shaken by the help is who has more than
+twice that of both others, and `FELT_RAD_S`.
 """
 
 from __future__ import annotations
@@ -77,7 +80,9 @@ def of_policies(asked: Asked) -> tuple[Case, list[Swung]]:
 
 
 def is_shaken(left: list[Swung]) -> bool:
-    """True where the first of `POLICIES` has more than twice what both others have, whole or between the turns."""
+    """True where the first of `POLICIES` has more than twice what both others have, whole or between the
+    turns.
+    """
     hybrid, *others = left
     return any(
         getattr(hybrid, part) > 2 * max(getattr(one, part) for one in others) + FELT_RAD_S
@@ -93,7 +98,8 @@ def _say(name: str, found: list[list[Swung]]) -> None:
         )
         click.echo(
             f"  {policy:9s} median {np.median(whole):.1f}, nine of ten below {np.quantile(whole, 0.9):.1f}, "
-            f"most {whole.max():.1f} mrad/s; between the turns {np.median(strokes):.1f}, {np.quantile(strokes, 0.9):.1f}, {strokes.max():.1f}"
+            f"most {whole.max():.1f} mrad/s; between the turns {np.median(strokes):.1f}, "
+            f"{np.quantile(strokes, 0.9):.1f}, {strokes.max():.1f}"
         )
 
 

@@ -1,7 +1,8 @@
-"""The daemon for a long time under churn and floods: does it grow, leak descriptors, or miss ticks of its own?
+"""The daemon for a long time under churn and floods: does it grow, leak descriptors, or miss ticks of its
+own?
 
-Subscribers come and go, floods of junk, valid requests and targets come in turn, cyclictest runs on the loop's core
-at the same time. Loopback only; everything started here ends with it.
+Subscribers come and go, floods of junk, valid requests and targets come in turn, cyclictest runs on the
+loop's core at the same time. Loopback only; everything started here ends with it.
 """
 
 from __future__ import annotations
@@ -80,9 +81,11 @@ def _rows(
     beside = "cyclictest is missing" if reference is None else f"cyclictest beside it {reference}"
     ratio = float("nan") if reference is None else missed / max(1, reference)
     return [
-        Row("growth of the host", after.host_mb - before.host_mb, "MB", f"{after.host_mb:.1f} MB; {text}", GROWTH_MB),
+        Row("growth of the host", after.host_mb - before.host_mb, "MB", f"{after.host_mb:.1f} MB; {text}",
+            GROWTH_MB),
         Row("growth of the loop", after.loop_mb - before.loop_mb, "MB", f"{after.loop_mb:.1f} MB", GROWTH_MB),
-        Row("descriptors gained", after.descriptors - before.descriptors, "", f"{after.descriptors} open", 0.0),
+        Row("descriptors gained", after.descriptors - before.descriptors, "", f"{after.descriptors} open",
+            0.0),
         Row("missed ticks against cyclictest", ratio, "x", f"ours {missed}, {beside}", MISSED_FACTOR),
     ]  # fmt: skip
 

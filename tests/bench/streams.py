@@ -1,4 +1,6 @@
-"""10 kHz with ten subscribers and a recording: does every tick arrive everywhere, and how many slots does the loop miss, beside cyclictest?"""
+"""10 kHz with ten subscribers and a recording: does every tick arrive everywhere, and how many slots does the
+loop miss, beside cyclictest?
+"""
 
 from __future__ import annotations
 
@@ -23,10 +25,11 @@ SUBSCRIBERS = 10
 
 
 def rows(config: Path, seconds: float, rounds: int = 1) -> list[Row]:
-    """`rounds` times: the daemon with recording and subscribers for `seconds`, half before and half after it as much of cyclictest.
+    """`rounds` times: the daemon with recording and subscribers for `seconds`, half before and half after it
+    as much of cyclictest.
 
-    cyclictest has the machine to itself. The sum of what was missed is mostly a few standstills of a shared machine, which fall
-    where they like: the median of the rounds says what is missed besides.
+    cyclictest has the machine to itself. The sum of what was missed is mostly a few standstills of a shared
+    machine, which fall where they like: the median of the rounds says what is missed besides.
     """
     loaded = load(config)
     loop = loaded.config.loop
@@ -58,10 +61,13 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> list[Row]:
         Row(f"{rate}, ticks arrived at the worst of {SUBSCRIBERS}", 100 * arrived, "%", text, 100.0, ">="),
         Row("ticks lost on the way, all subscribers", lost, "ticks", "running numbers in the messages", 0.0),
         Row("ticks that the recording dropped meanwhile", unwritten, "ticks", f"of {ticks}", 0.0),
-        Row(f"missed ticks against cyclictest, {rate}, recording, {SUBSCRIBERS} subscribers", missed / max(1, reference), "x",
-            f"ours {missed}, cyclictest {reference} at {interval_us} us, {rounds} x {seconds:g} s each, in turn{told}", 0.8),
+        Row(f"missed ticks against cyclictest, {rate}, recording, {SUBSCRIBERS} subscribers",
+            missed / max(1, reference), "x",
+            f"ours {missed}, cyclictest {reference} at {interval_us} us, {rounds} x {seconds:g} s each, in "
+            f"turn{told}", 0.8),
         Row("the same, median of the rounds", usual / max(1, usual_reference), "x",
-            f"ours {usual:g}, {max(ours)} in the worst; cyclictest {usual_reference:g}, {max(references)} in the worst"),
+            f"ours {usual:g}, {max(ours)} in the worst; cyclictest {usual_reference:g}, {max(references)} "
+            "in the worst"),
     ]  # fmt: skip
 
 

@@ -1,4 +1,5 @@
-"""A subscribing process: `python -m tests.bench.subscriber RIG RUNTIME_DIR` counts every tick until the daemon goes.
+"""A subscribing process: `python -m tests.bench.subscriber RIG RUNTIME_DIR` counts every tick until the
+daemon goes.
 
 Prints one JSON line: first and last slot received, ticks received, slots missing in between (of which
 `missed` were never recorded: the loop skipped them), ticks lost on the way.

@@ -1,7 +1,9 @@
-"""How late a tick of the whole loop starts, beside cyclictest: at three rates, idle and under named loads, in turns; what it costs.
+"""How late a tick of the whole loop starts, beside cyclictest: at three rates, idle and under named loads, in
+turns; what it costs.
 
-Ours is the real loop on the mock, each wake-up from the deadline of its slot on. Beside both stands a loop that never sleeps (`tests.bench.looking`): how late it is, nobody can be
-earlier on this machine. Priority, core and interval are the same for all; every round runs one after the other, so that what the machine does
+Ours is the real loop on the mock, each wake-up from the deadline of its slot on. Beside both stands a loop
+that never sleeps (`tests.bench.looking`): how late it is, nobody can be earlier on this machine. Priority,
+core and interval are the same for all; every round runs one after the other, so that what the machine does
 meanwhile meets all.
 """
 
@@ -96,7 +98,9 @@ class Beside:
 
 @dataclass(frozen=True)
 class Conditions:
-    """What is measured under: idle and these loads; apart: each of them a second time, with the core of the loop left to the loop."""
+    """What is measured under: idle and these loads; apart: each of them a second time, with the core of the
+    loop left to the loop.
+    """
 
     loads: tuple[str, ...] = ()
     apart: bool = False

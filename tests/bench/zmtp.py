@@ -41,7 +41,9 @@ def frame(payload: bytes) -> bytes:
 
 
 def name_of(number: int) -> bytes:
-    """What client `number` calls itself: a new name each time, but for every fourth, who takes that of the one before."""
+    """What client `number` calls itself: a new name each time, but for every fourth, who takes that of the
+    one before.
+    """
     return (number - (number % 4 == 3)).to_bytes(4, "big").rjust(255, b"\x01")
 
 
@@ -58,7 +60,9 @@ def half(number: int) -> bytes:
 
 
 def lies(number: int) -> bytes:
-    """A frame whose head claims what does not come, or flags that are reserved; a command that nobody knows, or a part of one."""
+    """A frame whose head claims what does not come, or flags that are reserved; a command that nobody knows,
+    or a part of one.
+    """
     claimed = _HUGE[number % len(_HUGE)].to_bytes(8, "big")
     return (
         b"\x02" + claimed + b"x" * 8,

@@ -162,7 +162,9 @@ class WithDevice:
         self._until_marked(self.bus, ear, lambda: ear.recv(MARK_S))
 
     def _until_marked(self, mouth, ear, take_in):
-        """Send a mark and take in what comes before it; an emulated controller may lose it, so it is sent again."""
+        """Send a mark and take in what comes before it; an emulated controller may lose it, so it is sent
+        again.
+        """
         for _ in range(MARKS_MAX):
             mark = Marked.MARK + next(self._marks) % 256
             mouth.send(can.Message(arbitration_id=mark, is_extended_id=True))

@@ -1,4 +1,6 @@
-"""The example package as if pip had installed it: its folder and the metadata pip would write, on the path."""
+"""The example package as if pip had installed it: its folder and the metadata pip would write, on the
+path.
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,9 @@ def python_path(target):
 
 @contextmanager
 def installed(target, kind=KIND):
-    """Within it, this process and its children find the package. Another `kind` is one that nobody has installed."""
+    """Within it, this process and its children find the package. Another `kind` is one that nobody has
+    installed.
+    """
     write_metadata(target, kind)
     before = os.environ.get("PYTHONPATH")
     os.environ["PYTHONPATH"] = python_path(target)

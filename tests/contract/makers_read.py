@@ -1,4 +1,6 @@
-"""How this program reads a frame of a maker's device, through the axis or backend that the loop uses; for the digests of `makers`."""
+"""How this program reads a frame of a maker's device, through the axis or backend that the loop uses; for the
+digests of `makers`.
+"""
 
 import math
 import types

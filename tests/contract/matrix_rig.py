@@ -1,4 +1,6 @@
-"""A rig of the matrix of faults: backend, law and the loop's order of work without a clock; how it gets into a phase, and what a reaction is."""
+"""A rig of the matrix of faults: backend, law and the loop's order of work without a clock; how it gets into
+a phase, and what a reaction is.
+"""
 
 import numpy as np
 
@@ -30,8 +32,8 @@ NEVER = scheduled("link", "stale", 0.0, 10**9)
 
 
 SOONER = {"ready_ticks": 100, "tare_ticks": 100}
-"""Of a rig whose device answers in step, each cycle through a bus or a pty: it may be armed after a fifth of the ticks.
-From there on all takes as many as anywhere."""
+"""Of a rig whose device answers in step, each cycle through a bus or a pty: it may be armed after a fifth of
+the ticks. From there on all takes as many as anywhere."""
 
 
 class Scripted:

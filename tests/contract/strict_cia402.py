@@ -1,8 +1,10 @@
-"""A CiA 402 drive as strict as CiA 301 and 402-2 allow, made of `canopen`'s LocalNode on python-can's virtual bus.
+"""A CiA 402 drive as strict as CiA 301 and 402-2 allow, made of `canopen`'s LocalNode on python-can's virtual
+bus.
 
-Its SDO server, object dictionary, NMT and heartbeat are canopen's; PDOs are read and written as they are mapped. It
-refuses: to change the mode while it is enabled, to change an identifier or a mapping while the PDO exists, bit 30 at all, entries while the count is not 0,
-more than 8 bytes, what it cannot map, any other mode, and a size that is not the object's.
+Its SDO server, object dictionary, NMT and heartbeat are canopen's; PDOs are read and written as they are
+mapped. It refuses: to change the mode while it is enabled, to change an identifier or a mapping while the PDO
+exists, bit 30 at all, entries while the count is not 0, more than 8 bytes, what it cannot map, any other
+mode, and a size that is not the object's.
 """
 
 import struct
@@ -35,9 +37,11 @@ OBJECTS = {
     (0x1016, 1): (UNSIGNED32, 0), (0x1017, 0): (UNSIGNED16, 0),
     (0x1018, 1): (UNSIGNED32, 0x2A), (0x1018, 2): (UNSIGNED32, 7), (0x1018, 4): (UNSIGNED32, 4711),
     (0x6007, 0): (INTEGER16, 1), (0x6040, 0): (UNSIGNED16, 0), (0x6041, 0): (UNSIGNED16, 0x40),
-    (0x6060, 0): (INTEGER8, 0), (0x6061, 0): (INTEGER8, 0), (0x6064, 0): (INTEGER32, 0), (0x606C, 0): (INTEGER32, 0),
+    (0x6060, 0): (INTEGER8, 0), (0x6061, 0): (INTEGER8, 0), (0x6064, 0): (INTEGER32, 0),
+    (0x606C, 0): (INTEGER32, 0),
     (0x6071, 0): (INTEGER16, 0), (0x6075, 0): (UNSIGNED32, 5000), (0x6076, 0): (UNSIGNED32, 67),
-    (0x6077, 0): (INTEGER16, 0), (0x6078, 0): (INTEGER16, 0), (0x60C2, 1): (UNSIGNED8, 4), (0x60C2, 2): (INTEGER8, -3),
+    (0x6077, 0): (INTEGER16, 0), (0x6078, 0): (INTEGER16, 0), (0x60C2, 1): (UNSIGNED8, 4),
+    (0x60C2, 2): (INTEGER8, -3),
 }  # fmt: skip
 MAPPABLE = {0x6040, 0x6071, 0x6041, 0x6064, 0x606C, 0x6077, 0x6078}
 

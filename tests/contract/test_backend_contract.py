@@ -1,6 +1,7 @@
 """The contract (`rtctl.backend_contract`) on every backend that comes with rtctl.
 
-A new backend adds a row to `cases`: its kind, its axes, a function that makes its options, and the device that is played beside it.
+A new backend adds a row to `cases`: its kind, its axes, a function that makes its options, and the device
+that is played beside it.
 """
 
 import math

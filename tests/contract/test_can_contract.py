@@ -16,7 +16,8 @@ from rtctl.control.jit import records
 from rtctl.tick import new_ticks
 
 FEWER_REPLUGS = {"cia402, two axes": 100}
-"""Rows whose set-up asks for many objects; the others are opened a thousand times. In a virtual machine all are few."""
+"""Rows whose set-up asks for many objects; the others are opened a thousand times. In a virtual machine all
+are few."""
 
 
 class Bench:

@@ -65,7 +65,8 @@ def test_lines_are_frames(line, frame):
 
 @pytest.mark.parametrize(
     "line",
-    [b"", b"t", b"t123", b"t1239", b"t1232AB", b"t1232ABCDE", b"t8000", b"tXYZ0", b"t12_1AA", b"t+121AA", b"t0x11AA", b"T0X1ABCDE1AA", b"x1230", b"t1232AB D", b"t123\xb20", b"T20000000" + b"0"],
+    [b"", b"t", b"t123", b"t1239", b"t1232AB", b"t1232ABCDE", b"t8000", b"tXYZ0", b"t12_1AA", b"t+121AA",
+        b"t0x11AA", b"T0X1ABCDE1AA", b"x1230", b"t1232AB D", b"t123\xb20", b"T20000000" + b"0"],
 )  # fmt: skip
 def test_anything_else_is_none(line):
     assert slcan.parse(line) is None

@@ -155,7 +155,9 @@ def test_a_drive_that_was_left_enabled_is_taken_down_first(bench):
 
 
 def test_an_answer_that_comes_late_is_not_taken_for_one_to_the_next_request(bench):
-    """Refusals too: without a supervised host (6007) and without a period (60C2) the drive aborts, and is asked on."""
+    """Refusals too: without a supervised host (6007) and without a period (60C2) the drive aborts, and is
+    asked on.
+    """
     one = bench(late_answers=True, lacks=(0x6007, 0x60C2))
     one.backend.open()
     assert one.drive.refusals == []

@@ -85,7 +85,9 @@ def site(tmp_path):
 
 
 class Cycles:
-    """The loop's reading and writing, in this process: a shared machine may hold up a daemon until it is killed."""
+    """The loop's reading and writing, in this process: a shared machine may hold up a daemon until it is
+    killed.
+    """
 
     def __init__(self, backend):
         self.backend, self.tick, self.slot, self.rows = backend, new_ticks(), 0, []

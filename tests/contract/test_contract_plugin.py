@@ -1,4 +1,6 @@
-"""The contract as other people run it: by pytest in a process of its own, on a small package outside this repository."""
+"""The contract as other people run it: by pytest in a process of its own, on a small package outside this
+repository.
+"""
 
 import os
 import re
@@ -59,7 +61,8 @@ class Waits(Good):
 
 class PassesNan(Good):
     def write(self, tick):
-        self.send(int(tick["enabled"][0]), float(tick["torque_applied_nm"][0, 0]) if tick["enabled"][0] else 0.0)
+        on = int(tick["enabled"][0])
+        self.send(on, float(tick["torque_applied_nm"][0, 0]) if on else 0.0)
 
 class AlwaysEnabled(Good):
     def send(self, enabled, torque): self.wire.sent.append((1, torque))
@@ -82,7 +85,8 @@ INFO = """
 from hw.interface import BackendInfo
 
 def info(name):
-    return BackendInfo(f"outside.backend:{name}", "outside.options:WireOptions", simulated=False, summary="a wire")
+    return BackendInfo(f"outside.backend:{name}", "outside.options:WireOptions", simulated=False,
+        summary="a wire")
 
 GOOD, FRESH, WAITS, NAN, ENABLED, NETWORK = map(
     info, ("Good", "CallsAllFresh", "Waits", "PassesNan", "AlwaysEnabled", "SaysNothingOfTheNetwork"))
@@ -139,8 +143,10 @@ def run(folder, *path):
     """What pytest says of the tests in `folder`."""
     known = os.pathsep.join(map(str, (*path, ROOT)))
     shown = subprocess.run(
-        [sys.executable, "-m", "pytest", "-p", "rtctl.backend_contract.plugin", "-p", "no:cacheprovider", "-rA", "-q"],
-        cwd=folder, env={**os.environ, "PYTHONPATH": known}, capture_output=True, text=True, check=False, timeout=170,
+        [sys.executable, "-m", "pytest", "-p", "rtctl.backend_contract.plugin", "-p", "no:cacheprovider",
+            "-rA", "-q"],
+        cwd=folder, env={**os.environ, "PYTHONPATH": known}, capture_output=True, text=True, check=False,
+        timeout=170,
     )  # fmt: skip
     assert shown.returncode in (0, 1), shown.stdout + shown.stderr
     return shown.stdout

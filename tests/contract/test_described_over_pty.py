@@ -1,4 +1,6 @@
-"""A board whose frames the rig file describes, over a real descriptor: drive, stop, re-plug, damage, leaks; through `firmware_sim`."""
+"""A board whose frames the rig file describes, over a real descriptor: drive, stop, re-plug, damage, leaks;
+through `firmware_sim`.
+"""
 
 import gc
 import os

@@ -1,4 +1,5 @@
-"""Every fault x every phase of the rig's life x every backend that can be scripted: the exact tick of the reaction.
+"""Every fault x every phase of the rig's life x every backend that can be scripted: the exact tick of the
+reaction.
 
 The rig is brought into a phase (soft start, full authority with torque, HOLD, the middle of a ramp, the test
 pulse), the fault begins at a known tick, and the reaction must come in the tick the contract names: not

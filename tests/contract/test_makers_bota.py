@@ -1,4 +1,6 @@
-"""Bota Systems' driver and ours: the same commands, and the same numbers out of the same frames (`makers/make_bota.py`)."""
+"""Bota Systems' driver and ours: the same commands, and the same numbers out of the same frames
+(`makers/make_bota.py`).
+"""
 
 import json
 from pathlib import Path

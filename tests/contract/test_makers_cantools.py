@@ -43,7 +43,8 @@ SIG_VALTYPE_ 258 fz : 2;
 
 SIGNALS = (
     ("position", 0, "State", "angle", math.pi / 180), ("velocity", 0, "State", "speed", math.pi / 30),
-    ("current", 0, "State", "current", 1.0), ("force", 0, "Wrench", "fx", 1.0), ("force", 1, "Wrench", "fy", 1.0),
+    ("current", 0, "State", "current", 1.0), ("force", 0, "Wrench", "fx", 1.0),
+    ("force", 1, "Wrench", "fy", 1.0),
     ("force", 2, "Wrench", "fz", 1.0), ("temperature", 0, "Slow", "heat", 1.0),
 )  # fmt: skip
 

@@ -47,7 +47,8 @@ class Network:
 
 
 TABLE = {
-    "node": NODE, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0, "counts_per_turn": 4096.0,
+    "node": NODE, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0,
+    "counts_per_turn": 4096.0,
     "rated_torque_nm": 1.0, "rated_current_a": 1.0, "velocity_units": 4096.0,
 }  # fmt: skip
 
@@ -94,7 +95,9 @@ def pdo_of(*objects):
 
 @pytest.mark.parametrize("count", COUNTS)
 def test_random_feedback_of_a_cia402_drive_is_what_canopen_reads(count):
-    """Emergencies and heartbeats among it. A frame of another length is none: canopen would take what is there of it."""
+    """Emergencies and heartbeats among it. A frame of another length is none: canopen would take what is
+    there of it.
+    """
     sample, axis = drive()
     handlers, draw, taken = axis.handlers(), random.Random(count), 0
     tpdo1 = pdo_of(("6041", UNSIGNED16), ("6064", INTEGER32), ("6078", INTEGER16))

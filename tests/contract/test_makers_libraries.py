@@ -1,7 +1,8 @@
-"""Every command frame as the makers' own libraries build it, byte by byte or with its reason; every reply read alike.
+"""Every command frame as the makers' own libraries build it, byte by byte or with its reason; every reply
+read alike.
 
-`makers/vectors.json` holds their frames, with the versions they are of; `makers/make_vectors.py` makes it. canopen is
-asked itself: it is installed for the CAN devices.
+`makers/vectors.json` holds their frames, with the versions they are of; `makers/make_vectors.py` makes it.
+canopen is asked itself: it is installed for the CAN devices.
 """
 
 import itertools
@@ -200,7 +201,8 @@ def test_an_odrives_errors_have_the_makers_names():
 # -- CiA 402 -----------------------------------------------------------------------------------------------
 STATES = {
     "NOT READY TO SWITCH ON": cia402.NOT_READY, "SWITCH ON DISABLED": cia402.SWITCH_ON_DISABLED,
-    "READY TO SWITCH ON": cia402.READY, "SWITCHED ON": cia402.SWITCHED_ON, "OPERATION ENABLED": cia402.ENABLED,
+    "READY TO SWITCH ON": cia402.READY, "SWITCHED ON": cia402.SWITCHED_ON,
+    "OPERATION ENABLED": cia402.ENABLED,
     "FAULT": cia402.FAULT, "FAULT REACTION ACTIVE": cia402.FAULT, "QUICK STOP ACTIVE": cia402.QUICK_STOP,
 }  # fmt: skip
 

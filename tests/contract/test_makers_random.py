@@ -1,6 +1,8 @@
-"""200,000 random replies of each maker's devices: read as the maker's own library reads them, and nothing else of them.
+"""200,000 random replies of each maker's devices: read as the maker's own library reads them, and nothing
+else of them.
 
-`makers/readings.json` holds digests of what the libraries read (`makers/make_readings.py`); makers/README.md says which.
+`makers/readings.json` holds digests of what the libraries read (`makers/make_readings.py`); makers/README.md
+says which.
 """
 
 import json
@@ -13,7 +15,8 @@ from makers.readings import NOTHING, digest
 
 MADE = json.loads((Path(__file__).parent / "makers" / "readings.json").read_text())
 SAMPLES = random_frames.CHUNK // 10
-"""Fewest frames of a chunk that are samples: a test of damage only would pass with a reader that reads nothing."""
+"""Fewest frames of a chunk that are samples: a test of damage only would pass with a reader that reads
+nothing."""
 
 
 def compare(name, chunks):

@@ -1,4 +1,6 @@
-"""What only a real descriptor can show: hang-up, re-plug, full lines, other holders, leaks; through `firmware_sim`."""
+"""What only a real descriptor can show: hang-up, re-plug, full lines, other holders, leaks; through
+`firmware_sim`.
+"""
 
 import contextlib
 import errno

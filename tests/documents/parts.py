@@ -104,7 +104,8 @@ def _environment_keys() -> str:
         "| key | type | unit | bounds | |",
         "|---|---|---|---|---|",
         "| `axis` | text or integer | | a name, or 0 to axes - 1 | required |",
-        f"| `kind` | text | | {names} (`remote` while armed: targets are awaited for 100 ticks from here on) | required |",
+        f"| `kind` | text | | {names} (`remote` while armed: targets are awaited for 100 ticks from here "
+        "on) | required |",
         *(
             f"| `{one.name}` | integer | | 1 or -1 | {environments.meaning(one)} |"
             if one.sign

@@ -1,7 +1,7 @@
 """docs/config.md from the models: a table for every table of a rig file, a row for every key.
 
-Read off the JSON Schema that pydantic makes of the models, in which bounds, defaults and meanings stand together
-however a type is put together.
+Read off the JSON Schema that pydantic makes of the models, in which bounds, defaults and meanings stand
+together however a type is put together.
 """
 
 from __future__ import annotations

@@ -1,8 +1,10 @@
-"""Random and mutated frames into every CAN decoder: `python tests/fuzz/can_fuzzer.py 10000000 [SEED]` (`make fuzz`).
+"""Random and mutated frames into every CAN decoder: `python tests/fuzz/can_fuzzer.py 10000000 [SEED]`
+(`make fuzz`).
 
-A decoder must not raise, must not accept a frame with a wrong checksum (by a second, bit-wise reckoning), and must
-leave finite values. `slcan` is the line reader of serial adapters: what it takes for a frame must be one by a second
-reading, and every whole line of a frame must be taken. Runs in as many processes as there are cores.
+A decoder must not raise, must not accept a frame with a wrong checksum (by a second, bit-wise reckoning), and
+must leave finite values. `slcan` is the line reader of serial adapters: what it takes for a frame must be one
+by a second reading, and every whole line of a frame must be taken. Runs in as many processes as there are
+cores.
 """
 
 import math
@@ -31,7 +33,8 @@ from hw.interface import Rig
 
 _RIG = Rig(1, 1e-3, np.ones(1), np.ones(1), np.ones(1), np.full(1, 4096.0), np.eye(3)[:1])
 _AXIS = {
-    "node": 1, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0, "counts_per_turn": 4096.0,
+    "node": 1, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0,
+    "counts_per_turn": 4096.0,
     "rated_torque_nm": 1.0, "rated_current_a": 1.0, "velocity_units": 4096.0,
 }  # fmt: skip
 _OPTIONS = {"feedback": "cyclic", "heartbeat_ms": 10.0, "source": 0, "time_to_live_ms": 10.0}
@@ -74,7 +77,8 @@ def _board(checksum):
             {"channel": "current", "start_bit": 17, "bits": 13, "type": "int", "unit": "mA"},
             {"channel": "velocity", "byte": 2, "bits": 16, "type": "int", "unit": "rpm"},
             {"channel": "force", "byte": 0, "bits": 32, "type": "float", "unit": "N"},
-            {"channel": "temperature", "start_bit": 40, "bits": 11, "order": "big", "scale": 0.1, "unit": "degC"},
+            {"channel": "temperature", "start_bit": 40, "bits": 11, "order": "big", "scale": 0.1,
+                "unit": "degC"},
             {"channel": "fault", "start_bit": 40, "bits": 1},
         ],
     }  # fmt: skip
@@ -110,7 +114,9 @@ def _mutated(seed, rng):
 
 
 def run(name, count, rng):
-    """Feed `count` inputs; raises AssertionError or whatever a decoder raises. Returns how many were taken."""
+    """Feed `count` inputs; raises AssertionError or whatever a decoder raises. Returns how many were
+    taken.
+    """
     if name == "slcan":
         return run_lines(count, rng)
     sample, handlers, seed = _subject(name)
@@ -192,7 +198,8 @@ def main():
             began, parts = time.monotonic(), total // part
             taken = sum(pool.map(partial(_part, name, part), range(seed, seed + parts)))
             sys.stdout.write(
-                f"{name}: {parts * part} inputs, {taken} taken, none wrong, {time.monotonic() - began:.0f} s\n"
+                f"{name}: {parts * part} inputs, {taken} taken, none wrong, {time.monotonic() - began:.0f} "
+                "s\n"
             )
             sys.stdout.flush()
 

@@ -1,9 +1,9 @@
 """Fuzzing of everything a client can send: `python tests/fuzz/command_fuzzer.py 10000000 [SEED]`.
 
-Each input is bytes: a valid message of the table of operations, bent in one of several ways, or a map of known keys
-with wild values, or noise. It goes the whole way: decoder, roles, lease, handlers, command, reply. Three things are
-never allowed: an exception, a refused input that changes the command, an accepted one that puts a value out of its
-bounds into it. The seed makes a run repeatable.
+Each input is bytes: a valid message of the table of operations, bent in one of several ways, or a map of
+known keys with wild values, or noise. It goes the whole way: decoder, roles, lease, handlers, command, reply.
+Three things are never allowed: an exception, a refused input that changes the command, an accepted one that
+puts a value out of its bounds into it. The seed makes a run repeatable.
 """
 
 from __future__ import annotations
@@ -63,9 +63,12 @@ FIELDS = {
 }
 STATES = [State.IDLE] * 4 + [State.ACTIVE] * 4 + list(State)
 WILD = [
-    None, True, False, 0, -1, 1, 2**31, 2**53, 2**53 + 1, 2**63, 2**64 - 1, -(2**63), 0.5, -0.0, 1e308, 5e-324,
-    math.nan, math.inf, -math.inf, "", "a", "base", "tip", "remote", "wall", "stop", "0" * 16, "f" * 16, "x" * 64, "é",
-    b"", b"stop", [], [0.1, 0.2], [math.nan, 0], [1] * 8, [[]], [[0.1], [0.2]], {}, {"a": 1}, msgpack.Timestamp(1),
+    None, True, False, 0, -1, 1, 2**31, 2**53, 2**53 + 1, 2**63, 2**64 - 1, -(2**63), 0.5, -0.0, 1e308,
+    5e-324,
+    math.nan, math.inf, -math.inf, "", "a", "base", "tip", "remote", "wall", "stop", "0" * 16, "f" * 16,
+    "x" * 64, "é",
+    b"", b"stop", [], [0.1, 0.2], [math.nan, 0], [1] * 8, [[]], [[0.1], [0.2]], {}, {"a": 1},
+    msgpack.Timestamp(1),
     msgpack.ExtType(3, b"x"),
 ]  # fmt: skip
 HEADERS = [bytes([kind]) + (10**8).to_bytes(4, "big") for kind in (0xDB, 0xDD, 0xDF, 0xC6, 0xC9)]

@@ -1,8 +1,9 @@
-"""Fuzzing of the force sensors' decoders: `python tests/fuzz/force_fuzzer.py 10000000 [SEED]` feeds each so many inputs.
+"""Fuzzing of the force sensors' decoders: `python tests/fuzz/force_fuzzer.py 10000000 [SEED]` feeds each so
+many inputs.
 
-A stream of intact, mutated, cut and made-up frames goes through the stream cutter, the decoder and the sample.
-Never allowed: an exception, a frame whose checksum is wrong by a second, independent reckoning, a force that is no
-finite number, more kept back than one frame.
+A stream of intact, mutated, cut and made-up frames goes through the stream cutter, the decoder and the
+sample. Never allowed: an exception, a frame whose checksum is wrong by a second, independent reckoning, a
+force that is no finite number, more kept back than one frame.
 """
 
 from __future__ import annotations

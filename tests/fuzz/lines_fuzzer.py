@@ -1,7 +1,9 @@
-"""Random, cut and bent lines of text into the backend that reads boards which print: `python tests/fuzz/lines_fuzzer.py 10000000 [SEED]`.
+"""Random, cut and bent lines of text into the backend that reads boards which print: `python
+tests/fuzz/lines_fuzzer.py 10000000 [SEED]`.
 
-Each goes in whole or in pieces, through the reader that the loop calls. Never allowed: an exception, a number that is none
-shown as fresh, a sample out of a line that a second reading does not take, other numbers than it has.
+Each goes in whole or in pieces, through the reader that the loop calls. Never allowed: an exception, a number
+that is none shown as fresh, a sample out of a line that a second reading does not take, other numbers than it
+has.
 """
 
 import math
@@ -123,5 +125,6 @@ if __name__ == "__main__":
     total, seed = int(float(sys.argv[1])), sys.argv[2] if len(sys.argv) > 2 else "1"
     for kind in KINDS:
         sys.stdout.write(
-            f"lines, checksum {kind}: {total} fed, {run(kind, total, random.Random(seed))} taken, none wrong\n"
+            f"lines, checksum {kind}: {total} fed, {run(kind, total, random.Random(seed))} taken, none "
+            "wrong\n"
         )

@@ -67,7 +67,9 @@ def slow_checksum(kind, data, start, stop):
 
 @compiled
 def make_input(rng, bases, lengths, out):
-    """Random bytes, or a valid packet with up to `OPS_MAX` flips, changes, losses, repeats, cuts; its length."""
+    """Random bytes, or a valid packet with up to `OPS_MAX` flips, changes, losses, repeats, cuts; its
+    length.
+    """
     if below(rng, 4) == 0:
         n = below(rng, 300)
         zeros = below(rng, 3)
@@ -103,7 +105,9 @@ def make_input(rng, bases, lengths, out):
 
 @compiled
 def fuzz_packets(inputs, rng, bases, lengths, stream, state, command, identity, counts):
-    """`rtctl-frame`: counts[0] packets let through, [1] with a wrong checksum, [2] that do not encode to themselves."""
+    """`rtctl-frame`: counts[0] packets let through, [1] with a wrong checksum, [2] that do not encode to
+    themselves.
+    """
     data, body = np.zeros(ROOM, np.uint8), np.zeros(BODY_MAX + 8, np.uint8)
     again = np.zeros(BODY_MAX + 16, np.uint8)
     for _ in range(inputs):

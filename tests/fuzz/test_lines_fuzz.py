@@ -1,4 +1,6 @@
-"""Lines of text, bent and cut, into the backend of boards that print; and that the fuzzer finds what it is there to find."""
+"""Lines of text, bent and cut, into the backend of boards that print; and that the fuzzer finds what it is
+there to find.
+"""
 
 import random
 

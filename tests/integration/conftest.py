@@ -1,4 +1,6 @@
-"""What several files of this folder stand on: a runtime folder, and a rig on the network with a key of every role."""
+"""What several files of this folder stand on: a runtime folder, and a rig on the network with a key of every
+role.
+"""
 
 import pytest
 from ports import free_ports

@@ -44,7 +44,10 @@ class Death:
     words: str = ""
 
     def __str__(self):
-        return f"seed {SEED}, life {self.number}: {self.signal.name} to the {self.target}, {self.phase} + {self.delay_rows}"
+        return (
+            f"seed {SEED}, life {self.number}: {self.signal.name} to the {self.target}, {self.phase} + "
+            f"{self.delay_rows}"
+        )
 
 
 def rig_file(folder, name, port, realtime):
@@ -189,7 +192,9 @@ class Lane:
         return made
 
     def live(self, death, nursery):
-        """A life up to its end; begun anew when the machine stood still so long that the host ended it before."""
+        """A life up to its end; begun anew when the machine stood still so long that the host ended it
+        before.
+        """
         for _ in range(5):
             first = self.observation.count
             daemon = Daemon(self, nursery)

@@ -1,8 +1,10 @@
-"""Sixty daemons in a minute: real hosts and loops, forked from a process that has imported and compiled already.
+"""Sixty daemons in a minute: real hosts and loops, forked from a process that has imported and compiled
+already.
 
-`python lives.py CONFIG` is that process. It takes one JSON order per line, `{"start": ...}` or `{"poll": pid}`,
-and answers each with one line. What is forked is the daemon's own code, `Host` and `rtctl.rt.__main__`; only the
-interpreter's start is left out, and the rig is ready and armed sooner (`QUICK`).
+`python lives.py CONFIG` is that process. It takes one JSON order per line, `{"start": ...}` or
+`{"poll": pid}`, and answers each with one line. What is forked is the daemon's own code, `Host` and
+`rtctl.rt.__main__`; only the interpreter's start is left out, and the rig is ready and armed sooner
+(`QUICK`).
 """
 
 import contextlib
@@ -35,9 +37,12 @@ from rtctl.rt.shared_memory import Memory
 
 FOLLOWING = (
     "rtctl.host.commands.gateway", "rtctl.host.preparation", "rtctl.host.run_record", "rtctl.host.reload",
-    "rtctl.host.telemetry.device_words", "rtctl.host.telemetry.friction_watch", "rtctl.host.telemetry.late_counters",
-    "rtctl.host.telemetry.late_tasks", "rtctl.host.telemetry.late_watch", "rtctl.host.telemetry.rig_description",
-    "rtctl.host.telemetry.streams", "rtctl.host.view_process", "rtctl.recording.setup", "rtctl.recording.state_folder",
+    "rtctl.host.telemetry.device_words", "rtctl.host.telemetry.friction_watch",
+    "rtctl.host.telemetry.late_counters",
+    "rtctl.host.telemetry.late_tasks", "rtctl.host.telemetry.late_watch",
+    "rtctl.host.telemetry.rig_description",
+    "rtctl.host.telemetry.streams", "rtctl.host.view_process", "rtctl.recording.setup",
+    "rtctl.recording.state_folder",
 )  # fmt: skip
 """What a host imports only once its loop has begun; here it is there before the fork."""
 
@@ -50,7 +55,8 @@ QUICK = {
     "LATE_LIMIT_TICKS": 30,
 }
 """Life is short here: ready after 0.1 s; parts of the test pulse that are several ticks at 100 Hz; and a rig
-that survives the lateness of a machine that runs six rigs and other tests. The board's time to live is as ever."""
+that survives the lateness of a machine that runs six rigs and other tests. The board's time to live is as
+ever."""
 
 _PR_SET_PDEATHSIG = 1
 

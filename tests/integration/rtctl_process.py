@@ -34,7 +34,9 @@ def finish(process, timeout=150):
 
 
 def greet(client, process, patience_s=PATIENCE_S):
-    """Wait for the first answer of the daemon that `process` is; one that has ended instead fails the test at once."""
+    """Wait for the first answer of the daemon that `process` is; one that has ended instead fails the test at
+    once.
+    """
     end, client.timeout_s = time.monotonic() + patience_s, 2.0
     while True:
         try:

@@ -1,4 +1,6 @@
-"""The mock rig at a tenth of its rate, with a hand that rests: a renderer may be silent ten times longer, for 1 s."""
+"""The mock rig at a tenth of its rate, with a hand that rests: a renderer may be silent ten times longer, for
+1 s.
+"""
 
 import subprocess
 import sys

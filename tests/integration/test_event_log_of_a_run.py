@@ -28,7 +28,9 @@ def state(tmp_path, monkeypatch):
 
 @pytest.fixture
 def slow_config(tmp_path):
-    """A joint whose hand is faster than its limit allows: OVERSPEED at full swing, or a joint that moves while it is armed."""
+    """A joint whose hand is faster than its limit allows: OVERSPEED at full swing, or a joint that moves
+    while it is armed.
+    """
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     text = text.replace('clock = "wall"', 'clock = "virtual"')
     text = text.replace("velocity_limit_rad_s = 6.0", "velocity_limit_rad_s = 0.7")

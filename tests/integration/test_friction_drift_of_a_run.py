@@ -1,4 +1,6 @@
-"""A joint whose friction is less than its model says, on the real loop: told, stopped, and known again after a restart."""
+"""A joint whose friction is less than its model says, on the real loop: told, stopped, and known again after
+a restart.
+"""
 
 from pathlib import Path
 from threading import Thread

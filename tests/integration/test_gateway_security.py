@@ -17,7 +17,9 @@ from rtctl.wire.protocol import Endpoints
 
 
 def ask_if_let_in(asking):
-    """Send a STOP. A socket that the rig has refused already takes none: a send that waits would wait for ever."""
+    """Send a STOP. A socket that the rig has refused already takes none: a send that waits would wait for
+    ever.
+    """
     with contextlib.suppress(zmq.Again):
         asking.send(msgpack.packb({"id": 1, "op": "stop"}), zmq.DONTWAIT)
 

@@ -1,4 +1,6 @@
-"""`rtctl status | arm | stop | reset | tare`, and one way of naming the rig in every command that talks to one."""
+"""`rtctl status | arm | stop | reset | tare`, and one way of naming the rig in every command that talks to
+one.
+"""
 
 import json
 import tempfile

@@ -1,4 +1,6 @@
-"""Point-to-point and tracking by the law's own program: as the simulation says, and honest where a rig cannot."""
+"""Point-to-point and tracking by the law's own program: as the simulation says, and honest where a rig
+cannot.
+"""
 
 from dataclasses import replace
 from pathlib import Path

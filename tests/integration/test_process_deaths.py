@@ -1,8 +1,10 @@
-"""The loop and the host die in every way, at any moment: the motor of a board of its own is torque-free in time.
+"""The loop and the host die in every way, at any moment: the motor of a board of its own is torque-free in
+time.
 
-The board is another process that nobody kills: it runs the reference firmware with a time to live of ten of its
-own cycles, and keeps a record of what its motor got in each of them. Everything is judged from that record, in
-the board's cycles. Six rigs live side by side; each rig's next life starts where the last one died.
+The board is another process that nobody kills: it runs the reference firmware with a time to live of ten of
+its own cycles, and keeps a record of what its motor got in each of them. Everything is judged from that
+record, in the board's cycles. Six rigs live side by side; each rig's next life starts where the last one
+died.
 """
 
 import json
@@ -79,7 +81,9 @@ def deaths(lanes, nursery):
 
 
 def lives(lane, death, nursery):
-    """The planned death, and again where torque was wanted and a late loop had lost it to the board's watchdog: each is judged."""
+    """The planned death, and again where torque was wanted and a late loop had lost it to the board's
+    watchdog: each is judged.
+    """
     lived = [lane.live(replace(death), nursery)]
     while death.phase == "torque" and not lived[-1].had_torque and len(lived) < MOST_LIVES:
         lived.append(lane.live(replace(death), nursery))

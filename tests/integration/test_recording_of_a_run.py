@@ -32,7 +32,9 @@ def config(tmp_path):
 
 
 def in_force(client, request):
-    """Make it and wait for the loop to take it: of two commands within one tick it takes the newer one only."""
+    """Make it and wait for the loop to take it: of two commands within one tick it takes the newer one
+    only.
+    """
     before = client.status()["command_seq_in_force"]
     request()
     until(lambda: client.status()["command_seq_in_force"] > before, "the command")

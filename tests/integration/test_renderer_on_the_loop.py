@@ -1,4 +1,6 @@
-"""Renderers against the real daemon: the lease as the loop keeps it, halted clients, floods, a silent journal."""
+"""Renderers against the real daemon: the lease as the loop keeps it, halted clients, floods, a silent
+journal.
+"""
 
 import json
 import os

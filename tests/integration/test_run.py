@@ -21,7 +21,9 @@ from rtctl.rig_file.config import load
 
 @pytest.fixture
 def running(folder, tmp_path):
-    """The mock rig with a hand that rests: a client of a loaded machine arms late, and a joint that swings moves too far."""
+    """The mock rig with a hand that rests: a client of a loaded machine arms late, and a joint that swings
+    moves too far.
+    """
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     config = tmp_path / "rests.toml"
     config.write_text(text.replace("amplitude_rad = 0.3", "amplitude_rad = 0.0"))
@@ -38,7 +40,8 @@ def test_a_run_for_some_seconds_ends_with_the_promised_summary(folder):
     code, summary, err = finish(start(CONFIGS / "mock.toml", folder, "--arm", "--for", "2"))
     assert code == 0, err
     assert set(summary) >= {
-        "state", "ticks", "missed_ticks", "rate_hz", "wakeup_us", "cycle_us", "telemetry", "energy_j", "faults",
+        "state", "ticks", "missed_ticks", "rate_hz", "wakeup_us", "cycle_us", "telemetry", "energy_j",
+        "faults",
     }  # fmt: skip
     for latency in ("wakeup_us", "cycle_us"):
         assert set(summary[latency]) == {"p50", "p99", "p99.9", "max"}
@@ -98,7 +101,9 @@ LATE = "[[fault]]\nchannel = 'loop'\nkind = 'stall'\nvalue = 2\nat_s = 2.0\nfor_
 
 
 def test_a_second_signal_cuts_a_ramp_short(folder, tmp_path):
-    """At 100 Hz and with every cycle 3.5 periods long the ramp takes 1.75 s: time for a second signal in the middle."""
+    """At 100 Hz and with every cycle 3.5 periods long the ramp takes 1.75 s: time for a second signal in the
+    middle.
+    """
     text = (CONFIGS / "mock.toml").read_text().replace('"friction/', f'"{CONFIGS}/friction/')
     text = text.replace("rate_hz = 1000.0", "rate_hz = 100.0").replace(
         "stiffness_nm_rad = 60.0", "stiffness_nm_rad = 5.0"
@@ -168,7 +173,9 @@ def test_a_stalled_loop_is_noticed_and_killed(running):
 
 @pytest.mark.parametrize("then", ["goes on", "loop dies"])
 def test_a_host_that_stood_still_takes_what_waits_in_parts_and_all_of_it(folder, then):
-    """Its memory would keep the size of the largest part; nothing is left in the ring, not even by a loop that died."""
+    """Its memory would keep the size of the largest part; nothing is left in the ring, not even by a loop
+    that died.
+    """
     batches = []
 
     def stand_still_once(host, rows):
@@ -216,7 +223,8 @@ def test_without_real_time_rights_a_simulated_rig_warns_and_runs(folder):
         "import resource, os, ctypes, sys;"
         "resource.setrlimit(resource.RLIMIT_MEMLOCK, (65536, 65536));"
         "resource.setrlimit(resource.RLIMIT_RTPRIO, (0, 0));"
-        "[ctypes.CDLL(None).prctl(24, c, 0, 0, 0) for c in (14, 23)];"  # drop CAP_IPC_LOCK, CAP_SYS_NICE for children
+        # drop CAP_IPC_LOCK, CAP_SYS_NICE for children
+        "[ctypes.CDLL(None).prctl(24, c, 0, 0, 0) for c in (14, 23)];"
         "ctypes.CDLL(None).prctl(38, 1, 0, 0, 0);"
         "os.execv(sys.argv[1], sys.argv[1:])"
     )

@@ -1,4 +1,6 @@
-"""`rtctl run configs/serial.toml` against a simulated board in another process: armed, driven, killed, unplugged."""
+"""`rtctl run configs/serial.toml` against a simulated board in another process: armed, driven, killed,
+unplugged.
+"""
 
 import contextlib
 import json
@@ -79,7 +81,9 @@ def arm(client):
 
 
 def armed(client, board):
-    """Rows of the board up to a torque at work; armed again when a late cycle of a busy machine stopped the rig."""
+    """Rows of the board up to a torque at work; armed again when a late cycle of a busy machine stopped the
+    rig.
+    """
     while True:
         arm(client)
         while client.latest_state().state in (State.ACTIVE, State.HOLD):

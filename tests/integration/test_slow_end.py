@@ -1,5 +1,5 @@
-"""The end of an interpreter is nobody's end: the daemon does not wait for its own, and a loop process that has said its
-last word is not a stalled loop, however long its interpreter takes to go.
+"""The end of an interpreter is nobody's end: the daemon does not wait for its own, and a loop process that
+has said its last word is not a stalled loop, however long its interpreter takes to go.
 """
 
 import os

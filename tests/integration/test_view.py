@@ -64,7 +64,8 @@ def test_nothing_is_given_to_an_image_or_frame_of_another_page(page, path, site)
 
 @pytest.mark.parametrize("path", ["/stream", "/ticks.csv?signals=tick", "/hello"])
 def test_a_browser_that_tells_no_site_cannot_take_up_streams_for_another_page(page, path):
-    # over a plain address of the network browsers send no Sec-Fetch-*, and images no Origin: the header decides
+    # over a plain address of the network browsers send no Sec-Fetch-*, and images no Origin: the header
+    # decides
     for _ in range(MOST_STREAMS + 1):
         assert get(page[1], path)[0].status == 403
     assert get(page[1], "/hello", **OURS)[0].status == 200

@@ -1,4 +1,6 @@
-"""`docs/virtual-world.md` and `docs/api.md` as a reader would try them: their snippets in order, and the page's drag, on an armed rig."""
+"""`docs/virtual-world.md` and `docs/api.md` as a reader would try them: their snippets in order, and the
+page's drag, on an armed rig.
+"""
 
 import re
 import tempfile

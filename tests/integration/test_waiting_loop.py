@@ -1,4 +1,6 @@
-"""A loop process is started before the rig file is read: what becomes of it when that rig is refused, or its host dies."""
+"""A loop process is started before the rig file is read: what becomes of it when that rig is refused, or its
+host dies.
+"""
 
 import json
 import os
@@ -72,8 +74,10 @@ def watched(tmp_path):
 
 REFUSED = {
     "a key that there is not": ("stiffness_nm_rad = 10.0", "stifness = 10.0", 3),
-    "a coupling that cannot be proved": ("stiffness_nm_rad = 10.0", "stiffness_nm_rad = 90.0", StabilityError.exit_code),
-    "a friction model that is missing": ("[axis.environment]", '[axis.friction]\nmodel = "none.json"\n[axis.environment]', ModelError.exit_code),
+    "a coupling that cannot be proved": ("stiffness_nm_rad = 10.0", "stiffness_nm_rad = 90.0",
+        StabilityError.exit_code),
+    "a friction model that is missing": ("[axis.environment]",
+        '[axis.friction]\nmodel = "none.json"\n[axis.environment]', ModelError.exit_code),
 }  # fmt: skip
 
 

@@ -1,4 +1,5 @@
-"""`make mutation`: do the tests notice every small change of gate, states, faults, detectors, arming and window?
+"""`make mutation`: do the tests notice every small change of gate, states, faults, detectors, arming and
+window?
 
     NUMBA_DISABLE_JIT=1 python tests/mutants/mutation.py [--jobs 2] [--only WORD]
 
@@ -29,9 +30,11 @@ MODULES = ("gate", "states", "faults", "detectors", "arming", "window")
 LEAST = 0.95
 
 LAW = (
-    "tests/unit/control/test_state_functions.py", "tests/unit/control/test_detector_functions.py", "tests/unit/control/test_pulse_functions.py",
+    "tests/unit/control/test_state_functions.py", "tests/unit/control/test_detector_functions.py",
+    "tests/unit/control/test_pulse_functions.py",
     "tests/unit/control/test_gate.py", "tests/properties/test_control_gate.py",
-    "tests/unit/control/test_states.py", "tests/unit/control/test_detectors.py", "tests/unit/control/test_arming.py",
+    "tests/unit/control/test_states.py", "tests/unit/control/test_detectors.py",
+    "tests/unit/control/test_arming.py",
 )  # fmt: skip
 """Run on every change of a function."""
 
@@ -119,7 +122,8 @@ def report(found: dict[str, str], seconds: float, *, whole: bool) -> int:
     stale = [key for key in known if found.get(key, "") or (whole and key not in found)]
     for key in stale:
         say(
-            f"explained in SURVIVORS.md, but noticed by {found.get(key) or 'nobody: it is no longer made'}: {key}"
+            f"explained in SURVIVORS.md, but noticed by {found.get(key) or 'nobody: it is no longer made'}: "
+            f"{key}"
         )
     return 1 if share < LEAST or unexplained or stale else 0
 

@@ -1,4 +1,6 @@
-"""Seeded bugs of the feed-forward that follows the friction: each of its bounds, the pace, what freezes it, what it goes on from."""
+"""Seeded bugs of the feed-forward that follows the friction: each of its bounds, the pace, what freezes it,
+what it goes on from.
+"""
 
 from __future__ import annotations
 
@@ -84,7 +86,8 @@ SEEDS = (
     ),
     Seed(
         "a feed-forward that has followed is stopped as if it had not", "rtctl/friction/drift_watch.py",
-        'row["compensation"][a] * factor / self._largest[a]', 'row["compensation"][a] / self._largest[a]', WATCH,
+        'row["compensation"][a] * factor / self._largest[a]', 'row["compensation"][a] / self._largest[a]',
+        WATCH,
     ),
     Seed(
         "a restart goes on beyond the bounds of now", "rtctl/friction/drift_watch.py",
@@ -151,7 +154,8 @@ SEEDS = (
     Seed(
         "a model's doubt of sticking hides a drift of sliding", "rtctl/friction/drift_verdict.py",
         "by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm", "by.doubt_nm / found.dry_nm",
-        ("tests/unit/friction/test_drift.py::test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding",),
+        ("tests/unit/friction/test_drift.py"
+         "::test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding",),
     ),
     Seed(
         "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",

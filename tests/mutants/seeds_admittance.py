@@ -21,13 +21,17 @@ HELP = "tests/unit/control/test_admittance_help.py"
 
 SIZES = "tests/unit/control/test_joints_of_other_sizes.py"
 
-GIVES = "tests/acceptance/test_foreign_counts.py::test_a_joint_that_gives_way_by_a_count_under_a_leaning_mass_is_not_jolted"
+GIVES = (
+    "tests/acceptance/test_foreign_counts.py"
+    "::test_a_joint_that_gives_way_by_a_count_under_a_leaning_mass_is_not_jolted"
+)
 
 SEEDS = (
     Seed(
         "a renderer's end of the spring stays where the mass was armed", MASS,
         "if s.world_kind[axis] != _REMOTE:  # it begins", "if False:  # it begins",
-        ("tests/unit/control/test_virtual_mass.py::test_a_renderer_finds_its_end_of_the_spring_at_the_mass_wherever_that_went_in_another_world",),
+        ("tests/unit/control/test_virtual_mass.py"
+         "::test_a_renderer_finds_its_end_of_the_spring_at_the_mass_wherever_that_went_in_another_world",),
     ),
     Seed(
         "a damper of rest begins at rest under a mass that goes on", MASS,
@@ -61,17 +65,20 @@ SEEDS = (
         "what is not seen is braked to rest", MASS,
         "        s.mass_calm_rad_s[axis] = s.mass_velocity_rad_s[axis]\n", "        pass\n",
         (
-            f"{COUNTS}::test_a_mass_that_a_leaning_hand_moves_on_is_not_jolted_where_the_joint_is_no_longer_seen",
+            f"{COUNTS}"
+            "::test_a_mass_that_a_leaning_hand_moves_on_is_not_jolted_where_the_joint_is_no_longer_seen",
         ),
     ),
     Seed(
         "a joint that creeps is taken to be held", "rtctl/check/verdicts_of_admittance_steps.py",
         "s.period_s), held=False)\n", "s.period_s), held=True)\n",
-        ("tests/unit/cli/test_check_force_sensor.py::test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered",),
+        ("tests/unit/cli/test_check_force_sensor.py"
+         "::test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered",),
     ),
     Seed(
         "a joint that is not seen is answered at once", MASS,
-        "quick = p.mass_blind_alpha[axis] if is_blind(s, p, axis) else p.mass_force_alpha[axis]\n", "quick = p.mass_force_alpha[axis]\n",
+        "quick = p.mass_blind_alpha[axis] if is_blind(s, p, axis) else p.mass_force_alpha[axis]\n",
+        "quick = p.mass_force_alpha[axis]\n",
         (f"{COUNTS}::test_the_loop_that_is_proved_is_the_law_while_it_does_not_see_the_joint",),
     ),
     Seed(
@@ -80,16 +87,21 @@ SEEDS = (
         (f"{COUNTS}::test_the_law_is_blind_while_the_reading_is_held_or_does_not_change",),
     ),
     Seed(
-        "the observer of an admittance integrates while its joint sticks", "rtctl/control/disturbance_observer.py",
-        "        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]\n", "        s.mass_helped_share[axis] = 1.0\n",
+        "the observer of an admittance integrates while its joint sticks",
+        "rtctl/control/disturbance_observer.py",
+        "        s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]\n",
+        "        s.mass_helped_share[axis] = 1.0\n",
         (
-            "tests/unit/control/test_observer_at_rest.py::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
+            "tests/unit/control/test_observer_at_rest.py"
+            "::test_where_a_virtual_mass_is_shown_it_goes_and_stays_away",
         ),
     ),
     Seed(
-        "an observer behind a declared sensor is tried as declared and without it only", "rtctl/control/proofs/quicker_sensors.py",
+        "an observer behind a declared sensor is tried as declared and without it only",
+        "rtctl/control/proofs/quicker_sensors.py",
         "for share in (0.0, 0.25, 0.5, 0.75, 1.0)", "for share in (0.0, 1.0)",
-        ("tests/unit/cli/test_check_force_sensor.py::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
+        ("tests/unit/cli/test_check_force_sensor.py"
+         "::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),
     ),
     Seed(
         "a joint that shakes while it sticks is not refused", "rtctl/check/verdicts_of_admittance.py",
@@ -103,7 +115,8 @@ SEEDS = (
     ),
     Seed(
         "help with friction at rest goes by the hand while a mass is shown", "rtctl/control/feedforward.py",
-        "return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]", "pass",
+        "return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]",
+        "pass",
         (f"{EXPERIMENT}::test_help_with_friction_goes_by_the_mass_and_does_not_push_the_joint_into_a_wall",),
     ),
     Seed(
@@ -156,7 +169,8 @@ SEEDS = (
         "the account does not bound the torque of an admittance", "rtctl/control/law.py",
         "    if not in_program(s, axis):\n        allowed =",
         "    if not in_program(s, axis) and not is_admittance(s, axis):\n        allowed =",
-        (f"{LOOP}::test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left",),
+        (f"{LOOP}"
+         "::test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left",),
     ),
     Seed(
         "the servo's place lags without bound", MASS,
@@ -179,7 +193,8 @@ SEEDS = (
         "a display is exchanged while it is felt", DISPLAY,
         "s.display_faded[axis] = min(1.0, s.display_faded[axis] + 1.0 / max(p.stop_ticks, 1))",
         "s.display_faded[axis] = 1.0",
-        (f"{CHANGES}::test_a_display_that_is_changed_at_rest_under_load_gives_the_hand_what_is_paid_and_no_more",),
+        (f"{CHANGES}"
+         "::test_a_display_that_is_changed_at_rest_under_load_gives_the_hand_what_is_paid_and_no_more",),
     ),
     Seed(
         "the rise of the other display is not paid", DISPLAY,
@@ -189,11 +204,13 @@ SEEDS = (
     Seed(
         "mass and damping jump to what is asked", DISPLAY,
         "    if resting:\n", "    if True:\n",
-        (f"{CHANGES}::test_mass_and_damping_take_a_tenth_of_a_second_from_end_to_end_and_are_taken_at_once_at_rest",),
+        (f"{CHANGES}"
+         "::test_mass_and_damping_take_a_tenth_of_a_second_from_end_to_end_and_are_taken_at_once_at_rest",),
     ),
     Seed(
         "what is sent ahead forgets the force that is there already", MASS,
         "acceleration + drag - felt_nm", "acceleration + drag",
-        ("tests/unit/control/test_admittance_margin.py::test_the_largest_eigenvalue_is_the_growth_of_the_law",),
+        ("tests/unit/control/test_admittance_margin.py"
+         "::test_the_largest_eigenvalue_is_the_growth_of_the_law",),
     ),
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Seeded bugs of what stands between a CAN bus and the tick: fields, codecs, arming of drives, compiled cycles."""
+"""Seeded bugs of what stands between a CAN bus and the tick: fields, codecs, arming of drives, compiled
+cycles.
+"""
 
 from __future__ import annotations
 
@@ -15,8 +17,10 @@ CAN_CYCLE = ("tests/unit/hw/test_can_steady.py", "tests/unit/hw/test_can_left_to
 
 SEEDS = (
     Seed(
-        "a frame is taken without a word to who waits for room", "hw/can/adapter.py", "if queue.maxsize <= 0:", "if True:",
-        ("tests/unit/hw/test_can_batch.py::test_who_waits_for_room_in_a_bounded_in_process_bus_goes_on_when_a_frame_was_taken",),
+        "a frame is taken without a word to who waits for room", "hw/can/adapter.py",
+        "if queue.maxsize <= 0:", "if True:",
+        ("tests/unit/hw/test_can_batch.py"
+         "::test_who_waits_for_room_in_a_bounded_in_process_bus_goes_on_when_a_frame_was_taken",),
     ),
     Seed(
         "what stands behind a moteus reply is not looked at", "hw/can/moteus_codec.py",
@@ -28,11 +32,13 @@ SEEDS = (
     ),
     Seed(
         "a CiA 402 sample is complete without its velocity", "hw/can/cia402.py",
-        "self._velocity_bit = sample.need() if units else 0", "self._velocity_bit = 1 << 40 if units else 0", AXES,
+        "self._velocity_bit = sample.need() if units else 0", "self._velocity_bit = 1 << 40 if units else 0",
+        AXES,
     ),
     Seed(
         "a CAN counter wraps in one direction only", "hw/can/fields.py",
-        "((raw - self._last + self._half) & self._mask) - self._half", "(raw - self._last) & self._mask", FIELDS,
+        "((raw - self._last + self._half) & self._mask) - self._half", "(raw - self._last) & self._mask",
+        FIELDS,
     ),
     Seed(
         "a CAN frame may come twice", "hw/can/fields.py",
@@ -48,7 +54,8 @@ SEEDS = (
     ),
     Seed(
         "an ODrive current of NaN is fresh", "hw/can/odrive.py",
-        "        if current - current != 0.0:\n            self._sample.not_finite()\n            return\n", "", CODECS,
+        "        if current - current != 0.0:\n            self._sample.not_finite()\n            return\n",
+        "", CODECS,
     ),
     Seed(
         "a moteus reply is read beyond its end", "hw/can/moteus_codec.py",
@@ -93,7 +100,8 @@ SEEDS = (
     ),
     Seed(
         "frames kept for Python are dropped", "hw/can/raw.py",
-        "return kept if kept[0] < kept[1] else (0, self._batch.take())", "return (0, self._batch.take())", CAN_CYCLE,
+        "return kept if kept[0] < kept[1] else (0, self._batch.take())", "return (0, self._batch.take())",
+        CAN_CYCLE,
     ),
     Seed(
         "a compiled CAN cycle outlives what is due", "hw/can/steady_cycle.py",

@@ -1,4 +1,6 @@
-"""Seeded bugs of the control law: environments, gate, torques, passivity, take-back, authority, and of the monitor that watches them."""
+"""Seeded bugs of the control law: environments, gate, torques, passivity, take-back, authority, and of the
+monitor that watches them.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +12,28 @@ SEQUENCES = (f"{UNIT}/test_state_sequences.py", f"{UNIT}/test_renderer_sequences
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 PASSIVITY = (
     f"{UNIT}/test_passivity.py::test_injected_damping_never_exceeds_its_cap_and_rests_below_a_count",
-    f"{UNIT}/test_passivity.py::test_the_port_loses_what_the_motor_gave_and_is_credited_the_damping_of_the_joint",
+    f"{UNIT}/test_passivity.py"
+    "::test_the_port_loses_what_the_motor_gave_and_is_credited_the_damping_of_the_joint",
     f"{UNIT}/test_passivity.py::test_no_more_than_the_bank_is_kept_beyond_what_is_stored",
     f"{UNIT}/test_passivity.py::test_deficits_become_faults_before_one_and_a_half_and_at_three_budgets",
 )
 TAKE_BACK = (f"{UNIT}/test_take_back.py",)
 FOLLOWS = (
     f"{UNIT}/test_intermediate.py::test_a_store_without_energy_presses_at_the_power_alone",
-    f"{UNIT}/test_intermediate.py::test_a_jump_presses_no_harder_than_the_gate_can_take_back_when_the_joint_is_let_go",
-    f"{UNIT}/test_intermediate.py::test_what_appears_before_a_fast_joint_is_as_stiff_as_the_gate_can_follow_and_stiffens_as_it_slows",
+    f"{UNIT}/test_intermediate.py"
+    "::test_a_jump_presses_no_harder_than_the_gate_can_take_back_when_the_joint_is_let_go",
+    f"{UNIT}/test_intermediate.py"
+    "::test_what_appears_before_a_fast_joint_is_as_stiff_as_the_gate_can_follow_and_stiffens_as_it_slows",
     f"{UNIT}/test_intermediate.py::test_a_change_of_kind_passes_through_nothing_to_feel",
     f"{UNIT}/test_remote_proxy.py::test_a_target_that_jumps_is_followed_no_faster_than_the_joint_may_move",
-    f"{UNIT}/test_intermediate.py::test_a_world_of_another_kind_grows_where_it_belongs_and_not_where_the_last_one_was",
+    f"{UNIT}/test_intermediate.py"
+    "::test_a_world_of_another_kind_grows_where_it_belongs_and_not_where_the_last_one_was",
 )
 REMOTE = (
     f"{UNIT}/test_remote_proxy.py::test_a_remote_proxy_whose_motion_nobody_pays_for_stays_where_it_is",
     f"{UNIT}/test_remote_proxy.py::test_a_remote_proxy_waits_where_the_torque_limit_ends_and_not_beyond",
-    f"{UNIT}/test_remote_proxy.py::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
+    f"{UNIT}/test_remote_proxy.py"
+    "::test_the_damper_of_a_remote_proxy_follows_no_velocity_beyond_what_the_joint_may_have_nor_one_unpaid",
 )
 AUTHORITY = (f"{UNIT}/test_authority.py",)
 ASSISTANCE = (f"{UNIT}/test_assistance.py",)
@@ -54,24 +61,29 @@ SEEDS = (
         "work <= s.renderer_store_j[axis]", FOLLOWS,
     ),
     Seed(
-        "a step that stiffens for nothing does not ask how fast the joint is", "rtctl/control/environments/changes.py",
+        "a step that stiffens for nothing does not ask how fast the joint is",
+        "rtctl/control/environments/changes.py",
         "if work > 0.0 or k > s.world_stiffness_nm_rad[axis]:", "if work > 0.0:", FOLLOWS,
     ),
     Seed(
         "another kind is taken with the stiffness of the old one", "rtctl/control/environments/changes.py",
-        "        if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:\n            return\n", "", FOLLOWS,
+        "        if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:\n       "
+        "     return\n", "", FOLLOWS,
     ),
     Seed(
         "another kind grows where the old one was", "rtctl/control/environments/changes.py",
-        "        s.world_center_rad[axis] = c.environment_center_rad[axis]\n    _step_stiffness", "        pass\n    _step_stiffness", FOLLOWS,
+        "        s.world_center_rad[axis] = c.environment_center_rad[axis]\n    _step_stiffness",
+        "        pass\n    _step_stiffness", FOLLOWS,
     ),
     Seed(
         "a remote proxy jumps to its target", "rtctl/control/environments/targets.py",
-        "step = towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before", "step = target - before", FOLLOWS,
+        "step = towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before",
+        "step = target - before", FOLLOWS,
     ),
     Seed(
         "a remote proxy goes where nobody paid for it to go", "rtctl/control/environments/targets.py",
-        "if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):", "if k_c * stored > room:", REMOTE,
+        "if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):",
+        "if k_c * stored > room:", REMOTE,
     ),
     Seed(
         "a remote proxy winds up beyond the torque limit", "rtctl/control/environments/targets.py",
@@ -116,7 +128,8 @@ SEEDS = (
     ),
     Seed(
         "a disabled gate ramps instead of cutting", "rtctl/control/gate.py",
-        "        return 0.0, _DISABLED\n", "        return _clamped(0.0, previous - rate, previous + rate), _DISABLED\n", GATE,
+        "        return 0.0, _DISABLED\n",
+        "        return _clamped(0.0, previous - rate, previous + rate), _DISABLED\n", GATE,
     ),
     Seed(
         "above the speed limit braking is cut and pushing allowed", "rtctl/control/gate.py",
@@ -171,7 +184,8 @@ SEEDS = (
         "return _F_OVERSPEED if abs(velocity) >", "return _F_OVERSPEED if velocity >", SEQUENCES,
     ),
     Seed(
-        "a target from before the environment became remote is followed", "rtctl/control/environments/targets.py",
+        "a target from before the environment became remote is followed",
+        "rtctl/control/environments/targets.py",
         "if s.target_age_ticks >= s.remote_ticks:", "if s.remote_ticks <= 0:", SEQUENCES,
     ),
     Seed(
@@ -194,7 +208,8 @@ SEEDS = (
     ),
     Seed(
         "more torque is held than the account can pay for", "rtctl/control/law.py",
-        "        allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))", "        pass", TAKE_BACK,
+        "        allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))", "        pass",
+        TAKE_BACK,
     ),
     Seed(
         "what taking back costs is forgotten while the torque is held", "rtctl/control/passivity.py",
@@ -211,12 +226,14 @@ SEEDS = (
     ),
     Seed(
         "a deficit of NaN is no deficit", "rtctl/control/passivity.py",
-        "    if deficit <= FAULT_FACTOR * p.energy_budget_j:", "    if not deficit > FAULT_FACTOR * p.energy_budget_j:", PASSIVITY,
+        "    if deficit <= FAULT_FACTOR * p.energy_budget_j:",
+        "    if not deficit > FAULT_FACTOR * p.energy_budget_j:", PASSIVITY,
     ),
     Seed(
         "the over-speed rule believes the device", "rtctl/control/law.py",
         "    t.velocity_rad_s[axis] = velocity\n",
-        "    t.velocity_rad_s[axis] = velocity = t.device_velocity_rad_s[axis] if p.device_velocity_kind[axis] == 2 else velocity\n",
+        "    t.velocity_rad_s[axis] = velocity = t.device_velocity_rad_s[axis] if "
+        "p.device_velocity_kind[axis] == 2 else velocity\n",
         VELOCITY,
     ),
     Seed(

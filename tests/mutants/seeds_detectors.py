@@ -1,4 +1,6 @@
-"""Seeded bugs of what the law believes of sensors and motors: samples, detectors, test pulse, velocity, current's answer, delay."""
+"""Seeded bugs of what the law believes of sensors and motors: samples, detectors, test pulse, velocity,
+current's answer, delay.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +19,8 @@ OLD = (f"{MOCK}::test_how_old_samples_may_be_is_what_the_coupling_bears",)
 SAMPLE = (f"{UNIT}/test_sample.py",)
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 JUMPED = (
-    "tests/unit/test_delay_on_the_mock.py::test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices",
+    "tests/unit/test_delay_on_the_mock.py"
+    "::test_samples_refused_because_the_joint_is_out_of_reach_are_not_the_devices",
 )
 
 SEEDS = (
@@ -37,7 +40,8 @@ SEEDS = (
     ),
     Seed(
         "a temperature of NaN is a good one", "rtctl/control/detectors.py",
-        "if not -100.0 < temperature < 500.0:", "if temperature <= -100.0 or temperature >= 500.0:", DETECTORS,
+        "if not -100.0 < temperature < 500.0:", "if temperature <= -100.0 or temperature >= 500.0:",
+        DETECTORS,
     ),
     Seed(
         "a silent temperature sensor gives back the full torque", "rtctl/control/detectors.py",
@@ -58,7 +62,8 @@ SEEDS = (
     ),
     Seed(
         "a current of the wrong sign passes the test pulse", "rtctl/control/arming.py",
-        "not s.test_product_nm2[axis] >= CURRENT_SHARE * sent", "not abs(s.test_product_nm2[axis]) >= CURRENT_SHARE * sent", ARMING,
+        "not s.test_product_nm2[axis] >= CURRENT_SHARE * sent",
+        "not abs(s.test_product_nm2[axis]) >= CURRENT_SHARE * sent", ARMING,
     ),
     Seed(
         "a joint that goes the right way is refused, the wrong way passes", "rtctl/control/arming.py",
@@ -74,7 +79,8 @@ SEEDS = (
     ),
     Seed(
         "a current of NaN is within range", "rtctl/control/sample.py",
-        "if not abs(t.current_a[axis]) <= p.current_limit_a[axis]:", "if abs(t.current_a[axis]) > p.current_limit_a[axis]:", SAMPLE,
+        "if not abs(t.current_a[axis]) <= p.current_limit_a[axis]:",
+        "if abs(t.current_a[axis]) > p.current_limit_a[axis]:", SAMPLE,
     ),
     Seed(
         "two jumps are forgiven", "rtctl/control/sample.py",
@@ -82,11 +88,13 @@ SEEDS = (
     ),
     Seed(
         "jumps back are no jumps", "rtctl/control/sample.py",
-        "if abs(t.position_rad[axis] - s.position_rad[axis]) > reach:", "if t.position_rad[axis] - s.position_rad[axis] > reach:", SAMPLE,
+        "if abs(t.position_rad[axis] - s.position_rad[axis]) > reach:",
+        "if t.position_rad[axis] - s.position_rad[axis] > reach:", SAMPLE,
     ),
     Seed(
         "one component of the force is looked at", "rtctl/control/sample.py",
-        "        for i in range(3):\n            if not abs(", "        for i in range(1):\n            if not abs(", SAMPLE,
+        "        for i in range(3):\n            if not abs(",
+        "        for i in range(1):\n            if not abs(", SAMPLE,
     ),
     Seed(
         "a lost device's samples go on being counted from where they were", "rtctl/control/sample.py",
@@ -98,22 +106,27 @@ SEEDS = (
     ),
     Seed(
         "a device velocity is used however far it is off the encoder's", "rtctl/control/device_velocity.py",
-        "velocity = min(max(device, encoder - tolerance), encoder + tolerance)", "velocity = device", VELOCITY,
+        "velocity = min(max(device, encoder - tolerance), encoder + tolerance)", "velocity = device",
+        VELOCITY,
     ),
     Seed(
-        "a device velocity that does not add up to the travel is plausible", "rtctl/control/device_velocity.py",
+        "a device velocity that does not add up to the travel is plausible",
+        "rtctl/control/device_velocity.py",
         "return abs(s.device_gap_rad[axis]) <= allowed", "return True", VELOCITY,
     ),
     Seed(
-        "a device velocity is held against the encoder in one direction only", "rtctl/control/device_velocity.py",
+        "a device velocity is held against the encoder in one direction only",
+        "rtctl/control/device_velocity.py",
         "return abs(s.device_gap_rad[axis]) <= allowed", "return s.device_gap_rad[axis] <= allowed", VELOCITY,
     ),
     Seed(
         "a missed sample clears the doubt", "rtctl/control/device_velocity.py",
-        "    if elapsed > 0:\n", "    if elapsed == 0:\n        s.device_doubt_ticks[axis] = 0\n    else:\n", VELOCITY,
+        "    if elapsed > 0:\n", "    if elapsed == 0:\n        s.device_doubt_ticks[axis] = 0\n    else:\n",
+        VELOCITY,
     ),
     Seed(
-        "what was summed up before a re-plug is held against the device after it", "rtctl/control/device_velocity.py",
+        "what was summed up before a re-plug is held against the device after it",
+        "rtctl/control/device_velocity.py",
         "        s.device_gap_rad[axis] = 0.0\n", "        pass\n", VELOCITY,
     ),
     Seed(
@@ -130,10 +143,12 @@ SEEDS = (
     ),
     Seed(
         "the best fit counts, and not the least delay that noise allows", "rtctl/control/current_answer.py",
-        "better = total < found[2] if most < math.inf else left < found[0]", "better = left < found[0]", ANSWER,
+        "better = total < found[2] if most < math.inf else left < found[0]", "better = left < found[0]",
+        ANSWER,
     ),
     Seed(
-        "a lag is one of the row", "rtctl/control/current_answer.py", "    if best_lag > 0.0:\n", "    if False:\n", ANSWER,
+        "a lag is one of the row", "rtctl/control/current_answer.py", "    if best_lag > 0.0:\n",
+        "    if False:\n", ANSWER,
     ),
     Seed(
         "the three steps are laid over one another with one sign", "rtctl/control/current_answer.py",
@@ -145,7 +160,8 @@ SEEDS = (
     ),
     Seed(
         "a gain has no upper bound", "rtctl/control/current_answer.py",
-        "if not abs(gain - 1.0) <= p.current_gain_error[axis] + error:", "if not 1.0 - gain <= p.current_gain_error[axis] + error:", ANSWER,
+        "if not abs(gain - 1.0) <= p.current_gain_error[axis] + error:",
+        "if not 1.0 - gain <= p.current_gain_error[axis] + error:", ANSWER,
     ),
     Seed(
         "an offset that is no number is small", "rtctl/control/current_answer.py",
@@ -160,7 +176,8 @@ SEEDS = (
     Seed(
         "what the pulse measured stops nothing", "rtctl/control/arming.py",
         "return current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0",
-        "return 0 * current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0", PULSE,
+        "return 0 * current_answer.conclude(s, p, axis) if sent_ticks == PARTS * p.arming_ticks else 0",
+        PULSE,
     ),
     Seed(
         "one window beyond the proof is enough", "rtctl/control/running_delay.py",

@@ -18,8 +18,10 @@ LINK = (f"{HW}/test_serial_link.py::test_a_sample_must_be_newer_by_number_and_by
         f"{HW}/test_serial_commands.py::test_a_disabled_tick_sends_zeros",
         f"{HW}/test_serial_link.py::test_a_velocity_has_the_unit_and_sign_of_the_position",
         f"{HW}/test_serial_link.py::test_a_velocity_that_is_used_and_missing_is_a_fault_of_the_device",
-        f"{HW}/test_serial_commands.py::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
-        f"{HW}/test_serial_commands.py::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
+        f"{HW}/test_serial_commands.py"
+        "::test_a_board_that_reports_a_failure_of_what_is_used_is_as_good_as_lost",
+        f"{HW}/test_serial_commands.py"
+        "::test_a_board_that_went_torque_free_by_itself_while_enabled_is_as_good_as_lost")  # fmt: skip
 BOARD = (f"{HW}/test_serial_firmware.py",)
 ENCODER = (
     "tests/properties/test_encoder.py::test_the_count_follows_every_walk_of_less_than_half_a_range_a_step",
@@ -61,7 +63,8 @@ SEEDS = (
     ),
     Seed(
         "packets of another version are read", "hw/serial/frame.py",
-        "return n == length and body[0] == VERSION and body[1] == kind", "return n == length and body[1] == kind", FRAME,
+        "return n == length and body[0] == VERSION and body[1] == kind",
+        "return n == length and body[1] == kind", FRAME,
     ),
     Seed(
         "a command without a time to live is obeyed", "hw/serial/frame.py",
@@ -101,7 +104,8 @@ SEEDS = (
     ),
     Seed(
         "a velocity has the other sign than the position", "hw/serial/link.py",
-        "ln.velocity_rad_s[axis] = ln.rad_per_count[axis] *", "ln.velocity_rad_s[axis] = abs(ln.rad_per_count[axis]) *", LINK,
+        "ln.velocity_rad_s[axis] = ln.rad_per_count[axis] *",
+        "ln.velocity_rad_s[axis] = abs(ln.rad_per_count[axis]) *", LINK,
     ),
     Seed(
         "a board without velocities is taken for one at rest", "hw/serial/link.py",
@@ -130,7 +134,8 @@ SEEDS = (
     Seed(
         "a board that has let go is sent torque", "hw/serial/link.py",
         "enable = t.enabled != 0 and ln.dropped == 0", "enable = t.enabled != 0",
-        (f"{HW}/test_serial_commands.py::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
+        (f"{HW}/test_serial_commands.py"
+         "::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
     ),
     Seed(
         "half of a force frame's checksum is compared", "hw/force/rokubi.py",
@@ -147,11 +152,13 @@ SEEDS = (
     ),
     Seed(
         "a saturated force sensor is believed", "hw/force/rdt.py",
-        "return 0 if rest == _ERROR and status & _MONITOR else rest", "return 0 if rest & _ERROR and status & _MONITOR else rest", FORCE,
+        "return 0 if rest == _ERROR and status & _MONITOR else rest",
+        "return 0 if rest & _ERROR and status & _MONITOR else rest", FORCE,
     ),
     Seed(
         "the loop writes before it decides", "rtctl/rt/loop.py",
-        "                decide()  # 3 decide: newest command, law, gate\n", "                write(tick)\n                decide()\n", LOOP,
+        "                decide()  # 3 decide: newest command, law, gate\n",
+        "                write(tick)\n                decide()\n", LOOP,
     ),
     Seed(
         "late slots are caught up in a burst", "rtctl/rt/loop.py",
@@ -175,12 +182,14 @@ SEEDS = (
         "            practised(parts.write_arguments),\n", "            parts.write_arguments,\n", REHEARSAL,
     ),
     Seed(
-        "a rehearsal reaches the device", "rtctl/rt/whole_cycle.py", "bool(parts.simulated)", "True", REHEARSAL,
+        "a rehearsal reaches the device", "rtctl/rt/whole_cycle.py", "bool(parts.simulated)", "True",
+        REHEARSAL,
     ),
     Seed(
         "a compiled cycle decides before it reads", "rtctl/rt/whole_cycle.py",
         "        if call_for_int(o.read_at, read_arguments) != 0:  # 2 read the devices\n",
-        "        call(o.law_at, law_arguments)\n        if call_for_int(o.read_at, read_arguments) != 0:\n", WHOLE,
+        "        call(o.law_at, law_arguments)\n        if call_for_int(o.read_at, read_arguments) != 0:\n",
+        WHOLE,
     ),
     Seed(
         "what a compiled half leaves is not done", "rtctl/rt/whole_cycle.py",
@@ -192,11 +201,13 @@ SEEDS = (
     ),
     Seed(
         "a look before the deadline ends before it", "rtctl/rt/clock.py",
-        "    while now < deadline_ns:\n", "    while now < until:\n", ("tests/unit/rt/test_early.py", "tests/unit/rt/test_clock.py"),
+        "    while now < deadline_ns:\n", "    while now < until:\n",
+        ("tests/unit/rt/test_early.py", "tests/unit/rt/test_clock.py"),
     ),
     Seed(
         "the margin has no bound", "rtctl/rt/clock.py",
-        "min(max(early[_MARGIN] + change, 0), early[_MOST])", "max(early[_MARGIN] + change, 0)", ("tests/unit/rt/test_early.py",),
+        "min(max(early[_MARGIN] + change, 0), early[_MOST])", "max(early[_MARGIN] + change, 0)",
+        ("tests/unit/rt/test_early.py",),
     ),
     Seed(
         "a look takes what the kernel leaves to real-time processes", "rtctl/rt/early.py",
@@ -224,12 +235,14 @@ SEEDS = (
         "        if True:\n            try:\n                self._backend.write(tick)", REPLUG,
     ),
     Seed(
-        "words are made while torque flows", "rtctl/rt/speech.py", "        if self._enabled[0]:\n", "        if False:\n",
+        "words are made while torque flows", "rtctl/rt/speech.py", "        if self._enabled[0]:\n",
+        "        if False:\n",
         ("tests/unit/rt/test_speech.py",),
     ),
     Seed(
         "a fault at rest is told in words of later", "rtctl/rt/speech.py",
-        "if now == self._before or not (self._spare or now & ~self._looked_at):", "if True:", ("tests/unit/rt/test_speech.py",),
+        "if now == self._before or not (self._spare or now & ~self._looked_at):", "if True:",
+        ("tests/unit/rt/test_speech.py",),
     ),
     Seed(
         "a fault that others flickered before has no words", "rtctl/rt/speech.py",

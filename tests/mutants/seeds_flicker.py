@@ -51,7 +51,8 @@ SEEDS = (
         "RELEASE_COUNTS = 3.5",
         "RELEASE_COUNTS = 1.5",
         (
-            "tests/unit/cli/test_check_plausibility.py::test_a_stiffer_display_needs_more_friction_to_hold_a_flicker",
+            "tests/unit/cli/test_check_plausibility.py"
+            "::test_a_stiffer_display_needs_more_friction_to_hold_a_flicker",
         ),
     ),
 )

@@ -19,7 +19,8 @@ SEEDS = (
         "() if fixed else gears_of(table, joint)",
         "()",
         (
-            f"{IN_GEARS}::test_a_late_rig_has_a_slower_observer_until_its_gear_is_known_and_a_named_bandwidth_is_refused",
+            f"{IN_GEARS}"
+            "::test_a_late_rig_has_a_slower_observer_until_its_gear_is_known_and_a_named_bandwidth_is_refused",
         ),
     ),
     Seed(
@@ -119,7 +120,8 @@ SEEDS = (
         "    if not is_resting(s, p, axis):\n        s.observer_end[axis] =",
         "    if True:\n        s.observer_end[axis] =",
         (
-            "tests/unit/control/test_observer_at_rest.py::test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved",
+            "tests/unit/control/test_observer_at_rest.py"
+            "::test_a_joint_that_rests_is_sent_the_share_that_it_was_sent_when_it_moved",
         ),
     ),
     Seed(
@@ -163,7 +165,8 @@ SEEDS = (
         "        s.observer_moved_rad_s[axis, k] = 0.0\n",
         "        pass\n",
         (
-            f"{LAW}::test_the_line_of_velocities_is_as_long_as_that_of_torques_and_holds_nothing_that_is_no_number",
+            f"{LAW}"
+            "::test_the_line_of_velocities_is_as_long_as_that_of_torques_and_holds_nothing_that_is_no_number",
         ),
     ),
     Seed(

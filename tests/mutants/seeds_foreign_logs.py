@@ -1,4 +1,6 @@
-"""Seeded bugs in what is told of logs of other makes: clocks, buses, rig files, MATLAB files of version 7.3."""
+"""Seeded bugs in what is told of logs of other makes: clocks, buses, rig files, MATLAB files of version
+7.3.
+"""
 
 from __future__ import annotations
 

@@ -9,14 +9,17 @@ DRIFT = ("tests/unit/friction/test_drift.py",)
 VELOCITY = (f"{UNIT}/test_device_velocity.py",)
 CREDIT = (
     f"{UNIT}/test_dry_friction.py::test_bristles_first_bend_then_slide",
-    f"{UNIT}/test_dry_friction.py::test_a_closed_motion_is_credited_four_times_what_its_amplitude_exceeds_the_bristles_by",
-    f"{UNIT}/test_dry_friction.py::test_what_was_stored_is_withdrawn_at_the_friction_of_rest_however_fast_the_joint_is_by_then",
+    f"{UNIT}/test_dry_friction.py"
+    "::test_a_closed_motion_is_credited_four_times_what_its_amplitude_exceeds_the_bristles_by",
+    f"{UNIT}/test_dry_friction.py"
+    "::test_what_was_stored_is_withdrawn_at_the_friction_of_rest_however_fast_the_joint_is_by_then",
     f"{UNIT}/test_dry_friction.py::test_a_velocity_against_the_motion_does_not_choose_the_place_on_the_curve",
     f"{UNIT}/test_dry_friction.py::test_the_curve_is_lowered_as_much_as_its_minimum_was",
     f"{UNIT}/test_dry_friction.py::test_friction_seen_counts_in_sliding_its_own_direction_and_up_to_its_cap",
 )
 TWICE = (
-    f"{UNIT}/test_dry_friction.py::test_viscous_friction_is_not_credited_as_dry_where_the_curves_slope_is_too_low",
+    f"{UNIT}/test_dry_friction.py"
+    "::test_viscous_friction_is_not_credited_as_dry_where_the_curves_slope_is_too_low",
 )
 SPRING = (
     f"{UNIT}/test_feedforward.py::test_a_vibration_within_the_presliding_length_gets_no_work_from_hybrid",
@@ -24,14 +27,16 @@ SPRING = (
 RESTING = (f"{UNIT}/test_resting.py",)
 ASSISTANCE = (f"{UNIT}/test_assistance.py",)
 FINDS = (
-    f"{UNIT}/test_disturbance_observer.py::test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint_keeps",
+    f"{UNIT}/test_disturbance_observer.py"
+    "::test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint_keeps",
 )
 INERTIA = (
     f"{UNIT}/test_disturbance_observer.py::test_the_right_inertia_leaves_nothing_and_a_wrong_one_its_share",
 )
 OBSERVED_LATE = (f"{UNIT}/test_disturbance_observer.py::test_the_delay_of_the_motor_is_accounted_for",)
 BIAS = (
-    f"{UNIT}/test_disturbance_observer.py::test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_the_rest",
+    f"{UNIT}/test_disturbance_observer.py"
+    "::test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_the_rest",
 )
 RANGE = (
     f"{UNIT}/test_disturbance_observer.py::test_it_fills_only_what_the_feed_forward_leaves",
@@ -47,7 +52,8 @@ SAMPLES = (
 SEEN = (f"{UNIT}/test_disturbance_observer.py::test_friction_is_remembered_in_sliding_only",)
 INTENT = (f"{UNIT}/test_feedforward.py::test_the_intent_is_low_passed_and_forgets_what_is_not_a_number",)
 LUGRE = (
-    f"{UNIT}/test_feedforward.py::test_the_bristles_of_lugre_turn_exponentially_over_their_length_whatever_the_steps",
+    f"{UNIT}/test_feedforward.py"
+    "::test_the_bristles_of_lugre_turn_exponentially_over_their_length_whatever_the_steps",
 )
 GUARANTEE = ("tests/unit/friction/test_guarantee.py",)
 
@@ -74,11 +80,13 @@ SEEDS = (
     ),
     Seed(
         "what bristles give back is withdrawn at the friction of the speed", "rtctl/control/dry_friction.py",
-        "guaranteed_friction(p, model, axis, 0.0) * work", "guaranteed_friction(p, model, axis, velocity) * work", CREDIT,
+        "guaranteed_friction(p, model, axis, 0.0) * work",
+        "guaranteed_friction(p, model, axis, velocity) * work", CREDIT,
     ),
     Seed(
         "a velocity against the motion chooses the place on the curve", "rtctl/control/dry_friction.py",
-        "v = velocity if velocity * dx > 0.0 else dx / (p.period_s * max(elapsed, 1))", "v = velocity", CREDIT,
+        "v = velocity if velocity * dx > 0.0 else dx / (p.period_s * max(elapsed, 1))", "v = velocity",
+        CREDIT,
     ),
     Seed(
         "the guaranteed friction is not lowered by what may be wrong", "rtctl/control/dry_friction.py",
@@ -90,7 +98,8 @@ SEEDS = (
     ),
     Seed(
         "friction seen is credited without a cap", "rtctl/control/dry_friction.py",
-        "min(max(SEEN_SHARE * seen, 0.0), p.friction_seen_max_nm[axis])", "max(SEEN_SHARE * seen, 0.0)", CREDIT,
+        "min(max(SEEN_SHARE * seen, 0.0), p.friction_seen_max_nm[axis])", "max(SEEN_SHARE * seen, 0.0)",
+        CREDIT,
     ),
     Seed(
         "friction seen one way is credited the other", "rtctl/control/dry_friction.py",
@@ -106,11 +115,13 @@ SEEDS = (
     ),
     Seed(
         "the account trusts the delay to the tick", "rtctl/control/assistance.py",
-        "energy = min(s.assistance_energy_j[axis, 0], s.assistance_energy_j[axis, 1])", "energy = s.assistance_energy_j[axis, 0]", ASSISTANCE,
+        "energy = min(s.assistance_energy_j[axis, 0], s.assistance_energy_j[axis, 1])",
+        "energy = s.assistance_energy_j[axis, 0]", ASSISTANCE,
     ),
     Seed(
         "the account has no end", "rtctl/control/assistance.py",
-        "min(s.assistance_energy_j[axis, later] + earned, bank)", "s.assistance_energy_j[axis, later] + earned", ASSISTANCE,
+        "min(s.assistance_energy_j[axis, later] + earned, bank)",
+        "s.assistance_energy_j[axis, later] + earned", ASSISTANCE,
     ),
     Seed(
         "viscous damping pays in presliding too", "rtctl/control/assistance.py",
@@ -118,19 +129,23 @@ SEEDS = (
     ),
     Seed(
         "the observer spends for nothing", "rtctl/control/assistance.py",
-        "sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]", "sent = t.feedforward_torque_nm[axis]", ASSISTANCE,
+        "sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]",
+        "sent = t.feedforward_torque_nm[axis]", ASSISTANCE,
     ),
     Seed(
         "a share that is not a number is all of it", "rtctl/control/assistance.py",
-        "return min(share, 1.0) if share > 0.0 else 0.0", "return 0.0 if share <= 0.0 else 1.0 if not share < 1.0 else share", ASSISTANCE,
+        "return min(share, 1.0) if share > 0.0 else 0.0",
+        "return 0.0 if share <= 0.0 else 1.0 if not share < 1.0 else share", ASSISTANCE,
     ),
     Seed(
         "an empty account stays so out of power", "rtctl/control/assistance.py",
-        "        s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank\n        return\n", "        return\n", ASSISTANCE,
+        "        s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank\n        return\n",
+        "        return\n", ASSISTANCE,
     ),
     Seed(
         "the observer adds the inertia it should take off", "rtctl/control/disturbance_observer.py",
-        "friction = s.observer_torque_nm[axis] - inertia", "friction = s.observer_torque_nm[axis] + inertia", INERTIA,
+        "friction = s.observer_torque_nm[axis] - inertia", "friction = s.observer_torque_nm[axis] + inertia",
+        INERTIA,
     ),
     Seed(
         "the observer compensates the viscous damping too", "rtctl/control/disturbance_observer.py",
@@ -149,7 +164,8 @@ SEEDS = (
         "t.friction_observed_nm[axis] - s.observer_forward_nm[axis]", "t.friction_observed_nm[axis]", RANGE,
     ),
     Seed(
-        "the observer has a cap of its own beside the feed-forward's", "rtctl/control/disturbance_observer.py",
+        "the observer has a cap of its own beside the feed-forward's",
+        "rtctl/control/disturbance_observer.py",
         "min(max(torque, -cap - forward), cap - forward)", "min(max(torque, -cap), cap)", RANGE,
     ),
     Seed(
@@ -182,7 +198,8 @@ SEEDS = (
     ),
     Seed(
         "hybrid goes by the sign of the velocity in presliding", "rtctl/control/feedforward.py",
-        "blend(v, s.friction_stop[axis], _intent", "blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), _intent", SPRING,
+        "blend(v, s.friction_stop[axis], _intent",
+        "blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), _intent", SPRING,
     ),
     Seed(
         "the intent is not low-passed", "rtctl/control/feedforward.py",
@@ -199,7 +216,8 @@ SEEDS = (
     ),
     Seed(
         "a hand that pushes backward is taken for one that brakes", "rtctl/control/braking.py",
-        "against = -push if s.bristle_share[axis] > 0.0 else push", "against = -push", (f"{UNIT}/test_braking.py",),
+        "against = -push if s.bristle_share[axis] > 0.0 else push", "against = -push",
+        (f"{UNIT}/test_braking.py",),
     ),
     Seed(
         "the gate closes as fast as it opens", "rtctl/control/feedforward.py",
@@ -209,7 +227,8 @@ SEEDS = (
     Seed(
         "the observer holds a joint back that turns", "rtctl/control/disturbance_observer.py",
         "        torque *= _turning(s, p, axis)", "        pass",
-        (f"{UNIT}/test_disturbance_observer.py::test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction",),
+        (f"{UNIT}/test_disturbance_observer.py"
+         "::test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction",),
     ),
     Seed(
         "flicker at rest is a velocity", "rtctl/control/disturbance_observer.py",
@@ -217,7 +236,8 @@ SEEDS = (
     ),
     Seed(
         "an intent that is not a number stays", "rtctl/control/feedforward.py",
-        "    if not math.isfinite(s.friction_intent_nm[axis]):\n        s.friction_intent_nm[axis] = 0.0\n", "", INTENT,
+        "    if not math.isfinite(s.friction_intent_nm[axis]):\n        s.friction_intent_nm[axis] = 0.0\n",
+        "", INTENT,
     ),
     Seed(
         "bristles of LuGre turn in proportion", "rtctl/control/feedforward.py",
@@ -225,11 +245,13 @@ SEEDS = (
     ),
     Seed(
         "the floor forgets the drift", "rtctl/friction/guarantee.py",
-        "floor_nm, doubt_nm, peak_nm = 0.0, friction.drift_nm, cap_nm", "floor_nm, doubt_nm, peak_nm = 0.0, 0.0, cap_nm", GUARANTEE,
+        "floor_nm, doubt_nm, peak_nm = 0.0, friction.drift_nm, cap_nm",
+        "floor_nm, doubt_nm, peak_nm = 0.0, 0.0, cap_nm", GUARANTEE,
     ),
     Seed(
         "the length in the rig file is overruled by the model", "rtctl/friction/guarantee.py",
-        "    if friction.presliding_rad > 0:", "    if friction.presliding_rad > 0 and model is None:", GUARANTEE,
+        "    if friction.presliding_rad > 0:", "    if friction.presliding_rad > 0 and model is None:",
+        GUARANTEE,
     ),
     Seed(
         "the credited bristles are as long as those measured", "rtctl/friction/guarantee.py",
@@ -260,7 +282,8 @@ SEEDS = (
         ' & (rows["faults"] == 0)', "", DRIFT,
     ),
     Seed(
-        "a rig without compensation in force is stopped for too much of it", "rtctl/friction/drift_verdict.py",
+        "a rig without compensation in force is stopped for too much of it",
+        "rtctl/friction/drift_verdict.py",
         "by.least_factor(share))", "by.least_factor(1.0))", DRIFT,
     ),
     Seed(

@@ -17,7 +17,8 @@ MAILBOX = (
     "tests/unit/test_shm.py::test_a_row_whose_seal_does_not_fit_is_never_returned",
 )
 PAGE_CROWD = (
-    "tests/integration/test_view.py::test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop",
+    "tests/integration/test_view.py"
+    "::test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop",
 )
 LATE = ("tests/unit/host/test_late.py",)
 VERDICT = ("tests/unit/host/test_late_verdict.py::test_what_explains_half_is_the_cause",)
@@ -29,15 +30,18 @@ SEEDS = (
     Seed(
         "the ring that the loop fills is laid at the clients' door", "rtctl/host/access/intruders.py",
         "return (resident - shared) * self._page", "return resident * self._page",
-        (f"{HOST}/test_intruders.py::test_memory_that_others_fill_too_is_not_counted_and_what_the_process_has_alone_is",),
+        (f"{HOST}/test_intruders.py"
+         "::test_memory_that_others_fill_too_is_not_counted_and_what_the_process_has_alone_is",),
     ),
     Seed(
         "a number of NaN is within its bounds", "rtctl/host/commands/messages.py",
-        "if not math.isfinite(value) or not low <= value <= high:", "if value < low or value > high:", MESSAGES,
+        "if not math.isfinite(value) or not low <= value <= high:", "if value < low or value > high:",
+        MESSAGES,
     ),
     Seed(
         "true is a number", "rtctl/host/commands/messages.py",
-        "if isinstance(value, bool) or not isinstance(value, int | float):", "if not isinstance(value, int | float):", MESSAGES,
+        "if isinstance(value, bool) or not isinstance(value, int | float):",
+        "if not isinstance(value, int | float):", MESSAGES,
     ),
     Seed(
         "the last of two equal keys wins", "rtctl/host/commands/messages.py",
@@ -76,7 +80,8 @@ SEEDS = (
     ),
     Seed(
         "a loop that stands still is armed", "rtctl/host/commands/requests.py",
-        'if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):', 'if row["time_ns"] == 0:', REQUESTS,
+        'if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):', 'if row["time_ns"] == 0:',
+        REQUESTS,
     ),
     Seed(
         "a reset is passed on while the rig moves", "rtctl/host/commands/requests.py",
@@ -85,11 +90,13 @@ SEEDS = (
     ),
     Seed(
         "the force is tared under torque", "rtctl/host/commands/requests.py",
-        "if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):", "if state is State.ACTIVE:", REQUESTS,
+        "if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):", "if state is State.ACTIVE:",
+        REQUESTS,
     ),
     Seed(
         "a stop leaves the arm request and the target in the slot", "rtctl/host/commands/newest_command.py",
-        '        command["epoch"] = command["target_epoch"] = _VOID\n        command["target_lease"] = 0\n', "", TARGETS,
+        '        command["epoch"] = command["target_epoch"] = _VOID\n        command["target_lease"] = 0\n',
+        "", TARGETS,
     ),
     Seed(
         "a lease's number is enough for anybody", "rtctl/host/commands/lease.py",
@@ -105,7 +112,8 @@ SEEDS = (
     ),
     Seed(
         "two may hold the lease", "rtctl/host/commands/lease.py",
-        "        if lease is not None:\n            return Refusal(\n", "        if False:\n            return Refusal(\n", LEASE,
+        "        if lease is not None:\n            return Refusal(\n",
+        "        if False:\n            return Refusal(\n", LEASE,
     ),
     Seed(
         "the lease is given while the loop follows the last holder", "rtctl/host/commands/lease.py",
@@ -177,7 +185,8 @@ SEEDS = (
         "one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)", "one.may_preempt", VERDICT,
     ),
     Seed(
-        "a task that can have run rules a softirq out as one that is likely to", "rtctl/host/telemetry/late_verdict.py",
+        "a task that can have run rules a softirq out as one that is likely to",
+        "rtctl/host/telemetry/late_verdict.py",
         "sum(one.likely_ns for one in known)", "sum(one.likely_ns + one.ran_ns for one in known)", VERDICT,
     ),
     Seed(
@@ -250,7 +259,8 @@ SEEDS = (
         "after.throttled_ns - before.throttled_ns", LATE,
     ),
     Seed(
-        "a driver that does not know how long a change takes is believed", "rtctl/host/telemetry/late_core.py",
+        "a driver that does not know how long a change takes is believed",
+        "rtctl/host/telemetry/late_core.py",
         "latency if latency < _ETERNAL_NS else NAN", "latency", CORE,
     ),
 )  # fmt: skip

@@ -13,7 +13,8 @@ SCORING = "tests/unit/friction/test_honest_scoring.py"
 BOUND = (f"{SCORING}::test_the_bound_knows_the_test_points",)
 SCALES = (f"{SCORING}::test_no_held_out_point_sets_the_scales_of_its_own_fold",)
 BLOCKS = (
-    f"{SCORING}::test_the_standard_error_by_blocks_is_that_of_repeated_draws_and_that_of_single_errors_is_not",
+    f"{SCORING}"
+    "::test_the_standard_error_by_blocks_is_that_of_repeated_draws_and_that_of_single_errors_is_not",
 )
 CHOICE = ("tests/unit/friction/test_selection.py",)
 MEAN = ("tests/unit/friction/test_mean.py",)

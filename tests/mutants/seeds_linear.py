@@ -17,16 +17,21 @@ def _of_a_joint(what: str, file: str, own: str) -> Seed:
 
 SEEDS = (
     _of_a_joint("a carriage creeps below 10 mm/s", "assistance.py", "> own_rad(p, axis, CREEP_RAD_S)"),
-    _of_a_joint("a carriage rests below 10 mm/s", "resting.py", "creep_rad_s = own_rad(p, axis, CREEP_RAD_S)"),
+    _of_a_joint("a carriage rests below 10 mm/s", "resting.py",
+        "creep_rad_s = own_rad(p, axis, CREEP_RAD_S)"),
     _of_a_joint(
-        "strokes of a carriage below 10 mm/s do not count", "shrinking.py", "reference > own_rad(p, axis, CREEP_RAD_S)"
+        "strokes of a carriage below 10 mm/s do not count", "shrinking.py",
+        "reference > own_rad(p, axis, CREEP_RAD_S)"
     ),
-    _of_a_joint("a carriage must go on by 30 mm to have its help back", "trembling.py", "> own_rad(p, axis, ON_RAD)"),
+    _of_a_joint("a carriage must go on by 30 mm to have its help back", "trembling.py",
+        "> own_rad(p, axis, ON_RAD)"),
     _of_a_joint(
-        "the observer leaves friction to a carriage below 30 mm/s", "disturbance_observer.py", "/ own_rad(p, axis, SLOW_RAD_S)"
+        "the observer leaves friction to a carriage below 30 mm/s", "disturbance_observer.py",
+        "/ own_rad(p, axis, SLOW_RAD_S)"
     ),
     _of_a_joint(
-        "a carriage's speed is noise below 20 mm/s", "force_feedback.py", "speed, own_rad(p, axis, SPEED_MIN_RAD_S)"
+        "a carriage's speed is noise below 20 mm/s", "force_feedback.py",
+        "speed, own_rad(p, axis, SPEED_MIN_RAD_S)"
     ),
     Seed(
         "the law is not told that an axis is linear", "rtctl/check/axis_plan.py",

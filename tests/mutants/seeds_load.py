@@ -1,4 +1,6 @@
-"""Seeded bugs of friction by load in the law, in `rtctl check` and in the drift watch, and of the window that the watch forgets by."""
+"""Seeded bugs of friction by load in the law, in `rtctl check` and in the drift watch, and of the window that
+the watch forgets by.
+"""
 
 from __future__ import annotations
 

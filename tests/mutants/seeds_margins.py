@@ -1,4 +1,6 @@
-"""Seeded bugs of what `rtctl check` proves: the sampled loop behind delay and lag, who says how late, verdicts."""
+"""Seeded bugs of what `rtctl check` proves: the sampled loop behind delay and lag, who says how late,
+verdicts.
+"""
 
 from __future__ import annotations
 

@@ -14,12 +14,14 @@ DRIFT = (
     f"{HW}/test_mock_load_drift.py::test_the_motors_sensor_shows_the_temperature_that_the_friction_follows",
 )
 PLANTS = (
-    "tests/unit/test_campaign_plants.py::test_friction_from_below_damping_of_the_motor_and_all_that_is_late_are_true",
+    "tests/unit/test_campaign_plants.py"
+    "::test_friction_from_below_damping_of_the_motor_and_all_that_is_late_are_true",
 )
 
 SEEDS = (
     Seed(
-        "the series of a bristle's step ends too early", "hw/mock/bristles.py", "rest = low + (q_2 * q_2) * high", "rest = low",
+        "the series of a bristle's step ends too early", "hw/mock/bristles.py",
+        "rest = low + (q_2 * q_2) * high", "rest = low",
         (f"{HW}/test_mock_friction.py::test_the_bristle_step_loses_no_digits_however_little_turns_over",),
     ),
     Seed(
@@ -42,17 +44,20 @@ SEEDS = (
     Seed(
         "the joint's torque is that of the start of a step", "hw/mock/joint.py",
         "c + share * h * k, k * (", "c, k * (",
-        (f"{HW}/test_mock_joint.py::test_a_free_pair_of_masses_swings_at_its_own_frequency_and_decays_by_the_joints_damping",),
+        (f"{HW}/test_mock_joint.py"
+         "::test_a_free_pair_of_masses_swings_at_its_own_frequency_and_decays_by_the_joints_damping",),
     ),
     Seed(
         "a bristle of a loaded joint stretches beyond break-away", "hw/mock/sides.py",
-        "    if s0 * abs(z_new) <= highest:\n        return False\n", "    if z_new < 1.0:\n        return False\n", ENERGY,
+        "    if s0 * abs(z_new) <= highest:\n        return False\n",
+        "    if z_new < 1.0:\n        return False\n", ENERGY,
     ),
     Seed(
         "the encoder turns with the link whatever is said", "hw/mock/sensors.py",
         "angle = s.position_rad[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rad[axis]",
         "angle = s.position_rad[axis]",
-        (f"{HW}/test_mock_joint.py::test_the_hand_stands_on_the_link_and_the_encoder_on_the_side_it_is_said_to",),
+        (f"{HW}/test_mock_joint.py"
+         "::test_the_hand_stands_on_the_link_and_the_encoder_on_the_side_it_is_said_to",),
     ),
     Seed(
         "the torque of a lagging current is that of the end of a step", "hw/mock/joint.py",
@@ -81,7 +86,8 @@ SEEDS = (
     ),
     Seed(
         "the motor's torque adds to the load as the hand's does", "hw/mock/load.py",
-        "base = abs(p.load_outside[axis] * outside_nm - p", "base = abs(p.load_outside[axis] * outside_nm + p", LOAD,
+        "base = abs(p.load_outside[axis] * outside_nm - p",
+        "base = abs(p.load_outside[axis] * outside_nm + p", LOAD,
     ),
     Seed(
         "viscous friction does not follow the temperature", "hw/mock/drift.py",

@@ -1,4 +1,6 @@
-"""Seeded bugs of what a hand pays for, and of what the observer feeds (`rtctl.control.paying`, `rtctl.control.feeding`)."""
+"""Seeded bugs of what a hand pays for, and of what the observer feeds (`rtctl.control.paying`,
+`rtctl.control.feeding`).
+"""
 
 from __future__ import annotations
 
@@ -37,7 +39,8 @@ SEEDS = (
         "min(GATE_TIMES * p.rest_alpha[axis], 1.0) * (left",
         "1.0 * (left",
         (
-            f"{TESTS}::test_help_does_not_come_and_go_in_step_with_a_ring_whose_inertia_is_another_than_was_said",
+            f"{TESTS}"
+            "::test_help_does_not_come_and_go_in_step_with_a_ring_whose_inertia_is_another_than_was_said",
         ),
     ),
     Seed(

@@ -24,7 +24,8 @@ SEEDS = (
     ),
     Seed(
         "a recorded state is believed wherever the law came to", "rtctl/recording/replay.py",
-        "self._states_hold = self._states_hold and reached", "self._states_hold = self._states_hold or reached",
+        "self._states_hold = self._states_hold and reached",
+        "self._states_hold = self._states_hold or reached",
         (f"{UNIT}/test_replay.py::test_a_state_that_the_law_did_not_come_to_is_not_believed",),
     ),
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Seeded bugs of the friction at rest, and of a motion that comes to rest in between, in an identification."""
+"""Seeded bugs of the friction at rest, and of a motion that comes to rest in between, in an
+identification.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,8 @@ SEEDS = (
         "if not any(task.speed_rad_s >= top_rad_s for task in todo):",
         "if todo:",
         (
-            "tests/unit/identify/test_difficult_joints.py::test_where_only_quick_speeds_become_steady_no_order_of_the_speeds_ends_it",
+            "tests/unit/identify/test_difficult_joints.py"
+            "::test_where_only_quick_speeds_become_steady_no_order_of_the_speeds_ends_it",
         ),
     ),
 )

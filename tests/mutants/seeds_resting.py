@@ -121,7 +121,8 @@ SEEDS = (
         PACE,
     ),
     Seed(
-        "in the turn of a brisk hand the intent flips the help at once, and soft bristles kick the joint back",
+        "in the turn of a brisk hand the intent flips the help at once, and soft bristles kick the joint "
+        "back",
         "rtctl/control/feedforward.py",
         "(1.0 if is_slow(s, p, axis) else TURN_TIMES)",
         "(1.0 if is_slow(s, p, axis) else 99.0)",
@@ -154,7 +155,8 @@ SEEDS = (
         "slides_on(s, p, axis) and",
         "abs(s.bristle_share[axis]) >= 1.0 and",
         (
-            "tests/unit/control/test_braking.py::test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way",
+            "tests/unit/control/test_braking.py"
+            "::test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way",
         ),
     ),
     Seed(
@@ -191,7 +193,8 @@ SEEDS = (
         "if moves_on or wanted < s.friction_gate[axis]:",
         "if wanted < s.friction_gate[axis]:",
         (
-            "tests/unit/control/test_feedforward.py::test_on_a_joint_that_slides_half_the_torque_opens_the_gate",
+            "tests/unit/control/test_feedforward.py"
+            "::test_on_a_joint_that_slides_half_the_torque_opens_the_gate",
         ),
     ),
     Seed(

@@ -1,4 +1,6 @@
-"""Seeded bugs of what is held against sensors that lie, and of the six components of a force-torque sensor."""
+"""Seeded bugs of what is held against sensors that lie, and of the six components of a force-torque
+sensor.
+"""
 
 from __future__ import annotations
 
@@ -30,8 +32,10 @@ SEEDS = [
         "taken = s.friction_credit_j[axis] + max(", "taken = 0.0 * max(", LIES,
     ),
     Seed("a value exactly at its limit is below it", DOUBT, ">= (1.0 - EDGE) * limit:", "> limit:", LIES),
-    Seed("the third component has no limit", DOUBT, "    for i in range(6):\n        limit = p", "    for i in (0, 1, 3, 4, 5):\n        limit = p", LIES),
-    Seed("one sample at the limit is enough", DOUBT, "s.clipped_ticks >= IN_A_ROW", "s.clipped_ticks >= 1", LIES),
+    Seed("the third component has no limit", DOUBT, "    for i in range(6):\n        limit = p",
+        "    for i in (0, 1, 3, 4, 5):\n        limit = p", LIES),
+    Seed("one sample at the limit is enough", DOUBT, "s.clipped_ticks >= IN_A_ROW", "s.clipped_ticks >= 1",
+        LIES),
     Seed(
         "a joint that rests slides", DOUBT, " and not is_resting(s, p, axis)\n", "\n", LIES,
     ),
@@ -45,7 +49,8 @@ SEEDS = [
     ),
     Seed(
         "an offset has one sign", DOUBT,
-        "    if abs(offset) <= p.force_offset_limit_nm[axis]:", "    if offset <= p.force_offset_limit_nm[axis]:", LIES,
+        "    if abs(offset) <= p.force_offset_limit_nm[axis]:",
+        "    if offset <= p.force_offset_limit_nm[axis]:", LIES,
     ),
     Seed(
         "the friction of each direction is that of the last moment", DOUBT,
@@ -81,14 +86,16 @@ SEEDS = [
     ),
     Seed(
         "a steady torque hides an offset", "rtctl/control/running_current.py",
-        "    return not abs(e) <= most_gain * abs(u) + most_offset + ERRORS * error", "    return False", CURRENT,
+        "    return not abs(e) <= most_gain * abs(u) + most_offset + ERRORS * error", "    return False",
+        CURRENT,
     ),
     Seed(
         "one window that is off is enough", "rtctl/control/running_current.py",
         "return _F_CURRENT if s.running_gap_count[axis] >= BAD_WINDOWS else 0",
         "return _F_CURRENT if s.running_gap_count[axis] >= 1 else 0", CURRENT,
     ),
-    Seed("moments are shown in the axes of the forces", "hw/force/sample.py", "_product(self._moment_rows, reading.moment)", "_product(self._rows, reading.moment)", MOMENTS),
+    Seed("moments are shown in the axes of the forces", "hw/force/sample.py",
+        "_product(self._moment_rows, reading.moment)", "_product(self._rows, reading.moment)", MOMENTS),
     Seed(
         "a moment that is no number is vouched for", "hw/force/rokubi.py",
         "math.isfinite(fx + fy + fz + mx + my + mz)", "math.isfinite(fx + fy + fz)", MOMENTS,

@@ -25,7 +25,8 @@ SEEDS = (
         "if not speed > own_rad(p, axis, CREEP_RAD_S):",
         "if not speed >= 0.0:",
         (
-            "tests/unit/control/test_shrinking.py::test_a_hand_that_holds_still_is_not_helped_again_by_waiting",
+            "tests/unit/control/test_shrinking.py"
+            "::test_a_hand_that_holds_still_is_not_helped_again_by_waiting",
         ),
     ),
     Seed(

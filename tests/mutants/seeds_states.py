@@ -26,7 +26,8 @@ SEEDS = (
     ),
     Seed(
         "a target's velocity may be NaN", "rtctl/control/intake.py",
-        "if not (math.isfinite(c.target_position_rad[axis]) and math.isfinite(c.target_velocity_rad_s[axis])):",
+        "if not (math.isfinite(c.target_position_rad[axis]) and "
+        "math.isfinite(c.target_velocity_rad_s[axis])):",
         "if not math.isfinite(c.target_position_rad[axis]):", SEQUENCES,
     ),
     Seed(
@@ -56,11 +57,13 @@ SEEDS = (
     ),
     Seed(
         "a stop does not begin a new epoch", "rtctl/control/states.py",
-        "        s.epoch += 1\n        s.lease = 0\n        _latch", "        s.lease = 0\n        _latch", SEQUENCES,
+        "        s.epoch += 1\n        s.lease = 0\n        _latch", "        s.lease = 0\n        _latch",
+        SEQUENCES,
     ),
     Seed(
         "the lease outlives a stop", "rtctl/control/states.py",
-        "        s.epoch += 1\n        s.lease = 0\n        _latch", "        s.epoch += 1\n        _latch", SEQUENCES,
+        "        s.epoch += 1\n        s.lease = 0\n        _latch", "        s.epoch += 1\n        _latch",
+        SEQUENCES,
     ),
     Seed(
         "a stop at rest voids nothing", "rtctl/control/states.py",
@@ -88,6 +91,7 @@ SEEDS = (
     ),
     Seed(
         "heat only keeps a rig from arming", "rtctl/control/faults.py",
-        "Fault.OVERTEMPERATURE,\n        Reaction.RAMP,", "Fault.OVERTEMPERATURE,\n        Reaction.REFUSE,", DETECTORS,
+        "Fault.OVERTEMPERATURE,\n        Reaction.RAMP,", "Fault.OVERTEMPERATURE,\n        Reaction.REFUSE,",
+        DETECTORS,
     ),
 )  # fmt: skip

@@ -13,7 +13,8 @@ SEEDS = (
         "    share *= calm_share(s, p, axis)\n",
         "",
         (
-            f"{UNIT}/test_trembling.py::test_the_law_sends_no_help_to_a_joint_that_trembled_until_it_is_moved_on",
+            f"{UNIT}/test_trembling.py"
+            "::test_the_law_sends_no_help_to_a_joint_that_trembled_until_it_is_moved_on",
         ),
     ),
     Seed(
@@ -22,7 +23,8 @@ SEEDS = (
         "        and abs(s.turn_rad[axis] - s.turn_from_rad[axis]) > own_rad(p, axis, ON_RAD)\n",
         "",
         (
-            f"{UNIT}/test_trembling.py::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
+            f"{UNIT}/test_trembling.py"
+            "::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
         ),
     ),
     Seed(
@@ -31,7 +33,8 @@ SEEDS = (
         "- FORGETTING * p.period_s",
         "- 10.0 * FORGETTING * p.period_s",
         (
-            f"{UNIT}/test_trembling.py::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
+            f"{UNIT}/test_trembling.py"
+            "::test_help_does_not_come_back_at_rest_or_in_a_creep_but_when_a_hand_moves_the_joint_on",
         ),
     ),
     Seed(

@@ -1,8 +1,9 @@
-"""What a new environment, a new measured channel and a new kernel cost: each is added to a copy of the sources, and works there.
+"""What a new environment, a new measured channel and a new kernel cost: each is added to a copy of the
+sources, and works there.
 
-A folder beside this file is such an addition, as a contributor would write it: files that are new, in their places; `edits.toml`, what
-changes in files that are there; and `proof.py`, tests of what then works from one end to the other. CONTRIBUTING.md says the
-same in words.
+A folder beside this file is such an addition, as a contributor would write it: files that are new, in their
+places; `edits.toml`, what changes in files that are there; and `proof.py`, tests of what then works from one
+end to the other. CONTRIBUTING.md says the same in words.
 """
 
 import os

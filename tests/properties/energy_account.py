@@ -4,7 +4,9 @@ T = 1e-3
 
 
 class Account:
-    """Energy that the joint took from a hand and its own damping less what the motor gave, since the last start."""
+    """Energy that the joint took from a hand and its own damping less what the motor gave, since the last
+    start.
+    """
 
     def __init__(self, params, limit):
         self.k_c, self.b_c = params["coupling_stiffness_nm_rad"][0], params["coupling_damping_nms_rad"][0]

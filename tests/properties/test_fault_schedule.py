@@ -1,4 +1,6 @@
-"""Any schedule, however it came into the record, acts when it is due and leaves the rig's truth and noise alone."""
+"""Any schedule, however it came into the record, acts when it is due and leaves the rig's truth and noise
+alone.
+"""
 
 import math
 from functools import cache

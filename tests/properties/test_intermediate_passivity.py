@@ -1,25 +1,27 @@
 """No stream of parameters feeds more energy than the renderer's store and power, nor jumps the torque.
 
-Energy is counted as the motor gives it: the torque of a tick is held while the joint goes to the next sample. What
-holding it costs, (k_c/2 + b_c/T) dx^2 a tick, is what the device's own damping is there for (SD-1).
+Energy is counted as the motor gives it: the torque of a tick is held while the joint goes to the next sample.
+What holding it costs, (k_c/2 + b_c/T) dx^2 a tick, is what the device's own damping is there for (SD-1).
 
-The account (derived here). Torque -f_k is sent at x_k and held while the joint moves by D; at x_k + D a parameter's
-step does the work W on U, then the proxy moves by pi in a solution that pays V_after - V <= f_(k+1) pi. With
-s = x - p and the damper's slip d = D - pi, f = k_c s + b_c d/T:
+The account (derived here). Torque -f_k is sent at x_k and held while the joint moves by D; at x_k + D a
+parameter's step does the work W on U, then the proxy moves by pi in a solution that pays V_after - V <=
+f_(k+1) pi. With s = x - p and the damper's slip d = D - pi, f = k_c s + b_c d/T:
 
     moved       k_c s_k D = dU_moved - k_c D^2/2
     solved      dU_solved <= f_(k+1) pi - k_c s_(k+1) pi - k_c pi^2/2 = b_c d pi/T - k_c pi^2/2
     together    f_k D + (k_c/2 + b_c/T) D^2 >= dU - W + b_c/T (d_k D + D^2 - d D + d^2)
     and         d_k D + D^2 - d D + d^2 = (d^2 - d_k^2)/2 + (D + d_k)^2/2 + (D - d)^2/2
 
-so what the joint takes is at least -(U_0 + b_c d_0^2/(2 T)) - sum W. A remote proxy is put where it is, by pi, and its
-damper follows a velocity of its own, by w a tick: d = D - w. Its motion does W_s = dU_solved on the spring, exactly, and
+so what the joint takes is at least -(U_0 + b_c d_0^2/(2 T)) - sum W. A remote proxy is put where it is, by
+pi, and its damper follows a velocity of its own, by w a tick: d = D - w. Its motion does W_s = dU_solved on
+the spring, exactly, and
 
     d_k D + D^2 = (d^2 - d_k^2)/2 + (D + d_k)^2/2 + d w + w^2/2  >=  (d^2 - d_k^2)/2 + d w
 
-so that with W = W_s + W_d, W_d = -b_c d w/T, the same holds; both are paid where they are positive. The second term belongs to the damping in the
-first torque: its slip d_0 holds the proxy's own motion too, for one that starts at the joint before a spring elsewhere
-relaxes with b_c/k_c, 125 ticks in the example with a broken number.
+so that with W = W_s + W_d, W_d = -b_c d w/T, the same holds; both are paid where they are positive. The
+second term belongs to the damping in the first torque: its slip d_0 holds the proxy's own motion too, for one
+that starts at the joint before a spring elsewhere relaxes with b_c/k_c, 125 ticks in the example with a
+broken number.
 """
 
 import math
@@ -156,7 +158,9 @@ def spoil(command, rng, share):
 def test_no_stream_of_parameters_throws_a_joint_faster_than_the_gate_lets_its_torque_follow(
     k_c, b_c, inertia, every, seed
 ):
-    """Nothing holds the joint, nothing brakes it, its store never ends: torque changes stay within the rate."""
+    """Nothing holds the joint, nothing brakes it, its store never ends: torque changes stay within the
+    rate.
+    """
     params, state, command = records_of(k_c, b_c, 1e3, 1e6, inertia=inertia)
     rng = np.random.default_rng(seed)
     command["environment_kind"][0] = int(Environment.FREE)

@@ -1,4 +1,5 @@
-"""The invariants of the safety contract, 1 to 11, each by its number (12 to 20: test_safety_invariants_12_to_20).
+"""The invariants of the safety contract, 1 to 11, each by its number (12 to 20:
+test_safety_invariants_12_to_20).
 
 Those about every tick are asserted on the ticks of random rigs that live through random faults, requests and
 targets, anew and in another way than the campaign's monitor does it; the others on a rig of their own.

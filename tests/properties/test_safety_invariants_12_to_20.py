@@ -180,10 +180,12 @@ values = [math.nan, math.inf, -math.inf, 1e308, -1e308, 5e-324, 1e18]
 for value, kind in itertools.product(values, Environment):
     rig.put_back(saved)
     rig.world(kind, value, value)
-    for name in ("environment_damping_nms_rad", "environment_pitch_rad", "target_position_rad", "compensation"):
+    for name in ("environment_damping_nms_rad", "environment_pitch_rad", "target_position_rad",
+                 "compensation"):
         rig.command[name] = value
     rig.target(value)
-    for measured in ({}, {"position_rad": value}, {"force_n": value, "current_a": value}, {"skipped": 10**12}):
+    for measured in ({}, {"position_rad": value}, {"force_n": value, "current_a": value},
+                     {"skipped": 10**12}):
         worst, runs = max(worst, counted(rig, **measured)), runs + 1
     for name in ("arm_count", "stop_count", "reset_count", "tare_count", "target_count"):
         rig.command[name] = 2**62

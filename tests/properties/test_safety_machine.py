@@ -1,4 +1,6 @@
-"""Whatever happens in whatever order: the invariants of docs/safety.md hold in every tick (hypothesis, stateful)."""
+"""Whatever happens in whatever order: the invariants of docs/safety.md hold in every tick (hypothesis,
+stateful).
+"""
 
 import math
 

@@ -1,4 +1,6 @@
-"""Since arming a passive hand is given at most store + power x time + 1.5 budgets, whatever targets are sent (21)."""
+"""Since arming a passive hand is given at most store + power x time + 1.5 budgets, whatever targets are sent
+(21).
+"""
 
 import numpy as np
 import pytest
@@ -55,7 +57,8 @@ def test_no_targets_give_a_passive_hand_more_than_store_and_power(
 @pytest.mark.parametrize(
     ("pursuer", "hand"),
     [
-        # found with what was granted for the authority's rise before it was paid: J beyond store and power in 8 s
+        # found with what was granted for the authority's rise before it was paid: J beyond store and power in
+        # 8 s
         (foe(Pursuit.LEAD, 1.2, pull=0.0, silent=60), (0.45, 0.8, 0.0)),  # 11.8
         (foe(Pursuit.PUSH, 0.19, pull=0.4, every=5, silent=60), (0.38, 0.73, 0.013)),  # 9.5
         (foe(Pursuit.SWING, 0.72, rate=14.2, pull=0.0, silent=30), (0.24, 0.064, 0.001)),  # 4.7
@@ -71,7 +74,9 @@ def test_the_worst_that_was_found_stays_within_store_and_power(rig, pursuer, han
 
 
 def test_the_oracle_sees_what_such_a_renderer_gives(rig):
-    """The same hand, and a store that pays for more than is judged: no bound holds that is not the store's."""
+    """The same hand, and a store that pays for more than is judged: no bound holds that is not the
+    store's.
+    """
     given_j, allowed_j, _ = rig.run(
         foe(Pursuit.PUSH, 0.19, pull=0.4), (0.4, 0.8, 0.0), 2500, renderer_store_j=10.0, renderer_power_w=0.0
     )

@@ -1,4 +1,6 @@
-"""The simulated rig and the compiled law, tick by tick, with the campaign's monitor and checks of its own behind it."""
+"""The simulated rig and the compiled law, tick by tick, with the campaign's monitor and checks of its own
+behind it.
+"""
 
 import math
 
@@ -27,7 +29,9 @@ def _watched(tick, state, params, command, model, memory):
 
 
 class WatchedRig:
-    """A hand that holds still, and a stiff spring that pushes against it with 1.4 N m once the rig is armed."""
+    """A hand that holds still, and a stiff spring that pushes against it with 1.4 N m once the rig is
+    armed.
+    """
 
     def __init__(self, **params):
         made = Simulation(config.load(shipped_config("mock.toml")))

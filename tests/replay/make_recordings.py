@@ -72,7 +72,8 @@ def main() -> None:
         sys.stdout.write("the law gives the same as before\n")
     else:
         sys.stdout.write(
-            f"The law gives something else than before. Say in CHANGELOG.md, under 'Behaviour at the handle',\n"
+            "The law gives something else than before. Say in CHANGELOG.md, under 'Behaviour at the "
+            "handle',\n"
             f"what a hand will notice, and end that line with: (recordings {after})\n"
         )
 

@@ -74,5 +74,6 @@ def test_the_changelog_acknowledges_what_the_law_gives():
     told = re.findall(r"\(recordings ([0-9a-f]{10})\)", section)
     now = digest(FOLDER)
     assert now in told, (
-        f"the reference recordings give {now}, which no line acknowledges. {REMEDY} End it with: (recordings {now})"
+        f"the reference recordings give {now}, which no line acknowledges. {REMEDY} End it with: "
+        f"(recordings {now})"
     )

@@ -19,14 +19,20 @@ window.seen = (element) => {
   const top = document.elementFromPoint(box.left + box.width / 2, box.top + box.height / 2);
   return element.contains(top) || top.contains(element);
 };
-window.named = (element) => element.id || element.dataset.do || element.getAttribute("href") || element.getAttribute("aria-label") || element.textContent.trim();
-window.controls = () => [...document.querySelectorAll('a[href], button, select, input, summary, [tabindex="0"]')].filter((one) => one.checkVisibility());
+window.named = (element) => element.id || element.dataset.do || element.getAttribute("href")
+  || element.getAttribute("aria-label") || element.textContent.trim();
+window.controls = () => [
+  ...document.querySelectorAll('a[href], button, select, input, summary, [tabindex="0"]'),
+].filter((one) => one.checkVisibility());
 window.alert_says = (text) => document.getElementById("alert").textContent.includes(text);
-window.kind_of_world = (name) => [...document.querySelectorAll("#kinds button")].find((one) => one.textContent === name);
+window.kind_of_world = (name) =>
+  [...document.querySelectorAll("#kinds button")].find((one) => one.textContent === name);
 // Text whose contrast is below 4.5 to 1 (3 to 1 where it is large or bold), but what is held back or old.
 window.faint = () => {
   const numbers = (text) => text.match(/[\\d.]+/g).map(Number);
-  const light = (c) => c.slice(0, 3).map((v) => v / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)).reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
+  const light = (c) => c.slice(0, 3).map((v) => v / 255)
+    .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, v, k) => sum + v * [0.2126, 0.7152, 0.0722][k], 0);
   const behind = (one) => {
     for (let at = one; at; at = at.parentElement) {
       const c = numbers(getComputedStyle(at).backgroundColor);
@@ -34,9 +40,14 @@ window.faint = () => {
     }
     return [255, 255, 255];
   };
-  return [...document.querySelectorAll("body *")].filter((one) => [...one.childNodes].some((n) => n.nodeType === 3 && n.data.trim()) && one.checkVisibility() && !one.closest("[aria-disabled=true], option, script")).map((one) => {
-    const style = getComputedStyle(one), [a, b] = [light(numbers(style.color)), light(behind(one))].sort((x, y) => y - x);
-    return [(a + 0.05) / (b + 0.05), parseFloat(style.fontSize) >= 18.6 && style.fontWeight >= 700 ? 3 : 4.5, one.textContent.trim().slice(0, 40)];
+  return [...document.querySelectorAll("body *")].filter(
+    (one) => [...one.childNodes].some((n) => n.nodeType === 3 && n.data.trim())
+      && one.checkVisibility() && !one.closest("[aria-disabled=true], option, script"),
+  ).map((one) => {
+    const style = getComputedStyle(one);
+    const [a, b] = [light(numbers(style.color)), light(behind(one))].sort((x, y) => y - x);
+    const needed = parseFloat(style.fontSize) >= 18.6 && style.fontWeight >= 700 ? 3 : 4.5;
+    return [(a + 0.05) / (b + 0.05), needed, one.textContent.trim().slice(0, 40)];
   }).filter(([ratio, needed]) => ratio < needed);
 };
 """
@@ -74,7 +85,8 @@ class Page:
     def settle(self):
         """Until data are shown."""
         self.becomes(
-            "document.querySelectorAll('.badge:not(.NO-DATA)').length && document.getElementById('state').textContent !== 'connecting'"
+            "document.querySelectorAll('.badge:not(.NO-DATA)').length && "
+            "document.getElementById('state').textContent !== 'connecting'"
         )
 
     def __call__(self, expression):

@@ -67,7 +67,10 @@ def fault(rig):
 
 
 def held_back(page, *names):
-    found = "[...document.querySelectorAll('[data-do]')].filter((one) => one.ariaDisabled === 'true').map((one) => one.dataset.do)"
+    found = (
+        "[...document.querySelectorAll('[data-do]')].filter((one) => one.ariaDisabled === "
+        "'true').map((one) => one.dataset.do)"
+    )
     page.becomes(f"{found}.join() === {','.join(names)!r}")
 
 

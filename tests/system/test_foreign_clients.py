@@ -1,4 +1,6 @@
-"""Clients whose stack nobody here wrote, from docs/protocol.md alone: Node.js and C++, by ipc and by TCP with a key."""
+"""Clients whose stack nobody here wrote, from docs/protocol.md alone: Node.js and C++, by ipc and by TCP with
+a key.
+"""
 
 import json
 import shutil
@@ -91,7 +93,9 @@ def run(command, *more):
 
 
 def run_in_time(rig, command, *more):
-    """The client's run; another one where this machine stood still for longer than a renderer may be silent."""
+    """The client's run; another one where this machine stood still for longer than a renderer may be
+    silent.
+    """
     for _ in range(4):
         done = run(command, *more)
         first = rig.status()["fault_first"]

@@ -17,26 +17,37 @@ pytestmark = [pytest.mark.system, pytest.mark.timeout(2300)]
 
 
 NEEDED = (
-    "numpy", "numpy.libs", "numba", "llvmlite", "pydantic", "pydantic_core", "annotated_types", "typing_inspection",
-    "typing_extensions.py", "pytest", "_pytest", "pluggy", "iniconfig", "packaging", "pygments", "pytest_timeout.py", "can", "wrapt",
-    "canopen", "serial", "zmq", "pyzmq.libs", "msgpack", "hypothesis", "_hypothesis_pytestplugin.py", "_hypothesis_globals.py", "py.py", "sortedcontainers", "click",
+    "numpy", "numpy.libs", "numba", "llvmlite", "pydantic", "pydantic_core", "annotated_types",
+    "typing_inspection",
+    "typing_extensions.py", "pytest", "_pytest", "pluggy", "iniconfig", "packaging", "pygments",
+    "pytest_timeout.py", "can", "wrapt",
+    "canopen", "serial", "zmq", "pyzmq.libs", "msgpack", "hypothesis", "_hypothesis_pytestplugin.py",
+    "_hypothesis_globals.py", "py.py", "sortedcontainers", "click",
 )  # fmt: skip
 """What the tests in the guest import of the packages; their metadata comes along."""
 
-TESTS = "tests/system/test_socketcan.py tests/contract/test_backend_contract.py tests/contract/test_can_contract.py"
+TESTS = (
+    "tests/system/test_socketcan.py tests/contract/test_backend_contract.py "
+    "tests/contract/test_can_contract.py"
+)
 CYCLES = 3000
 DOCTOR = """
-rig() { sed -e "s/can0/$1/; s/1000000/$2/" configs/can-odrive.toml >"$TMPDIR/$1-$2.toml"; echo "$TMPDIR/$1-$2.toml"; }
+rig() {
+  sed -e "s/can0/$1/; s/1000000/$2/" configs/can-odrive.toml >"$TMPDIR/$1-$2.toml"; echo "$TMPDIR/$1-$2.toml"
+}
 look() { PYTHON -m rtctl doctor "$(rig "$1" "$2")" --no-timing --json; echo; }
 look can0 1000000; look can0 500000; look vcan0 1000000; ip link set can1 down; look can1 1000000
 """.replace("PYTHON", sys.executable)
 """A bus that is up, one of another bit rate, one without, one that is down."""
 RATIO_MAX = 0.5
-"""Of our cycle's time to python-can's. The target is 0.4 (`ok` in the row); above this the fast path is broken."""
+"""Of our cycle's time to python-can's. The target is 0.4 (`ok` in the row); above this the fast path is
+broken."""
 
 
 def environment(*more):
-    """What is copied into the guest's memory: Python's library, its packages, this repository, and folders more."""
+    """What is copied into the guest's memory: Python's library, its packages, this repository, and folders
+    more.
+    """
     library = sysconfig.get_paths()["stdlib"]
     packages = sysconfig.get_paths()["purelib"]
     fast = [library, packages, *(str(ROOT / name) for name in ("hw", "rtctl", "tests")), *map(str, more)]
@@ -55,7 +66,9 @@ def environment(*more):
 
 
 def why_not():
-    """Why there can be no virtual machine here, in one line; empty if there can. Builds its kernel if need be."""
+    """Why there can be no virtual machine here, in one line; empty if there can. Builds its kernel if need
+    be.
+    """
     return subprocess.run(
         [VM, "--why"], capture_output=True, text=True, check=True, timeout=300
     ).stdout.strip()
@@ -81,7 +94,10 @@ def guest(machine_code):
     missing = why_not()
     if missing:
         pytest.skip(missing.replace("\n", "; "))
-    bench = f"import json; from tests.bench import io_can; print(json.dumps([row.as_dict() for row in io_can.rows({CYCLES})]))"
+    bench = (
+        "import json; from tests.bench import io_can; print(json.dumps([row.as_dict() for row in "
+        f"io_can.rows({CYCLES})]))"
+    )
     of = {**PLAIN_CPU, "RTCTL_CACHE_DIR": str(machine_code)}
     compiled = "env -u NUMBA_DISABLE_JIT " + " ".join(f"{name}={value}" for name, value in of.items())
     command = (

@@ -1,6 +1,8 @@
-"""The makers' own libraries, installed anew in the versions kept here, still say what `tests/contract/makers` keeps of them.
+"""The makers' own libraries, installed anew in the versions kept here, still say what `tests/contract/makers`
+keeps of them.
 
-The tests of every run hold our drivers against the kept answers; this one holds the answers against the libraries.
+The tests of every run hold our drivers against the kept answers; this one holds the answers against the
+libraries.
 """
 
 import json

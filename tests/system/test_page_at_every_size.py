@@ -1,6 +1,8 @@
-"""The page in a real Chromium at a desk's and a phone's size, in the light and in the dark: what is seen, and what a keyboard reaches.
+"""The page in a real Chromium at a desk's and a phone's size, in the light and in the dark: what is seen, and
+what a keyboard reaches.
 
-The rig is made up (`made_up_rig`): it is in the state that the test wants. Pictures are kept in the test's folder.
+The rig is made up (`made_up_rig`): it is in the state that the test wants. Pictures are kept in the test's
+folder.
 """
 
 import json
@@ -103,12 +105,14 @@ def test_the_scope_names_states_shares_its_time_and_keeps_its_layout(desk):
     )
     assert page("scope.scopes.filter((one) => one.plot.axes[0].label).length") == 1
     page(
-        "document.getElementById('add').value = 'velocity_rad_s.0'; document.getElementById('add').dispatchEvent(new Event('change'))"
+        "document.getElementById('add').value = 'velocity_rad_s.0'; "
+        "document.getElementById('add').dispatchEvent(new Event('change'))"
     )
     page.becomes("scope.scopes.length === 5 && scope.data['velocity_rad_s.0']?.some((v) => v !== null)")
     page("document.querySelector('.scope .remove').click()")
     page(
-        "document.getElementById('window').value = '5'; document.getElementById('window').dispatchEvent(new Event('change'))"
+        "document.getElementById('window').value = '5'; "
+        "document.getElementById('window').dispatchEvent(new Event('change'))"
     )
     page("document.getElementById('scopes').focus()")
     page.key("ArrowLeft")
@@ -134,10 +138,13 @@ def test_one_signal_is_drawn_over_another(desk):
     page, rig, _server = desk
     rig.be(State.ACTIVE)
     page("document.getElementById('phase').open = true")
-    inked = """(() => { const canvas = document.getElementById('phase-plot'), draw = canvas.getContext('2d'), blue = [29, 78, 216];
+    inked = """(() => {
+      const canvas = document.getElementById('phase-plot'), draw = canvas.getContext('2d');
+      const blue = [29, 78, 216];
       if (!canvas.width) return 0;
       const d = draw.getImageData(0, 0, canvas.width, canvas.height).data; let n = 0;
-      for (let k = 0; k < d.length; k += 4) n += d[k + 3] === 255 && blue.every((v, i) => Math.abs(d[k + i] - v) < 6);
+      for (let k = 0; k < d.length; k += 4)
+        n += d[k + 3] === 255 && blue.every((v, i) => Math.abs(d[k + i] - v) < 6);
       return n > 200; })()"""
     page.becomes(inked)
 
@@ -145,8 +152,12 @@ def test_one_signal_is_drawn_over_another(desk):
 @pytest.mark.parametrize("theme", ["light", "dark"])
 def test_the_grid_is_visible(chromium, rig, theme):
     page = Page(chromium, rig[1].url, "desk", theme)
-    contrast = """(() => { const light = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255).map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4)).reduce((s, v, k) => s + v * [0.2126, 0.7152, 0.0722][k], 0);
-      const of = (name) => light(getComputedStyle(document.documentElement).getPropertyValue('--' + name).trim().replace(/^#(.)(.)(.)$/, '#$1$1$2$2$3$3'));
+    contrast = """(() => {
+      const light = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16) / 255)
+        .map((v) => (v <= 0.04045 ? v / 12.92 : ((v + 0.055) / 1.055) ** 2.4))
+        .reduce((s, v, k) => s + v * [0.2126, 0.7152, 0.0722][k], 0);
+      const of = (name) => light(getComputedStyle(document.documentElement).getPropertyValue('--' + name)
+        .trim().replace(/^#(.)(.)(.)$/, '#$1$1$2$2$3$3'));
       const pair = (a, b) => (Math.max(of(a), of(b)) + 0.05) / (Math.min(of(a), of(b)) + 0.05);
       return [pair('grid', 'card'), ...[0, 1, 2, 3, 4, 5].map((k) => pair('curve-' + k, 'card'))]; })()"""
     grid, *curves = page(contrast)
@@ -206,7 +217,8 @@ def test_stop_stays_in_its_corner_whatever_else_the_head_says(chromium):
         page.becomes("seen(document.getElementById('notice')) && alert_says('STALE')")
         for _ in range(2):
             corner = page(
-                "(() => { const box = document.getElementById('stop').getBoundingClientRect(); return [innerWidth - box.right, box.top]; })()"
+                "(() => { const box = document.getElementById('stop').getBoundingClientRect(); return "
+                "[innerWidth - box.right, box.top]; })()"
             )
             assert max(corner) < 40
             assert page("seen(document.getElementById('stop'))")
@@ -258,10 +270,12 @@ def test_a_linear_axis_is_a_carriage_on_a_rail_in_metres(chromium, tmp_path, pat
             window.asked = [];
             const canvas = document.getElementById("scene"), real = canvas.getContext.bind(canvas);
             canvas.getContext = (kind) => new Proxy(real(kind), {
-              get: (draw, name) => name === "fillRect" ? (...box) => asked.push(box) : typeof draw[name] === "function" ? draw[name].bind(draw) : draw[name],
+              get: (draw, name) => name === "fillRect" ? (...box) => asked.push(box)
+                : typeof draw[name] === "function" ? draw[name].bind(draw) : draw[name],
               set: (draw, name, value) => { draw[name] = value; return true; },
             });
-            scene.drawScene(canvas, { axes: ["carriage"], facts: [{ name: "carriage", motion: "linear", travel: [-0.2, 0.2] }], environment: ["free"],
+            scene.drawScene(canvas, { axes: ["carriage"],
+              facts: [{ name: "carriage", motion: "linear", travel: [-0.2, 0.2] }], environment: ["free"],
               proxy_rad: [0], position_rad: [0.1], hand_nm: [3] });
             delete canvas.getContext;
             """

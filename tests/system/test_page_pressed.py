@@ -1,4 +1,6 @@
-"""The page's buttons in a real Chromium: when they may be pressed, what is said when not, and STOP whatever else fails."""
+"""The page's buttons in a real Chromium: when they may be pressed, what is said when not, and STOP whatever
+else fails.
+"""
 
 import pytest
 from page_in_chromium import Page
@@ -36,7 +38,8 @@ def test_a_refusal_is_shown_and_vanishes_with_the_next_change_of_state(desk):
     rig.refuse = "the force is not tared yet"
     page("document.querySelector('[data-do=arm]').click()")
     page.becomes(
-        "seen(document.getElementById('notice')) && document.getElementById('notice').textContent.includes('not tared yet')"
+        "seen(document.getElementById('notice')) && "
+        "document.getElementById('notice').textContent.includes('not tared yet')"
     )
     rig.refuse = None
     rig.be(State.ACTIVE)
@@ -65,7 +68,8 @@ def test_an_answer_to_an_earlier_press_does_not_hide_that_the_last_stop_failed(d
     page.state("ACTIVE")
     page(
         "window.held = []; window.real = fetch; window.fetch = (path, more) =>"
-        " path === '/do/stop' ? new Promise((answer) => held.push((said) => answer(new Response(JSON.stringify(said))))) : real(path, more)"
+        " path === '/do/stop' ? new Promise((answer) => held.push((said) => answer(new "
+        "Response(JSON.stringify(said))))) : real(path, more)"
     )
     page.key("Escape")
     page.becomes("held.length === 1")
@@ -132,13 +136,15 @@ def test_without_the_key_only_stop_is_offered_and_foreign_text_stays_text(chromi
             {"devices": [{"device": evil, "axis": None, "text": evil, "faults": [], "silent": True}]}
         )
         page.becomes(
-            "document.getElementById('events').textContent.includes('<img') && document.getElementById('alert').textContent.includes('<img')"
+            "document.getElementById('events').textContent.includes('<img') && "
+            "document.getElementById('alert').textContent.includes('<img')"
         )
         assert page("document.querySelector('#axes tbody th').textContent") == evil
         assert page("document.images.length") == 0
         assert (
             page(
-                "document.getElementById('operator').checkVisibility() || document.getElementById('help').checkVisibility()"
+                "document.getElementById('operator').checkVisibility() || "
+                "document.getElementById('help').checkVisibility()"
             )
             is False
         )

@@ -1,4 +1,6 @@
-"""The life of a service (service_life.sh) on a whole machine: its own kernel, the hardened unit, the real user."""
+"""The life of a service (service_life.sh) on a whole machine: its own kernel, the hardened unit, the real
+user.
+"""
 
 import os
 import shutil
@@ -56,7 +58,9 @@ def served():
 
 
 def staged(folder):
-    """The sources as they will lie in the guest's /opt, and the law compiled there for any processor: the guest's would take minutes."""
+    """The sources as they will lie in the guest's /opt, and the law compiled there for any processor: the
+    guest's would take minutes.
+    """
     sources, compiled = folder / "opt" / "rtctl", folder / "compiled"
     for name in ("rtctl", "hw", "configs", "systemd"):
         shutil.copytree(ROOT / name, sources / name, ignore=shutil.ignore_patterns("__pycache__"))

@@ -1,4 +1,6 @@
-"""Workers of a campaign end with the process that began them: a campaign that was ended left one process a core for ever."""
+"""Workers of a campaign end with the process that began them: a campaign that was ended left one process a
+core for ever.
+"""
 
 import os
 import signal

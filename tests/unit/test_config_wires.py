@@ -83,7 +83,8 @@ def test_on_wires_of_their_own_they_are_not_added_up(tmp_path, axes):
 @pytest.mark.parametrize(
     ("buses", "kind", "nodes", "text"),
     [
-        (("", "bitrate = 500000"), "odrive", (1, 2), "their bitrate differs (1000000, 500000): a wire has one"),
+        (("", "bitrate = 500000"), "odrive", (1, 2),
+            "their bitrate differs (1000000, 500000): a wire has one"),
         (("", "fd = true"), "odrive", (1, 2), "their fd differs"),
         (("fd = true", "fd = true\ndata_bitrate = 2000000"), "moteus", (1, 2), "their data_bitrate differs"),
         (("", ""), "odrive", (3, 3), "both use identifier 0x60"),
@@ -101,9 +102,11 @@ def test_what_cannot_share_a_wire_is_refused_with_both_names(tmp_path, axes, bus
 def test_boards_share_a_wire_as_long_as_no_identifier_is_both_theirs(tmp_path, axes):
     def board(name, axis, first):
         return (
-            f'[[device]]\nkind = "can"\nname = "{name}"\naxes = ["{axis}"]\n[device.options.bus]\nchannel = "can0"\n'
+            f'[[device]]\nkind = "can"\nname = "{name}"\naxes = ["{axis}"]\n[device.options.bus]\nchannel = '
+            '"can0"\n'
             f"[[device.options.receive]]\nid = {first}\n[[device.options.receive.field]]\n"
-            'channel = "position"\nstart_bit = 0\nbits = 16\nunit = "count"\n[[device.options.receive.field]]\n'
+            'channel = "position"\nstart_bit = 0\nbits = 16\nunit = "count"\n'
+            "[[device.options.receive.field]]\n"
             'channel = "current"\nstart_bit = 16\nbits = 16\nunit = "mA"\n'
             f"[[device.options.send]]\nid = {first + 1}\n[[device.options.send.field]]\n"
             'channel = "current_command"\nstart_bit = 0\nbits = 16\ntype = "int"\nunit = "mA"\n'

@@ -1,4 +1,6 @@
-"""Torque that comes later, or samples that come more rarely, than the coupling is proven for: the simulated rig stops."""
+"""Torque that comes later, or samples that come more rarely, than the coupling is proven for: the simulated
+rig stops.
+"""
 
 import numpy as np
 import pytest
@@ -154,7 +156,8 @@ def test_one_that_becomes_so_while_running_is_stopped_within_a_tenth_of_a_second
 
 
 @pytest.mark.parametrize(("stiffness", "every_ticks", "for_ticks", "stops"), [
-    (60.0, 25, 1, False), (60.0, 25, 2, True), (60.0, 2, 1, True), (25.0, 2, 1, False), (25.0, 3, 2, True), (10.0, 3, 2, False),
+    (60.0, 25, 1, False), (60.0, 25, 2, True), (60.0, 2, 1, True), (25.0, 2, 1, False), (25.0, 3, 2, True),
+    (10.0, 3, 2, False),
 ])  # fmt: skip
 def test_how_old_samples_may_be_is_what_the_coupling_bears(
     tmp_path, stiffness, every_ticks, for_ticks, stops

@@ -1,4 +1,6 @@
-"""Every plant of the family is what its name says, runs under the law, and the law is told what is true of it."""
+"""Every plant of the family is what its name says, runs under the law, and the law is told what is true of
+it.
+"""
 
 from pathlib import Path
 

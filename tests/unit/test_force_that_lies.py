@@ -1,4 +1,6 @@
-"""Force and current sensors that lie in power: the simulated rig stops, and a rig whose sensors are only coarse does not."""
+"""Force and current sensors that lie in power: the simulated rig stops, and a rig whose sensors are only
+coarse does not.
+"""
 
 import numpy as np
 import pytest
@@ -54,7 +56,9 @@ ANY_OFFSET = ("limit_n = 50.0", "limit_n = 50.0\noffset_nm = 1e4")
 
 
 def test_one_that_shows_the_zero_is_known_by_the_energy_that_nobody_gave(tmp_path):
-    """Frozen at its zero no direction of the friction seen is off, and a joint without compensation is braked only by b."""
+    """Frozen at its zero no direction of the friction seen is off, and a joint without compensation is braked
+    only by b.
+    """
     gone = fault("force", "scale", value=0.0)
     for changes in ([ANY_OFFSET], [ANY_OFFSET, *NO_FRICTION]):
         found, after_s, _ = lived(rig(tmp_path, *changes), 8.0, gone)

@@ -134,7 +134,8 @@ def test_a_link_to_itself_a_fifo_and_a_folder_are_no_keys_and_keep_nobody_waitin
     (clients / "folder.key").mkdir()
     found, faults = store.clients()
     assert [key.name for key in found.values()] == ["anna"]
-    assert [name for name in ("folder", "loop", "nowhere", "pipe") if any(f"{name}.key" in one for one in faults)] == [
+    assert [name for name in ("folder", "loop", "nowhere",
+        "pipe") if any(f"{name}.key" in one for one in faults)] == [
         "folder", "loop", "nowhere", "pipe",
     ]  # fmt: skip
     before = store.signature()

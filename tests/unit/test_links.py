@@ -1,4 +1,6 @@
-"""What documents and docstrings point to exists: links, anchors, files, decisions, invariants, tests, commands."""
+"""What documents and docstrings point to exists: links, anchors, files, decisions, invariants, tests,
+commands.
+"""
 
 import re
 import shlex
@@ -126,7 +128,9 @@ def test_every_test_that_a_document_names_exists():
 
 
 def commands(text):
-    """The calls of rtctl in a document: its words after `rtctl`, from code spans and indented or fenced blocks."""
+    """The calls of rtctl in a document: its words after `rtctl`, from code spans and indented or fenced
+    blocks.
+    """
     joined = text.replace("\\\n", " ")
     spans = re.findall(r"(?<!`)`([^`\n]+)`(?!`)", joined)
     lines = [

@@ -15,7 +15,8 @@ pytestmark = pytest.mark.skipif(not shutil.which("make"), reason="no make on thi
 def test_an_old_python_is_told_before_pip_is_called(tmp_path):
     old = tmp_path / "python3.10"
     old.write_text(
-        '#!/bin/sh\ncase "$1" in --version) echo Python 3.10.12;; -c) exit 1;; *) touch called; exit 0;; esac\n'
+        '#!/bin/sh\ncase "$1" in --version) echo Python 3.10.12;; -c) exit 1;; *) touch called; exit 0;; '
+        "esac\n"
     )
     old.chmod(0o755)
     made = [f"PYTHON={old}", f"VENV={tmp_path}/venv"]

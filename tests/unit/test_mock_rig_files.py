@@ -1,4 +1,6 @@
-"""Every rig file whose device is the mock loads, is provably passive, and runs; those of the family are its plants."""
+"""Every rig file whose device is the mock loads, is provably passive, and runs; those of the family are its
+plants.
+"""
 
 from pathlib import Path
 
@@ -30,7 +32,8 @@ PLANTS = {
 MOVED_RAD = dict.fromkeys(
     ("mock-identify.toml", "mock-linear-identify.toml", "mock-places-identify.toml"), -1.0
 )
-"""How far the joint must get in two seconds, where it is not .05 rad: nobody holds the rig that identifies itself."""
+"""How far the joint must get in two seconds, where it is not .05 rad: nobody holds the rig that identifies
+itself."""
 
 
 @pytest.mark.parametrize("name", FILES)

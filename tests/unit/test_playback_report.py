@@ -166,8 +166,10 @@ def rig_with(folder, log, model, name="bench", **options):
     table = {
         "schema = 1\n[rig]": f'name = "{name}"',
         "[loop]": 'rate_hz = 1000.0\nclock = "virtual"',
-        "[[axis]]": 'name = "lever"\ninertia_kgm2 = 4e-4\nviscous_nms_rad = 0.001\nencoder_counts_per_rev = 3e5\n'
-        "torque_constant_nm_a = 1.0\nlever_m = [0.0, 0.1, 0.0]\ntorque_limit_nm = 1.0\ntorque_rate_nm_s = 100.0\n"
+        "[[axis]]": 'name = "lever"\ninertia_kgm2 = 4e-4\nviscous_nms_rad = 0.001\nencoder_counts_per_rev '
+        "= 3e5\n"
+        "torque_constant_nm_a = 1.0\nlever_m = [0.0, 0.1, 0.0]\ntorque_limit_nm = 1.0\ntorque_rate_nm_s = "
+        "100.0\n"
         "velocity_limit_rad_s = 20.0",
         "[axis.force]": "tare_s = 0.0",
         "[axis.friction]": f'model = "{model or ""}"\nintent_nm = 0.006\ngate_nm = 0.003',

@@ -1,4 +1,6 @@
-"""Docstrings name what they speak of: none begins with a pronoun, or with an `Of` that has no noun before it."""
+"""Docstrings name what they speak of: none begins with a pronoun, or with an `Of` that has no noun before
+it.
+"""
 
 import ast
 import re

@@ -1,11 +1,14 @@
-"""The house: how many rooms it has, how many of them know each other, and that no two of them know each other in a circle."""
+"""The house: how many rooms it has, how many of them know each other, and that no two of them know each other
+in a circle.
+"""
 
 import pytest
 from import_graph import circles, file_graph, folder_graph, modules
 
 MOST_PACKAGES = 34
 MOST_ARROWS = 167
-"""Today's figures (docs/decisions/0085): whoever adds a room or an arrow raises them with a reason, or does without."""
+"""Today's figures (docs/decisions/0085): whoever adds a room or an arrow raises them with a reason, or does
+without."""
 
 FOLDER_AND_ITS_OWN = [
     [
@@ -13,7 +16,8 @@ FOLDER_AND_ITS_OWN = [
         "rtctl.control.environments",
     ],  # the law steps environments; they fill the law's records
 ]
-"""Circles between a folder and one inside it, whose files form none: what both need would have to leave the outer folder."""
+"""Circles between a folder and one inside it, whose files form none: what both need would have to leave the
+outer folder."""
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +55,8 @@ def test_no_files_know_each_other_in_a_circle(graph):
 def test_a_circle_is_found(tmp_path):
     for name, text in {
         "a/__init__": "", "a/one": "from a.b import two\n", "a/b/__init__": "",
-        "a/b/two": "def late():\n    import a.one\n", "a/b/three": "import typing\nif typing.TYPE_CHECKING:\n    import a.one\n",
+        "a/b/two": "def late():\n    import a.one\n",
+        "a/b/three": "import typing\nif typing.TYPE_CHECKING:\n    import a.one\n",
     }.items():  # fmt: skip
         (tmp_path / f"{name}.py").parent.mkdir(parents=True, exist_ok=True)
         (tmp_path / f"{name}.py").write_text(text)

@@ -1,4 +1,6 @@
-"""Scripted faults in a rig file, in the compiled loop and in the one that calls the backend: one behaviour."""
+"""Scripted faults in a rig file, in the compiled loop and in the one that calls the backend: one
+behaviour.
+"""
 
 import itertools
 from dataclasses import replace

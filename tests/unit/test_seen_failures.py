@@ -1,4 +1,6 @@
-"""Failures seen in daemons of this kind: those that no other test shows, and that the list of tests is true."""
+"""Failures seen in daemons of this kind: those that no other test shows, and that the list of tests is
+true.
+"""
 
 import ast
 import re
@@ -27,7 +29,9 @@ def seen(document):
 
 
 def judges(function, inside):
-    """Whether a function can fail by what it sees: it asserts, expects an error, waits for a fact, or has one `inside` do so."""
+    """Whether a function can fail by what it sees: it asserts, expects an error, waits for a fact, or has one
+    `inside` do so.
+    """
     for node in ast.walk(function):
         if isinstance(node, ast.Assert):
             return True

@@ -1,4 +1,6 @@
-"""A rig whose sensor shows moments, hangs on its joint and carries a tip: the simulated one, against what was put in."""
+"""A rig whose sensor shows moments, hangs on its joint and carries a tip: the simulated one, against what was
+put in.
+"""
 
 import numpy as np
 import pytest
@@ -19,7 +21,8 @@ AXIS = ("[axis.velocity]", "axis_direction = [0.0, 0.0, 1.0]\n\n[axis.velocity]"
 
 CONTACT = (
     "[device.options.force]",
-    "[device.options.force.moment]\ncontact_m = [0.06, 0.01, 0.02]\nbias_nm = [0.02, -0.03, 0.05]\n\n[device.options.force]",
+    "[device.options.force.moment]\ncontact_m = [0.06, 0.01, 0.02]\nbias_nm = [0.02, -0.03, 0.05]\n\n"
+    "[device.options.force]",
 )
 GRAVITY = "[0.0, -9.81, 0.0]"
 TIP = f"tip_kg = 0.2\ntip_center_m = [0.03, 0.0, 0.01]\ngravity_m_s2 = {GRAVITY}\n"
@@ -69,7 +72,9 @@ WEIGHED = (QUIET, NO_DRIFT, AXIS, CONTACT, (NO_CROSSTALK[0], TIP))
 
 @pytest.mark.parametrize("moments", ["true", "false"])
 def test_the_weight_of_a_tip_is_followed(tmp_path, moments):
-    """Without moments the lever alone sees the weight's force; with them its centre of mass counts as well."""
+    """Without moments the lever alone sees the weight's force; with them its centre of mass counts as
+    well.
+    """
     changes = WEIGHED if moments == "true" else (*WEIGHED[:3], WEIGHED[4])
     told = f'moments = {moments}\ncarried_by = ["joint"]\n{TIP}'
     assert off_nm(rig(tmp_path, *changes, sensor=told)) < 1e-3  # an encoder's step of the pose
@@ -86,7 +91,8 @@ def test_the_tick_has_the_tared_vector(tmp_path):
     assert np.max(np.abs(ticks["moment_tared_nm"])) < 1e-4
     assert np.max(np.abs(ticks["force_n"])) > 1.0, "weight and bias"
     made.script([{"channel": "moment", "kind": "offset", "axis": 1, "value": 0.25, "at_s": 0.0, "for_s": 0},
-                 {"channel": "force", "kind": "offset", "axis": 2, "value": 2.0, "at_s": 0.0, "for_s": 0}])  # fmt: skip
+                 {"channel": "force", "kind": "offset", "axis": 2, "value": 2.0, "at_s": 0.0,
+                     "for_s": 0}])  # fmt: skip
     ticks = made.run(0.1)
     assert ticks["force_tared_n"][-1] == pytest.approx([0.0, 0.0, 2.0], abs=1e-3)
     assert ticks["moment_tared_nm"][-1] == pytest.approx([0.0, 0.25, 0.0], abs=1e-4)

@@ -1,7 +1,9 @@
-"""Nothing is too long to be read at once: no file over 300 lines and no function over 50 without a reason beside it.
+"""Nothing is too long to be read at once: no file over 300 lines and no function over 50 without a reason
+beside it.
 
-The reason is a comment that says `longer than 300 lines: why` below the file's docstring, or `longer than 50 lines: why` on a
-line of the function's signature. Of a function its body counts: a docstring gives units and errors, a parameter is an option.
+The reason is a comment that says `longer than 300 lines: why` below the file's docstring, or
+`longer than 50 lines: why` on a line of the function's signature. Of a function its body counts: a docstring
+gives units and errors, a parameter is an option.
 """
 
 import ast
@@ -33,7 +35,9 @@ def body_of(function):
 
 
 def too_long(text):
-    """What is too long in a source, and says no reason: "" for the file itself, or names of functions, with their lines."""
+    """What is too long in a source, and says no reason: "" for the file itself, or names of functions, with
+    their lines.
+    """
     lines, tree = text.splitlines(), ast.parse(text)
     found = []
     code = [node for node in tree.body if not isinstance(node, ast.Expr)]

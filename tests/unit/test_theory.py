@@ -1,4 +1,6 @@
-"""docs/theory.md: every section that is cited exists, every function it names exists, its table is what the code gives."""
+"""docs/theory.md: every section that is cited exists, every function it names exists, its table is what the
+code gives.
+"""
 
 import ast
 import math

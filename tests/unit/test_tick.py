@@ -73,7 +73,8 @@ def test_what_is_counted_is_never_null():
 
 
 SUFFIXES = {"N m": "_nm", "kg m^2": "_kgm2", "N m s/rad": "_nms_rad", "degC": "_c"}
-"""Of units whose name in a field is not the unit with its slash and spaces written as underlines, in small letters."""
+"""Of units whose name in a field is not the unit with its slash and spaces written as underlines, in small
+letters."""
 
 
 def without_its_unit(field):

@@ -1,4 +1,6 @@
-"""The tiers: every test is in one of them, a part that fails fails the whole, and an interruption ends all."""
+"""The tiers: every test is in one of them, a part that fails fails the whole, and an interruption ends
+all.
+"""
 
 import os
 import shutil
@@ -234,7 +236,8 @@ import sys, pathlib
 sys.path.insert(0, {tests!r})
 import run_tier
 run_tier.LOGS = pathlib.Path({logs!r})
-parts = [run_tier.Part(name, ("sh", "-c", "sleep 300 & echo $! >" + {logs!r} + "/" + name + "; wait")) for name in ("a", "b")]
+line = "sleep 300 & echo $! >" + {logs!r} + "/"
+parts = [run_tier.Part(name, ("sh", "-c", line + name + "; wait")) for name in ("a", "b")]
 run_tier.TIERS["check"] = lambda: parts
 sys.argv[1:] = ["check"]
 sys.exit(run_tier.main())

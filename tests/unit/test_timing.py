@@ -1,4 +1,6 @@
-"""The small file of what test pulses measured: written whole, read with bounds, believed of the same devices only."""
+"""The small file of what test pulses measured: written whole, read with bounds, believed of the same devices
+only.
+"""
 
 import json
 import math
@@ -37,7 +39,8 @@ def test_other_devices_know_nothing_of_it_and_replace_it(tmp_path):
     assert list(timing.read(tmp_path, "b")) == ["thumb"]
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"devices_sha256": "a"}', '{"devices_sha256": "a", "axes": [1]}',
+@pytest.mark.parametrize("text",
+    ["", "{", "[]", "null", '{"devices_sha256": "a"}', '{"devices_sha256": "a", "axes": [1]}',
                                   '{"devices_sha256": "a", "axes": {"finger": 3}}'])  # fmt: skip
 def test_a_damaged_file_says_nothing(tmp_path, text):
     (tmp_path / timing.NAME).write_text(text)

@@ -23,8 +23,9 @@ NETWORK_S = 0.0002
 
 
 def timing(options: Options, rig: Rig) -> list[Timing]:
-    """How late the board is at worst: a state waits for the loop, a command for the board, each a cycle of the board, and
-    both need the network. `rtctl check` proves the coupling with it; measure yours with `rtctl probe`.
+    """How late the board is at worst: a state waits for the loop, a command for the board, each a cycle of
+    the board, and both need the network. `rtctl check` proves the coupling with it; measure yours with
+    `rtctl probe`.
     """
     del options
     delay_s = 2 * (BOARD_PERIOD_S + NETWORK_S)

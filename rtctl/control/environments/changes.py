@@ -8,16 +8,17 @@ environment store. With p the proxy, x the joint, V the environment's potential 
 
 is that work exactly, for the joint stands still while a parameter is stepped. It is paid from a store that
 holds `renderer_store_j` at most and refills at `renderer_power_w`; a step that costs more than is there is
-halved until it does not. Therefore, whatever the stream of parameters, with the torque -f_(k-1) that is held while
-the joint moves by D_k, and d_0 the slip of the coupling's damper in the first torque held (derived in
+halved until it does not. Therefore, whatever the stream of parameters, with the torque -f_(k-1) that is held
+while the joint moves by D_k, and d_0 the slip of the coupling's damper in the first torque held (derived in
 `tests/properties/test_intermediate_passivity.py`),
 
-    sum f_(k-1) D_k + (k_c/2 + b_c/T) D_k^2  >=  -U_0 - b_c d_0^2/(2 T) - renderer_store_j - renderer_power_w t    (1)
+    sum f_(k-1) D_k + (k_c/2 + b_c/T) D_k^2
+        >=  -U_0 - b_c d_0^2/(2 T) - renderer_store_j - renderer_power_w t    (1)
 
 What holding the torque costs, the second term, is what the device's own damping is there for (SD-1).
 The gate's torque limit keeps (1): a spring that saturates gives out P <= U, and as long as only one number
-moves at a time, P and U rise and fall together with |dP| <= |dU|. So stiffness and centre are stepped and paid one
-after the other: what one gives back does not pay for the other.
+moves at a time, P and U rise and fall together with |dP| <= |dU|. So stiffness and centre are stepped and
+paid one after the other: what one gives back does not pay for the other.
 
 The gate's rate limit r per tick does not: torque that lags behind a spring of stiffness K (coupling and
 environment in series) is a source of energy, as soon as the joint is faster than v = r/(K T). Therefore a
@@ -30,9 +31,11 @@ outrun the gate, whatever is in the store; what is left of r beside motion is wh
 that brings more energy than (2) finds a softer environment, until it is slower.
 
 What a hand can be given at most, whatever is sent: since arming, beyond what it put in itself,
-`renderer_store_j + renderer_power_w t + 1.5 budget_j` (`passivity`; the rise of the authority is paid too: `authority`).
+`renderer_store_j + renderer_power_w t + 1.5 budget_j` (`passivity`; the rise of the authority is paid too:
+`authority`).
 
-What has no way in between (the kind, and parameters that are a kind's own: side, pitch) is exchanged while stiffness and damping are zero.
+What has no way in between (the kind, and parameters that are a kind's own: side, pitch) is exchanged while
+stiffness and damping are zero.
 """
 
 from __future__ import annotations
@@ -68,7 +71,9 @@ HALVINGS = 8
 
 @compiled
 def felt_through(s: Record, p: Record, axis: int) -> float:
-    """Stiffness through which the joint feels the world, N m/rad: the coupling's, or m/T^2 of a virtual mass; 0: nothing is felt."""
+    """Stiffness through which the joint feels the world, N m/rad: the coupling's, or m/T^2 of a virtual mass;
+    0: nothing is felt.
+    """
     if s.display_kind[axis] == _ADMITTANCE:
         return s.mass_kgm2[axis] / (p.period_s * p.period_s)
     return p.coupling_stiffness_nm_rad[axis]
@@ -179,7 +184,9 @@ def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
 
 @compiled
 def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
-    """One paid step of the centre: at once where nothing is felt of it, never faster than the joint may move."""
+    """One paid step of the centre: at once where nothing is felt of it, never faster than the joint may
+    move.
+    """
     k, k_c = s.world_stiffness_nm_rad[axis], felt_through(s, p, axis)
     s.world_center_rad[axis] = wanted if k == 0.0 else free_center(s, axis, wanted)
     center = s.world_center_rad[axis]

@@ -1,7 +1,9 @@
-"""What the file of a kind of environment holds: `ABOUT`, and those of the functions of `KindFile` that its law needs.
+"""What the file of a kind of environment holds: `ABOUT`, and those of the functions of `KindFile` that its
+law needs.
 
-A kind's file imports no compiler: `laws` compiles every function in it, and a client that reads the table loads none.
-Angles in rad, torques in N m; p is the proxy, x the joint, c the centre, w and A of docs/theory.md 3.1.
+A kind's file imports no compiler: `laws` compiles every function in it, and a client that reads the table
+loads none. Angles in rad, torques in N m; p is the proxy, x the joint, c the centre, w and A of
+docs/theory.md 3.1.
 """
 
 from __future__ import annotations
@@ -13,7 +15,9 @@ from typing import Protocol
 
 @dataclass(frozen=True)
 class Slider:
-    """How a page offers a parameter: its label, the range a person tries out, where it begins; `log` for even ratios."""
+    """How a page offers a parameter: its label, the range a person tries out, where it begins; `log` for even
+    ratios.
+    """
 
     label: str
     low: float
@@ -66,7 +70,8 @@ class Kind:
     parameters: Mapping[Parameter, str]
     """What it uses, and what each means here."""
     linear: bool = False
-    """The exact test of the coupling covers such a world behind a current loop's lag, too (docs/theory.md 2.7)."""
+    """The exact test of the coupling covers such a world behind a current loop's lag, too
+    (docs/theory.md 2.7)."""
     snaps: bool = False
     """The function `stretch` of this kind bounds how far it is stretched, without a direction."""
     active: bool = False
@@ -76,13 +81,16 @@ class Kind:
 class KindFile(Protocol):
     """The module of a kind. Each function may be left out, for what stands behind it.
 
-    * `proxy(s, axis, drive, stiffness, before, dt)`: place of the proxy where w - A p, with `drive` w and `stiffness` A, equals
-      the environment's force; `before` is the place before, `dt` the time since, s. Such a force f must satisfy
-      f (p - before) >= V(p) - V(before), V the energy, or a hand is given energy by it. Else w/A: no force.
-    * `energy(s, axis, k, center, proxy)`: potential energy V, J, >= 0, with this stiffness and centre. Else 0.
-    * `stretch(s, axis, center)`: way from the centre to the joint by which a spring in force is stretched, rad. Else 0.
-    * `free_center(s, axis, center)`: how near to `center` the centre may come at once, because nothing is felt of it. Else the
-      centre in force: nowhere.
+    * `proxy(s, axis, drive, stiffness, before, dt)`: place of the proxy where w - A p, with `drive` w and
+      `stiffness` A, equals the environment's force; `before` is the place before, `dt` the time since, s.
+      Such a force f must satisfy f (p - before) >= V(p) - V(before), V the energy, or a hand is given energy
+      by it. Else w/A: no force.
+    * `energy(s, axis, k, center, proxy)`: potential energy V, J, >= 0, with this stiffness and centre. Else
+      0.
+    * `stretch(s, axis, center)`: way from the centre to the joint by which a spring in force is stretched,
+      rad. Else 0.
+    * `free_center(s, axis, center)`: how near to `center` the centre may come at once, because nothing is
+      felt of it. Else the centre in force: nowhere.
 
     `s` is the law's state (`records`): numbers of the environment in force are `s.world_<parameter>[axis]`.
     """

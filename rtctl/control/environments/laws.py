@@ -1,8 +1,8 @@
 """Compiled code of the table: what depends on the kind in force asks here.
 
-Numba compiles no tuple of functions of different kinds. So each function here is written out from the table as the chain of
-comparisons that a person would write, `if kind == 1: return spring.proxy(...)`, and compiled with the rest of the law. A
-number that is no kind's is as free space.
+Numba compiles no tuple of functions of different kinds. So each function here is written out from the table
+as the chain of comparisons that a person would write, `if kind == 1: return spring.proxy(...)`, and compiled
+with the rest of the law. A number that is no kind's is as free space.
 """
 
 from __future__ import annotations
@@ -57,7 +57,8 @@ def _same(kind: Environment) -> str:
 
 
 solve_proxy = _chain("proxy", "s, axis, drive, stiffness, before, dt", "drive / stiffness")
-"""Proxy position at which the coupling force w - A p equals the environment's force, rad (`kind.KindFile`)."""
+"""Proxy position at which the coupling force w - A p equals the environment's force, rad
+(`kind.KindFile`)."""
 
 potential = _chain("energy", "s, axis, k, center, proxy", "0.0")
 """Potential energy of the environment with the proxy there, with this stiffness and centre, J, >= 0."""
@@ -86,7 +87,8 @@ set_own = _written(
     "set_own",
     "c, axis, which, value",
     [
-        f"if which == {which}: c.environment_{one.name}[axis] = {'1 if value > 0.0 else -1' if one.sign else 'value'}"
+        f"if which == {which}: c.environment_{one.name}[axis] = "
+        f"{'1 if value > 0.0 else -1' if one.sign else 'value'}"
         for which, one in enumerate(OWN)
     ],
 )
@@ -98,7 +100,8 @@ finite_command = _written(
     "finite_command",
     "c, axis",
     [
-        f"return math.isfinite({' + '.join((*_DISPLAY, *(_asked(one) for one in PARAMETERS if not one.sign)))})"
+        "return "
+        f"math.isfinite({' + '.join((*_DISPLAY, *(_asked(one) for one in PARAMETERS if not one.sign)))})"
     ],
 )
 """False when any number of the commanded environment or display is NaN or infinite."""

@@ -1,4 +1,5 @@
-"""The table of environments: rig files, messages, clients, reports, pages, campaigns, records and documents read it.
+"""The table of environments: rig files, messages, clients, reports, pages, campaigns, records and documents
+read it.
 
 A new kind is a file beside this one and a row here, and a drawing in `rtctl/view/static/drawings.js`.
 """
@@ -19,7 +20,9 @@ class Environment(IntEnum):
     file: KindFile
 
     def __new__(cls, number: int, file: KindFile = free) -> Environment:
-        """A row of the table. It always has its file: to a type checker a look-up by number is a call of this, too."""
+        """A row of the table. It always has its file: to a type checker a look-up by number is a call of
+        this, too.
+        """
         row = int.__new__(cls, number)
         row._value_, row.file, row.about = number, file, file.ABOUT
         return row

@@ -1,10 +1,11 @@
 """A remote proxy follows the targets of its renderer as far as is paid for.
 
-A remote proxy is moved by a program with bodies of its own: an active hand by nature, which may know the state and
-always be ahead of the motion. Its work on the coupling is exact as well and paid from the same store; what is not
-paid for is not done, and (1) of `changes` holds. The proxy then lags behind its target instead of running the port into a
-deficit. It is never put further ahead than U = L^2/(2 k_c), beyond which nobody feels it. The rest of (2) is not asked of it: it would
-have to stay behind any joint that moves; there the account bounds the torque (`take_back`).
+A remote proxy is moved by a program with bodies of its own: an active hand by nature, which may know the
+state and always be ahead of the motion. Its work on the coupling is exact as well and paid from the same
+store; what is not paid for is not done, and (1) of `changes` holds. The proxy then lags behind its target
+instead of running the port into a deficit. It is never put further ahead than U = L^2/(2 k_c), beyond which
+nobody feels it. The rest of (2) is not asked of it: it would have to stay behind any joint that moves; there
+the account bounds the torque (`take_back`).
 """
 
 from __future__ import annotations
@@ -16,15 +17,17 @@ from rtctl.control.records import Record
 
 @compiled
 def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
-    """Move a remote proxy towards the renderer's target, as far as is paid; the velocity its damper follows, rad/s.
+    """Move a remote proxy towards the renderer's target, as far as is paid; the velocity its damper follows,
+    rad/s.
 
     Notes
     -----
-    The target is extrapolated no further than `target_hold_ticks`; the proxy moves at most v_max T a tick, and the
-    damper follows the target's velocity up to v_max. Such a target is an active hand by nature, which may always be
-    ahead of the joint: its work on the coupling's spring and through the coupling's damper is paid, one after the
-    other, and what the store does not pay for is not done. The proxy then lags behind its target. It rests until the
-    first target since the environment became remote: what was sent before was meant for another world.
+    The target is extrapolated no further than `target_hold_ticks`; the proxy moves at most v_max T a tick,
+    and the damper follows the target's velocity up to v_max. Such a target is an active hand by nature, which
+    may always be ahead of the joint: its work on the coupling's spring and through the coupling's damper is
+    paid, one after the other, and what the store does not pay for is not done. The proxy then lags behind its
+    target. It rests until the first target since the environment became remote: what was sent before was
+    meant for another world.
     """
     if s.target_age_ticks >= s.remote_ticks:
         return 0.0
@@ -49,7 +52,9 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
 
 @compiled
 def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
-    """Set a remote proxy if the store allows, and no further ahead than the torque limit lets through; True when done."""
+    """Set a remote proxy if the store allows, and no further ahead than the torque limit lets through; True
+    when done.
+    """
     k_c, x = p.coupling_stiffness_nm_rad[axis], s.position_rad[axis]
     stored = 0.5 * k_c * (x - proxy) ** 2
     work = stored - 0.5 * k_c * (x - s.proxy_position_rad[axis]) ** 2
@@ -63,7 +68,9 @@ def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
 
 @compiled
 def _pull_damper(s: Record, p: Record, axis: int, velocity: float, difference: float) -> bool:
-    """Pay for the coupling's damper following `velocity` while the joint moves at `difference`; True when done."""
+    """Pay for the coupling's damper following `velocity` while the joint moves at `difference`; True when
+    done.
+    """
     work = -p.coupling_damping_nms_rad[axis] * (difference - velocity) * velocity * p.period_s
     if work > s.renderer_store_j[axis]:
         return False

@@ -1,12 +1,16 @@
 """How fast does an admittance hunt about the counts of its encoder, at most?
 
-Pure functions of numbers, on `admittance_loop`. Of a swing of A counts the readings swing by N times as much, by the describing function of steps
+Pure functions of numbers, on `admittance_loop`. Of a swing of A counts the readings swing by N times as much,
+by the describing function of steps
 
-    N(A) = 2/(pi A) sum_i sqrt(1 - (t_i/A)^2),         t_i: the edges between two counts that are within A of the swing's middle
+    N(A) = 2/(pi A) sum_i sqrt(1 - (t_i/A)^2)
 
-from nothing within a count to 2/(pi A) across one edge. Where the loop grows with N of the joint's motion seen it may swing on at that A, and A w/sqrt(2) counts a second
-is how fast it shakes the hand (docs/theory.md 2.17). Where the law holds a flicker (`control.flicker`) no swing within it lasts: it is blind then, the force moves the mass
-slowly, and that must rest by itself.
+(t_i: the edges between two counts that are within A of the swing's middle)
+
+from nothing within a count to 2/(pi A) across one edge. Where the loop grows with N of the joint's motion
+seen it may swing on at that A, and A w/sqrt(2) counts a second is how fast it shakes the hand
+(docs/theory.md 2.17). Where the law holds a flicker (`control.flicker`) no swing within it lasts: it is blind
+then, the force moves the mass slowly, and that must rest by itself.
 """
 
 from __future__ import annotations
@@ -39,7 +43,8 @@ LESS = (
     (0.88, 2.05),
     (0.914, 2.55),
 )
-"""Shares of a swing that the readings show at least, and up to how many counts of amplitude they may show so little: about the worst place."""
+"""Shares of a swing that the readings show at least, and up to how many counts of amplitude they may show so
+little: about the worst place."""
 
 MORE = (
     *((1.04, 2.45), (1.06, 1.9), (1.11, 1.35), (1.25, 0.8)),
@@ -54,7 +59,8 @@ FLICKER_COUNTS = 0.5 * WIDE
 """A swing up to this is a flicker."""
 
 _LATE_TICKS = 0.5
-"""A swing of few samples may lie so that each comes late after its edge, by half a sample more than on the average."""
+"""A swing of few samples may lie so that each comes late after its edge, by half a sample more than on the
+average."""
 
 _WORLDS = 7
 _SLOWEST_RAD_S = 2 * math.pi
@@ -73,7 +79,9 @@ class Hunting:
 
 
 def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
-    """The fastest over hands without damping, worlds and the joint's bristles; `held`: the law holds a flicker."""
+    """The fastest over hands without damping, worlds and the joint's bristles; `held`: the law holds a
+    flicker.
+    """
     shares = (*SOFTER, *(4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)))
     stuck = [share * loop.bristle_nm_rad for share in shares] if loop.bristle_nm_rad > 0 else [0.0]
     late = replace(loop, delay=loop.delay + _LATE_TICKS * loop.sample_ticks)
@@ -86,7 +94,9 @@ def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
 
 
 def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
-    """Damping of the mass on a joint that sticks with which it hunts no faster where a flicker is held, N m s/rad; 0: none of those tried."""
+    """Damping of the mass on a joint that sticks with which it hunts no faster where a flicker is held, N m
+    s/rad; 0: none of those tried.
+    """
     for damping in (share * loop.velocity_gain_nms_rad for share in _DAMPINGS):
         one = replace(loop, rest_damping_nms_rad=damping)
         if damping > loop.rest_damping_nms_rad and hunting(one, held=True).counts_1_s <= most_counts_1_s:
@@ -108,7 +118,9 @@ def _fastest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float, counts: f
 
 @lru_cache(maxsize=1024)
 def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple[float, str]:
-    """The quickest of what grows, rad/s, and the hand, joint and world of that; 0: nothing does. A hunt that creeps asks the same again."""
+    """The quickest of what grows, rad/s, and the hand, joint and world of that; 0: nothing does. A hunt that
+    creeps asks the same again.
+    """
     at, blind, sight = _seeing(loop, bristle_nm_rad)
     z = eigenvalues_of(loop, blind + seen * sight)
     turns = np.abs(np.angle(z)) / loop.period_s
@@ -120,7 +132,9 @@ def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple
 
 @lru_cache(maxsize=1)
 def _seeing(loop: AdmittanceLoop, bristle_nm_rad: float) -> tuple[Points, np.ndarray, np.ndarray]:
-    """Points, their closed loops where nothing of the joint's motion is seen, and what is added to them where all is: they are linear in it."""
+    """Points, their closed loops where nothing of the joint's motion is seen, and what is added to them where
+    all is: they are linear in it.
+    """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
     at, none = replace(at, bristle=np.full(at.size, bristle_nm_rad)), np.zeros(at.size)
     blind, sees = (matrices(loop, at, Swing(none, none, none, np.full(at.size, seen))) for seen in (0.0, 1.0))

@@ -1,9 +1,11 @@
 """Does the help with dry friction keep a hand swinging that an admittance holds? And how much help does not?
 
-Pure functions of numbers, on `admittance_loop`. The help turns with the virtual mass, over a way of it, and friction with the joint, over its bristles.
-In a swing of amplitude A both are what the describing function of a spring that slides at its end makes of them (docs/theory.md 2.16):
+Pure functions of numbers, on `admittance_loop`. The help turns with the virtual mass, over a way of it, and
+friction with the joint, over its bristles. In a swing of amplitude A both are what the describing function of
+a spring that slides at its end makes of them (docs/theory.md 2.16):
 
-    friction   (F/x_s) [n'(A/x_s) + n''(A/x_s) s/w]   on the joint,        help   h (F/x_t) [n'(A/x_t) + n''(A/x_t) s/w]   along the mass
+    friction   (F/x_s) [n'(A/x_s) + n''(A/x_s) s/w]   on the joint
+    help     h (F/x_t) [n'(A/x_t) + n''(A/x_t) s/w]   along the mass
 """
 
 from __future__ import annotations
@@ -19,10 +21,12 @@ STIFFNESSES = (0.25, 1.0, 4.0)
 """Bristles tried, as shares of those told."""
 
 SWINGS = (1.5, 2.5, 4.0, 8.0, 16.0, 32.0)
-"""Amplitudes tried, in presliding lengths that are credited: of smaller ones the law calls the joint at rest, and the help hardly turns."""
+"""Amplitudes tried, in presliding lengths that are credited: of smaller ones the law calls the joint at rest,
+and the help hardly turns."""
 
 FASTEST_RAD_S = 2 * math.pi * 12.0
-"""Faster the servo hardly has the joint follow, so that joint and mass do not swing alike; that a joint that sticks may ring so, is a row of its own."""
+"""Faster the servo hardly has the joint follow, so that joint and mass do not swing alike; that a joint that
+sticks may ring so, is a row of its own."""
 
 HELPS = (0.85, 0.7, 0.55, 0.4, 0.25, 0.1)
 """Shares of the present help that are tried where it is too much."""
@@ -59,7 +63,9 @@ def spring_and_loss(swing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def judge_help(loop: AdmittanceLoop) -> Helped:
-    """The swing that grows the most with the help, over hands without damping, worlds, stiffness of the bristles and amplitudes."""
+    """The swing that grows the most with the help, over hands without damping, worlds, stiffness of the
+    bristles and amplitudes.
+    """
     if not (loop.help_share > 0 and loop.help_turns_rad > 0 and loop.presliding_rad > 0):
         return Helped(0.0)
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
@@ -70,7 +76,9 @@ def judge_help(loop: AdmittanceLoop) -> Helped:
 
 
 def largest_help(loop: AdmittanceLoop) -> float:
-    """Largest share of the dry friction, of those tried up to the present, with which nothing grows; 0 if none."""
+    """Largest share of the dry friction, of those tried up to the present, with which nothing grows; 0 if
+    none.
+    """
     for part in HELPS:
         if judge_help(replace(loop, help_share=part * loop.help_share)).ok:
             return part * loop.help_share
@@ -78,7 +86,9 @@ def largest_help(loop: AdmittanceLoop) -> float:
 
 
 def _swing(loop: AdmittanceLoop, at: Points, stiff: float, amplitude_rad: float) -> Helped:
-    """The worst point at one amplitude, of those that the help makes grow: what grows without it is of other rows."""
+    """The worst point at one amplitude, of those that the help makes grow: what grows without it is of other
+    rows.
+    """
     growth, w = _growth(loop, at, stiff, amplitude_rad)
     grows = np.flatnonzero(~(growth <= GROWS_1_S))
     if grows.size:
@@ -92,7 +102,9 @@ def _swing(loop: AdmittanceLoop, at: Points, stiff: float, amplitude_rad: float)
 def _growth(
     loop: AdmittanceLoop, at: Points, stiff: float, amplitude_rad: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Growth of every point at one amplitude, 1/s, and its frequency, rad/s: loss and frequency follow each other."""
+    """Growth of every point at one amplitude, 1/s, and its frequency, rad/s: loss and frequency follow each
+    other.
+    """
     friction_nm, T = loop.bristle_nm_rad * loop.presliding_rad, loop.period_s
     spring, loss = spring_and_loss(np.array(stiff * amplitude_rad / loop.presliding_rad))
     pulls, feeds = spring_and_loss(np.array(amplitude_rad / loop.help_turns_rad))

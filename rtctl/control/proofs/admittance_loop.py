@@ -6,14 +6,15 @@ Pure functions of numbers. One loop is
 - the force: the sensor's own low-pass and delay, then the axis's and the display's low-pass, both the law's;
 - the virtual mass m, damped by b_v, with a linear world of stiffness k_e and damping b_e on it:
   v_r+ = (m v_r + T (tau_f - k_e x_r+ - b_e v_r+))/(m + b_v T), x_r+ = x_r + T v_r+, solved for v_r+;
-- the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x) + z <J (v_r+ - v_r)/T + b v_r+ - tau_f>, v_hat the low-passed difference of
-  positions, <> a low-pass, held over a period, after any delay, whole or not;
+- the torque K_v (v_r+ - v_hat) + K_p (x_r+ - x) + z <J (v_r+ - v_r)/T + b v_r+ - tau_f>, v_hat the low-passed
+  difference of positions, <> a low-pass, held over a period, after any delay, whole or not;
 - dry friction where it is taken for a damping, and the help with it, which turns as the mass does.
 
 The disturbance observer sends nothing beside a virtual mass.
 
-The plant between two samples is exact. With a fresh sample every n-th tick the law runs n times a sample: force, position
-and v_hat are held, the virtual mass goes on. Left out: the dead band of the force, which is a gain between 0 and 1 in front of the mass; worlds that are not linear.
+The plant between two samples is exact. With a fresh sample every n-th tick the law runs n times a sample:
+force, position and v_hat are held, the virtual mass goes on. Left out: the dead band of the force, which is a
+gain between 0 and 1 in front of the mass; worlds that are not linear.
 """
 
 from __future__ import annotations
@@ -42,7 +43,8 @@ WORLD_DAMPING_NMS_RAD = 1e3
 """The virtual worlds: from nothing to these."""
 
 USUAL_INERTIA_KGM2 = 0.012
-"""Joint of the size for which the springs and dampers that are tried are written; of any other they are in proportion."""
+"""Joint of the size for which the springs and dampers that are tried are written; of any other they are in
+proportion."""
 
 _SPRINGS, _SOFTEST_SPRING = 12, 3.0
 _DAMPERS = (0.3, 3.0, 30.0)
@@ -60,7 +62,9 @@ _OWN_STATES = 8
 
 @dataclass(frozen=True)
 class Box:
-    """The hands that are promised: from nothing to stiffness N m/rad, damping N m s/rad and inertia kg m^2."""
+    """The hands that are promised: from nothing to stiffness N m/rad, damping N m s/rad and inertia kg
+    m^2.
+    """
 
     stiffness_nm_rad: float = 600.0
     damping_nms_rad: float = 1.0
@@ -69,7 +73,9 @@ class Box:
 
 @dataclass(frozen=True)
 class AdmittanceLoop:
-    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid goes over."""
+    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid
+    goes over.
+    """
 
     inertia_kgm2: float
     viscous_nms_rad: float
@@ -79,11 +85,12 @@ class AdmittanceLoop:
     velocity_gain_nms_rad: float
     position_gain_nm_rad: float = 0.0
     mass_max_kgm2: float = 0.0
-    """The proof covers every virtual mass from `mass_kgm2` to this one; 0: that one alone. More damping is covered anyway, as
-    a damper of the world is.
+    """The proof covers every virtual mass from `mass_kgm2` to this one; 0: that one alone. More damping is
+    covered anyway, as a damper of the world is.
     """
     sensor_hz: float = 0.0
-    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole ones."""
+    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
+    ones."""
     sensor_ticks: int = 0
     intake_lowpass_hz: float = 0.0
     force_lowpass_hz: float = 0.0
@@ -92,8 +99,8 @@ class AdmittanceLoop:
     """Share z of J a_r + b v_r - tau_f that is sent, behind a low-pass."""
     feedforward_lowpass_hz: float = 0.0
     help_share: float = 0.0
-    """Share of the dry friction that is helped with at most, in the direction of the virtual mass; the next: the way of the mass over which
-    that turns, rad (`admittance_help`).
+    """Share of the dry friction that is helped with at most, in the direction of the virtual mass; the next:
+    the way of the mass over which that turns, rad (`admittance_help`).
     """
     help_turns_rad: float = 0.0
     told_viscous_nms_rad: float = 0.0
@@ -122,7 +129,9 @@ class AdmittanceLoop:
 
     @property
     def bristles(self) -> tuple[float, ...]:
-        """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that sticks, N m/rad."""
+        """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that
+        sticks, N m/rad.
+        """
         return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
 
 
@@ -147,8 +156,8 @@ class Points(Columns):
         k_h, b_h, m_h, bristle, joint, k_e, b_e = (float(column[at]) for column in self.columns())
         hz = frequency_hz(loop.inertia_kgm2, loop.joints[int(joint)])
         return (
-            f"hand of {k_h:.3g} N m/rad, {b_h:.3g} N m s/rad, {m_h:.3g} kg m^2, {'stuck' if bristle else 'sliding'}, "
-            f"{f'joint of {hz:.3g} Hz' if hz else 'rigid joint'}, "
+            f"hand of {k_h:.3g} N m/rad, {b_h:.3g} N m s/rad, {m_h:.3g} kg m^2, "
+            f"{'stuck' if bristle else 'sliding'}, {f'joint of {hz:.3g} Hz' if hz else 'rigid joint'}, "
             f"{f'world of {k_e:.3g} N m/rad and {b_e:.3g} N m s/rad' if k_e + b_e else 'no world'}"
         )
 
@@ -171,7 +180,9 @@ def grid(loop: AdmittanceLoop) -> Points:
 
 
 def springs(loop: AdmittanceLoop, softest_nm_rad: float, count: int) -> list[float]:
-    """None and `count` springs of worlds, N m/rad, from the softest of a usual joint to the stiffest; of a smaller joint softer ones, and that stiffest."""
+    """None and `count` springs of worlds, N m/rad, from the softest of a usual joint to the stiffest; of a
+    smaller joint softer ones, and that stiffest.
+    """
     smaller = min(loop.size, 1.0)
     ends = smaller * softest_nm_rad, smaller * WORLD_STIFFNESS_NM_RAD
     stiffest = [WORLD_STIFFNESS_NM_RAD] if smaller < 1 else []
@@ -179,7 +190,9 @@ def springs(loop: AdmittanceLoop, softest_nm_rad: float, count: int) -> list[flo
 
 
 def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -> Points:
-    """Hands without damping in springs of all stiffnesses, as the worst are found among them: all the box's, or its stiffest."""
+    """Hands without damping in springs of all stiffnesses, as the worst are found among them: all the box's,
+    or its stiffest.
+    """
     box = loop.box
     k_h = np.geomspace(_SOFTEST, 1.0, _STIFFNESSES)[-1 if only_stiffest else 0 :] * box.stiffness_nm_rad
     m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
@@ -193,7 +206,9 @@ def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -
 
 @dataclass(frozen=True)
 class Swing:
-    """What dry friction and the help with it are in a swing, of every point: damping of the joint, spring and damping along the motion of the mass."""
+    """What dry friction and the help with it are in a swing, of every point: damping of the joint, spring and
+    damping along the motion of the mass.
+    """
 
     rubs: np.ndarray
     helps_nm_rad: np.ndarray
@@ -207,9 +222,10 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
 
     Notes
     -----
-    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not shown yet (L), the last position,
-    the force's two low-passes, v_hat, v_r, x_r, the low-passed v_r of a joint that sticks, and the torque sent ahead. Columns are built by
-    running one frame from every unit state, all points at once.
+    States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not
+    shown yet (L), the last position, the force's two low-passes, v_hat, v_r, x_r, the low-passed v_r of a
+    joint that sticks, and the torque sent ahead. Columns are built by running one frame from every unit
+    state, all points at once.
     """
     T, n = loop.period_s, loop.sample_ticks
     A, hand, _ = plant(loop, at, 0.0 if swing is None else swing.rubs)
@@ -259,12 +275,16 @@ def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
 
 
 def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
-    """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no number."""
+    """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no
+    number.
+    """
     return eigenvalues_of(loop, matrices(loop, at, swing))
 
 
 def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
-    """Eigenvalues of one period, of closed loops that are there already as `matrices` gives them; infinite where one is no number."""
+    """Eigenvalues of one period, of closed loops that are there already as `matrices` gives them; infinite
+    where one is no number.
+    """
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():

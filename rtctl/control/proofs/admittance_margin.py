@@ -1,7 +1,8 @@
-"""Is an admittance display stable with every hand of its box and in every linear world? What hand, what mass would be?
+"""Is an admittance display stable with every hand of its box and in every linear world? What hand, what mass
+would be?
 
-Pure functions of numbers, on `admittance_loop` (eigenvalues over a grid) and `admittance_proof` (between its points). A joint
-that sticks on its bristles is judged apart (`admittance_sticking`).
+Pure functions of numbers, on `admittance_loop` (eigenvalues over a grid) and `admittance_proof` (between its
+points). A joint that sticks on its bristles is judged apart (`admittance_sticking`).
 """
 
 from __future__ import annotations
@@ -34,20 +35,23 @@ DAMPED_1_S = 20.0
 """As in `observer_margin`: slower motion is no vibration, and what dies by 1/e in 50 ms is damped enough."""
 
 RUBS = (0.1, 0.3, 1.0, 3.0, 10.0)
-"""Dry friction as damping, in velocity gains: a friction of .25 N m on a gain of 2 N m s/rad at 1.6 to .016 rad/s."""
+"""Dry friction as damping, in velocity gains: a friction of .25 N m on a gain of 2 N m s/rad at 1.6 to .016
+rad/s."""
 
 _HEAVIEST = 64.0
 _STEPS = 18
 """Masses and dampings tried: up to so many times the present or the joint's, in so many steps."""
 _SOFTEST_HAND, _STIFFEST_HAND = 0.5, 1e5
 _LEAST_DAMPING, _MOST_DAMPING = 1e-3, 20.0
-"""Hands and virtual dampings of a search, N m/rad and N m s/rad of a joint of the usual size; of any other in proportion."""
+"""Hands and virtual dampings of a search, N m/rad and N m s/rad of a joint of the usual size; of any other in
+proportion."""
 _HALVINGS = 10
 _CONFIRMS = 16
 _WORLDS = 24
 """Springs of the worlds that a search tries: by a factor of 1.8."""
 _FINE_WORLDS = 150
-"""And that confirm what it found: by a factor of 1.1, for a spring between two of the search's may bear 7 % less."""
+"""And that confirm what it found: by a factor of 1.1, for a spring between two of the search's may bear 7 %
+less."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +61,8 @@ class Finding:
     radius: float
     """Largest |eigenvalue| of one period."""
     kept: float
-    """Least damping of a vibration, as a share of what virtual mass, hand and world would keep by themselves."""
+    """Least damping of a vibration, as a share of what virtual mass, hand and world would keep by
+    themselves."""
     at: str
     """The hand, joint and world of the worst point."""
     points: int
@@ -77,14 +82,15 @@ def judge(loop: AdmittanceLoop) -> Finding:
 
 
 def judge_rubbing(loop: AdmittanceLoop, *, some: bool = False) -> tuple[Finding, float]:
-    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad; `some`: of the stiffest hands and of those that have no spring.
+    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad; `some`: of
+    the stiffest hands and of those that have no spring.
 
     Notes
     -----
-    Dry friction F takes out of a sine of speed amplitude V as much as a damping 4 F/(pi V) does (its describing function), from
-    nothing at high speeds to all where it nearly stops. Where the loop grows at one of them, a slower motion grows and a
-    quicker one dies: joint, mass and hand swing on at that V. Only speeds are left out at which that is more than ten
-    velocity gains.
+    Dry friction F takes out of a sine of speed amplitude V as much as a damping 4 F/(pi V) does (its
+    describing function), from nothing at high speeds to all where it nearly stops. Where the loop grows at
+    one of them, a slower motion grows and a quicker one dies: joint, mass and hand swing on at that V. Only
+    speeds are left out at which that is more than ten velocity gains.
     """
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
     at = at[np.flatnonzero((at.k_h == 0) | (at.k_h == at.k_h.max()))] if some else at
@@ -97,7 +103,9 @@ def judge_rubbing(loop: AdmittanceLoop, *, some: bool = False) -> tuple[Finding,
 
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:
-    """The worst of the box's stiffest hands without damping in springs of all stiffnesses, a joint that slides."""
+    """The worst of the box's stiffest hands without damping in springs of all stiffnesses, a joint that
+    slides.
+    """
     return worst_of(loop, fine_worlds(loop, only_stiffest=True))
 
 
@@ -116,7 +124,9 @@ def worst_among(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> Finding:
 
 
 def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
-    """Damping of the least damped vibration of every point, as a share of the ideal one's; 1 where none is less."""
+    """Damping of the least damped vibration of every point, as a share of the ideal one's; 1 where none is
+    less.
+    """
     rings = np.abs(np.angle(z)) > 2 * math.pi * RINGS_HZ * loop.period_s
     ring = np.where(rings, np.abs(z), 0.0).max(axis=1)
     with np.errstate(divide="ignore"):
@@ -132,8 +142,8 @@ def proof(loop: AdmittanceLoop) -> Proof:
 
 
 def passes_stiffest(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
-    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by these, as they decide most, and
-    what it finds is confirmed by more worlds and by `judge`.
+    """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by
+    these, as they decide most, and what it finds is confirmed by more worlds and by `judge`.
     """
     slides = replace(loop, bristle_nm_rad=0.0)
     at = fine_worlds(slides, only_stiffest=True, count=worlds)
@@ -142,7 +152,8 @@ def passes_stiffest(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _
 
 
 def largest_hand(loop: AdmittanceLoop, *, world: bool = True) -> float:
-    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; 1e5 of a usual joint if none is too stiff.
+    """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; 1e5 of a
+    usual joint if none is too stiff.
 
     The softest hands first: what passes is the stretch up to the first that does not.
     """
@@ -168,9 +179,11 @@ SENSORS_HZ = (2000.0, 10.0)
 
 
 def slowest_sensor(loop: AdmittanceLoop) -> float:
-    """Own low-pass of the force sensor down to which all that is tried passes, Hz; 0: the slowest tried passes, infinite: not even the quickest.
+    """Own low-pass of the force sensor down to which all that is tried passes, Hz; 0: the slowest tried
+    passes, infinite: not even the quickest.
 
-    The quickest first: what passes is the stretch down to the first that does not. Confirmed by the grid, and with dry friction.
+    The quickest first: what passes is the stretch down to the first that does not. Confirmed by the grid, and
+    with dry friction.
     """
 
     def passes(hz: float) -> bool:
@@ -186,7 +199,9 @@ def slowest_sensor(loop: AdmittanceLoop) -> float:
 
 
 def smallest_mass(loop: AdmittanceLoop) -> float:
-    """Least virtual mass from which on, up to 64 times the joint's inertia, all that is tried passes, kg m^2; 0 if none does."""
+    """Least virtual mass from which on, up to 64 times the joint's inertia, all that is tried passes, kg m^2;
+    0 if none does.
+    """
     masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
     heavier = None
     for mass in masses[::-1]:
@@ -218,7 +233,9 @@ def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
 
 
 def with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
-    """With the share that is sent ahead of a mass below the joint's (`admittance_table.AdmittanceTable.sent_ahead`)."""
+    """With the share that is sent ahead of a mass below the joint's
+    (`admittance_table.AdmittanceTable.sent_ahead`).
+    """
     now, then = (min(1.0, one / loop.inertia_kgm2) for one in (loop.mass_kgm2, mass))
     return replace(loop, mass_kgm2=mass, feedforward=loop.feedforward * then / now)
 
@@ -255,7 +272,8 @@ def _between(passes: Callable[[float], bool], good: float, bad: float) -> float:
 
 
 def mass_min_continuous(J: float, b: float, K_v: float) -> float:
-    """Virtual mass from which on a display without lag, K_p b = 0, is passive with any hand and world, kg m^2.
+    """Virtual mass from which on a display without lag, K_p b = 0, is passive with any hand and world, kg
+    m^2.
 
     Notes
     -----

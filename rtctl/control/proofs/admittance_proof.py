@@ -1,16 +1,18 @@
-"""Proof that an admittance loop is stable between the points of a grid, too: no root on the edge of stability anywhere.
+"""Proof that an admittance loop is stable between the points of a grid, too: no root on the edge of stability
+anywhere.
 
-Roots move continuously with hand and world. If none lies on a closed curve around the stable ones for any hand of the box
-and any world, there are as many outside everywhere as at one point of the grid: none. The curve: |z| = 1, but around
-z = 1, where a joint that nothing holds has its root, with a detour that lets through what grows by less than
-`SLOWEST_RAD_S`.
+Roots move continuously with hand and world. If none lies on a closed curve around the stable ones for any
+hand of the box and any world, there are as many outside everywhere as at one point of the grid: none. The
+curve: |z| = 1, but around z = 1, where a joint that nothing holds has its root, with a detour that lets
+through what grows by less than `SLOWEST_RAD_S`.
 
-One cell is a piece of the curve from s0 to s1 times intervals of k_h, b_h, m_h, k_e, b_e and of the virtual mass m, where that
-may change. In it F of `admittance_spectrum` lies, at either end, in the convex hull of its values at the corners, 32 or 64, as F
-is affine in each of them (Zadeh and
-Desoer's mapping theorem), widened by the disc of the aliases; between the ends it leaves the chord by no more than
-h^2 |F''|/2, h half of the piece, and |F''| <= 2 max|F|/(rho - h)^2, the maximum over a disc of radius rho (Cauchy). If all
-these discs lie in one open half-plane, F is not 0 in the cell. A cell that fails is cut in two where it is the widest.
+One cell is a piece of the curve from s0 to s1 times intervals of k_h, b_h, m_h, k_e, b_e and of the virtual
+mass m, where that may change. In it F of `admittance_spectrum` lies, at either end, in the convex hull of its
+values at the corners, 32 or 64, as F is affine in each of them (Zadeh and
+Desoer's mapping theorem), widened by the disc of the aliases; between the ends it leaves the chord by no more
+than h^2 |F''|/2, h half of the piece, and |F''| <= 2 max|F|/(rho - h)^2, the maximum over a disc of radius
+rho (Cauchy). If all these discs lie in one open half-plane, F is not 0 in the cell. A cell that fails is cut
+in two where it is the widest.
 """
 
 from __future__ import annotations
@@ -58,7 +60,9 @@ _SOFTEST = (0.0, 0.5, 0.01, 1e-3, 0.5, 0.05, 1e-3)
 
 @dataclass(frozen=True)
 class Proof:
-    """Whether every cell is proved, how many were looked at, one that is not, and whether the loop is unstable there."""
+    """Whether every cell is proved, how many were looked at, one that is not, and whether the loop is
+    unstable there.
+    """
 
     proved: bool
     cells: int
@@ -69,8 +73,8 @@ class Proof:
 def prove(loop: AdmittanceLoop, budget: int = BUDGET) -> Proof:
     """Prove that the loop is stable with every hand of the box and every linear world.
 
-    A fresh sample every tick only. A proof that fails says nothing but that: the loop may be unstable, too near to it, or
-    the cells too many.
+    A fresh sample every tick only. A proof that fails says nothing but that: the loop may be unstable, too
+    near to it, or the cells too many.
     """
     if loop.sample_ticks != 1:
         return Proof(False, 0, "a fresh sample only every some ticks")
@@ -171,7 +175,9 @@ def examine(drive: Joint, ends: np.ndarray, box: np.ndarray) -> tuple[np.ndarray
 
 @dataclass(frozen=True)
 class _Corners:
-    """Z_v, Z_h (shape cells x six axes of 2, the last of 1 where the mass is one) and the coefficients beside them."""
+    """Z_v, Z_h (shape cells x six axes of 2, the last of 1 where the mass is one) and the coefficients beside
+    them.
+    """
 
     hand: Disc
     world: Disc

@@ -1,16 +1,20 @@
-"""The characteristic function of the admittance loop at a complex frequency, for all hands and worlds of a cell at once.
+"""The characteristic function of the admittance loop at a complex frequency, for all hands and worlds of a
+cell at once.
 
-The loop of `admittance_loop` with a fresh sample every tick has a root z = e^(sT) just where (docs/theory.md 2.13)
+The loop of `admittance_loop` with a fresh sample every tick has a root z = e^(sT) just where
+(docs/theory.md 2.13)
 
-    F = Z_v (p0 + p1 Z_h) - (q0 + q1 Z_h) = 0,      Z_h = b_h + m_h s + k_h/s           the hand,
-                                                    Z_v = m (1 - 1/z)/T + b_v + b_e + k_e T/(1 - 1/z)    the virtual mass,
+    F = Z_v (p0 + p1 Z_h) - (q0 + q1 Z_h) = 0
+    Z_h = b_h + m_h s + k_h/s                            the hand,
+    Z_v = m (1 - 1/z)/T + b_v + b_e + k_e T/(1 - 1/z)    the virtual mass,
 
-and p, q come from drive, filters and the aliases s + 2 pi j n/T, in which the hand takes part a little: of those a disc is
-kept that holds them for all hands of the cell. Apart from that disc F is affine in each of k_h, b_h, m_h, k_e, b_e and m.
+and p, q come from drive, filters and the aliases s + 2 pi j n/T, in which the hand takes part a little: of
+those a disc is kept that holds them for all hands of the cell. Apart from that disc F is affine in each of
+k_h, b_h, m_h, k_e, b_e and m.
 
-Symbols: a_n spectrum of the held, late torque (current loop included) at an alias, per sample; D = d0 + d1 Z_h the
-impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D the hand's torque, of which
-the sensor shows H(s) = w_s/(s + w_s) times z^-L.
+Symbols: a_n spectrum of the held, late torque (current loop included) at an alias, per sample; D = d0 + d1
+Z_h the impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D
+the hand's torque, of which the sensor shows H(s) = w_s/(s + w_s) times z^-L.
 """
 
 from __future__ import annotations
@@ -29,7 +33,8 @@ _ALIASES = 6
 """On each side; what is farther is bounded."""
 
 _APART = 0.95
-"""A sensor whose cut-off is nearer to the current loop's is taken for one of this share of it: equal ones would be a double pole."""
+"""A sensor whose cut-off is nearer to the current loop's is taken for one of this share of it: equal ones
+would be a double pole."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +99,8 @@ class Joint:
         return d0, d1, spring, none, spring
 
     def far(self, least: float, k: float, b: float, m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Bounds of |x/D| |s| and of |t - t(infinity)| |s| for |s| beyond `least`, t the force's part; hands up to k and b, of
-        masses m, shape (cells, 2).
+        """Bounds of |x/D| |s| and of |t - t(infinity)| |s| for |s| beyond `least`, t the force's part; hands
+        up to k and b, of masses m, shape (cells, 2).
         """
         (J_m, J_l), (b_m, b_l) = self.masses, self.dampings
         own, hand = b_m + self.bristle_nm_rad / least, b + k / least
@@ -165,9 +170,11 @@ def _sensor_hz(loop: AdmittanceLoop) -> float:
 
 
 def _whole_sum(loop: AdmittanceLoop, last: Disc) -> Disc:
-    """Sum of all a_n H(s_n): the torque at the moment of a sample, as the sensor's low-pass would show it, by the commands before.
+    """Sum of all a_n H(s_n): the torque at the moment of a sample, as the sensor's low-pass would show it, by
+    the commands before.
 
-    Behind both current loop and sensor, of cut-offs l and s: 1/((1 + jf/l)(1 + jf/s)) = (s/(1 + jf/l) - l/(1 + jf/s))/(s - l).
+    Behind both current loop and sensor, of cut-offs l and s: 1/((1 + jf/l)(1 + jf/s)) = (s/(1 + jf/l) -
+    l/(1 + jf/s))/(s - l).
     """
     lag_hz, sensor_hz = loop.lag_hz, _sensor_hz(loop)
     if lag_hz == 0 or sensor_hz == 0:
@@ -189,7 +196,9 @@ def _held_sum(loop: AdmittanceLoop, hz: float, last: Disc) -> Disc:
 
 
 def _aliases(drive: Joint, s: Disc, back: Disc, hands: HandCell, rest: Disc) -> tuple[Disc, Disc]:
-    """What position and force of all aliases but the first add, for all hands of a cell; `rest`: sum of their a_n H(s_n)."""
+    """What position and force of all aliases but the first add, for all hands of a cell; `rest`: sum of their
+    a_n H(s_n).
+    """
     loop, T = drive.loop, drive.loop.period_s
     (k, w_k), (b, w_b), (m, w_m) = (_middle(one) for one in (hands.k_h, hands.b_h, hands.m_h))
     mass, J = Disc(m + 0j, w_m), loop.inertia_kgm2

@@ -1,12 +1,14 @@
 """Does an admittance ring on a joint that dry friction holds, and how fast is the hand shaken then?
 
-Pure functions of numbers, on `admittance_loop`. Within its presliding dry friction is a spring, to which the servo pushes what the hand's force makes of
-the virtual mass, and the hand's mass answers by its acceleration. What grows there grows until the bristles slide, and friction takes out what is fed
-(docs/theory.md 2.13): of a swing of a presliding lengths friction is the spring k n'(a) and the damping k n''(a)/w,
+Pure functions of numbers, on `admittance_loop`. Within its presliding dry friction is a spring, to which the
+servo pushes what the hand's force makes of the virtual mass, and the hand's mass answers by its acceleration.
+What grows there grows until the bristles slide, and friction takes out what is fed (docs/theory.md 2.13): of
+a swing of a presliding lengths friction is the spring k n'(a) and the damping k n''(a)/w,
 
     cos phi = 1 - 2/a,     n' = (phi - sin phi cos phi)/pi,     n'' = sin^2 phi/pi
 
-which is the describing function of a spring that slides at its end. No other friction of that stiffness and size takes less out of a swing so small.
+which is the describing function of a spring that slides at its end. No other friction of that stiffness and
+size takes less out of a swing so small.
 """
 
 from __future__ import annotations
@@ -27,11 +29,13 @@ SWINGS = (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0)
 """Amplitudes tried, in presliding lengths."""
 
 _FOLLOWED = 12
-"""Points that grow, of each bristle stiffness, whose swing is followed: the quickest to grow, and as many of the highest frequency."""
+"""Points that grow, of each bristle stiffness, whose swing is followed: the quickest to grow, and as many of
+the highest frequency."""
 
 _DAMPINGS = 24
 _LEAST_DAMPING, _MOST_DAMPING = 0.02, 30.0
-"""How many dampings at rest are tried, from which to which, N m s/rad of a joint of the usual size; of any other in proportion."""
+"""How many dampings at rest are tried, from which to which, N m s/rad of a joint of the usual size; of any
+other in proportion."""
 _MORE = 1.5
 """What just does not grow would ring for many seconds."""
 
@@ -48,7 +52,9 @@ class Sticking:
 
 
 def judge_stuck(loop: AdmittanceLoop) -> Finding:
-    """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on softer and stiffer bristles than told."""
+    """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on softer and stiffer bristles
+    than told.
+    """
     found = [worst_among(one, *_spectrum(one, share)) for share, one in _tried(loop)]
     return max(found, key=lambda one: math.inf if math.isnan(one.radius) else one.radius)
 
@@ -69,7 +75,8 @@ def sticking(loop: AdmittanceLoop) -> Sticking:
 
 
 def calming_rest_damping(loop: AdmittanceLoop) -> float:
-    """Damping of the mass on a joint that sticks with which nothing grows there, and half more, N m s/rad; 0: none of those tried.
+    """Damping of the mass on a joint that sticks with which nothing grows there, and half more, N m s/rad; 0:
+    none of those tried.
 
     Searched at the points that grow without it, and confirmed at all.
     """
@@ -94,14 +101,18 @@ def _tried(loop: AdmittanceLoop) -> list[tuple[float, AdmittanceLoop]]:
 
 
 def _points(loop: AdmittanceLoop, share: float) -> Points:
-    """Hands and worlds of the grid while the joint sticks; on bristles that are not as told those of hands without damping, which decide."""
+    """Hands and worlds of the grid while the joint sticks; on bristles that are not as told those of hands
+    without damping, which decide.
+    """
     at = grid(loop)
     return at[np.flatnonzero((at.bristle > 0) & ((share == 1.0) | (at.b_h == 0)))]
 
 
 @lru_cache(maxsize=8)
 def _spectrum(loop: AdmittanceLoop, share: float) -> tuple[Points, np.ndarray]:
-    """The points and their eigenvalues, not to be written to: those that grow are followed once it is known that some do."""
+    """The points and their eigenvalues, not to be written to: those that grow are followed once it is known
+    that some do.
+    """
     at = _points(loop, share)
     return at, eigenvalues(loop, at)
 

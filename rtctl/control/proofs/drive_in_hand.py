@@ -1,8 +1,10 @@
-"""A drive in a hand between two samples: what the loops of disturbance observer and admittance display both act on.
+"""A drive in a hand between two samples: what the loops of disturbance observer and admittance display both
+act on.
 
-Pure functions of numbers: the joint, rigid or of two masses, its damping, the bristles of a joint that sticks, a first-order
-current loop, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the force sensor,
-tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass, through which the law sees tau_h (docs/theory.md 2.14).
+Pure functions of numbers: the joint, rigid or of two masses, its damping, the bristles of a joint that
+sticks, a first-order current loop, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the
+force sensor, tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass, through which the law sees
+tau_h (docs/theory.md 2.14).
 """
 
 from __future__ import annotations
@@ -20,7 +22,8 @@ JOINT_DAMPING_RATIO = 0.01
 """Damping ratio of the spring of such a joint: little."""
 
 BRISTLE_DAMPING_SHARE = 0.02
-"""Damping of the spring of a joint that sticks, as a share of the critical one of joint and bristles: little."""
+"""Damping of the spring of a joint that sticks, as a share of the critical one of joint and bristles:
+little."""
 
 _HALVINGS = 12
 _TERMS = 8
@@ -33,7 +36,9 @@ STATES = 6
 
 @dataclass(frozen=True)
 class ElasticJoint:
-    """Two masses: share of the inertia on the link's side, stiffness N m/rad, damping N m s/rad; 0 stiffness: rigid."""
+    """Two masses: share of the inertia on the link's side, stiffness N m/rad, damping N m s/rad; 0 stiffness:
+    rigid.
+    """
 
     link_share: float = 0.5
     stiffness_nm_rad: float = 0.0
@@ -50,7 +55,9 @@ def resonance(inertia_kgm2: float, hz: float) -> ElasticJoint:
 
 
 def unknown_gears(inertia_kgm2: float, from_hz: float) -> tuple[ElasticJoint, ...]:
-    """What a joint may be that nobody calls elastic, or of which only the lowest resonance is known, Hz: `RESONANCES_HZ` and that one; none where it is beyond them."""
+    """What a joint may be that nobody calls elastic, or of which only the lowest resonance is known, Hz:
+    `RESONANCES_HZ` and that one; none where it is beyond them.
+    """
     known = (from_hz,) if 0 < from_hz <= RESONANCES_HZ[-1] else ()
     return tuple(
         resonance(inertia_kgm2, hz) for hz in (*known, *(hz for hz in RESONANCES_HZ if hz > from_hz))
@@ -97,7 +104,9 @@ class Drive(Protocol):
 
 @dataclass(frozen=True)
 class Columns:
-    """Points of a grid, a column for each thing that differs: what is common to those that say which columns these are."""
+    """Points of a grid, a column for each thing that differs: what is common to those that say which columns
+    these are.
+    """
 
     def __getitem__(self, index: np.ndarray | int) -> Self:
         return type(self)(*(np.atleast_1d(column[index]) for column in self.columns()))
@@ -137,7 +146,8 @@ class Hands(Protocol):
 
 
 def exponential(A: np.ndarray) -> np.ndarray:
-    """Matrix exponential of a stack of small matrices: Taylor's series of a 4096th part, squared twelve times.
+    """Matrix exponential of a stack of small matrices: Taylor's series of a 4096th part, squared twelve
+    times.
 
     Equal ones that follow each other, as those of one hand in all worlds do, are computed once.
     """
@@ -154,7 +164,8 @@ def exponential(A: np.ndarray) -> np.ndarray:
 
 
 def held_steps(A: np.ndarray, frame_s: float, late: float) -> list[tuple[np.ndarray, int]]:
-    """Matrices over the parts of a frame in which one command each is held, in order, and how many frames old that command is.
+    """Matrices over the parts of a frame in which one command each is held, in order, and how many frames old
+    that command is.
 
     Parameters
     ----------
@@ -172,8 +183,9 @@ def held_steps(A: np.ndarray, frame_s: float, late: float) -> list[tuple[np.ndar
 def plant(
     loop: Drive, points: Hands, rubs: np.ndarray | float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """dp/dt = A p + B u of every point, u and p = (x_m, v_m, x_l, v_l, i, f) in one: (p, u), and what the sensor shows as (c, d) of it:
-    f, its low-pass, or without one tau_h itself. `rubs`: damping besides of what the motor's friction is taken for, of each point, N m s/rad.
+    """dp/dt = A p + B u of every point, u and p = (x_m, v_m, x_l, v_l, i, f) in one: (p, u), and what the
+    sensor shows as (c, d) of it: f, its low-pass, or without one tau_h itself. `rubs`: damping besides of
+    what the motor's friction is taken for, of each point, N m s/rad.
     """
     shares = np.array([(one.link_share, one.stiffness_nm_rad, one.damping_nms_rad) for one in loop.joints])
     share, k_j, b_j = shares[points.joint.astype(int)].T

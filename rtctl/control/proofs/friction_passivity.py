@@ -27,8 +27,8 @@ def secant_damping(v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray) -> tuple[flo
 
     Notes
     -----
-    b_sec = min over v > 0 of (F_lo - ff)/v, docs/theory.md 5.2: then (F - ff) v >= b_sec v^2, so it takes the place
-    of b in the passivity margins. Grid points at v = 0 are left out.
+    b_sec = min over v > 0 of (F_lo - ff)/v, docs/theory.md 5.2: then (F - ff) v >= b_sec v^2, so it takes the
+    place of b in the passivity margins. Grid points at v = 0 are left out.
     """
     moving = v > 0
     secant = (F_lo[moving] - ff[moving]) / v[moving]
@@ -42,7 +42,9 @@ def slope_damping(v: np.ndarray, F: np.ndarray, ff: np.ndarray) -> float:
 
 
 def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) -> float:
-    """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat (docs/theory.md 5.2)."""
+    """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat
+    (docs/theory.md 5.2).
+    """
     return float(np.clip(np.min((F_lo - b_need * v) / F_hat), 0.0, 1.0))
 
 

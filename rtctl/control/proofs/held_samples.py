@@ -1,7 +1,8 @@
 """How much device damping the sampled loop needs where only every n-th tick has a fresh sample.
 
-Between fresh samples the law goes on with the held position, in which coupling and environment relax: the torque
-changes, though nothing was measured. Pure functions of numbers; symbols as in `stability` and `sampled_loop`, and
+Between fresh samples the law goes on with the held position, in which coupling and environment relax: the
+torque changes, though nothing was measured. Pure functions of numbers; symbols as in `stability` and
+`sampled_loop`, and
 
 ======  =======  ==============================================================================
 n       ticks    between two fresh samples
@@ -11,18 +12,21 @@ z       1        advances by a frame
 ======  =======  ==============================================================================
 
 The law: ``y_0 = k_c s_0 + b_c a_0/(n T)``, ``y_i = k_c s_i + b_c a_i/T``, and the environment takes
-``y_i (moved_i - a_i)`` of energy, where the held position has moved by D in tick 0 and not at all in the others. So
+``y_i (moved_i - a_i)`` of energy, where the held position has moved by D in tick 0 and not at all in the
+others. So
 
-    sum_i y_i a_i = change of what is stored + sum_i L_i a_i^2,     L_0 = k_c/2 + b_c/(n T), L_i = k_c/2 + b_c/T,
+    sum_i y_i a_i = change of what is stored + sum_i L_i a_i^2,
+    L_0 = k_c/2 + b_c/(n T),  L_i = k_c/2 + b_c/T,
 
-and what the software believes to take is y_0 D, where the joint was given the torque in force, late by d, times its
-velocity at each instant. With ``h(t) = torque in force - y_0 of the frame to come`` the hand is given no energy if
-``b v^2 + h v`` and the sum add up to no less than zero over all v, which is
+and what the software believes to take is y_0 D, where the joint was given the torque in force, late by d,
+times its velocity at each instant. With ``h(t) = torque in force - y_0 of the frame to come`` the hand is
+given no energy if ``b v^2 + h v`` and the sum add up to no less than zero over all v, which is
 
     b >= (1/4) max over z of the largest eigenvalue of L^-1/2 (integral of h* h) L^-1/2,
 
-a matrix of n rows, as h is linear in the a_i. For n = 1 it is the condition of `sampled_loop` with l = 1: it covers
-environments that are not linear. A lag is a mixture of delays, and h h* is convex: the mixture bounds it.
+a matrix of n rows, as h is linear in the a_i. For n = 1 it is the condition of `sampled_loop` with l = 1: it
+covers environments that are not linear. A lag is a mixture of delays, and h h* is convex: the mixture bounds
+it.
 """
 
 from __future__ import annotations
@@ -39,8 +43,8 @@ _ALLOWANCE = 1.005
 
 
 def damping_needed(k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0) -> float:
-    """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay `d`, lag
-    `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling.
+    """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay
+    `d`, lag `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling.
     """
     if k_c == 0 and b_c == 0:
         return 0.0
@@ -85,7 +89,9 @@ def _torques(k_c: float, b_c: float, T: float, n: int, back: np.ndarray) -> tupl
 
 
 def _gram(torque: np.ndarray, weight: np.ndarray, n: int, late: int, back: np.ndarray) -> np.ndarray:
-    """Integral of h* h over the n ticks of a frame, per tick, where the torque in force is `late` whole ticks old."""
+    """Integral of h* h over the n ticks of a frame, per tick, where the torque in force is `late` whole ticks
+    old.
+    """
     out = np.zeros_like(torque)
     for tick in range(n):
         frame, i = divmod(tick - late, n)

@@ -2,18 +2,18 @@
 
 Pure functions of numbers. One loop is
 
-- the joint, rigid or of two masses, its damping, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the
-  force sensor: tau_h = -(m_h dv/dt + b_h v + k_h x);
+- the joint, rigid or of two masses, its damping, and a hand (stiffness k_h to ground, damping b_h, mass m_h)
+  behind the force sensor: tau_h = -(m_h dv/dt + b_h v + k_h x);
 - its dry friction, absent (the joint slides) or a spring of break-away over presliding length (it sticks);
 - the motor: torques held over a period, any delay, whole or not, a first-order current loop;
-- the law: the observer of `disturbance_observer` with its two low-passes, plain difference velocity and the torque it
-  believes to act, both as much later as it goes by, the force behind the sensor's own low-pass and delay and the law's low-pass, and the coupling to a proxy at
-  rest, or none (free motion).
+- the law: the observer of `disturbance_observer` with its two low-passes, plain difference velocity and the
+  torque it believes to act, both as much later as it goes by, the force behind the sensor's own low-pass and
+  delay and the law's low-pass, and the coupling to a proxy at rest, or none (free motion).
 
-The plant between two samples is exact (matrix exponential). Fresh samples every n-th tick: the law's output is held
-over n ticks, so the frame is n periods long and the delay 1/n of its ticks; the coupling's damping, which then acts in
-one tick of n, is taken as spread over the frame. Feed-forward and energy account are left out: the one only takes part of the
-observer's work, the other only scales both down.
+The plant between two samples is exact (matrix exponential). Fresh samples every n-th tick: the law's output
+is held over n ticks, so the frame is n periods long and the delay 1/n of its ticks; the coupling's damping,
+which then acts in one tick of n, is taken as spread over the frame. Feed-forward and energy account are left
+out: the one only takes part of the observer's work, the other only scales both down.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ HAND_INERTIA_KGM2 = (0.0, 0.0005, 0.002, 0.006, 0.02)
 
 @dataclass(frozen=True)
 class Loop:
-    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid goes over."""
+    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid
+    goes over.
+    """
 
     inertia_kgm2: float
     viscous_nms_rad: float
@@ -58,7 +60,8 @@ class Loop:
     acting_ticks: int = 0
     """Delay by which the law goes when it asks which torque acted, ticks."""
     sensor_hz: float = 0.0
-    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole ones."""
+    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
+    ones."""
     sensor_ticks: int = 0
     own_ticks: int = 0
     """By which the law delays torque and velocity, to belong to the force (`disturbance_observer`), ticks."""
@@ -75,7 +78,8 @@ class Loop:
     encoder: str = "motor"
     joints: tuple[ElasticJoint, ...] = (RIGID,)
     hand: float = 1.0
-    """Factor on stiffness, damping and inertia of the box of hands: of a linear axis those of the same hands in N/m, N s/m and kg."""
+    """Factor on stiffness, damping and inertia of the box of hands: of a linear axis those of the same hands
+    in N/m, N s/m and kg."""
 
 
 @dataclass(frozen=True)
@@ -105,9 +109,10 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
 
     Notes
     -----
-    States: p of `drive_in_hand.plant`, the commands of the last frames (D), what the force sensor has not shown yet (L), the velocities that
-    the law has not gone by yet (V), the last position, the law's low-pass of the force, and the observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns
-    are built by running one frame from every unit state, all points at once.
+    States: p of `drive_in_hand.plant`, the commands of the last frames (D), what the force sensor has not
+    shown yet (L), the velocities that the law has not gone by yet (V), the last position, the law's low-pass
+    of the force, and the observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns are
+    built by running one frame from every unit state, all points at once.
     """
     n, frame = loop.sample_ticks, loop.sample_ticks * loop.period_s
     A, hand, _ = plant(loop, points)

@@ -1,7 +1,7 @@
 """Is the disturbance observer stable with every hand of a box? Eigenvalues of `observer_loop`, over a grid.
 
-Pure functions of numbers. What is shown holds at the points of the grid, and by the share of damping that each vibration
-must keep a little beyond, not for sure between them.
+Pure functions of numbers. What is shown holds at the points of the grid, and by the share of damping that
+each vibration must keep a little beyond, not for sure between them.
 """
 
 from __future__ import annotations
@@ -20,13 +20,16 @@ TOLERANCE = 1e-6
 """An eigenvalue of 1 is a joint that stands where it is put."""
 
 KEPT_LEAST = 0.25
-"""Least share that is left of what damps a vibration without the observer: room for what lies between the points."""
+"""Least share that is left of what damps a vibration without the observer: room for what lies between the
+points."""
 
 RINGS_HZ = 2.0
-"""Slower motion is no vibration: the observer makes a joint yield more slowly where it makes it yield more."""
+"""Slower motion is no vibration: the observer makes a joint yield more slowly where it makes it yield
+more."""
 
 DAMPED_1_S = 20.0
-"""A vibration that dies as fast as this without the observer counts as one that dies so fast: 1/e in 50 ms."""
+"""A vibration that dies as fast as this without the observer counts as one that dies so fast: 1/e in 50
+ms."""
 
 GAINS = tuple(round(0.98 - 0.02 * n, 2) for n in range(49))
 BANDWIDTHS_HZ = (1, 2, 3, 5, 7, 10, 12, 15, 17, 20, 22, 25, 27, 30, 35, 40, 50, 60, 80, 100)
@@ -58,7 +61,9 @@ class Finding:
 
 
 def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
-    """Largest |eigenvalue| of one period at every point, and that of its vibrations; infinite where it is no number."""
+    """Largest |eigenvalue| of one period at every point, and that of its vibrations; infinite where it is no
+    number.
+    """
     M = matrices(loop, points)
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
@@ -70,7 +75,9 @@ def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _kept(loop: Loop, points: Points, alone: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Largest |eigenvalue| and share of damping kept, at every point; `alone`: the vibrations' |eigenvalue| without the observer."""
+    """Largest |eigenvalue| and share of damping kept, at every point; `alone`: the vibrations' |eigenvalue|
+    without the observer.
+    """
     radius, ring = modes(loop, points)
     with np.errstate(divide="ignore", invalid="ignore"):
         rate, before = -np.log(ring) / loop.period_s, -np.log(alone) / loop.period_s
@@ -79,7 +86,9 @@ def _kept(loop: Loop, points: Points, alone: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _alone(loop: Loop) -> np.ndarray:
-    """Largest |eigenvalue| of vibrations without the observer, at every point of the grid: then nothing goes by the force or by how it is used."""
+    """Largest |eigenvalue| of vibrations without the observer, at every point of the grid: then nothing goes
+    by the force or by how it is used.
+    """
     return _vibrations(
         replace(loop, gain=0.0, bandwidth_hz=1.0, excess=0.0, sensor_hz=0.0, sensor_ticks=0, own_ticks=0)
     )
@@ -87,7 +96,9 @@ def _alone(loop: Loop) -> np.ndarray:
 
 @lru_cache(maxsize=256)
 def _vibrations(loop: Loop) -> np.ndarray:
-    """Largest |eigenvalue| of vibrations at every point of the grid, not to be written to; asked once for all sensors, gains and bandwidths that are tried."""
+    """Largest |eigenvalue| of vibrations at every point of the grid, not to be written to; asked once for all
+    sensors, gains and bandwidths that are tried.
+    """
     return modes(loop, grid(loop))[1]
 
 
@@ -120,7 +131,9 @@ def _words(loop: Loop, points: Points, at: int) -> str:
 
 
 def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[float, float] | None:
-    """First pair of gain and bandwidth that passes. The points that are worst as things are come first: they decide most."""
+    """First pair of gain and bandwidth that passes. The points that are worst as things are come first: they
+    decide most.
+    """
     radius, kept = _kept(loop, grid(loop), _alone(loop))
     weak = np.flatnonzero((radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST))
     for gain, bandwidth_hz in tried:
@@ -131,7 +144,8 @@ def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[flo
 
 
 def slowest_sensor(loop: Loop) -> float:
-    """Own low-pass of the force sensor down to which the observer passes, Hz; 0: the slowest tried passes, infinite: not even the quickest.
+    """Own low-pass of the force sensor down to which the observer passes, Hz; 0: the slowest tried passes,
+    infinite: not even the quickest.
 
     Searched at the points that are weak with some sensor, and confirmed at all.
     """

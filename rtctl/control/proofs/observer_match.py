@@ -1,8 +1,10 @@
-"""How the disturbance observer goes by a force sensor that is late: what it delays of its own, how much too high it takes the inertia, how quick it is.
+"""How the disturbance observer goes by a force sensor that is late: what it delays of its own, how much too
+high it takes the inertia, how quick it is.
 
-Pure functions of numbers, over the undamped hands of `observer_loop.grid` on a joint that slides. A sensor may be anything from immediate to as late as
-it is said to be, so torque and velocity are delayed by a part of that, and what is left over is damped by an inertia that is taken too high
-(docs/theory.md 6.4). That the whole box passes with what is chosen here is for `observer_margin` to show.
+Pure functions of numbers, over the undamped hands of `observer_loop.grid` on a joint that slides. A sensor
+may be anything from immediate to as late as it is said to be, so torque and velocity are delayed by a part of
+that, and what is left over is damped by an inertia that is taken too high (docs/theory.md 6.4). That the
+whole box passes with what is chosen here is for `observer_margin` to show.
 """
 
 from __future__ import annotations
@@ -21,7 +23,8 @@ from rtctl.control.proofs.observer_margin import Finding, judge
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 KEPT_WANTED = 0.4
-"""Share of its damping that every vibration is to keep: more than `observer_margin.KEPT_LEAST`, as some hands are tried only."""
+"""Share of its damping that every vibration is to keep: more than `observer_margin.KEPT_LEAST`, as some hands
+are tried only."""
 
 EXCESSES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
 """What the inertia may be taken too high by, the least that is enough."""
@@ -34,10 +37,12 @@ def late_ticks(loop: Loop) -> float:
 
 
 def in_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Finding | None:
-    """The worst of undamped hands on a joint that slides and has one of these gears, behind every sensor; None where there are none.
+    """The worst of undamped hands on a joint that slides and has one of these gears, behind every sensor;
+    None where there are none.
 
-    A hand that holds the link leaves the motor to swing on its gear, J_m of the inertia J that the observer takes from its torque. It feeds
-    gain LP (J - J_m) dv/dt to that swing, which drives it from where low-passes, delay and lag turn by half a turn (docs/theory.md 6.5).
+    A hand that holds the link leaves the motor to swing on its gear, J_m of the inertia J that the observer
+    takes from its torque. It feeds gain LP (J - J_m) dv/dt to that swing, which drives it from where
+    low-passes, delay and lag turn by half a turn (docs/theory.md 6.5).
     """
     if not gears:
         return None
@@ -64,7 +69,9 @@ def largest_in_gears(loop: Loop, gears: tuple[ElasticJoint, ...], bandwidths_hz:
 
 
 def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint, ...] = ()) -> Loop:
-    """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration enough behind every sensor, those of unknown gears, too; the last if none does."""
+    """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration
+    enough behind every sensor, those of unknown gears, too; the last if none does.
+    """
     points, hard = _sliding(loop), _Hard()
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
     tried: list[Loop] = []
@@ -79,7 +86,9 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint,
 
 
 class _Hard:
-    """The sensor with which a loop was damped too little, and points that were the worst with it: most that fail, fail there, too."""
+    """The sensor with which a loop was damped too little, and points that were the worst with it: most that
+    fail, fail there, too.
+    """
 
     def __init__(self) -> None:
         self._sensor, self._points = (0.0, 0), dict[int, None]()
@@ -97,7 +106,8 @@ class _Hard:
 
 
 def _best(loops: list[Loop], points: np.ndarray, hard: _Hard, known: dict[Loop, float]) -> Loop | None:
-    """The one that keeps the most, of equals the one that delays least; None if none keeps enough. What cannot be the best is not looked at to the end.
+    """The one that keeps the most, of equals the one that delays least; None if none keeps enough. What
+    cannot be the best is not looked at to the end.
 
     `known`: what those keep that were looked at to the end.
     """

@@ -1,4 +1,5 @@
-"""The sampled loop behind any delay and a first-order lag: how much device damping it needs, over all frequencies.
+"""The sampled loop behind any delay and a first-order lag: how much device damping it needs, over all
+frequencies.
 
 Pure functions of numbers. Symbols as in `stability`, and
 
@@ -10,19 +11,20 @@ m       1        torques of m ticks ago and earlier share in what the joint feel
 
 The condition (docs/theory.md 2.4) and its closed form. At the aliases ``w_n = w + 2 pi n/T`` the
 joint moves with velocities V_n. With ``E = (1 - 1/z)^2/T^2``, S0, S1, S2 as there and ``g = Re(1/Z_c)``
-of the coupling, the hand is given no energy by joint, coupling and environment iff ``b |V|^2 + Re(V* p y) >= 0``
-whenever the environment takes none, ``Re(y* q V) >= g |y|^2``. With the multiplier l of that constraint this is
-``b >= |p - l q|^2/(4 l g)``, least at ``l = |p|/|q| = sqrt(S2/S0)``:
+of the coupling, the hand is given no energy by joint, coupling and environment iff ``b |V|^2 + Re(V* p y) >=
+0`` whenever the environment takes none, ``Re(y* q V) >= g |y|^2``. With the multiplier l of that constraint
+this is ``b >= |p - l q|^2/(4 l g)``, least at ``l = |p|/|q| = sqrt(S2/S0)``:
 
     b >= W(theta) (B^2 + K^2 cot^2 theta)/(2 B),     W = sqrt(S2/S0) + Re(E S1),     |E| S0 = 1.
 
-A linear environment may be as bad as that at every frequency by itself. One that is not linear (a wall) is covered
-where l is the same at all frequencies: l = 1 gives ``W = (1 + S2/S0)/2 + Re(E S1)``, the same without a lag.
+A linear environment may be as bad as that at every frequency by itself. One that is not linear (a wall) is
+covered where l is the same at all frequencies: l = 1 gives ``W = (1 + S2/S0)/2 + Re(E S1)``, the same without
+a lag.
 
-Both sums are exact. A fractional delay mixes whole ones: ``E S1 = -sum_m p_m z^-m`` with p_m >= 0 and sum 1, where
-a lag is a mixture of delays d + X, X exponential with mean tau, each shared between the two whole ticks beside
-it; ``S2/S0 = sum_m r_m cos(2 m theta)`` in the same way with |X|. So W is a mixture of ``2 sin^2(m theta)``, W/sin^2
-one of Fejer kernels, and their curvature is bounded by the moments of the mixture.
+Both sums are exact. A fractional delay mixes whole ones: ``E S1 = -sum_m p_m z^-m`` with p_m >= 0 and sum 1,
+where a lag is a mixture of delays d + X, X exponential with mean tau, each shared between the two whole ticks
+beside it; ``S2/S0 = sum_m r_m cos(2 m theta)`` in the same way with |X|. So W is a mixture of ``2 sin^2(m
+theta)``, W/sin^2 one of Fejer kernels, and their curvature is bounded by the moments of the mixture.
 """
 
 from __future__ import annotations
@@ -33,7 +35,8 @@ from functools import lru_cache
 import numpy as np
 
 _POINTS_PER_TICK = 300
-"""Cells of the frequency sweep per tick of delay and lag: the bound is then some 1e-6 to 1e-5 above the true peak."""
+"""Cells of the frequency sweep per tick of delay and lag: the bound is then some 1e-6 to 1e-5 above the true
+peak."""
 
 _MOST_CELLS = 200_000
 
@@ -54,9 +57,10 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
 
     Notes
     -----
-    On a cell of width h a function whose curvature is at most C exceeds the larger of its values at the ends by at
-    most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added. The root is bounded by its tangent, ``sqrt(R) <= (R/lam + lam)/2``
-    with lam from the middle of the cell, which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
+    On a cell of width h a function whose curvature is at most C exceeds the larger of its values at the ends
+    by at most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added.
+    The root is bounded by its tangent, ``sqrt(R) <= (R/lam + lam)/2`` with lam from the middle of the cell,
+    which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
     """
     cells = _cells(d, tau)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
@@ -88,10 +92,11 @@ def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.n
 
     Notes
     -----
-    The joint feels the torque of m - 1 ticks ago for a share of each tick, which is at most `slots`' share of m; what
-    the hand may be given in a tick is a sum over the torques felt of share times ``|y - y of the tick to come|^2``, so
-    taking every share at its largest covers whatever way it changes: ``W = 2 sum_m share_m sin^2(m theta)``. The
-    shares add up to 1 + high - low. It covers worlds that are not linear; of a lag it takes the mixture of delays.
+    The joint feels the torque of m - 1 ticks ago for a share of each tick, which is at most `slots`' share of
+    m; what the hand may be given in a tick is a sum over the torques felt of share times ``|y - y of the tick
+    to come|^2``, so taking every share at its largest covers whatever way it changes: ``W = 2 sum_m share_m
+    sin^2(m theta)``. The shares add up to 1 + high - low. It covers worlds that are not linear; of a lag it
+    takes the mixture of delays.
     """
     shares: dict[int, float] = {}
     for weight, late in delays(high, tau):
@@ -112,12 +117,16 @@ def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.n
 
 
 def _cells(d: float, tau: float) -> int:
-    """How many cells: the longer the delay, the narrower the peaks. Fewer would be as safe, only less exact."""
+    """How many cells: the longer the delay, the narrower the peaks. Fewer would be as safe, only less
+    exact.
+    """
     return min(math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau)), _MOST_CELLS)
 
 
 def slots(low: float, high: float) -> dict[int, float]:
-    """Largest share of a tick for which the torque of m - 1 ticks ago may be felt, for delays within [low, high]."""
+    """Largest share of a tick for which the torque of m - 1 ticks ago may be felt, for delays within [low,
+    high].
+    """
     out = {}
     for k in range(math.floor(low), math.ceil(high) + 1):
         # the torque of k ticks ago is felt for 1 - |delay - k| of a tick
@@ -131,8 +140,8 @@ def slots(low: float, high: float) -> dict[int, float]:
 def delays(d: float, tau: float) -> tuple[tuple[float, float], ...]:
     """Shares and lengths, in ticks, of the delays that a lag behind the delay `d` is a mixture of.
 
-    Of each tick the mean, rounded by sharing it between the whole ticks beside it, which is exact for what is linear in
-    the delay between whole ticks; the tail is put where its mean is rounded up.
+    Of each tick the mean, rounded by sharing it between the whole ticks beside it, which is exact for what is
+    linear in the delay between whole ticks; the tail is put where its mean is rounded up.
     """
     if tau == 0:
         return ((1.0, d),)
@@ -164,8 +173,8 @@ def _alias_sums(theta: np.ndarray, d: float, tau: float) -> tuple[np.ndarray, np
 
     Notes
     -----
-    ``1/(s^2 (1 + s tau))`` is the step-invariant image of ``t - tau + tau e^(-t/tau)``, so that with d = k + f and
-    q = e^(-1/tau) its samples at the times m - f give the modified z-transform
+    ``1/(s^2 (1 + s tau))`` is the step-invariant image of ``t - tau + tau e^(-t/tau)``, so that with d = k +
+    f and q = e^(-1/tau) its samples at the times m - f give the modified z-transform
     ``E S1 = -z^-(k+1) (1 - (f + tau)(1 - 1/z) + tau e^(-(1-f)/tau) (1 - 1/z)^2/(1 - q/z))``;
     ``sum 1/(1/tau^2 + w_n^2)`` is ``T tau/2 sinh(1/tau)/(cosh(1/tau) - cos w T)``.
     """

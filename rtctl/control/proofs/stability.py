@@ -90,9 +90,9 @@ def damping_needed_sampled_data(
     Notes
     -----
     docs/theory.md 2.4; derivation and bound between the points of the sweep in
-    `sampled_loop`. Whole ticks without a lag are (SD-1) of docs/theory.md 2.3, ``sin^2((1+d) theta) (B^2 + K^2 cot^2 theta)/B``,
-    with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a parabola in cos^2 theta for
-    d = 1. Swept values are up to some 1e-5 too large, never too small.
+    `sampled_loop`. Whole ticks without a lag are (SD-1) of docs/theory.md 2.3, ``sin^2((1+d) theta) (B^2 +
+    K^2 cot^2 theta)/B``, with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a
+    parabola in cos^2 theta for d = 1. Swept values are up to some 1e-5 too large, never too small.
     """
     require_coupling(k_c, b_c, T, d, lag_hz)
     K = k_c * T / 2
@@ -115,15 +115,16 @@ def _largest(pairs: tuple[np.ndarray, np.ndarray], K: float, b_c: float) -> floa
 
 
 def late_ticks(between: Between, T: float) -> float:
-    """Ticks from a position to most of the torque that answers it: delay, age of the sample and lag, at their worst."""
+    """Ticks from a position to most of the torque that answers it: delay, age and lag at their worst."""
     return between.delay + between.sample_ticks - 1 + lag_ticks(between.lag_hz, T)
 
 
 def _cases(T: float, between: Between) -> list[tuple[float, float]]:
-    """Delay and bandwidth of all that is no slower than declared: whole ticks below the delay, lags down to none.
+    """Delay and bandwidth of all that is no slower than declared: whole ticks below the delay, lags down to
+    none.
 
-    Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the lags
-    between are some steps, as the damping needed changes little from one to the next.
+    Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
+    lags between are some steps, as the damping needed changes little from one to the next.
     """
     delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
     lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
@@ -133,8 +134,8 @@ def _cases(T: float, between: Between) -> list[tuple[float, float]]:
 def damping_needed_between(
     k_c: float, b_c: float, T: float, between: Between = IDEAL, *, any_world: bool = False
 ) -> float:
-    """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age of
-    samples up to those declared. Raises ValueError as `damping_needed_sampled_data`.
+    """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age
+    of samples up to those declared. Raises ValueError as `damping_needed_sampled_data`.
     """
     needed = [
         damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
@@ -209,7 +210,8 @@ def _largest_stiffness(
 
 
 def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: float = 0.0) -> float:
-    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad, with this delay and lag.
+    """Largest coupling stiffness the exact sampled-data test passes at this b_c, N m/rad, with this delay and
+    lag.
 
     0 where none passes (b below b_c, or NaN). Raises ValueError as `damping_needed_sampled_data`.
 
@@ -242,7 +244,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
 
 
 def k_max_between(b: float, b_c: float, T: float, between: Between = IDEAL) -> float:
-    """Largest coupling stiffness that `damping_needed_between` passes at this b_c, N m/rad; 0 where none does."""
+    """Largest coupling stiffness that `damping_needed_between` passes at this b_c, N m/rad; or 0."""
     require_coupling(0.0, b_c, T, between.delay, between.lag_hz)
     high = min(k_max_sampled_data(b, b_c, T, d, lag) for d, lag in _cases(T, between))
     if (between.sample_ticks == 1 and between.jitter == 0) or high == 0:
@@ -292,7 +294,7 @@ def felt_stiffness(k_c: float, k_e: float) -> float:
 
 
 def coupling_ring(J: float, b: float, k_c: float, b_c: float) -> tuple[float, float]:
-    """Frequency (rad/s) and damping ratio of the device ringing on its coupling, hand off (docs/theory.md 2.9)."""
+    """Frequency (rad/s) and damping ratio of the device on its coupling, hand off (docs/theory.md 2.9)."""
     if k_c == 0:
         return 0.0, math.inf
     return math.sqrt(k_c / J), (b + b_c) / (2 * math.sqrt(k_c * J))

@@ -31,7 +31,8 @@ VIEWER = "viewer:"
 """User id of every viewer: nothing tells one from another before it is connected."""
 
 PAUSE_S = 1.0
-"""How long no viewer comes in after one was expelled. Those that are connected stay, the others try again by themselves."""
+"""How long no viewer comes in after one was expelled. Those that are connected stay, the others try again by
+themselves."""
 
 KNOWN_S = 5.0
 """How long somebody who was let in is told from strangers, until the age of the connection tells."""
@@ -136,9 +137,11 @@ class Authenticator:
         return self._clock_s() < self._let_in.get((domain, user_id), -math.inf) + KNOWN_S
 
     def ban(self, domain: bytes, user_id: str) -> None:
-        """Let this user in at the door of `domain` no more for `BAN_S`; the others stay open to it, for a stop.
+        """Let this user in at the door of `domain` no more for `BAN_S`; the others stay open to it, for a
+        stop.
 
-        As viewers are all one user, they wait for `PAUSE_S` only: one that was expelled must not keep out the others.
+        As viewers are all one user, they wait for `PAUSE_S` only: one that was expelled must not keep out the
+        others.
         """
         now = self._clock_s()
         self._banned = {which: until for which, until in self._banned.items() if until > now}

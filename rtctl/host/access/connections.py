@@ -2,10 +2,10 @@
 
 Notes
 -----
-libzmq has no limit of connections and does not tell which connection a permission was for. But it closes every
-connection that is not authenticated within `HANDSHAKE_MS`: so an older one is a client for certain, and of the
-younger ones no more than permissions were given. The count can be too high for that long after clients have
-come and gone in quick succession, never too low.
+libzmq has no limit of connections and does not tell which connection a permission was for. But it closes
+every connection that is not authenticated within `HANDSHAKE_MS`: so an older one is a client for certain, and
+of the younger ones no more than permissions were given. The count can be too high for that long after clients
+have come and gone in quick succession, never too low.
 
 libzmq's I/O thread waits when the queue of its monitor is full; so the queue is unlimited here and emptied at
 every turn of the host.
@@ -27,8 +27,8 @@ RESERVED = 4
 """Places of an endpoint that only an operator gets, so that other clients cannot lock an operator out."""
 
 SHARE = 0.5
-"""Share of the places of an endpoint that one process of this machine gets: it may lose or leak connections, and another one
-must still come in for a STOP."""
+"""Share of the places of an endpoint that one process of this machine gets: it may lose or leak connections,
+and another one must still come in for a STOP."""
 
 CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5
 """A connection older than this has been authenticated."""
@@ -77,7 +77,9 @@ class Connections:
         return len(self._opened) - young + min(young, len(self._permitted))
 
     def permit(self, role: str, peer: str | None = None) -> bool:
-        """Whether a client of this role may come in; then its place is taken. `peer`: a process, as `local_peer` names it."""
+        """Whether a client of this role may come in; then its place is taken. `peer`: a process, as
+        `local_peer` names it.
+        """
         places = self._places if role == "operator" else self._places - RESERVED
         if self.count >= places or (peer is not None and self._held_by(peer) > SHARE * self._places):
             return False
@@ -85,7 +87,9 @@ class Connections:
         return True
 
     def _held_by(self, peer: str) -> int:
-        """Connections of one process, the one that asks included, those that have not said who they are too."""
+        """Connections of one process, the one that asks included, those that have not said who they are
+        too.
+        """
         return sum(one == peer for one in self._peers.values())
 
     def descriptors(self) -> list[int]:

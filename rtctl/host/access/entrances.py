@@ -25,7 +25,8 @@ LOOK_S = 0.5
 """How often the folder of keys is looked at."""
 
 MOST_DESCRIPTORS = 65536
-"""Files and sockets the host would like to be allowed: strangers hold a connection for as long as a handshake may take."""
+"""Files and sockets the host would like to be allowed: strangers hold a connection for as long as a handshake
+may take."""
 
 DESCRIPTORS = 8192
 """With fewer a crowd could take them all between two looks: clients are then let in one by one."""
@@ -62,7 +63,8 @@ class Access:
     notice
         Told, in a line each, of what concerns the keeper of the rig.
     resident
-        Resident memory of this process alone, bytes, by which floods are known that nothing else shows; None: not looked at.
+        Resident memory of this process alone, bytes, by which floods are known that nothing else shows; None:
+        not looked at.
 
     Attributes
     ----------
@@ -113,7 +115,9 @@ class Access:
         self._read_keys()
 
     def _allow_descriptors(self) -> int:
-        """How many this process may open. Without any left, libzmq ends it at the next connection to a Unix socket."""
+        """How many this process may open. Without any left, libzmq ends it at the next connection to a Unix
+        socket.
+        """
         found = allow_descriptors(MOST_DESCRIPTORS)
         remedy = f"raise the hard limit to {DESCRIPTORS} (ulimit -Hn; in a unit: LimitNOFILE=)"
         if found < LEAST_DESCRIPTORS:
@@ -121,7 +125,8 @@ class Access:
         if found < DESCRIPTORS:
             self._notice(
                 "descriptors",
-                f"this process may open only {found} files and sockets; lest a crowd takes them all, clients are let in one by one: {remedy}",
+                f"this process may open only {found} files and sockets; lest a crowd takes them all, "
+                f"clients are let in one by one: {remedy}",
             )
         return found
 
@@ -150,9 +155,11 @@ class Access:
         return [self._door("viewer", tcp_binding(VIEWER_ADDRESS, port, "viewer"), zmq.XPUB, options)]
 
     def expeller(self, door: Door) -> Callable[[zmq.Frame], None]:
-        """What throws whoever sent a frame out of `door`, and keeps them out for a while. The others connect again.
+        """What throws whoever sent a frame out of `door`, and keeps them out for a while. The others connect
+        again.
 
-        Viewers are one user to the authenticator, and told apart by their connections: of them only that one is cut.
+        Viewers are one user to the authenticator, and told apart by their connections: of them only that one
+        is cut.
         """
         why = "what it sent is no subscription, or again and again one to topics that do not exist"
 
@@ -195,7 +202,9 @@ class Access:
         self._gone = []
 
     def _let_in(self) -> None:
-        """Where few descriptors are allowed: some more of those who wait, while enough are left for everything else."""
+        """Where few descriptors are allowed: some more of those who wait, while enough are left for
+        everything else.
+        """
         if self._descriptors >= DESCRIPTORS:
             return
         doors = [door for door in self._doors if door.is_open]
@@ -259,7 +268,9 @@ class Access:
             self._read_keys()
 
     def _read_keys(self) -> None:
-        """Take over the keys if they changed, and note those that hold no more. What cannot be read has not changed."""
+        """Take over the keys if they changed, and note those that hold no more. What cannot be read has not
+        changed.
+        """
         if self._store is None:
             return
         try:

@@ -1,6 +1,8 @@
-"""Throws out whoever takes more of the host than a client needs, at every turn: unfinished messages, crowds, memory.
+"""Throws out whoever takes more of the host than a client needs, at every turn: unfinished messages, crowds,
+memory.
 
-One connection is cut where the culprit is known, all of one kind where it is not; clients connect again by themselves.
+One connection is cut where the culprit is known, all of one kind where it is not; clients connect again by
+themselves.
 """
 
 from __future__ import annotations
@@ -46,8 +48,8 @@ class _Stage(IntEnum):
 class Resident:
     """Resident memory that this process has alone, read without opening anything.
 
-    What is shared is not counted: the ring of ticks, which becomes resident as the loop fills it (6.5 MB a second at 10 kHz),
-    and code. No client makes any of it.
+    What is shared is not counted: the ring of ticks, which becomes resident as the loop fills it (6.5 MB a
+    second at 10 kHz), and code. No client makes any of it.
     """
 
     def __init__(self) -> None:
@@ -117,7 +119,9 @@ class Intruders:
         self._ban(door, user_id(frame), why)
 
     def _thin_out(self, door: Door) -> None:
-        """Leave no more strangers at a door than there is room for: libzmq 4.3.5 aborts when a Unix socket finds none."""
+        """Leave no more strangers at a door than there is room for: libzmq 4.3.5 aborts when a Unix socket
+        finds none.
+        """
         most = min(STRANGERS, max(1, (self._descriptors - SPARED) // (2 * len(self._doors))))
         strangers = door.connections.strangers()
         if len(strangers) <= most:
@@ -131,7 +135,9 @@ class Intruders:
         self._notice("crowd", f"more than {most} strangers at once on {door.address}: {surplus} cut off")
 
     def _is_known(self, door: Door, descriptor: int) -> bool:
-        """Whether somebody who was let in has this connection: by the kernel, or by a message that came over it."""
+        """Whether somebody who was let in has this connection: by the kernel, or by a message that came over
+        it.
+        """
         if door.by_tcp:
             return descriptor in door.traffic.users
         return self._authenticator.knows(door.domain, local_peer(descriptor) or "")
@@ -181,7 +187,9 @@ class Intruders:
             self._usual, self._stage = self._resident(), _Stage.CALM
 
     def _expel_floods(self) -> bool:
-        """Throw out local processes of which more waits to be read than requests can make. False: there are none."""
+        """Throw out local processes of which more waits to be read than requests can make. False: there are
+        none.
+        """
         floods = [(door, descriptor) for door, descriptor in self._local() if _floods(descriptor)]
         for door, descriptor in floods:
             who = local_peer(descriptor) or ""

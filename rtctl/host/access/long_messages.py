@@ -1,7 +1,8 @@
-"""Reads messages of which libzmq bounds each frame, but not their number: long ones are read away, some frames a turn.
+"""Reads messages of which libzmq bounds each frame, but not their number: long ones are read away, some
+frames a turn.
 
-Whoever sends one is expelled. What of it waits still has to be read before the message of another client, or thrown away with
-all connections of the door: the latter when it would take too long.
+Whoever sends one is expelled. What of it waits still has to be read before the message of another client, or
+thrown away with all connections of the door: the latter when it would take too long.
 """
 
 from __future__ import annotations

@@ -43,7 +43,9 @@ HEARTBEAT_MS = 1000
 
 @dataclass(frozen=True)
 class Binding:
-    """Where a door is. `listener` holds the address of TCP; `server_secret` is the daemon's CURVE key; `group` may enter by ipc."""
+    """Where a door is. `listener` holds the address of TCP; `server_secret` is the daemon's CURVE key;
+    `group` may enter by ipc.
+    """
 
     address: str
     entry: Entry
@@ -75,7 +77,9 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
 
 
 def allow_descriptors(wanted: int) -> int:
-    """Have this process open up to `wanted` files and sockets, as far as it may allow itself. Returns how many it may."""
+    """Have this process open up to `wanted` files and sockets, as far as it may allow itself. Returns how
+    many it may.
+    """
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
     if soft != resource.RLIM_INFINITY and soft < most:
@@ -185,7 +189,9 @@ class Door:
         return not self.socket.closed
 
     def let_in(self, count: int) -> None:
-        """Let so many of those in who wait, if it is a door that lets in one by one; else all come in by themselves."""
+        """Let so many of those in who wait, if it is a door that lets in one by one; else all come in by
+        themselves.
+        """
         if self._turnstile is not None and count > 0:
             self._turnstile.let_in(count)
 

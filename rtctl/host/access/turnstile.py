@@ -2,11 +2,12 @@
 
 Notes
 -----
-libzmq 4.3.5 takes every connection that waits, as fast as it can, and ends the process when a Unix socket finds no descriptor
-left (`ipc_listener.cpp`, assertion on EMFILE; its TCP sockets bear it). It has no limit of connections, and whoever looks after them in Python comes too late:
-four processes open two thousand within a second. So the kernel stops it: in the epoll set of libzmq's I/O thread the
-listening socket gets EPOLLONESHOT, with which one connection is taken and the next one waits until it is armed again.
-What libzmq has put there with it (a pointer) the kernel tells in /proc/self/fdinfo, and it is put back as it was.
+libzmq 4.3.5 takes every connection that waits, as fast as it can, and ends the process when a Unix socket
+finds no descriptor left (`ipc_listener.cpp`, assertion on EMFILE; its TCP sockets bear it). It has no limit
+of connections, and whoever looks after them in Python comes too late: four processes open two thousand within
+a second. So the kernel stops it: in the epoll set of libzmq's I/O thread the listening socket gets
+EPOLLONESHOT, with which one connection is taken and the next one waits until it is armed again. What libzmq
+has put there with it (a pointer) the kernel tells in /proc/self/fdinfo, and it is put back as it was.
 """
 
 from __future__ import annotations
@@ -31,7 +32,8 @@ class _Event(ctypes.Structure):
 
 
 TRIES = 400
-"""Looks until libzmq must have put a socket into its set. After that it has none that the kernel tells of: all come in."""
+"""Looks until libzmq must have put a socket into its set. After that it has none that the kernel tells of:
+all come in."""
 
 _libc = ctypes.CDLL(None, use_errno=True)
 _libc.epoll_ctl.argtypes = (ctypes.c_int, ctypes.c_int, ctypes.c_int, ctypes.POINTER(_Event))
@@ -57,7 +59,9 @@ class Turnstile:
         return bool(self._places)
 
     def let_in(self, count: int) -> None:
-        """Let at most `count` more connections in, 1 or more; they have to be waiting now. Before it is in place, all are."""
+        """Let at most `count` more connections in, 1 or more; they have to be waiting now. Before it is in
+        place, all are.
+        """
         if not self._places and self._tries:
             self._tries -= 1
             with contextlib.suppress(OSError):

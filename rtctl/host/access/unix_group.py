@@ -24,13 +24,13 @@ def group_id(name: str) -> int | None:
         number = grp.getgrnam(name).gr_gid
     except KeyError:
         raise ConfigError(
-            f"{KEY} {name!r}: there is no such group; make it (sudo groupadd --system {name}), put its people into it "
-            f"(sudo usermod -aG {name} USER) and let the daemon be in it, or remove the key"
+            f"{KEY} {name!r}: there is no such group; make it (sudo groupadd --system {name}), put its "
+            f"people into it (sudo usermod -aG {name} USER) and let the daemon be in it, or remove the key"
         ) from None
     if os.geteuid() != 0 and number not in {os.getegid(), *os.getgroups()}:
         raise ConfigError(
-            f"{KEY} {name!r}: this process is not in that group; in a unit: SupplementaryGroups={name}; for a user: "
-            f"sudo usermod -aG {name} USER, then log in again"
+            f"{KEY} {name!r}: this process is not in that group; in a unit: SupplementaryGroups={name}; for "
+            f"a user: sudo usermod -aG {name} USER, then log in again"
         )
     return number
 

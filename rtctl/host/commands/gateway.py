@@ -36,7 +36,8 @@ REQUESTS_PER_CALL = 32
 """Most requests handled in one turn of the host, before it looks after the ticks again."""
 
 PAUSE_S = 0.001
-"""Pause after a turn that left messages unread: it bounds the share of a core that a flood of messages can take."""
+"""Pause after a turn that left messages unread: it bounds the share of a core that a flood of messages can
+take."""
 
 NOMINAL_LEAST_HZ = 100.0
 BURST = MAX_OUTSTANDING_REQUESTS * CONNECTIONS

@@ -19,7 +19,8 @@ SILENCE_S = 1.0
 """A holder that neither renews nor sends targets for this long loses the lease."""
 
 SILENCE_TICKS = 200
-"""Ticks of silence after which the lease is lost on slow rigs: the loop lets go of a silent holder after half as many."""
+"""Ticks of silence after which the lease is lost on slow rigs: the loop lets go of a silent holder after half
+as many."""
 
 
 @dataclass(frozen=True)
@@ -84,8 +85,8 @@ class LeaseDesk:
         if lease is not None:
             return Refusal(
                 "lease_taken",
-                f"{lease.holder} holds the lease: wait until it releases it or is silent for {self.silence_s:g} s, "
-                "or stop the rig, which ends it",
+                f"{lease.holder} holds the lease: wait until it releases it or is silent for "
+                f"{self.silence_s:g} s, or stop the rig, which ends it",
             )
         if loop_holds:
             return Refusal("lease_taken", "the loop still follows the last holder: ask again in 0.1 s")

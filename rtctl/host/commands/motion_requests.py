@@ -83,7 +83,8 @@ class Steering:
         if shown is not None and shown not in about.displays:
             return Refusal(
                 "out_of_bounds",
-                f"display: axis {about.name} shows an {' or an '.join(about.displays)}; for another it needs display_change = true in the rig file",
+                f"display: axis {about.name} shows an {' or an '.join(about.displays)}; for another it "
+                "needs display_change = true in the rig file",
             )
         if shown is not None:
             command["display_kind"][axis] = Display[shown.upper()]

@@ -22,7 +22,8 @@ class Key:
     """One key of a request, with what it may hold.
 
     kind `number`: one finite number; `numbers`: one per axis of the rig; `axis`: an axis' name or index;
-    `choice`: one of `choices`; `lease`: the text that `lease` gave. Bounds are fixed (`low`, `high`), or the axis' own when `low` is None.
+    `choice`: one of `choices`; `lease`: the text that `lease` gave. Bounds are fixed (`low`, `high`), or the
+    axis' own when `low` is None.
     """
 
     name: str
@@ -87,7 +88,8 @@ OPERATIONS: dict[str, Operation] = {
         ),
     ),
     "display": Operation(
-        "what an axis shows: an impedance or an admittance, and mass and damping of that; keys left out keep their value",
+        "what an axis shows: an impedance or an admittance, and mass and damping of that; keys left out "
+        "keep their value",
         "renderer",
         (
             _AXIS,

@@ -15,7 +15,8 @@ from hw.interface import LinkFault
 from rtctl.host.telemetry.rig_description import RigDescription
 
 KEPT = 16
-"""Utterances of one device that are kept: a fault that lasts one tick is laid at what was said in that one."""
+"""Utterances of one device that are kept: a fault that lasts one tick is laid at what was said in that
+one."""
 
 _SILENT_TEXT = "parts of its sample do not come"
 
@@ -113,11 +114,15 @@ class DeviceWords:
         return found
 
     def spoke(self, device: str, tick: int) -> bool:
-        """Whether a device said something in this very tick; what it said before it was powered may be long over."""
+        """Whether a device said something in this very tick; what it said before it was powered may be long
+        over.
+        """
         return any(one.tick == tick for one in self._said.get(device, ()))
 
     def blame(self, bits: int, tick: int | None = None) -> Voice | None:
-        """Who shows one of these bits of `LinkFault`; one that names its axis and has words before one that does not."""
+        """Who shows one of these bits of `LinkFault`; one that names its axis and has words before one that
+        does not.
+        """
         return _best([voice for voice in self.voices(tick) if voice.faults & bits])
 
     def silent(self, tick: int | None = None) -> Voice | None:

@@ -1,4 +1,6 @@
-"""Events from ticks: one per change of state, one per fault or warning that appears or goes, and devices' words."""
+"""Events from ticks: one per change of state, one per fault or warning that appears or goes, and devices'
+words.
+"""
 
 from __future__ import annotations
 

@@ -61,7 +61,9 @@ class FaultBook:
         self._remember(rows)
 
     def glance(self, row: np.void) -> None:
-        """Lay faults of a tick that is newer than those followed at the place that this tick shows, until it is followed."""
+        """Lay faults of a tick that is newer than those followed at the place that this tick shows, until it
+        is followed.
+        """
         ahead = int(row["faults"]) & ~self._present
         if ahead:
             self._lay(ahead, np.array([row], row.dtype), 0)
@@ -75,7 +77,9 @@ class FaultBook:
                 self._places[fault] = self._place(fault, scene, int(rows["tick"][i]))
 
     def entries(self, bits: int) -> list[Entry]:
-        """`name`, `text`, `axis`, `channel`, `device`, `detail` of every fault in `bits`, lowest bit first."""
+        """`name`, `text`, `axis`, `channel`, `device`, `detail` of every fault in `bits`, lowest bit
+        first.
+        """
         empty = dict.fromkeys(PLACE)
         return [
             {**entry, **(self._latest(entry["name"]) or empty)}  # a bit of another version has no place
@@ -83,7 +87,9 @@ class FaultBook:
         ]
 
     def cause(self, row: np.void) -> Entry | None:
-        """What the rig stands still for in this tick: the emergency stop in ESTOP, else the latched first cause."""
+        """What the rig stands still for in this tick: the emergency stop in ESTOP, else the latched first
+        cause.
+        """
         bit = cause_bit(int(row["state"]), int(row["fault_first"]))
         return self.entries(bit)[0] if bit else None
 
@@ -136,7 +142,9 @@ class FaultBook:
         return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None}
 
     def _of_samples(self, fault: Fault, tick: int | None = None) -> Entry | None:
-        """The device that says by itself that something is wrong with its samples (None: now); None when none does."""
+        """The device that says by itself that something is wrong with its samples (None: now); None when none
+        does.
+        """
         bits = int(_LINK_BITS.get(fault, 0))
         voice = self.words.blame(bits, tick) if bits else None
         if fault in (Fault.STALE, Fault.SAMPLE_AGE):

@@ -21,7 +21,9 @@ from rtctl.control.vocabulary import Fault, GateFlag
 
 @dataclass(frozen=True)
 class Where:
-    """Number of the axis and channel of `hw.interface.CHANNEL_FIELDS` (None: not known, or none), and what was seen."""
+    """Number of the axis and channel of `hw.interface.CHANNEL_FIELDS` (None: not known, or none), and what
+    was seen.
+    """
 
     axis: int | None = None
     channel: str | None = None
@@ -72,7 +74,9 @@ def locate(fault: Fault, scene: Scene) -> Where:
 
 
 def _worst(scores: np.ndarray, channel: str | None, detail: Callable[[int], str]) -> Where:
-    """The axis with the largest score, if that is above 1 and so beyond its limit; not finite is beyond all."""
+    """The axis with the largest score, if that is above 1 and so beyond its limit; not finite is beyond
+    all.
+    """
     scores = np.where(np.isfinite(scores), scores, math.inf)
     axis = int(np.argmax(scores))
     if not scores[axis] >= 1.0:

@@ -1,4 +1,6 @@
-"""Is the friction still what was learned? The host's watch over all axes: warnings, what health tells, reasons to stop."""
+"""Is the friction still what was learned? The host's watch over all axes: warnings, what health tells,
+reasons to stop.
+"""
 
 from __future__ import annotations
 
@@ -23,8 +25,9 @@ KEEP_NS = 60_000_000_000
 
 
 CANNOT_FOLLOW = (
-    "follows nothing: adapt_per_min of [axis.friction.drift] is 0 in the rig file, or the axis has no model, no force sensor or a policy without "
-    "one, so that rtctl check judged the friction as learned and no other; set it, check, and start the daemon anew"
+    "follows nothing: adapt_per_min of [axis.friction.drift] is 0 in the rig file, or the axis has no "
+    "model, no force sensor or a policy without one, so that rtctl check judged the friction as learned "
+    "and no other; set it, check, and start the daemon anew"
 )
 """Why an axis holds the friction that was learned, after its name."""
 
@@ -73,7 +76,9 @@ class FrictionWatch:
         return sum(axis.strokes.taken for axis in self._axes.values())
 
     def follow(self, rows: np.ndarray) -> bool:
-        """Take the next ticks, in order; True when the rig must be stopped for what they show, once for each time it is armed."""
+        """Take the next ticks, in order; True when the rig must be stopped for what they show, once for each
+        time it is armed.
+        """
         if not self._watch.follow(rows):
             return False
         stopped = {name for name, axis in self._axes.items() if axis.stopped}
@@ -109,7 +114,8 @@ class FrictionWatch:
         ]
 
     def adapt(self, a: int | None, *, on: bool) -> str:
-        """Have axis `a`, or with None every axis that may, follow what is seen, or hold its factor where it is.
+        """Have axis `a`, or with None every axis that may, follow what is seen, or hold its factor where it
+        is.
 
         Returns why not, empty where it is done; nothing is changed then.
         """
@@ -125,7 +131,9 @@ class FrictionWatch:
         return None if axis is None or axis.bounds is None else axis.following
 
     def changes(self) -> np.ndarray | None:
-        """What the law is to be asked for: change of the learned friction that each axis' feed-forward goes by; None: as before."""
+        """What the law is to be asked for: change of the learned friction that each axis' feed-forward goes
+        by; None: as before.
+        """
         asked = np.array([0.0 if axis is None else axis.factor - 1.0 for axis in self._watch.axes])
         if (asked == self._asked).all():
             return None
@@ -133,7 +141,8 @@ class FrictionWatch:
         return asked
 
     def to_keep(self, now_ns: int | None = None) -> Callable[[], None] | None:
-        """What writes the state, for a thread that may wait for a disk; None while there is nothing new, or it is too early.
+        """What writes the state, for a thread that may wait for a disk; None while there is nothing new, or
+        it is too early.
 
         `now_ns` is the loop's time; None: at once.
         """

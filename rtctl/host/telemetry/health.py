@@ -38,7 +38,9 @@ class HealthWindow:
         self._last = rows[-1:].copy()
 
     def take(self, book: FaultBook) -> dict[str, Any]:
-        """What was seen since the last call, faults with their places of `book`. Percentiles are nil without a tick."""
+        """What was seen since the last call, faults with their places of `book`. Percentiles are nil without
+        a tick.
+        """
         rows = joined(self._batches) if self._batches else None
         self._batches, self._rows = [], 0
         summary: dict[str, Any] = {"ticks": self.ticks, "measured_rate_hz": _rate_hz(rows)}

@@ -1,4 +1,6 @@
-"""What a core's clock did, and how often its firmware took it: counters of /sys, and one of perf_event_open(2)."""
+"""What a core's clock did, and how often its firmware took it: counters of /sys, and one of
+perf_event_open(2).
+"""
 
 from __future__ import annotations
 
@@ -16,7 +18,8 @@ _PERF_EVENT_OPEN = {"x86_64": 298}
 """Number of the system call by processor, where processors count SMIs."""
 
 _ATTRIBUTES = struct.Struct("<IIQ112x")
-"""Begin of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is only read."""
+"""Begin of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is
+only read."""
 
 _CLOEXEC = 8
 
@@ -44,7 +47,9 @@ class CoreClock(NamedTuple):
 
 
 def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
-    """The core's clock, by a function that returns a file's text, or nothing (names without the leading /)."""
+    """The core's clock, by a function that returns a file's text, or nothing (names without the leading
+    /).
+    """
     folder = f"sys/devices/system/cpu/cpu{core}"
     latency = number(read(f"{folder}/cpufreq/cpuinfo_transition_latency"))
     return CoreClock(
@@ -56,7 +61,9 @@ def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
 
 
 class Interruptions:
-    """Counts the system management interrupts (SMI) of one core, where processor, kernel and rights (CAP_PERFMON) let it."""
+    """Counts the system management interrupts (SMI) of one core, where processor, kernel and rights
+    (CAP_PERFMON) let it.
+    """
 
     def __init__(
         self, core: int, root: Path = Path("/"), opened: Callable[[int, int, int], int] | None = None

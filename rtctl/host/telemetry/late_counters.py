@@ -1,4 +1,6 @@
-"""What the kernel counts on the loop's core and of the loop, read from /proc by an ordinary service; all of it optional."""
+"""What the kernel counts on the loop's core and of the loop, read from /proc by an ordinary service; all of
+it optional.
+"""
 
 from __future__ import annotations
 
@@ -27,12 +29,14 @@ _STEAL = 8
 """Place in a line of /proc/stat, in clock ticks."""
 
 _PACKETS, _PACKETS_CORE = 0, 12
-"""Places in a line of /proc/net/softnet_stat, hexadecimal: packets received, and the core (not in old kernels: lines are in order)."""
+"""Places in a line of /proc/net/softnet_stat, hexadecimal: packets received, and the core (not in old
+kernels: lines are in order)."""
 
 NET_RX = "NET_RX"
 
 SELDOM_NS = 5_000_000_000
-"""From one look at clock and SMIs to the next while no tick is late: some kernels ask the core itself, a microsecond of its time."""
+"""From one look at clock and SMIs to the next while no tick is late: some kernels ask the core itself, a
+microsecond of its time."""
 
 
 @dataclass(frozen=True)
@@ -89,7 +93,9 @@ class Counters:
         return 0 if self._core is None else self._core
 
     def look(self, at_ns: int, *, late: bool = True) -> Reading:
-        """Everything now. Clock and SMIs are those of before, unless a tick was `late` or `SELDOM_NS` have passed."""
+        """Everything now. Clock and SMIs are those of before, unless a tick was `late` or `SELDOM_NS` have
+        passed.
+        """
         own = self._read(self._stat).rpartition(")")[2].split()
         if len(own) > _CORE:
             self._core = int(own[_CORE])
@@ -152,7 +158,9 @@ class Counters:
         return self._read(name).splitlines()
 
     def _by_core(self, name: str) -> dict[str, int]:
-        """Counts of a table with a column per core, by what stands last in the row, or first where that is all."""
+        """Counts of a table with a column per core, by what stands last in the row, or first where that is
+        all.
+        """
         head, *rows = self._lines(name) or [""]
         cores = head.split()
         wanted = f"CPU{self.core}"
@@ -197,7 +205,9 @@ class Counters:
         return found
 
     def _quota_file(self) -> str:
-        """Where the loop's control group counts how long it was held, of version 2 or 1; empty where there is none."""
+        """Where the loop's control group counts how long it was held, of version 2 or 1; empty where there is
+        none.
+        """
         found = ""
         for line in self._lines(self._group):
             _, controllers, path = line.split(":", 2)
@@ -220,7 +230,9 @@ def _priority(own: list[str]) -> int:
 
 
 def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
-    """What rose from one reading to the next; `usual` is what each soft and hard interrupt usually does in a second."""
+    """What rose from one reading to the next; `usual` is what each soft and hard interrupt usually does in a
+    second.
+    """
     seconds = (after.at_ns - before.at_ns) / 1e9
     entered = [
         exit_ns

@@ -1,7 +1,8 @@
-"""Tasks that end on a core, with name and run time: taskstats of the kernel, for a service that may (CAP_NET_ADMIN).
+"""Tasks that end on a core, with name and run time: taskstats of the kernel, for a service that may
+(CAP_NET_ADMIN).
 
-The kernel says it once, when the task ends; /proc shows nothing of it any more. Source: Documentation/accounting/taskstats.rst
-and linux/taskstats.h, linux/genetlink.h.
+The kernel says it once, when the task ends; /proc shows nothing of it any more. Source:
+Documentation/accounting/taskstats.rst and linux/taskstats.h, linux/genetlink.h.
 """
 
 from __future__ import annotations
@@ -15,7 +16,8 @@ from contextlib import suppress
 from typing import NamedTuple
 
 _GENERIC, _CONTROLLER, _REQUEST_ACK, _ERROR = 16, 16, 0x5, 2
-"""Netlink protocol, the family that knows the others, flags NLM_F_REQUEST | NLM_F_ACK, and message NLMSG_ERROR."""
+"""Netlink protocol, the family that knows the others, flags NLM_F_REQUEST | NLM_F_ACK, and message
+NLMSG_ERROR."""
 
 _GET_FAMILY, _FAMILY_ID, _FAMILY_NAME = 3, 1, 2
 _GET, _REGISTER, _DEREGISTER = 1, 3, 4
@@ -25,7 +27,8 @@ _OF_TASK, _STATS = 4, 3
 """Attributes of an answer: TASKSTATS_TYPE_AGGR_PID, and TASKSTATS_TYPE_STATS in it."""
 
 _RUN = struct.Struct("<64xQQ32sB15xI")
-"""What is read of struct taskstats: run time without stolen time, run time as the scheduler counts it (ns), name, policy, number."""
+"""What is read of struct taskstats: run time without stolen time, run time as the scheduler counts it (ns),
+name, policy, number."""
 
 _REAL_TIME = (os.SCHED_FIFO, os.SCHED_RR, 6)
 """Policies that run before ordinary tasks; 6: SCHED_DEADLINE."""
@@ -38,7 +41,9 @@ MOST = 1000
 
 
 class Ended(NamedTuple):
-    """A task that has ended: number, name, run time of its whole life in ns, and whether its policy was a real-time one."""
+    """A task that has ended: number, name, run time of its whole life in ns, and whether its policy was a
+    real-time one.
+    """
 
     task: str
     name: str
@@ -47,7 +52,9 @@ class Ended(NamedTuple):
 
 
 class Exits:
-    """Hears of every task that ends on one core. Raises OSError where that is not granted, or not in this kernel."""
+    """Hears of every task that ends on one core. Raises OSError where that is not granted, or not in this
+    kernel.
+    """
 
     def __init__(self) -> None:
         self._socket = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW | socket.SOCK_CLOEXEC, _GENERIC)
@@ -71,7 +78,9 @@ class Exits:
         self._core = core
 
     def read(self) -> list[Ended]:
-        """Tasks that have ended since this was last asked, `MOST` at once. Some are lost where more ended than the kernel keeps."""
+        """Tasks that have ended since this was last asked, `MOST` at once. Some are lost where more ended
+        than the kernel keeps.
+        """
         found: list[Ended] = []
         for _ in range(MOST):
             try:

@@ -1,4 +1,6 @@
-"""Which tasks ran on a core in a stretch of time: run times of tasks, each with the time that it was read at."""
+"""Which tasks ran on a core in a stretch of time: run times of tasks, each with the time that it was read
+at.
+"""
 
 from __future__ import annotations
 
@@ -13,7 +15,8 @@ from typing import NamedTuple
 from rtctl.host.telemetry.late_exits import Exits
 
 _CORE, _PRIORITY, _POLICY = 36, 37, 38
-"""Places in /proc/PID/stat behind the name of a task: core where it last ran, real-time priority, policy (proc(5): 39 to 41)."""
+"""Places in /proc/PID/stat behind the name of a task: core where it last ran, real-time priority, policy
+(proc(5): 39 to 41)."""
 
 _DEADLINE = 6
 """Policy SCHED_DEADLINE, which runs before every priority and has none."""
@@ -36,8 +39,9 @@ MOST = 8
 class Ran(NamedTuple):
     """A task that ran on the core asked for, in the time asked for.
 
-    `ran_ns` is for how long at most: NaN for one that has ended meanwhile, which was seen before and nobody tells of. `likely_ns` is that if it ran
-    evenly from one reading to the next. `may_preempt`: its priority keeps a task of the priority asked for waiting.
+    `ran_ns` is for how long at most: NaN for one that has ended meanwhile, which was seen before and nobody
+    tells of. `likely_ns` is that if it ran evenly from one reading to the next. `may_preempt`: its priority
+    keeps a task of the priority asked for waiting.
     """
 
     name: str
@@ -74,7 +78,9 @@ class _Task:
         self.samples = [*self.samples[1 - SAMPLES :], sample]
 
     def within(self, core: int, since_ns: int, until_ns: int) -> tuple[float, float]:
-        """How long it ran on `core` between two times, at most and if it ran evenly, ns; on the core at one end of a step at least."""
+        """How long it ran on `core` between two times, at most and if it ran evenly, ns; on the core at one
+        end of a step at least.
+        """
         most = likely = 0.0
         for a, b in zip(self.samples, self.samples[1:], strict=False):
             shared = min(b.at_ns, until_ns) - max(a.at_ns, since_ns)
@@ -85,7 +91,8 @@ class _Task:
 
 
 class Tasks:
-    """Remembers how long each task has run. A look at all takes some 30 us a task, at those that matter as much for each of these.
+    """Remembers how long each task has run. A look at all takes some 30 us a task, at those that matter as
+    much for each of these.
 
     Parameters
     ----------
@@ -112,7 +119,8 @@ class Tasks:
         """When the two newest looks at all tasks began."""
 
     def look(self, core: int, priority: int, *, everywhere: bool) -> None:
-        """Look at all tasks, or at those that matter: that may preempt one of real-time `priority`, or, where that is 0, ran lately on `core`.
+        """Look at all tasks, or at those that matter: that may preempt one of real-time `priority`, or, where
+        that is 0, ran lately on `core`.
 
         Who has ended on `core` is heard as well.
         """
@@ -130,7 +138,9 @@ class Tasks:
                     self._forget(task)
 
     def ran(self, core: int, priority: int, since_ns: int, until_ns: int) -> tuple[Ran, ...]:
-        """Who ran on `core` between two times, the likeliest first; who has ended without telling how long, last."""
+        """Who ran on `core` between two times, the likeliest first; who has ended without telling how long,
+        last.
+        """
         known, unknown = [], []
         for task, one in self._tasks.items():
             name, may = f"{one.name} {task}", one.priority >= priority
@@ -205,14 +215,17 @@ class Tasks:
     ) -> _Task:
         """A task seen for the first time: begun `after` all were looked at, unless they never were.
 
-        One that has ended may have done so before the newest look came to it: that it had not begun, only the look before can say.
+        One that has ended may have done so before the newest look came to it: that it had not begun, only the
+        look before can say.
         """
         first = [_Sample(at_ns, 0, sample.core) for at_ns in after]
         self._tasks[task] = _Task(name, folder, priority, [*first, sample], sample.at_ns)
         return self._tasks[task]
 
     def _forget(self, task: str) -> None:
-        """A task has ended. Where that is not told with its run time, remember for a while that there was one."""
+        """A task has ended. Where that is not told with its run time, remember for a while that there was
+        one.
+        """
         one, now_ns = self._tasks[task], self._clock()
         if not one.gone_ns and self._exits is None:
             one.gone_ns = now_ns

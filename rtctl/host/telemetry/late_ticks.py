@@ -10,7 +10,8 @@ PHASES = ("read", "law", "write", "record")
 """Parts of a cycle, in their order."""
 
 EARLY_BOUND_NS, EARLY_SHARE = 50_000, 0.25
-"""Late, where the loop looks at the clock before its deadline: more than this, or than this share of the period."""
+"""Late, where the loop looks at the clock before its deadline: more than this, or than this share of the
+period."""
 
 SLEPT_BOUND_NS, SLEPT_SHARE = 200_000, 0.5
 """Late, where it sleeps until the deadline: the kernel wakes it up to 100 us late as a matter of course."""
@@ -49,12 +50,14 @@ class LateTick:
 
 
 def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
-    """Late ticks among `rows[1:]`, in order; `rows` are ticks one after the other, the first one known before.
+    """Late ticks among `rows[1:]`, in order; `rows` are ticks one after the other, the first one known
+    before.
 
     Notes
     -----
-    The deadline is that of the slot after the row before: slots that were skipped are lateness too, which `wakeup_ns`
-    does not hold. The cycle before is what it read, decided and wrote, and `record_ns` of the row after it.
+    The deadline is that of the slot after the row before: slots that were skipped are lateness too, which
+    `wakeup_ns` does not hold. The cycle before is what it read, decided and wrote, and `record_ns` of the row
+    after it.
     """
     if len(rows) < 2:
         return []

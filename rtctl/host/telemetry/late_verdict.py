@@ -1,4 +1,6 @@
-"""What made a tick late: the one cause that what was counted meanwhile explains by at least half, or `unknown`."""
+"""What made a tick late: the one cause that what was counted meanwhile explains by at least half, or
+`unknown`.
+"""
 
 from __future__ import annotations
 
@@ -12,13 +14,15 @@ EXPLAINS = 0.5
 """Least share of the lateness that a cause must explain."""
 
 INTERRUPT_NS = 5_000.0
-"""Taken by one soft or hard interrupt, or packet, beyond the usual number: a packet on loopback takes 2 to 20 us."""
+"""Taken by one soft or hard interrupt, or packet, beyond the usual number: a packet on loopback takes 2 to 20
+us."""
 
 SMI_NS = 1_000_000.0
 """Taken by the machine's firmware at most, at each SMI: .1 to 1 ms."""
 
 MINOR_FAULT_NS, MAJOR_FAULT_NS = 2_000.0, 1_000_000.0
-"""Taken by a page fault without and with a disk: .5 to 5 us, and a millisecond at least on a disk that spins."""
+"""Taken by a page fault without and with a disk: .5 to 5 us, and a millisecond at least on a disk that
+spins."""
 
 SOFTIRQ_TASK = "ksoftirqd/"
 """Begin of the name of the kernel's task that does deferred work where there is much of it."""
@@ -29,7 +33,8 @@ CAUSES = {
     "own cycle": "the loop's own cycle before it took longer than the period",
     "page fault": "memory of the loop was not there: it is locked when the service may (LimitMEMLOCK)",
     "stopped": "the loop was stopped by a signal (SIGSTOP, a debugger)",
-    "quota": "the loop's control group, or all real-time tasks, had used up their time (CPUQuota, sched_rt_runtime_us)",
+    "quota": "the loop's control group, or all real-time tasks, had used up their time (CPUQuota, "
+    "sched_rt_runtime_us)",
     "another task": "another task had the loop's core",
     "softirq": "the kernel did its deferred work on the loop's core (network, timers, block devices)",
     "interrupt": "a device interrupted the loop's core",
@@ -45,7 +50,8 @@ CAUSES = {
 
 @dataclass(frozen=True)
 class Rise:
-    """What was counted between two readings, on the loop's core and of the loop; NaN: this kernel does not tell.
+    """What was counted between two readings, on the loop's core and of the loop; NaN: this kernel does not
+    tell.
 
     Those of soft and hard interrupts are beyond what is usual in as much time without a late tick.
     """
@@ -77,7 +83,9 @@ class Rise:
 
 @dataclass(frozen=True)
 class Verdict:
-    """Cause (of `CAUSES`), its name in particular (a task, a softirq, a part of the cycle), and the share explained, 0 to 1."""
+    """Cause (of `CAUSES`), its name in particular (a task, a softirq, a part of the cycle), and the share
+    explained, 0 to 1.
+    """
 
     cause: str
     name: str
@@ -94,9 +102,9 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
 
     Notes
     -----
-    Looked at in this order, the first that explains half wins: what is exact before what is counted, what stops a
-    process before what delays it. An own cycle that was long because its memory was not there, or another task ran in the
-    middle of it, is theirs.
+    Looked at in this order, the first that explains half wins: what is exact before what is counted, what
+    stops a process before what delays it. An own cycle that was long because its memory was not there, or
+    another task ran in the middle of it, is theirs.
     """
     needed = max(late_sum_ns, 1.0)
     each = needed / max(late.late_ns, 1)
@@ -150,10 +158,11 @@ def _kept_waiting(late: LateTick, rise: Rise) -> list[tuple[str, str, float]]:
 
     Notes
     -----
-    In this order: tasks that may preempt the loop, if they are likely to have run for long enough; deferred work of the kernel and
-    interrupts; tasks that may preempt it and can have run for long enough; one that may and has ended, if there is one only; a task that may
-    not, and was in a section of the kernel that cannot be preempted. A task that may not preempt the loop rules out no softirq: the kernel
-    counts those as run time of whom they interrupt.
+    In this order: tasks that may preempt the loop, if they are likely to have run for long enough; deferred
+    work of the kernel and interrupts; tasks that may preempt it and can have run for long enough; one that
+    may and has ended, if there is one only; a task that may not, and was in a section of the kernel that
+    cannot be preempted. A task that may not preempt the loop rules out no softirq: the kernel counts those as
+    run time of whom they interrupt.
     """
     delay = rise.run_delay_ns
     if not delay > 0:

@@ -1,4 +1,6 @@
-"""The host's watch over late ticks: looks at the kernel's counters beside the ticks, and keeps account of the causes."""
+"""The host's watch over late ticks: looks at the kernel's counters beside the ticks, and keeps account of the
+causes.
+"""
 
 from __future__ import annotations
 
@@ -18,17 +20,19 @@ from rtctl.tick import joined
 EVENT = "late"
 
 LOOK_NS, LOOK_ORDINARY_NS = 100_000_000, 50_000_000
-"""From one look at the counters to the next while no tick is late; the second beside a loop without real-time rights: any task may keep
-that waiting, and what they ran for while it did not wait says nothing."""
+"""From one look at the counters to the next while no tick is late; the second beside a loop without real-time
+rights: any task may keep that waiting, and what they ran for while it did not wait says nothing."""
 
 SCAN_NS, SCAN_LATE_NS = 2_000_000_000, 50_000_000
-"""From one look at all tasks to the next, and while ticks are late; at those that matter it looks as often as at the counters."""
+"""From one look at all tasks to the next, and while ticks are late; at those that matter it looks as often as
+at the counters."""
 
 STANDS_NS = 5_000_000
 """A loop that has made no tick for so long stands: whoever has its core is there to be seen now."""
 
 TELL_NS = 250_000_000
-"""From one event to the next: all late ticks since are in it. The event log keeps a burst, then one every 5 s."""
+"""From one event to the next: all late ticks since are in it. The event log keeps a burst, then one every 5
+s."""
 
 MEMORY = 0.1
 """Weight of the newest look in what is usual: what was is forgotten within seconds."""

@@ -16,8 +16,8 @@ from rtctl.host.telemetry.rig_description import RigDescription
 NAME = "TEMPERATURE"
 
 MARGIN_C = 5.0
-"""Beyond the learned range by this much is too far. Dry friction of a greased gearbox moves by a percent or two
-per kelvin, about what the model itself errs."""
+"""Beyond the learned range by this much is too far. Dry friction of a greased gearbox moves by a percent or
+two per kelvin, about what the model itself errs."""
 
 RETURN_C = 1.0
 """A warning goes only this much nearer, so that a motor at the bound does not flicker."""
@@ -48,8 +48,8 @@ def temperature_warnings(
         margin = MARGIN_C - (RETURN_C if axis.name in warned else 0.0)
         if value < low - margin or value > high + margin:
             text = (
-                f"axis {axis.name}: friction was learned at {low:.0f}-{high:.0f} degC, the motor is at {value:.0f}: "
-                "expect the compensation to be off"
+                f"axis {axis.name}: friction was learned at {low:.0f}-{high:.0f} degC, the motor is at "
+                f"{value:.0f}: expect the compensation to be off"
             )
             found.append({"name": NAME, "axis": axis.name, "text": text})
     return found

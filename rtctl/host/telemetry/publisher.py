@@ -1,4 +1,5 @@
-"""Sends telemetry over one socket. Never waits for a subscriber, and throws out one that would fill the memory.
+"""Sends telemetry over one socket. Never waits for a subscriber, and throws out one that would fill the
+memory.
 
 Notes
 -----
@@ -9,10 +10,10 @@ leaves the full queue alone until it is half empty, without telling: `dropped` t
 occasions on which a subscriber fell behind (0 means that nobody lost anything here), and each
 subscriber counts its own losses by the running numbers that messages carry.
 
-libzmq keeps every topic anybody subscribes to, at some 25 bytes a byte (measured: 20 000 topics of 500 bytes took
-484 MB). There are few topics here; so the socket of a door is an XPUB, which shows subscriptions, and
-whoever asks for others again and again is expelled, which frees what they took. It also hands out whatever else
-subscribers send, and keeps what nobody reads, without a bound: whoever does that is expelled at once.
+libzmq keeps every topic anybody subscribes to, at some 25 bytes a byte (measured: 20 000 topics of 500 bytes
+took 484 MB). There are few topics here; so the socket of a door is an XPUB, which shows subscriptions, and
+whoever asks for others again and again is expelled, which frees what they took. It also hands out whatever
+else subscribers send, and keeps what nobody reads, without a bound: whoever does that is expelled at once.
 """
 
 from __future__ import annotations
@@ -27,10 +28,12 @@ from rtctl.host.access.authenticator import VIEWER
 from rtctl.host.access.sockets import descriptor_of, user_id
 
 WRONG_TOPICS = 8
-"""So many subscriptions of one connection to topics that do not exist are forgiven as mistakes of its program."""
+"""So many subscriptions of one connection to topics that do not exist are forgiven as mistakes of its
+program."""
 
 DEAF_S = 1.0
-"""For so long nothing is made of what comes from somebody who was expelled: it was sent before, and is on its way."""
+"""For so long nothing is made of what comes from somebody who was expelled: it was sent before, and is on its
+way."""
 
 _LOOKS_PER_SEND = 64
 

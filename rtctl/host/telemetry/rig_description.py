@@ -24,14 +24,17 @@ SESSION = secrets.randbits(32)
 
 
 BATCH_TICKS = 8
-"""Ticks of a telemetry message: a world that answers each message with a target is never near the 20 ticks of HOLD."""
+"""Ticks of a telemetry message: a world that answers each message with a target is never near the 20 ticks of
+HOLD."""
 
 SHORTEST_BATCH_S, LONGEST_BATCH_S = 2e-3, 20e-3
 STATE_HZ = 100.0
 
 
 def pace(rate_hz: float, batch_ms: float | None, state_hz: float | None) -> tuple[float, float]:
-    """Seconds from one telemetry message to the next, and state samples a second, where the rig file leaves them out."""
+    """Seconds from one telemetry message to the next, and state samples a second, where the rig file leaves
+    them out.
+    """
     batch_s = min(max(BATCH_TICKS / rate_hz, SHORTEST_BATCH_S), LONGEST_BATCH_S)
     if batch_ms is not None:
         batch_s = batch_ms * 1e-3
@@ -44,7 +47,8 @@ class AxisDescription:
 
     `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
     one that does not say. `coupling` is the virtual coupling in force: stiffness_nm_rad, damping_nms_rad.
-    `displays` are those that it may show, the rig file's first; `motion` says whether `_rad` and `_nm` are of rad and N m, or of m and N.
+    `displays` are those that it may show, the rig file's first; `motion` says whether `_rad` and `_nm` are of
+    rad and N m, or of m and N.
     """
 
     name: str

@@ -92,7 +92,8 @@ class Telemetry:
     Attributes
     ----------
     published, dropped : int
-        Messages published, and those that found a subscriber's queue full (see `rtctl.host.telemetry.publisher`).
+        Messages published, and those that found a subscriber's queue full (see
+        `rtctl.host.telemetry.publisher`).
     """
 
     def __init__(

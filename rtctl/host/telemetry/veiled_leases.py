@@ -1,4 +1,6 @@
-"""Leases as others may see them: a lease is a secret of its holder, and whoever reads telemetry or a recording is another."""
+"""Leases as others may see them: a lease is a secret of its holder, and whoever reads telemetry or a
+recording is another.
+"""
 
 from __future__ import annotations
 
@@ -10,8 +12,8 @@ NUMBER_BITS = 62
 
 
 def veil_leases(records: np.ndarray, field: str) -> np.ndarray:
-    """Commands or states as others may see them: each lease replaced by a number that tells it from others, and no
-    more. The same lease gets the same number in both, so that a replay decides as the loop did.
+    """Commands or states as others may see them: each lease replaced by a number that tells it from others,
+    and no more. The same lease gets the same number in both, so that a replay decides as the loop did.
     """
     veiled = records.copy()
     for i in np.flatnonzero(records[field]):

@@ -1,9 +1,11 @@
-"""Bota Systems' own driver at a pty where this program plays the sensor: what it sends, and what it reads. Writes bota.json beside this file.
+"""Bota Systems' own driver at a pty where this program plays the sensor: what it sends, and what it reads.
+Writes bota.json beside this file.
 
     pip install -r tests/contract/makers/requirements.txt
     python tests/contract/makers/make_bota.py          (twenty seconds)
 
-The sensor sends random frames with a right checksum, and between them the same frames with one flipped bit, whose time stamps are odd.
+The sensor sends random frames with a right checksum, and between them the same frames with one flipped bit,
+whose time stamps are odd.
 """
 
 import json
@@ -23,7 +25,9 @@ FRAMES, PERIOD_S = 120, 0.004
 
 
 def play(master, told):
-    """The sensor, in a process of its own: the driver holds Python's lock while it waits. Writes what it hears to `told`."""
+    """The sensor, in a process of its own: the driver holds Python's lock while it waits. Writes what it
+    hears to `told`.
+    """
     bodies, running, at, due = [body for body, _ in random_frames.chunk("rokubi", 0)], False, 0, 0.0
     while True:
         if select.select([master], [], [], 1e-3)[0]:

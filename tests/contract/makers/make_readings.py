@@ -1,4 +1,5 @@
-"""Lets the makers' libraries read random frames, and writes digests of what they read to readings.json beside this file.
+"""Lets the makers' libraries read random frames, and writes digests of what they read to readings.json beside
+this file.
 
     pip install -r tests/contract/makers/requirements.txt
     python tests/contract/makers/make_readings.py
@@ -20,7 +21,9 @@ MONITOR, ERROR = 1 << 16, 1 << 31
 
 
 def _plain_stream(base):
-    """The library's reader of a frame, which notes what it passes over without a word: empty reads and writes, long counts."""
+    """The library's reader of a frame, which notes what it passes over without a word: empty reads and
+    writes, long counts.
+    """
 
     class Plain(base):
         plain = True

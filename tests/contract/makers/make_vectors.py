@@ -37,8 +37,8 @@ def moteus_replies():
             struct.pack("<f", temperature),
         )
         data = (
-            bytes([0x21, 0x00, mode]) + b"\x2f\x01" + floats[0] + b"\x2d\x04" + floats[1] + b"\x2d\x0e" + floats[2]
-            + bytes([0x21, 0x0F, fault])
+            bytes([0x21, 0x00, mode]) + b"\x2f\x01" + floats[0] + b"\x2d\x04" + floats[1] + b"\x2d\x0e"
+            + floats[2] + bytes([0x21, 0x0F, fault])
         )  # fmt: skip
         read = moteus.parse_registers(data).response
         names = ("MODE", "POSITION", "VELOCITY", "Q_CURRENT", "TEMPERATURE", "FAULT")

@@ -1,6 +1,8 @@
-"""Random replies of each maker's devices, the same ones wherever they are made: valid, flipped, cut, with NaN and infinities.
+"""Random replies of each maker's devices, the same ones wherever they are made: valid, flipped, cut, with NaN
+and infinities.
 
-`make_readings.py` lets the makers' libraries read them; `test_makers_random.py` lets ours. Needs nothing but Python.
+`make_readings.py` lets the makers' libraries read them; `test_makers_random.py` lets ours. Needs nothing but
+Python.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ def number(draw: random.Random) -> bytes:
 
 
 def bent(draw: random.Random, good: bytes, *, resize: bool = True) -> bytes:
-    """The frame as it is (one in three), with flipped bits, other bytes, cut, longer, or any bytes in its place."""
+    """The frame as it is (one in three), with flipped bits, other bytes, cut, longer, or any bytes in its
+    place.
+    """
     how, out = draw.randrange(9), bytearray(good)
     if how in (3, 4):
         for _ in range(draw.randrange(1, 5)):
@@ -44,7 +48,9 @@ def bent(draw: random.Random, good: bytes, *, resize: bool = True) -> bytes:
 
 
 def moteus(draw: random.Random, k: int) -> bytes:
-    """A reply of at most 64 bytes: registers mode, position, velocity, torque, Q current, temperature, fault in some cut."""
+    """A reply of at most 64 bytes: registers mode, position, velocity, torque, Q current, temperature, fault
+    in some cut.
+    """
     mode, fault = (bytes([draw.choice((0, 1, 10, 11, draw.randrange(256)))]) for _ in range(2))
     parts = [
         b"\x21\x00" + mode,
@@ -115,7 +121,9 @@ def sealed(body: bytes) -> bytes:
 
 
 def rokubi(draw: random.Random, k: int) -> tuple[bytes, tuple[float, ...]]:
-    """The body of an intact frame without header and checksum, and the six numbers in it; all of them finite."""
+    """The body of an intact frame without header and checksum, and the six numbers in it; all of them
+    finite.
+    """
     six = tuple(struct.unpack("<f", struct.pack("<f", draw.uniform(-500, 500)))[0] for _ in range(6))
     status = draw.choice((0, 0, 0, 1, 2, 4, 8))
     return struct.pack("<H6fIf", status, *six, 1000 * (k + 1), 25.0), six

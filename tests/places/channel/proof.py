@@ -1,4 +1,6 @@
-"""A voltage that the mock measures: in the tick, in telemetry, in recordings and what is exported of them; wrong where a script says so."""
+"""A voltage that the mock measures: in the tick, in telemetry, in recordings and what is exported of them;
+wrong where a script says so.
+"""
 
 import csv
 from pathlib import Path
@@ -19,12 +21,17 @@ from rtctl.tick import json_schema
 from rtctl.wire.encoding import encode
 from tests.documents.parts import PARTS
 
-FAULT = '[[device.options.faults]]\nchannel = "supply"\nkind = "offset"\nat_tick = 700\nfor_ticks = 50\nvalue = -3.0\n'
+FAULT = (
+    '[[device.options.faults]]\nchannel = "supply"\nkind = "offset"\nat_tick = 700\nfor_ticks = 50\nvalue '
+    "= -3.0\n"
+)
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """A second of a rig whose hand is held by a spring: ticks, the recording of them, and the truth of the last."""
+    """A second of a rig whose hand is held by a spring: ticks, the recording of them, and the truth of the
+    last.
+    """
     path = Path("configs") / "mock-supply.toml"
     text = Path("configs/mock-spring.toml").read_text()
     path.write_text(text.replace("[device.options]\n", "[device.options]\nsupply_v = 24.0\n") + FAULT)

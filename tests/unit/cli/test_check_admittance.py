@@ -1,4 +1,4 @@
-"""`rtctl check` of an axis that is displayed as an admittance: rows, refusals with what passes, JSON and picture."""
+"""`rtctl check` of an axis displayed as an admittance: rows, refusals with what passes, JSON, picture."""
 
 import json
 import re
@@ -180,7 +180,7 @@ def test_a_servo_that_dry_friction_keeps_swinging_is_refused_with_what_helps(rig
 
 
 def test_a_heavier_mass_that_may_be_asked_for_is_judged_with_dry_friction_too(rig):
-    """The file passes; the heaviest mass that it lets a client ask for swung on at .09 rad/s in a hand of 20 N m/rad."""
+    """It passes; the heaviest mass a client may ask for swung on at .09 rad/s in a hand of 20 N m/rad."""
     path = rig(m=0.012, b_v=0.1, k_h=120.0, K_p=20.0, d=0.0)
     text = path.read_text().replace(
         "hand_stiffness_nm_rad", "hand_inertia_kgm2 = 0.005\nhand_stiffness_nm_rad"

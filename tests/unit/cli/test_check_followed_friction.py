@@ -1,4 +1,6 @@
-"""What `rtctl check` says of a feed-forward that follows the friction, and that law and certificate are of its largest factor."""
+"""What `rtctl check` says of a feed-forward that follows the friction, and that law and certificate are of
+its largest factor.
+"""
 
 from pathlib import Path
 

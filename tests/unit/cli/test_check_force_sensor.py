@@ -107,7 +107,9 @@ def test_a_bandwidth_that_is_named_is_kept_and_refused_where_it_is_too_much():
 
 
 def test_an_observer_is_judged_with_quicker_sensors_too(monkeypatch):
-    """Delayed by all that a sensor of two ticks may be late it passes behind that one, and shakes a stiff hand behind a quick one."""
+    """Delayed by all that a sensor of two ticks may be late it passes behind that one, and shakes a stiff
+    hand behind a quick one.
+    """
     tuned = observer_tuning.Tuning(20.0, own_ticks=2, usual_hz=20.0)
     monkeypatch.setattr(observer_tuning, "of_axis", lambda *_: tuned)
     row = rows("mock", 0.0, 0.002)[OBSERVER]
@@ -159,7 +161,9 @@ def test_a_sensor_of_which_nobody_says_what_its_filter_is_is_not_proved(monkeypa
 
 
 def test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered(monkeypatch):
-    """Friction of the joint is a spring within its bristles, over many counts, and K_v pushes it by one count a tick."""
+    """Friction of the joint is a spring within its bristles, over many counts, and K_v pushes it by one count
+    a tick.
+    """
     coarser = {"encoder_counts_per_rev": 120000.0, "dry_friction_nm": 0.2}
     found = rows("admittance", **coarser)
     assert found[HUNTS].outcome == Outcome.PASS

@@ -247,7 +247,9 @@ def test_a_coarse_encoder_is_refused_with_a_bandwidth_that_passes(rig):
 
 
 def test_the_torque_of_a_count_is_what_the_law_sends(rig):
-    """One count in one tick, on a joint that slides quickly, where the observer does most: its largest torque after it."""
+    """One count in one tick, on a joint that slides quickly, where the observer does most: its largest torque
+    after it.
+    """
     loaded = rig()
     plan, subject = build(loaded), _subject(loaded)
     p, state, t, model = (
@@ -264,7 +266,8 @@ def test_the_torque_of_a_count_is_what_the_law_sends(rig):
 
 
 def test_the_bias_at_which_a_joint_creeps_is_that_of_the_theory(rig):
-    # docs/theory.md 6.2: (1 - kappa)/kappa F_s = 18.9 mN m at kappa .95, F_s .36; dead band and target share on top
+    # docs/theory.md 6.2: (1 - kappa)/kappa F_s = 18.9 mN m at kappa .95, F_s .36; dead band and target share
+    # on top
     loaded = rig(("[[device]]", "[axis.friction.observer]\ngain = 0.95\ndeadband_nm = 1e-9\n[[device]]"))
     row = _rows(loaded)[BIAS]
     sure = examine(loaded).axes[0].guarantee

@@ -1,4 +1,6 @@
-"""Rows of `rtctl check` on the figures of a rig file: wrong units, declared delays, elastic joints, encoders."""
+"""Rows of `rtctl check` on the figures of a rig file: wrong units, declared delays, elastic joints,
+encoders.
+"""
 
 import dataclasses
 import json

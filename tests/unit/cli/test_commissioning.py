@@ -46,7 +46,8 @@ def resolved(words):
 
 def test_the_checklist_has_its_commands():
     assert {words[0] for words in COMMANDS} >= {
-        "doctor", "check", "probe", "run", "monitor", "events", "stop-rig", "identify", "fit", "campaign", "service", "experiment",
+        "doctor", "check", "probe", "run", "monitor", "events", "stop-rig", "identify", "fit", "campaign",
+        "service", "experiment",
     }  # fmt: skip
 
 

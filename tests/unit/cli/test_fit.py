@@ -95,7 +95,8 @@ def test_a_bad_rig_name_or_folder_is_told_before_anything_is_learned(csv, monkey
 def test_the_ladder_is_shown_with_its_reason_and_the_winner_written(csv, monkeypatch, capsys, tmp_path):
     out, plot = tmp_path / "m.json", tmp_path / "m.png"
     code, text, _ = _run(
-        monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend", "sequential",
+        monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend",
+        "sequential",
         "--plot", plot,
     )  # fmt: skip
     assert code == 0
@@ -123,7 +124,8 @@ def test_a_rung_that_cannot_be_compiled_has_its_row_and_the_ladder_a_model(
     monkeypatch.setattr(fit, "compile_curve", broken)
     out, report = tmp_path / "m.json", tmp_path / "report"
     code, text, _ = _run(
-        monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend", "sequential",
+        monkeypatch, capsys, "fit", csv, "--out", out, "--ladder", "--kernel", "formula", "--backend",
+        "sequential",
         "--report", report, "--no-mean",
     )  # fmt: skip
     assert code == 0
@@ -140,7 +142,8 @@ def test_a_rung_that_cannot_be_compiled_has_its_row_and_the_ladder_a_model(
 
 def test_a_search_of_one_kernel_reports_every_rung_as_json(csv, monkeypatch, capsys, tmp_path):
     code, text, _ = _run(
-        monkeypatch, capsys, "fit", csv, "--out", tmp_path / "m.json", "--kernel", "spline", "--symmetric", "yes",
+        monkeypatch, capsys, "fit", csv, "--out", tmp_path / "m.json", "--kernel", "spline", "--symmetric",
+        "yes",
         "--backend", "sequential", "--temperature", "20", "30", "--json",
     )  # fmt: skip
     assert code == 0

@@ -49,7 +49,9 @@ def test_weaker_friction_breaks_the_bound_with_its_sign(model: Path, tmp_path: P
 
 
 def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0.0) -> Path:
-    """Points of the same joint, read with another factor of speed or friction, or another zero of the torque."""
+    """Points of the same joint, read with another factor of speed or friction, or another zero of the
+    torque.
+    """
     v, f = np.loadtxt(_points(path, fastest=4.0), delimiter=",", skiprows=1).T
     table = np.column_stack([speed * v, friction * f + zero])
     np.savetxt(path, table, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")

@@ -1,4 +1,6 @@
-"""What `rtctl fit --config` tells to write: beside its model `rtctl check` has nothing against the observer (a finger and a cable drive were refused)."""
+"""What `rtctl fit --config` tells to write: beside its model `rtctl check` has nothing against the observer
+(a finger and a cable drive were refused).
+"""
 
 from pathlib import Path
 

@@ -13,7 +13,10 @@ from rtctl.friction.logs.other_programs import read_mapped
 
 DRIVES = Path(__file__).parents[4] / "shared" / "data" / "screw_drives"
 
-HEAD = 'Date:;2020-07-06 15:32:33\nSampling period:;6.400\nTrigger:;1;0.000000;"Channel 1"\n;Velocity actual;Torque actual\nms;rpm;%\n'
+HEAD = (
+    'Date:;2020-07-06 15:32:33\nSampling period:;6.400\nTrigger:;1;0.000000;"Channel 1"\n;Velocity '
+    "actual;Torque actual\nms;rpm;%\n"
+)
 
 MAPPED = {"velocity": {"column": "Velocity actual", "unit": "rpm"}, "torque": {"column": "#3", "scale": 0.01}}
 
@@ -21,7 +24,9 @@ TEXT = {"delimiter": None, "decimal": None}
 
 
 def runs(folder, sign=1.0, speeds=(2, 5, 10, 20, 40, 60, 80, 100)):
-    """A file of each speed as a drive exports it: whole rpm, percent of a torque; friction .2 N m + .001 N m/rpm."""
+    """A file of each speed as a drive exports it: whole rpm, percent of a torque; friction .2 N m + .001 N
+    m/rpm.
+    """
     rng, files = np.random.default_rng(1), []
     for speed in (*speeds, *(-speed for speed in speeds)):
         rpm = np.round(speed + rng.normal(0, 0.7, 200))

@@ -1,4 +1,6 @@
-"""`rtctl identify --log` of a linear axis: the same motion on a screw gives the same parameters, in m and N."""
+"""`rtctl identify --log` of a linear axis: the same motion on a screw gives the same parameters, in m and
+N.
+"""
 
 import json
 import math
@@ -125,7 +127,9 @@ def test_units_of_both_motions_in_one_log_are_refused(monkeypatch, capsys, logs,
 
 
 def test_a_recording_of_a_screw_driven_carriage_is_no_late_torque(monkeypatch, capsys, tmp_path):
-    """A carriage whose screw turns at 250 rad/s: by its radian bending would count as sliding, and the torque look 100 ms late."""
+    """A carriage whose screw turns at 250 rad/s: by its radian bending would count as sliding, and the torque
+    look 100 ms late.
+    """
     simulation = Simulation(load(SLIDE))
     simulation.arm()
     rows = simulation.run(16.0)[2_000:]

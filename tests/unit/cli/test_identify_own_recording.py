@@ -1,4 +1,6 @@
-"""`rtctl identify --log` of a recording of rtctl's own: its columns are known, and a linear axis is in m and N."""
+"""`rtctl identify --log` of a recording of rtctl's own: its columns are known, and a linear axis is in m and
+N.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,6 @@
-"""A linear axis in the rig file, in `rtctl check`, in friction models and in what a recording calls its columns."""
+"""A linear axis in the rig file, in `rtctl check`, in friction models and in what a recording calls its
+columns.
+"""
 
 import json
 import math
@@ -20,7 +22,8 @@ from rtctl.rig_file.config import load
 CONFIGS = Path(__file__).parents[3] / "configs"
 SLIDE = CONFIGS / "mock-linear.toml"
 SCREWS = Path(os.environ.get("RTCTL_DATA", "/nowhere"), "screw_drives/lead_screw/steady_state/0.096kg")
-"""Recordings that are not in this repository: RTCTL_DATA names their folder, as `rtctl evidence --data` does."""
+"""Recordings that are not in this repository: RTCTL_DATA names their folder, as `rtctl evidence --data`
+does."""
 
 
 def rotary_words(text):
@@ -165,7 +168,10 @@ def test_a_recording_of_both_motions_names_each_column_by_its_own_units():
 
 
 def test_a_text_keeps_paths_and_constants_of_the_motor():
-    said = "/data/a_rad/log_nm.csv: torque_limit_nm 3 N m, 2 N m s/rad, 5 mN m/A of torque_constant_nm_a, 1 rad/s"
+    said = (
+        "/data/a_rad/log_nm.csv: torque_limit_nm 3 N m, 2 N m s/rad, 5 mN m/A of torque_constant_nm_a, 1 "
+        "rad/s"
+    )
     own = "/data/a_rad/log_nm.csv: torque_limit_n 3 N, 2 N s/m, 5 mN m/A of torque_constant_nm_a, 1 m/s"
     assert motion.words(said, "rotary") == said
     assert motion.words(said, "linear") == own

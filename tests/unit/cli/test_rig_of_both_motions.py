@@ -16,8 +16,10 @@ SLIDE = CONFIGS / "mock-linear.toml"
     ("old", "new", "refused"),
     [
         ("", "", None),
-        ("coulomb_n = 6.0", "coulomb_nm = 6.0", "axis[1].friction.coulomb_nm: the axis is linear: write coulomb_n"),
-        ("coulomb_nm = 0.25", "coulomb_n = 0.25", "axis[0].friction.coulomb_n: unknown key; did you mean coulomb_nm?"),
+        ("coulomb_n = 6.0", "coulomb_nm = 6.0",
+            "axis[1].friction.coulomb_nm: the axis is linear: write coulomb_n"),
+        ("coulomb_nm = 0.25", "coulomb_n = 0.25",
+            "axis[0].friction.coulomb_n: unknown key; did you mean coulomb_nm?"),
     ],
 )  # fmt: skip
 def test_a_device_of_both_motions_has_the_names_of_each_axis_in_its_own_tables(tmp_path, old, new, refused):

@@ -1,4 +1,6 @@
-"""`rtctl service` on a folder: what is written, that doing it twice changes nothing, and what is taken away."""
+"""`rtctl service` on a folder: what is written, that doing it twice changes nothing, and what is taken
+away.
+"""
 
 import os
 import shlex
@@ -109,7 +111,8 @@ def test_a_rig_file_that_is_wrong_or_not_provable_installs_nothing(tmp_path):
     assert call("install", bad, "--root", tmp_path / "out").exit_code != 0
     stiff = tmp_path / "stiff.toml"
     stiff.write_text(
-        shipped_config("mock.toml").read_text().replace("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 600.0", 1)
+        shipped_config("mock.toml").read_text().replace("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 600.0",
+            1)
         .replace('"friction/mock.json"', f'"{shipped_config("friction/mock.json")}"')
     )  # fmt: skip
     assert call("install", stiff, "--root", tmp_path / "out").exit_code != 0

@@ -65,9 +65,11 @@ NOMINAL = {
 
 
 def of_rows(function):
-    """A function of records as one of arrays, of which it is given the first rows: many thousand calls in a moment.
+    """A function of records as one of arrays, of which it is given the first rows: many thousand calls in a
+    moment.
 
-    A record that is handed over alone describes all of its fields at each call: 100 us, where the function itself takes one.
+    A record that is handed over alone describes all of its fields at each call: 100 us, where the function
+    itself takes one.
     """
     parameters = inspect.signature(plain(function)).parameters
     given = ", ".join(f"{name}[0]" if of.annotation == "Record" else name for name, of in parameters.items())
@@ -131,7 +133,9 @@ class LawRig:
         return self
 
     def request(self, *names):
-        """Raise request counters of the command. A target is one of the present epoch, by renderer `LEASE`."""
+        """Raise request counters of the command. A target is one of the present epoch, by renderer
+        `LEASE`.
+        """
         for name in names:
             self.command[name] += 1
             if name == "target_count":

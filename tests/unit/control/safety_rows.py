@@ -22,7 +22,8 @@ class Rows:
         self.params, self.state = records(made[0]), records(made[1])
         self.tick = records(new_ticks(1, 1))
         for name, value in {
-            "period_s": 1e-3, "ready_ticks": 5, "soft_start_ticks": 4, "stop_ticks": 50, "stale_limit_ticks": 3,
+            "period_s": 1e-3, "ready_ticks": 5, "soft_start_ticks": 4, "stop_ticks": 50,
+            "stale_limit_ticks": 3,
             "late_limit_ticks": 3, "arming_ticks": 3, "torque_limit_nm": 2.0, "torque_continuous_nm": 1.0,
             "count_rad": 1e-4, "arming_travel_rad": 0.1, "arming_torque_nm": 0.08, **params,
         }.items():  # fmt: skip

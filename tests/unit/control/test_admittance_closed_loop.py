@@ -1,4 +1,6 @@
-"""The display on simulated joints: what the hand feels, what it may hold, what is held against it, and every way to stop."""
+"""The display on simulated joints: what the hand feels, what it may hold, what is held against it, and every
+way to stop.
+"""
 
 import math
 from pathlib import Path
@@ -16,7 +18,9 @@ HZ = (0.5, 1.1, 2.3, 5.0)
 
 
 def rig(*, friction=False, **params):
-    """The rig file's, with hardly any dry friction, and no damping for a joint that sticks, unless it is asked for, and no noise."""
+    """The rig file's, with hardly any dry friction, and no damping for a joint that sticks, unless it is
+    asked for, and no noise.
+    """
     simulation = Simulation(LOADED)
     if not friction:
         simulation.params["mass_rest_nms_rad"] = 0.0
@@ -108,7 +112,9 @@ def grows(mass, damping, stiffness):
     [(0.006, 0.02, 13.85), (0.009, 0.05, 150.0), (0.012, 0.05, 606.0)],
 )
 def test_the_stiffest_hand_it_bears_is_that_of_the_eigenvalues(mass, damping, first_unstable):
-    """Numbers: the closed loop's eigenvalues at K_v 2, low-passes of 100 and 150 Hz, a tick of delay (docs/theory.md 2.13)."""
+    """Numbers: the closed loop's eigenvalues at K_v 2, low-passes of 100 and 150 Hz, a tick of delay
+    (docs/theory.md 2.13).
+    """
     assert not grows(mass, damping, 0.9 * first_unstable)
     assert grows(mass, damping, 1.1 * first_unstable)
 

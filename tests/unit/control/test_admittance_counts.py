@@ -1,4 +1,6 @@
-"""Hunting about the counts of an encoder: the describing function, the loop that does not see its joint, and joints of another make."""
+"""Hunting about the counts of an encoder: the describing function, the loop that does not see its joint, and
+joints of another make.
+"""
 
 import math
 from dataclasses import replace
@@ -17,7 +19,9 @@ from rtctl.control.vocabulary import State
 
 
 def seen(counts):
-    """Least and largest share of a swing that the readings show, wherever its middle is, by projection on a sine."""
+    """Least and largest share of a swing that the readings show, wherever its middle is, by projection on a
+    sine.
+    """
     sine = np.sin((np.arange(4096) + 0.5) * 2 * math.pi / 4096)
     middles = (np.arange(200) + 0.5) / 200
     read = np.floor(counts * sine + middles[:, None])

@@ -1,4 +1,6 @@
-"""Help with dry friction that turns with the virtual mass: swings that it feeds, by the describing function and beside a joint in time."""
+"""Help with dry friction that turns with the virtual mass: swings that it feeds, by the describing function
+and beside a joint in time.
+"""
 
 from dataclasses import replace
 
@@ -12,10 +14,13 @@ from rtctl.control.velocity import lowpass_alpha
 
 T = 1e-3
 HELPED = AdmittanceLoop(
-    0.012, 0.05, T, 0.0455, 0.057, 1.57, force_lowpass_hz=176.0, velocity_lowpass_hz=107.0, sensor_ticks=4, feedforward=1.0, feedforward_lowpass_hz=24.6,
-    told_viscous_nms_rad=0.05, bristle_nm_rad=271.0, presliding_rad=1.44e-3, box=Box(90.0, 0.37, 0.0064), help_share=0.69, help_turns_rad=1.15e-3,
+    0.012, 0.05, T, 0.0455, 0.057, 1.57, force_lowpass_hz=176.0, velocity_lowpass_hz=107.0, sensor_ticks=4,
+    feedforward=1.0, feedforward_lowpass_hz=24.6,
+    told_viscous_nms_rad=0.05, bristle_nm_rad=271.0, presliding_rad=1.44e-3, box=Box(90.0, 0.37, 0.0064),
+    help_share=0.69, help_turns_rad=1.15e-3,
 )  # fmt: skip
-"""By a campaign, on bristles of 2000 N m/rad: a hand of 90 N m/rad swung on by 16 to 20 mrad, 6.6 Hz, .27 rad/s, with the help of a learned model."""
+"""By a campaign, on bristles of 2000 N m/rad: a hand of 90 N m/rad swung on by 16 to 20 mrad, 6.6 Hz, .27
+rad/s, with the help of a learned model."""
 
 
 def test_help_that_turns_with_the_mass_before_the_joint_keeps_a_hand_swinging():
@@ -39,7 +44,9 @@ def test_spring_and_loss_are_those_of_the_joint_that_sticks():
 
 
 class Coulomb:
-    """The law's lines written anew beside a rigid joint of dry friction F, in parts of a period; the help turns over `TURNS_RAD` of the mass's motion."""
+    """The law's lines written anew beside a rigid joint of dry friction F, in parts of a period; the help
+    turns over `TURNS_RAD` of the mass's motion.
+    """
 
     TURNS_RAD = 1.15e-3
 
@@ -81,8 +88,11 @@ class Coulomb:
 
 
 def test_less_help_lets_it_come_to_rest_and_the_present_does_not():
-    """Help that turns as soon as the mass does would let it rest, too: the way over which it turns is what keeps it swinging."""
+    """Help that turns as soon as the mass does would let it rest, too: the way over which it turns is what
+    keeps it swinging.
+    """
     most = largest_help(HELPED)
-    swings = {share: Coulomb(replace(HELPED, help_share=share), (90.0, 0.0064), 0.3, 0.6) for share in (HELPED.help_share, most)}  # fmt: skip
+    swings = {share: Coulomb(replace(HELPED, help_share=share), (90.0, 0.0064), 0.3,
+        0.6) for share in (HELPED.help_share, most)}  # fmt: skip
     assert swings[HELPED.help_share].run(3.0) > 0.5
     assert swings[most].run(3.0) < 0.1

@@ -1,4 +1,6 @@
-"""The admittance display's closed loop: matrices against a fine integration in time, oracles of theory, and the proof."""
+"""The admittance display's closed loop: matrices against a fine integration in time, oracles of theory, and
+the proof.
+"""
 
 from dataclasses import replace
 
@@ -32,7 +34,9 @@ AT_LINK = replace(ELASTIC, encoder="link", delay=0.3, position_gain_nm_rad=3.0)
 
 
 def random_points(rng, count, bristle=0.0):
-    """Hands and worlds that hold the joint, so that the slowest root is not one of a joint that nothing holds."""
+    """Hands and worlds that hold the joint, so that the slowest root is not one of a joint that nothing
+    holds.
+    """
     rows = [
         (
             600 * rng.random() + 2,
@@ -78,7 +82,8 @@ def test_the_integration_knows_growth_from_decay():
     assert dies < 1 < grows
 
 
-# Oracles of theory ----------------------------------------------------------------------------------------------------
+# Oracles of theory
+# ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("K_v", "least"), [(0.5, 0.01091), (2.0, 0.01171), (5.0, 0.01188)])
@@ -97,7 +102,9 @@ def test_at_the_continuous_bound_the_felt_impedance_turns(K_v):
 
 @pytest.mark.parametrize(("K_p", "K_i", "passive"), [(1.25, 0.0, True), (100.0, 2000.0, False)])
 def test_the_linear_display_of_keemink(K_p, K_i, passive):
-    """Feedback alone: mass 2 displayed by a mass of 10, damped by 5, before the sensor; 2 behind it, which adds no real part."""
+    """Feedback alone: mass 2 displayed by a mass of 10, damped by 5, before the sensor; 2 behind it, which
+    adds no real part.
+    """
     s = 1j * np.geomspace(1e-3, 1e4, 4000)
     loop = AdmittanceLoop(10.0, 5.0, T, 2.0, 0.0, K_p, K_i)
     real = impedance_continuous(loop, s).real
@@ -135,7 +142,8 @@ def test_the_stiffest_hand_of_five_rigs_in_time():
         assert dies < 1.0 < grows
 
 
-# What is told beside it -----------------------------------------------------------------------------------------------
+# What is told beside it
+# -----------------------------------------------------------------------------------------------
 
 
 def test_the_smallest_mass_and_the_least_damping_pass_and_a_little_less_does_not():
@@ -176,7 +184,8 @@ def test_the_damping_kept_is_of_what_the_virtual_mass_would_keep():
     assert found.points > 4000
 
 
-# Certified rigs in time -----------------------------------------------------------------------------------------------
+# Certified rigs in time
+# -----------------------------------------------------------------------------------------------
 
 
 def test_random_rigs_that_are_proved_do_not_diverge_in_any_hand_or_world():
@@ -189,7 +198,8 @@ def test_a_hand_a_tenth_stiffer_than_the_stiffest_that_passes_makes_a_rigid_join
     assert 0.97 <= share_at_which_one_grows(RIG, ticks=2400) <= 1.1
 
 
-# The law itself -------------------------------------------------------------------------------------------------------
+# The law itself
+# -------------------------------------------------------------------------------------------------------
 
 
 def _law(loop, k_e):

@@ -81,7 +81,9 @@ def test_the_characteristic_function_is_zero_just_at_the_eigenvalues(loop):
 
 @pytest.mark.parametrize("loop", [ELASTIC, replace(ELASTIC, mass_max_kgm2=0.08)])
 def test_a_cell_holds_the_values_of_all_its_hands_and_worlds(loop):
-    """Random points of random cells: the direction of F lies within the half-plane that the cell is proved by."""
+    """Random points of random cells: the direction of F lies within the half-plane that the cell is proved
+    by.
+    """
     rng = np.random.default_rng(5)
     drive = Joint(loop, loop.joints[0], 0.0)
     ends, box = admittance_proof._first(loop)

@@ -1,4 +1,6 @@
-"""An admittance on a joint that dry friction holds: what grows within its presliding, how fast that shakes the hand, and the damping that calms it."""
+"""An admittance on a joint that dry friction holds: what grows within its presliding, how fast that shakes
+the hand, and the damping that calms it.
+"""
 
 import math
 from dataclasses import replace
@@ -22,16 +24,20 @@ from rtctl.control.vocabulary import Display, Environment, State
 
 T = 1e-3
 HEAVY = AdmittanceLoop(
-    0.012, 0.05, T, 0.03, 0.1, 2.0, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0, delay=1.0, bristle_nm_rad=250.0, presliding_rad=1.4e-3,
+    0.012, 0.05, T, 0.03, 0.1, 2.0, force_lowpass_hz=150.0, velocity_lowpass_hz=100.0, delay=1.0,
+    bristle_nm_rad=250.0, presliding_rad=1.4e-3,
     rest_hz=virtual_mass.MASS_REST_HZ, box=Box(100.0, 0.5, 0.015),
 )  # fmt: skip
-"""Stable while it slides; while it sticks its mass rings on a virtual spring, in a heavy hand that nothing else holds."""
+"""Stable while it slides; while it sticks its mass rings on a virtual spring, in a heavy hand that nothing
+else holds."""
 WORST = (0.0, 0.015, 250.0)
 """Stiffness and mass of that hand, and the spring."""
 
 
 class Stuck:
-    """The law beside a rigid joint whose friction is a spring up to `most_nm`, then slides; in parts of a period."""
+    """The law beside a rigid joint whose friction is a spring up to `most_nm`, then slides; in parts of a
+    period.
+    """
 
     def __init__(self, loop, hand=WORST, most_nm=math.inf, rest_rad=math.inf, seen=1.0):
         self.loop, (self.k_h, self.m_h, k_e), self.most, self.seen = loop, hand, most_nm, seen

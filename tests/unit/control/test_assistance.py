@@ -42,7 +42,9 @@ def _period(state, params, model, dx, wanted, v):
 
 
 def period(rig, dx, wanted, velocity=None):
-    """One tick: the last period's motion into the accounts, then what is wanted is sent, as far as they allow."""
+    """One tick: the last period's motion into the accounts, then what is wanted is sent, as far as they
+    allow.
+    """
     v = dx / T if velocity is None else velocity
     return float(_period(rig.state, rig.params, rig.model, dx, wanted, v))
 

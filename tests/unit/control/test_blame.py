@@ -1,4 +1,6 @@
-"""The place of a fault against the law itself: what it raises on the second of two axes is laid at the second."""
+"""The place of a fault against the law itself: what it raises on the second of two axes is laid at the
+second.
+"""
 
 import math
 
@@ -11,7 +13,8 @@ from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.rig_description import AxisDescription, DeviceDescription, RigDescription
 
 BOTH = {
-    "follow_kind": 1, "follow_delay_ticks": 1, "arming_torque_nm": 0.1, "temperature_kind": 1, "temperature_warn_c": 60.0,
+    "follow_kind": 1, "follow_delay_ticks": 1, "arming_torque_nm": 0.1, "temperature_kind": 1,
+    "temperature_warn_c": 60.0,
     "temperature_trip_c": 90.0, "device_velocity_kind": 1, "device_tolerance_rad_s": 0.5,
 }  # fmt: skip
 DEVICE = DeviceDescription("device[0] 'rig'", (0, 1), ("current", "current_command", "position"))

@@ -84,7 +84,9 @@ def test_the_law_sends_no_help_to_a_hand_that_brakes(speed_rad_s):
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_hand_that_pulls_back_a_joint_that_sticks_is_helped_before_it_gives_way(way):
-    """Dry friction that does not bend at all: helped only from then on, a hand of 2.6 N m/rad was thrown by 3 rad/s."""
+    """Dry friction that does not bend at all: helped only from then on, a hand of 2.6 N m/rad was thrown by 3
+    rad/s.
+    """
     rig = LawRig(friction_policy=int(Policy.HYBRID)).friction().arm()
     for hand_nm, speed_rad_s, ticks in ((0.1, 0.5, 200), (-0.1, 0.0, round(BENT_S / T) - 20)):
         rig.force_n[1] = way * hand_nm / LEVER

@@ -1,4 +1,6 @@
-"""What the current's answer to the test pulse tells, against answers made by brute force in 200 sub-steps a tick."""
+"""What the current's answer to the test pulse tells, against answers made by brute force in 200 sub-steps a
+tick.
+"""
 
 import math
 
@@ -149,7 +151,8 @@ def test_an_offset_has_its_bound_in_the_torque_limit_and_does_not_touch_the_rest
 
 @pytest.mark.parametrize(
     ("delay", "proof_ticks", "fault"),
-    [(2.0, 1.0, Fault.DELAY), (2.0, 1.85, Fault.DELAY), (2.0, 1.95, 0), (2.0, 2.0, 0), (2.0, 0.0, 0), (2.0, 1e-6, Fault.DELAY),
+    [(2.0, 1.0, Fault.DELAY), (2.0, 1.85, Fault.DELAY), (2.0, 1.95, 0), (2.0, 2.0, 0), (2.0, 0.0, 0),
+        (2.0, 1e-6, Fault.DELAY),
      (0.0, 1e-6, 0), (4.0, 3.5, Fault.DELAY)],
 )  # fmt: skip
 def test_a_delay_beyond_the_proof_is_a_fault(delay, proof_ticks, fault):

@@ -1,4 +1,6 @@
-"""The detectors' functions one by one, to the tick and to the last bit of their thresholds: late ticks, actuator, heat."""
+"""The detectors' functions one by one, to the tick and to the last bit of their thresholds: late ticks,
+actuator, heat.
+"""
 
 import math
 
@@ -29,8 +31,10 @@ def test_skipped_slots_are_counted_from_the_second_tick_on_in_a_row_and_in_all()
 @pytest.mark.parametrize(
     ("limit", "skipped", "in_a_row", "count", "fault"),
     [
-        (3, 9, 2, 10, 0), (3, 10, 0, 0, Fault.STALLED), (3, 11, 3, 11, Fault.STALLED), (3, 0, 3, 0, Fault.OVERRUN),
-        (3, 0, 0, 11, Fault.OVERRUN), (3, 0, 4, 0, Fault.OVERRUN), (0, 50, 50, 50, 0), (-1, 50, 50, 50, 0), (1, 0, 0, 0, 0),
+        (3, 9, 2, 10, 0), (3, 10, 0, 0, Fault.STALLED), (3, 11, 3, 11, Fault.STALLED),
+        (3, 0, 3, 0, Fault.OVERRUN),
+        (3, 0, 0, 11, Fault.OVERRUN), (3, 0, 4, 0, Fault.OVERRUN), (0, 50, 50, 50, 0), (-1, 50, 50, 50, 0),
+        (1, 0, 0, 0, 0),
         (1, 0, 1, 0, Fault.OVERRUN),
     ],
 )  # fmt: skip
@@ -42,7 +46,8 @@ def test_late_ticks_become_faults_at_their_bounds(limit, skipped, in_a_row, coun
 
 @pytest.mark.parametrize(
     ("waiver", "share", "fault"),
-    [(0, 0.0, 0), (1, 0.0, Fault.REALTIME), (1, -1.0, Fault.REALTIME), (1, math.nan, Fault.REALTIME), (1, 0.25, 0), (2, 0.0, Fault.REALTIME)],
+    [(0, 0.0, 0), (1, 0.0, Fault.REALTIME), (1, -1.0, Fault.REALTIME), (1, math.nan, Fault.REALTIME),
+        (1, 0.25, 0), (2, 0.0, Fault.REALTIME)],
 )  # fmt: skip
 def test_missing_rights_are_a_fault_unless_waived(waiver, share, fault):
     rig = Rows(waiver_share=share)

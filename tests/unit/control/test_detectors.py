@@ -184,7 +184,9 @@ def test_a_rig_without_temperature_sensor_is_not_judged():
 
 
 def ages_until_fault(answered_ticks, proof_ticks):
-    """Samples in a row, each one tick old, until SAMPLE_AGE; 0: never. The file declares one tick, the pulse said another."""
+    """Samples in a row, each one tick old, until SAMPLE_AGE; 0: never. The file declares one tick, the pulse
+    said another.
+    """
     rig = LawRig(declared_delay_s=0.001, proof_delay_s=0.001 * proof_ticks, stale_limit_ticks=20)
     rig.state["answer_delay"], rig.state["answer_count"] = answered_ticks, 1
     rig.state["sample_age_ticks"] = 1

@@ -1,4 +1,4 @@
-"""The velocity that a device measures: when it is believed, what is used of it, and what never looks at it."""
+"""The velocity that a device measures: when it is believed, what uses it, what never looks at it."""
 
 import itertools
 import math
@@ -182,7 +182,7 @@ def limit_at(rig, velocity, direction):
     st.sampled_from([Policy.STOP, Policy.SIGN, Policy.TANH, Policy.DEADBAND]),
 )
 def test_an_error_of_the_device_only_takes_compensation_away(encoder, device, direction, policy):
-    """|tau_ff| is at most what the whole direction would get at the encoder's speed: the premise of the proofs."""
+    """|tau_ff| is at most that of the whole direction at the encoder's speed: the proofs' premise."""
     rig = LawRig(friction_policy=int(Policy.STOP), friction_viscous_gain=0.7, friction_ungated_cap_nm=1.0)
     rig.friction(stribeck=0.6)
     rig.now["compensation"] = 1.0

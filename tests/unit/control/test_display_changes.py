@@ -1,4 +1,6 @@
-"""A display that is changed while somebody holds it: mass, damping, impedance to admittance and back; a share of it felt."""
+"""A display that is changed while somebody holds it: mass, damping, impedance to admittance and back; a share
+of it felt.
+"""
 
 import math
 from dataclasses import replace
@@ -186,7 +188,9 @@ def test_a_display_that_is_changed_at_rest_under_load_gives_the_hand_what_is_pai
 
 
 def test_a_display_of_which_a_share_is_felt_bears_the_hands_that_the_whole_bears():
-    """A soft start so long that the share stands still: a spring of 60 N m/rad on a world of 100 grew without the damping."""
+    """A soft start so long that the share stands still: a spring of 60 N m/rad on a world of 100 grew without
+    the damping.
+    """
     simulation = Simulation(LOADED)
     for name in ("coulomb_nm", "breakaway_nm", "bristle_max_nm"):
         simulation.plant_params[name] = 1e-4
@@ -221,7 +225,9 @@ def test_every_share_of_a_display_bears_at_least_the_hand_that_the_whole_bears()
 
 
 def test_a_display_that_nobody_pays_for_does_not_come_up():
-    """What the hand has stretched of the world is not felt for a moment; to have it felt again puts in its energy anew."""
+    """What the hand has stretched of the world is not felt for a moment; to have it felt again puts in its
+    energy anew.
+    """
     simulation = rig(hand=(10.0, 0.3), swing=(0.0, 1.0), renderer_power_w=0.0)
     world(simulation, Environment.SPRING, stiffness_nm_rad=20.0, center_rad=0.0)
     simulation.run(1.0)

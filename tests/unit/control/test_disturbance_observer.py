@@ -1,4 +1,4 @@
-"""The friction observer: what it finds with a force sensor, an inertia and two low-passes, and what it sends for it."""
+"""The friction observer: what it finds with force sensor, inertia and two low-passes, and what it sends."""
 
 import math
 
@@ -78,7 +78,7 @@ def test_it_finds_a_constant_friction_without_the_viscous_damping_that_the_joint
 
 
 def waved(rig, hz=8.0, inertia=J, ticks=800, late=0, sensor_late=0):
-    """A hand that bears inertia and viscous damping of a sine and all that the motor adds; largest observed, N m."""
+    """A hand that bears a sine's inertia and damping and what the motor adds; largest observed, N m."""
     worst, w, sent, hand = 0.0, 2 * math.pi * hz, [0.0] * (late + 2), [0.0] * sensor_late
     for k in range(ticks):
         torque = -inertia * 0.05 * w * w * math.sin(w * k * T) + B * 0.05 * w * math.cos(w * k * T)
@@ -102,7 +102,9 @@ def test_the_right_inertia_leaves_nothing_and_a_wrong_one_its_share():
 
 
 def excited(late, told, sensor_late=0, own=0):
-    """Largest friction found while a coupling pulls at a joint whose torque comes `late` ticks late, and a force `sensor_late`."""
+    """Largest friction found while a coupling pulls at a joint whose torque comes `late` ticks late, and a
+    force `sensor_late`.
+    """
     rig = made(
         observer_gain=0.0,
         observer_bandwidth_rad_s=lowpass_alpha(HZ, T) / T,
@@ -183,7 +185,9 @@ def test_more_of_the_friction_is_left_to_a_joint_that_has_not_moved_on_for_long(
 
 @pytest.mark.parametrize("pull_nm", [0.01, 0.03])
 def test_a_pull_that_stays_is_not_helped_ever_more(pull_nm):
-    """Of a joint that sticks the observer sees its own torque: what it comes to against a pull, and how long the pull has been there."""
+    """Of a joint that sticks the observer sees its own torque: what it comes to against a pull, and how long
+    the pull has been there.
+    """
     rig = made(observer_gain=0.95, rest_alpha=lowpass_alpha(2.0, T)).arm()
     sent = [float(stroke(rig, 0.0, pull_nm, 500)["observer_torque_nm"]) for _ in range(12)]
     all_of_it = 0.95 * TARGET_AT_REST

@@ -1,4 +1,6 @@
-"""The credit of dry friction: a stop operator, and a lower bound of what bristles of every kind have taken out."""
+"""The credit of dry friction: a stop operator, and a lower bound of what bristles of every kind have taken
+out.
+"""
 
 import math
 
@@ -161,7 +163,9 @@ def one_bristle(case, z, dx, v, elastic):
 
 
 def elements(case, bent, dx, v):
-    """Maxwell-slip, ten elements of equal stiffness that yield one after the other: work, and forces after it."""
+    """Maxwell-slip, ten elements of equal stiffness that yield one after the other: work, and forces after
+    it.
+    """
     each = case["stiffness"][:, None] / len(ELEMENTS)
     most = (2 * ELEMENTS + 1) / len(ELEMENTS) ** 2 * curve(v)[:, None]
     after = np.clip(bent + each * dx[:, None], -most, most)

@@ -1,4 +1,6 @@
-"""The table of environments: what every kind's law promises, and that all who know kinds know those of the table."""
+"""The table of environments: what every kind's law promises, and that all who know kinds know those of the
+table.
+"""
 
 import re
 from pathlib import Path
@@ -51,7 +53,9 @@ def test_the_force_on_the_proxy_never_gives_more_than_its_energy_falls(kind):
 
 @pytest.mark.parametrize("kind", LOCAL, ids=lambda kind: kind.word)
 def test_what_a_kind_says_of_itself_is_so(kind):
-    """Parameters it does not name are not felt; without stiffness and damping nothing is: there it is exchanged for another."""
+    """Parameters it does not name are not felt; without stiffness and damping nothing is: there it is
+    exchanged for another.
+    """
     rng = np.random.default_rng(int(kind))
     for _ in range(30):
         s = in_force(kind, rng)

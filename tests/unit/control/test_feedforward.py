@@ -69,7 +69,9 @@ def test_the_direction_at_rest_is_the_hands_and_in_motion_the_joints():
 
 
 def work_over_a_cycle(policy, amplitude_rad, hz=40.0):
-    """Share of F times the way that the feed-forward puts into a vibration of a joint in a hand that pushes, after three cycles."""
+    """Share of F times the way that the feed-forward puts into a vibration of a joint in a hand that pushes,
+    after three cycles.
+    """
     rig = (
         LawRig(
             friction_policy=int(policy),
@@ -93,7 +95,9 @@ def work_over_a_cycle(policy, amplitude_rad, hz=40.0):
 
 @pytest.mark.parametrize("amplitude_rad", [1e-4, 5e-4])
 def test_a_vibration_within_the_presliding_length_gets_no_work_from_hybrid(amplitude_rad):
-    """The mock's friction is a spring there: a direction by the sign of the velocity would drive the vibration."""
+    """The mock's friction is a spring there: a direction by the sign of the velocity would drive the
+    vibration.
+    """
     assert work_over_a_cycle(Policy.HYBRID, amplitude_rad) == pytest.approx(0.0, abs=0.1)
     assert work_over_a_cycle(Policy.SIGN, amplitude_rad) > 0.3, "the measure sees what drives"
 
@@ -238,7 +242,9 @@ class BristlePlant(Plant):
 
 
 def kick(policy, model_gain=1.0, watched=True, **params):
-    """Hands off after a kick: RMS speed of the last 0.5 s of 1.5 s, and the energies. `watched`: a joint that trembles loses its help."""
+    """Hands off after a kick: RMS speed of the last 0.5 s of 1.5 s, and the energies. `watched`: a joint that
+    trembles loses its help.
+    """
     rig = LawRig(friction_policy=int(policy), friction_ungated_cap_nm=0.9, energy_budget_j=1e3, **params)
     rig.friction(gain=model_gain).arm()
     rig.params["friction_floor_nm"] = 0.25  # what the joint really has

@@ -1,4 +1,6 @@
-"""Readings that flicker among a few counts are taken for their mean; whatever else is read is answered as it is."""
+"""Readings that flicker among a few counts are taken for their mean; whatever else is read is answered as it
+is.
+"""
 
 import math
 
@@ -15,7 +17,9 @@ PLACE = 1234
 
 
 class Encoder:
-    """One that reads what the test says, in counts, tick by tick; `at` gives the positions taken, in counts."""
+    """One that reads what the test says, in counts, tick by tick; `at` gives the positions taken, in
+    counts.
+    """
 
     def __init__(self, holds=1.0, state=State.ACTIVE, program=0):
         self.rig = LawRig(flicker_held=holds)

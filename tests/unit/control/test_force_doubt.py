@@ -33,7 +33,9 @@ def made(**params):
 
 
 def moved(rig, path, motor_share=0.0, lively=False):
-    """Move the joint along these angles while the force shows 0 (`lively`: a last bit that changes); ticks to FORCE_FROZEN."""
+    """Move the joint along these angles while the force shows 0 (`lively`: a last bit that changes); ticks to
+    FORCE_FROZEN.
+    """
     for k, (before, here) in enumerate(pairwise(path)):
         dx = here - before
         rig.state["position_before_rad"][0, 0], rig.state["position_rad"][0, 0] = before, here
@@ -78,7 +80,9 @@ def test_the_third_sample_exactly_at_a_limit_is_clipped(component, sign):
 
 
 def slid(offset_nm, limit_nm, staying=False):
-    """Seconds of sliding, .25 s each way by turns, to a fault of a force that is off by this much, and that fault."""
+    """Seconds of sliding, .25 s each way by turns, to a fault of a force that is off by this much, and that
+    fault.
+    """
     rig = made(friction_seen_alpha=0.03, force_offset_limit_nm=limit_nm)
     rig.now["velocity_difference_rad_s"] = 0.1
     rig.state["friction_seen_nm"][0, 0] = (FRICTION_NM + offset_nm, FRICTION_NM - offset_nm)
@@ -121,7 +125,9 @@ def test_an_uneven_joint_whose_friction_swings_by_turns_is_no_offset():
 
 @pytest.mark.parametrize("resting", [True, False])
 def test_friction_seen_under_another_load_is_not_held_against_a_value_that_stays(resting):
-    """Forward under load and backward without, then a hand that leans on a wall: the joint flickers between counts, or slides one way."""
+    """Forward under load and backward without, then a hand that leans on a wall: the joint flickers between
+    counts, or slides one way.
+    """
     rig = made(friction_seen_alpha=0.03, force_offset_limit_nm=0.1, count_rad=1e-4)
     rig.state["friction_seen_nm"][0, 0] = (0.6, 0.3)
     rig.state["slid_ticks"], rig.state["same_ticks"] = 5000, 2 * FROZEN_S / T

@@ -1,4 +1,6 @@
-"""The law follows a factor that it is asked for: within bounds, by a step a tick, never above what was judged (docs/theory.md 5.10)."""
+"""The law follows a factor that it is asked for: within bounds, by a step a tick, never above what was judged
+(docs/theory.md 5.10).
+"""
 
 import math
 

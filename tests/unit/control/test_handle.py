@@ -1,4 +1,6 @@
-"""What was chosen for a joint is on a linear axis as it is at a handle: each part of the law asked on both, at a speed between the two."""
+"""What was chosen for a joint is on a linear axis as it is at a handle: each part of the law asked on both,
+at a speed between the two.
+"""
 
 import math
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""An admittance a thousand times smaller or larger than the usual joint is certified by hands and worlds of its own size, and shakes in them if it is not."""
+"""An admittance a thousand times smaller or larger than the usual joint is certified by hands and worlds of
+its own size, and shakes in them if it is not.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""Friction by load in the law: the plant's own closed form, the share that is compensated, and that it feeds back no more than is said."""
+"""Friction by load in the law: the plant's own closed form, the share that is compensated, and that it feeds
+back no more than is said.
+"""
 
 import math
 from types import SimpleNamespace

@@ -1,4 +1,6 @@
-"""The observer on a gear that nobody declared: what `observer_match.in_gears` says of it against the loop in time, written anew, with a link that a hand holds fast."""
+"""The observer on a gear that nobody declared: what `observer_match.in_gears` says of it against the loop in
+time, written anew, with a link that a hand holds fast.
+"""
 
 import math
 from dataclasses import replace
@@ -24,7 +26,9 @@ ROW = "disturbance observer, gear not declared"
 
 
 def growth_1_s(loop, hz, seconds=2.0):
-    """Rate at which a motor on its gear swings up, whose link does not move: two equal masses that would swing at `hz` freely."""
+    """Rate at which a motor on its gear swings up, whose link does not move: two equal masses that would
+    swing at `hz` freely.
+    """
     T, g, J, w = loop.period_s, loop.gain, loop.inertia_kgm2, 2 * math.pi * loop.bandwidth_hz
     stiffness = J / 4 * (2 * math.pi * hz) ** 2
     damping, motor = 2 * 0.01 * J / 4 * 2 * math.pi * hz, J / 2
@@ -97,7 +101,9 @@ def test_a_late_rig_has_a_slower_observer_until_its_gear_is_known_and_a_named_ba
 
 
 def test_a_slow_loop_keeps_its_bandwidth_where_what_gears_bear_is_too_slow_for_its_own_joint():
-    """At 100 Hz gears bear 3 Hz, with which a rigid joint in a hand hardly damps: the file that passed was refused."""
+    """At 100 Hz gears bear 3 Hz, with which a rigid joint in a hand hardly damps: the file that passed was
+    refused.
+    """
     loaded = load(CONFIGS / "mock.toml")
     table = loaded.config.model_dump(mode="json", by_alias=True)
     table["loop"]["rate_hz"], table["axis"][0]["coupling"]["stiffness_nm_rad"] = 100.0, 5.0

@@ -1,4 +1,6 @@
-"""The observer's closed loop: the matrices against the law itself in time, and what is known of it from theory."""
+"""The observer's closed loop: the matrices against the law itself in time, and what is known of it from
+theory.
+"""
 
 import math
 from dataclasses import replace
@@ -101,8 +103,8 @@ def test_the_default_is_quiet_with_every_hand_of_the_box_where_a_quick_one_behin
 
 
 def test_a_law_that_knows_nothing_of_the_delay_rings_where_one_that_does_is_quiet():
-    # brute force over hands in time: quiet at 25 Hz; its 50 Hz on the slow drive are unstable with the newest sample of
-    # the hand's torque only, which this law does not go by
+    # brute force over hands in time: quiet at 25 Hz; its 50 Hz on the slow drive are unstable with the newest
+    # sample of the hand's torque only, which this law does not go by
     blind = replace(SLOW, acting_ticks=0)
     assert judge(replace(RIG, bandwidth_hz=80.0)).ok
     assert not judge(replace(blind, bandwidth_hz=80.0)).ok

@@ -1,4 +1,6 @@
-"""The observer behind a late force sensor: its eigenvalues and its choice against the loop in time, written anew from docs/theory.md 6 alone."""
+"""The observer behind a late force sensor: its eigenvalues and its choice against the loop in time, written
+anew from docs/theory.md 6 alone.
+"""
 
 import math
 from dataclasses import replace
@@ -26,7 +28,9 @@ PARTS = 8
 
 
 def growth_1_s(loop, hand, seconds=3.0):
-    """Rate at which a swing grows: joint, hand and sensor by Runge-Kutta in eighths of a period, the law in plain words."""
+    """Rate at which a swing grows: joint, hand and sensor by Runge-Kutta in eighths of a period, the law in
+    plain words.
+    """
     T, g, J, w = loop.period_s, loop.gain, loop.inertia_kgm2, 2 * math.pi * loop.bandwidth_hz
     k_h, b_h, m_h, bristle = hand
     own = loop.viscous_nms_rad + 0.04 * math.sqrt(bristle * J)
@@ -140,7 +144,9 @@ def test_what_is_no_number_is_not_chosen_as_enough():
 
 @pytest.mark.parametrize("hand", [STIFF, HEAVY], ids=["stiff", "heavy"])
 def test_left_over_lateness_is_damping_as_the_theory_has_it(hand):
-    """docs/theory.md 6.4: c = J w |QS| [(excess + w_q T/2) sin phi - w e T cos phi], whatever spring and mass the hand has."""
+    """docs/theory.md 6.4: c = J w |QS| [(excess + w_q T/2) sin phi - w e T cos phi], whatever spring and mass
+    the hand has.
+    """
     k_h, _, m_h, _ = hand
     mass, J, T = RIG.inertia_kgm2 + m_h, RIG.inertia_kgm2, RIG.period_s
     w = math.sqrt(k_h / mass)
@@ -156,7 +162,9 @@ def test_left_over_lateness_is_damping_as_the_theory_has_it(hand):
 
 
 def chosen_of_all(loop, bandwidths_hz, gears):
-    """The observer that every loop looked at to the end, with every sensor and at every undamped hand, leaves as the best."""
+    """The observer that every loop looked at to the end, with every sensor and at every undamped hand, leaves
+    as the best.
+    """
     at = grid(loop)
     undamped = np.flatnonzero((at.b_h == 0.0) & (at.bristle == 0.0))
     late = observer_match.late_ticks(loop)

@@ -1,4 +1,6 @@
-"""The torque of a hand that moves the joint slowly is not answered at once, and nothing of it turns the help of a joint that slides."""
+"""The torque of a hand that moves the joint slowly is not answered at once, and nothing of it turns the help
+of a joint that slides.
+"""
 
 from __future__ import annotations
 
@@ -139,7 +141,9 @@ def test_at_rest_it_opens_at_once():
 @pytest.mark.parametrize("pace_rad_s", [0.0, 1.0])
 @pytest.mark.parametrize("push_nm", [0.0, 0.3])
 def test_a_ring_opens_it_on_a_joint_that_slides_as_far_as_its_mean_pushes(pace_rad_s, push_nm):
-    """35 Hz about a push: of a ring that would open it by half at each peak hardly a tenth is left, and it saws at nothing."""
+    """35 Hz about a push: of a ring that would open it by half at each peak hardly a tenth is left, and it
+    saws at nothing.
+    """
     rig, ring_nm = moved(pace_rad_s), 0.5 * float(moved(0.0).params["friction_gate_nm"][0, 0])
     rig.state["friction_mean_hand_nm"], rig.state["friction_gate"] = push_nm, float(push_nm > 0.0)
     for k in range(300):
@@ -186,7 +190,9 @@ def test_in_the_turn_of_a_slow_hand_it_goes_over_as_slowly_as_at_rest_and_withou
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_in_a_turn_that_is_quick_the_bristles_lead_and_no_ring_of_the_hand(way):
-    """The intent was at the hand's torque within 10 ms, and the help stepped to it as the ring's speed passed zero."""
+    """The intent was at the hand's torque within 10 ms, and the help stepped to it as the ring's speed passed
+    zero.
+    """
     rig = moved(1.0)
     rig.state["velocity_rad_s"] = 3 * NOMINAL["friction_blend_rad_s"]
     direction(rig, 100, 0.0, way, way)

@@ -175,7 +175,9 @@ def test_arming_on_a_stretched_spring_is_no_alarm():
 
 
 def after_changes(every, power_w):
-    """Move a spring's centre from side to side while the joint runs where it pulls; rig after 6 s, J taken out."""
+    """Move a spring's centre from side to side while the joint runs where it pulls; rig after 6 s, J taken
+    out.
+    """
     rig = LawRig(coupling_stiffness_nm_rad=50.0)
     rig.params["renderer_power_w"] = power_w
     rig.environment("spring", environment_stiffness_nm_rad=10.0).arm()

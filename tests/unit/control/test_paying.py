@@ -1,4 +1,6 @@
-"""A hand that moves a helped joint pays for some of its friction, and the observer feeds no vibration; what is not so loses its help (control.paying, control.feeding)."""
+"""A hand that moves a helped joint pays for some of its friction, and the observer feeds no vibration; what
+is not so loses its help (control.paying, control.feeding).
+"""
 
 import math
 
@@ -18,7 +20,9 @@ F = 0.2
 
 
 class Joint:
-    """One that goes where the test says in `times`, s, while the hand, the friction and the observer do what it says."""
+    """One that goes where the test says in `times`, s, while the hand, the friction and the observer do what
+    it says.
+    """
 
     def __init__(self, **state):
         self.rig = LawRig(paying_nm=F, rest_alpha=lowpass_alpha(REST_HZ, T))

@@ -1,4 +1,6 @@
-"""Compensation by place: trusted as far as the force sensor sees it, and a spring that no account pays for."""
+"""Compensation by place: trusted as far as the force sensor sees it, and a spring that no account pays
+for.
+"""
 
 import math
 from dataclasses import replace

@@ -1,4 +1,6 @@
-"""A reference that an excitation program tracks: where it arrives, what it may ask for, and when it is let go."""
+"""A reference that an excitation program tracks: where it arrives, what it may ask for, and when it is let
+go.
+"""
 
 import math
 

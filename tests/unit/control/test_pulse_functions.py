@@ -47,7 +47,9 @@ def armed(
     start=0.3,
     pulse_nm=0.08,
 ):
-    """Faults of a test pulse, tick by tick: joint positions at the end of parts 1 to 3 relative to the start."""
+    """Faults of a test pulse, tick by tick: joint positions at the end of parts 1 to 3 relative to the
+    start.
+    """
     rig = Rows(State.IDLE, follow_kind=kind, follow_delay_ticks=delay, arming_torque_nm=pulse_nm)
     rig["test_product_nm2"] = rig["test_square_nm2"] = rig["test_hand_nm"] = rig["test_moved_rad"] = 9.0
     rig["position_rad"] = start

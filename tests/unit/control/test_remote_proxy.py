@@ -1,4 +1,6 @@
-"""What a remote proxy does against a hand that rests: where it may move the joint, what it pays, how fast it follows."""
+"""What a remote proxy does against a hand that rests: where it may move the joint, what it pays, how fast it
+follows.
+"""
 
 import math
 
@@ -84,7 +86,9 @@ def pulled(rig, plant, target, stiffness=0.0):
 def test_a_renderer_that_winds_its_proxy_up_while_little_is_felt_pays_for_it_when_the_authority_rises(
     silent_ticks,
 ):
-    """Arming and each return from a silence were granted all that was stored by then: 11.8 J in 8 s too much."""
+    """Arming and each return from a silence were granted all that was stored by then: 11.8 J in 8 s too
+    much.
+    """
     rig = LawRig(coupling_stiffness_nm_rad=60.0, torque_limit_nm=20.0, torque_rate_nm=0.2)
     rig.params["renderer_power_w"] = 0.2
     rig.environment("remote", target_position_rad=0.0, target_velocity_rad_s=0.0).run(30)

@@ -1,4 +1,6 @@
-"""Who moves a remote proxy and what becomes of the rig when they fall silent: targets, leases, HOLD; sequences over many ticks."""
+"""Who moves a remote proxy and what becomes of the rig when they fall silent: targets, leases, HOLD;
+sequences over many ticks.
+"""
 
 import math
 

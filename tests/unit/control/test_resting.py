@@ -1,4 +1,6 @@
-"""A joint that rests or only bends its bristles follows the hand's torque ever more slowly; one that slides does not."""
+"""A joint that rests or only bends its bristles follows the hand's torque ever more slowly; one that slides
+does not.
+"""
 
 import math
 
@@ -42,7 +44,9 @@ def made(**params):
 
 
 def seen_at(rig, positions_rad, hand_nm=0.0, bristle_share=1.0, velocity_rad_s=0.1):
-    """Let the joint be seen at these angles, one a tick; what `QUICK` becomes for observer and feed-forward after the last."""
+    """Let the joint be seen at these angles, one a tick; what `QUICK` becomes for observer and feed-forward
+    after the last.
+    """
     rig.state["bristle_share"], rig.state["velocity_rad_s"] = bristle_share, velocity_rad_s
     for position in positions_rad:
         rig.state["position_rad"][0, 0] = position
@@ -146,7 +150,9 @@ def friction(rig, hand):
 
 
 def ripple_of(rig, read, hz):
-    """Half of what `read` swings in the last period when the hand's torque swings by 5 mN m, like its gate."""
+    """Half of what `read` swings in the last period when the hand's torque swings by 5 mN m, like its
+    gate.
+    """
     values = []
     for tick in range(LONG):
         hand = 0.005 * (1 + math.sin(2 * math.pi * hz * tick * T))

@@ -16,7 +16,9 @@ LIMIT = 2.0
 
 @compiled
 def _through(tick, state, params, sent, measured, skipped, found):
-    """Tick and bits of the first fault, or -1 and 0; the delay that is known at each tick is put into `found`."""
+    """Tick and bits of the first fault, or -1 and 0; the delay that is known at each tick is put into
+    `found`.
+    """
     t, s, p = tick[0], state[0], params[0]
     for k in range(len(sent)):
         s.torque_applied_nm[0] = sent[k]
@@ -39,7 +41,8 @@ class Motor:
         self.params, self.state = records(made[0]), records(made[1])
         self.tick = records(new_ticks(1, 1))
         for name, value in {
-            "period_s": period_s, "follow_kind": 1, "proof_delay_s": proof_ticks * period_s, "torque_limit_nm": LIMIT,
+            "period_s": period_s, "follow_kind": 1, "proof_delay_s": proof_ticks * period_s,
+            "torque_limit_nm": LIMIT,
             "current_gain_error": 0.3, "current_offset_nm": 0.1 * LIMIT, **params,
         }.items():  # fmt: skip
             self.params[name] = value
@@ -126,7 +129,8 @@ def test_skipped_slots_begin_a_new_window():
 
 @pytest.mark.parametrize(
     ("params", "state"),
-    [({"follow_kind": 0}, State.ACTIVE), ({"proof_delay_s": 0.0}, State.ACTIVE), ({}, State.HOLD), ({}, State.ARMING), ({}, State.IDLE)],
+    [({"follow_kind": 0}, State.ACTIVE), ({"proof_delay_s": 0.0}, State.ACTIVE), ({}, State.HOLD),
+        ({}, State.ARMING), ({}, State.IDLE)],
 )  # fmt: skip
 def test_nothing_is_watched_without_a_sensor_a_proof_or_the_torque_of_active(params, state):
     motor = Motor(**{"proof_ticks": 1.0, **params})

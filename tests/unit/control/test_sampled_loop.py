@@ -1,7 +1,7 @@
 """The exact margin behind delays and lags: oracles, and sums over thousands of aliases from first principles.
 
-Nothing of the product is used for the sums: aliases are added one by one, and the worst passive environment is searched
-over the circle of impedances that coupling and environment in series can have.
+Nothing of the product is used for the sums: aliases are added one by one, and the worst passive environment
+is searched over the circle of impedances that coupling and environment in series can have.
 """
 
 import math
@@ -48,7 +48,9 @@ def _alias_sums(theta, delta_s, lag_hz):
 
 
 def _brute(k_c, b_c, delta_s, lag_hz):
-    """Least b by sums over aliases, over frequencies and over the circle of passive environments, refined once."""
+    """Least b by sums over aliases, over frequencies and over the circle of passive environments, refined
+    once.
+    """
     theta = np.concatenate([np.geomspace(1e-4, 9e-3, 10), np.linspace(0, np.pi / 2, 161)[1:]])
     for points in (101, 4001):
         side = np.geomspace(1e-3, 1e5, points)

@@ -80,7 +80,9 @@ def test_a_torque_that_is_not_finite_costs_more_than_any_account(torque):
 
 
 def thrown(seed, rate, viscous, ticks=1500):
-    """A hand that presses slowly and lets go as fast as the motor may drive, again and again; rig, least energy, bound ticks."""
+    """A hand that presses slowly and lets go as fast as the motor may drive, again and again; rig, least
+    energy, bound ticks.
+    """
     draw = np.random.default_rng(seed)
     rig = LawRig(
         coupling_stiffness_nm_rad=draw.uniform(20.0, 500.0),

@@ -1,4 +1,6 @@
-"""A joint that goes on turning back more often than a hand can gets no help with friction until a hand moves it on."""
+"""A joint that goes on turning back more often than a hand can gets no help with friction until a hand moves
+it on.
+"""
 
 import math
 

@@ -23,8 +23,8 @@ def foaw_error(counts_per_rev, window, speed, n=2000):
     return float(np.sqrt(np.mean(np.square(errors))))
 
 
-# Regression table, four rows of which docs/theory.md 10.1 shows, +-20 % plus half a unit of its last digit. Its
-# entries for 1.0 and 2.0 rad/s at 160000 counts are left out: the finite-difference row beside them
+# Regression table, four rows of which docs/theory.md 10.1 shows, +-20 % plus half a unit of its last digit.
+# Its entries for 1.0 and 2.0 rad/s at 160000 counts are left out: the finite-difference row beside them
 # (.0016 at 2.0) belongs to 51 counts per tick, not to the 50.93 of 2.0 rad/s, see the next test.
 TABLE = [
     (160_000, 16, 0.01, 0.0004, 5e-5),
@@ -151,7 +151,9 @@ def foaw_by_its_definition(history, window, band):
 
 
 def strange_histories(rng):
-    """Encoder counts of motions slow and quick, noise about as wide as the band, counts that lie on its very edge, what is no number."""
+    """Encoder counts of motions slow and quick, noise about as wide as the band, counts that lie on its very
+    edge, what is no number.
+    """
     count = 2.0 ** -rng.integers(4, 16)
     where = rng.choice([0.0, 1e3, -7e5]) + rng.normal()
     back = np.arange(64)

@@ -1,4 +1,6 @@
-"""The loop that a virtual mass closes with a joint and a hand, against plain NumPy; and a mass that a renderer leads."""
+"""The loop that a virtual mass closes with a joint and a hand, against plain NumPy; and a mass that a
+renderer leads.
+"""
 
 import math
 
@@ -114,7 +116,9 @@ def test_a_renderer_that_holds_the_other_end_of_a_spring_leads_the_mass_as_far_a
 
 
 def test_a_renderer_finds_its_end_of_the_spring_at_the_mass_wherever_that_went_in_another_world():
-    """It was left where the mass was armed: targets on the joint itself jolted a hand at .5 rad by the torque limit, and nobody paid."""
+    """It was left where the mass was armed: targets on the joint itself jolted a hand at .5 rad by the torque
+    limit, and nobody paid.
+    """
     one = Servo()
     one.params["coupling_stiffness_nm_rad"], one.params["target_hold_ticks"] = 60.0, 100
     one.params["velocity_limit_rad_s"] = 6.0

@@ -16,7 +16,9 @@ def rotation(axis, angle):
 
 
 class Arm:
-    """A chain of hinges in the axes of its base; at position 0 of all joints the sensor's axes are the base's."""
+    """A chain of hinges in the axes of its base; at position 0 of all joints the sensor's axes are the
+    base's.
+    """
 
     def __init__(self, axes, points, sensor):
         self.axes, self.points, self.sensor = np.array(axes), np.array(points), np.array(sensor, float)

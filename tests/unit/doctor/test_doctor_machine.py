@@ -134,8 +134,10 @@ def test_throttling_of_real_time_processes(tmp_path, runtime, status):
 @pytest.mark.parametrize("content", ["", "nonsense", "\x00\xff", "-", "3-", "9" * 400])
 def test_no_file_whatever_it_holds_raises(tmp_path, content):
     for path in (
-        "proc/version", "proc/cmdline", "proc/self/limits", "proc/self/status", CPU + "isolated", CPU + "online",
-        "proc/sys/kernel/sched_rt_runtime_us", "proc/sys/kernel/sched_rt_period_us", "sys/kernel/debug/sched/preempt",
+        "proc/version", "proc/cmdline", "proc/self/limits", "proc/self/status", CPU + "isolated",
+        CPU + "online",
+        "proc/sys/kernel/sched_rt_runtime_us", "proc/sys/kernel/sched_rt_period_us",
+        "sys/kernel/debug/sched/preempt",
         "etc/systemd/system/rtctl@.service",
     ):  # fmt: skip
         put(tmp_path, path, content)

@@ -13,7 +13,10 @@ HEAD = "  sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrn
 
 
 def listen(root, port, inode, state="0A"):
-    line = f"   0: 0100007F:{port:04X} 00000000:0000 {state} 00000000:00000000 00:00000000 00000000  1000        0 {inode} 1"
+    line = (
+        f"   0: 0100007F:{port:04X} 00000000:0000 {state} 00000000:00000000 00:00000000 00000000  1000      "
+        f"  0 {inode} 1"
+    )
     put(root, "proc/net/tcp", f"{HEAD}\n{line}")
 
 

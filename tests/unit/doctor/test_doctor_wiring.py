@@ -144,7 +144,8 @@ def test_a_command_that_is_missing_or_fails_says_nothing():
     assert wiring.run(["false"]) == ""
 
 
-# ---- devices of third parties: whatever their options call it --------------------------------------------------------
+# ---- devices of third parties: whatever their options call it
+# --------------------------------------------------------
 @pytest.mark.parametrize(
     ("options", "missing"),
     [
@@ -158,7 +159,8 @@ def test_a_command_that_is_missing_or_fails_says_nothing():
         ({"vid": "0x403", "pid": "6014"}, "no USB device 0403:6014"),
         ({"channel": "can3"}, "no CAN interface can3; there are can0"),
         ({"can_interface": "vcan1"}, "no CAN interface vcan1"),
-        ({"wire": {"interface": "socketcan", "channel": "can3", "bitrate": 500_000}}, "no CAN interface can3; there are can0"),
+        ({"wire": {"interface": "socketcan", "channel": "can3", "bitrate": 500_000}},
+            "no CAN interface can3; there are can0"),
     ],
 )  # fmt: skip
 def test_a_third_partys_device_that_is_not_there_is_named(tmp_path, options, missing):

@@ -1,4 +1,6 @@
-"""The experiment on admittance displays: its fits, what it says of its tables, and contacts on the simulated rig."""
+"""The experiment on admittance displays: its fits, what it says of its tables, and contacts on the simulated
+rig.
+"""
 
 import math
 from dataclasses import replace

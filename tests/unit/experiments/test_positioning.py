@@ -159,8 +159,10 @@ def test_a_case_that_the_seeds_cannot_tell_is_not_counted_as_lost():
 @pytest.mark.parametrize(
     ("second", "said"),
     [
-        ([1.5, 1.6, 1.55], "Best of all: nu-SVR, RBF, with 1.1 ± 0.2 N m, 28.9 ± 19 % less than the next (Tustin)."),
-        ([1.5, 1.0, 1.0], "Best of all: nu-SVR, RBF, with 1.1 ± 0.2 N m; 3 seeds cannot tell it from the next (Tustin, 1.17 ± 0.7 N m)."),
+        ([1.5, 1.6, 1.55], "Best of all: nu-SVR, RBF, with 1.1 ± 0.2 N m, 28.9 ± 19 % less than the next "
+                           "(Tustin)."),
+        ([1.5, 1.0, 1.0], "Best of all: nu-SVR, RBF, with 1.1 ± 0.2 N m; 3 seeds cannot tell it from the "
+                          "next (Tustin, 1.17 ± 0.7 N m)."),
     ],
 )  # fmt: skip
 def test_the_best_of_all_is_named_with_whether_it_can_be_told_from_the_next(second, said):

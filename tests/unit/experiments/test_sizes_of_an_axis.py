@@ -1,4 +1,6 @@
-"""Experiments on a carriage and on a joint of short travel: motions that fit, units of the axis, errors that say why."""
+"""Experiments on a carriage and on a joint of short travel: motions that fit, units of the axis, errors that
+say why.
+"""
 
 import json
 

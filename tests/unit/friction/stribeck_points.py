@@ -30,5 +30,7 @@ def options(**more):
 
 @cache
 def ascended(*families):
-    """What is found with the points above, direction by direction: asked once for all tests that only look at it."""
+    """What is found with the points above, direction by direction: asked once for all tests that only look at
+    it.
+    """
     return ladder.ascend(points(), options(families=families, symmetric="no"))

@@ -1,4 +1,6 @@
-"""The feed-forward follows the watched friction (docs/theory.md 5.10): as far and as fast as it may, and only by what is known."""
+"""The feed-forward follows the watched friction (docs/theory.md 5.10): as far and as fast as it may, and only
+by what is known.
+"""
 
 import math
 from pathlib import Path

@@ -228,7 +228,8 @@ def test_a_folder_that_does_not_exist_is_refused(model, tmp_path):
 def test_reading_a_model_imports_no_learner_and_no_plots():
     code = (
         "import sys, rtctl.check.stability_report, rtctl.friction.artefact, rtctl.friction.learn.fit; "
-        "bad = {'sklearn', 'matplotlib', 'scipy', 'pickle5', 'joblib'} & set(sys.modules); assert not bad, bad"
+        "bad = {'sklearn', 'matplotlib', 'scipy', 'pickle5', 'joblib'} & set(sys.modules); assert not bad, "
+        "bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True)
 

@@ -1,4 +1,6 @@
-"""The band of a learned curve: it holds on sessions that nothing was learned from, is kept in the model file, and no proof gets looser by it."""
+"""The band of a learned curve: it holds on sessions that nothing was learned from, is kept in the model file,
+and no proof gets looser by it.
+"""
 
 import json
 from dataclasses import replace
@@ -75,7 +77,9 @@ def test_few_sessions_that_differ_know_little_of_the_next(sessions_, least):
 @pytest.mark.parametrize("wear", [0.0, 0.01, 0.02])
 @pytest.mark.parametrize("known", [3, 4, 6, 8])
 def test_it_holds_on_the_next_session_of_friction_that_wears(known, wear):
-    """Days that differ by 3 %, and wear of 2 % a day, 1 %, or none: as `tests.bench.next_session`, drawn 200 times."""
+    """Days that differ by 3 %, and wear of 2 % a day, 1 %, or none: as `tests.bench.next_session`, drawn 200
+    times.
+    """
     rng, shares = np.random.default_rng(11), []
     speed = np.geomspace(0.02, 2.0, 20)
     for _ in range(200):

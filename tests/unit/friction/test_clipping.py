@@ -1,4 +1,6 @@
-"""A torque that stays at its largest value is clipped where the balance wants more, and else an even motion."""
+"""A torque that stays at its largest value is clipped where the balance wants more, and else an even
+motion.
+"""
 
 import re
 from dataclasses import replace

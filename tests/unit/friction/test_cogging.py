@@ -39,7 +39,9 @@ def test_friction_and_conservative_part_are_told_apart():
 
 
 def test_means_over_a_sixteenth_of_a_period_see_no_wave_that_is_shorter():
-    """Their places scatter from lap to lap, so that they look like many; three periods and a wave more at a row fit such rows as well."""
+    """Their places scatter from lap to lap, so that they look like many; three periods and a wave more at a
+    row fit such rows as well.
+    """
     rng = np.random.default_rng(5)
     part = Harmonics(0.08, np.array([1.0, 2.0]), np.array([0.0, 0.006]), np.array([0.013, 0.003]))
     x = np.tile(np.arange(800) * 0.005, 2) + 0.00002 * rng.normal(size=1600)
@@ -131,9 +133,11 @@ def test_a_wave_that_a_restart_has_changed_is_told_beside_the_shift():
 
 
 def scatter_nm(sweep, period_rad):
-    """Scatter of a row of a sweep about any map, N m: the mean square of the waves above those that a part may have.
+    """Scatter of a row of a sweep about any map, N m: the mean square of the waves above those that a part
+    may have.
 
-    What varies from one place to the next is no cogging. 0 where the places are too few, or not even over the period, so that nothing is told.
+    What varies from one place to the next is no cogging. 0 where the places are too few, or not even over the
+    period, so that nothing is told.
     """
     places, where, count = np.unique(
         np.round((sweep.position_rad / period_rad) % 1.0, 4), return_inverse=True, return_counts=True

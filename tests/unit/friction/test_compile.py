@@ -110,7 +110,9 @@ def test_nan_speed_gives_nan():
 
 
 def test_a_shared_curve_ends_with_the_range_of_the_slower_direction():
-    """Both directions share a curve, one is known to 4 and one to 2 rad/s: such a model was written, and refused when read."""
+    """Both directions share a curve, one is known to 4 and one to 2 rad/s: such a model was written, and
+    refused when read.
+    """
     v, f = _data()
     regression = SVR(kernel=spline, C=100, epsilon=0.005).fit(v[:, None], f)
     vectors, beta = v[regression.support_], regression.dual_coef_[0]

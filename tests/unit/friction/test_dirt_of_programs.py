@@ -1,4 +1,6 @@
-"""Dirty logs of other people's programs: right values, or a refusal or a warning that names the cause; all of them as volume."""
+"""Dirty logs of other people's programs: right values, or a refusal or a warning that names the cause; all of
+them as volume.
+"""
 
 import re
 

@@ -1,4 +1,6 @@
-"""Dirty logs: no wrong parameters without a warning that names the cause; clean logs: right parameters and no alarm."""
+"""Dirty logs: no wrong parameters without a warning that names the cause; clean logs: right parameters and no
+alarm.
+"""
 
 import json
 import re
@@ -12,7 +14,10 @@ from moved_joint import CLEAN
 
 RECORDINGS = Path(__file__).parents[4] / "shared" / "data" / "tue_haptic_1dof"
 
-TRUE_OF_CLEAN_LOGS = r"hardly any sliding below|samples of slow motion only|strokes too short|looks 0\.\d+ ms .* or friction is not Coulomb"
+TRUE_OF_CLEAN_LOGS = (
+    r"hardly any sliding below|samples of slow motion only|strokes too short"
+    r"|looks 0\.\d+ ms .* or friction is not Coulomb"
+)
 """Warnings that say what a clean log lacks; that its joints have a Stribeck peak is true, too."""
 
 
@@ -82,7 +87,8 @@ def test_the_corpus_is_as_large_as_promised():
     ],
 )
 def test_real_recordings_of_free_motion_give_no_alarm_but_true_ones(letter, columns, true):
-    """The lever of the hand has a torque of about 2.5 mN m RMS that depends on its position in all of its recordings.
+    """The lever of the hand has a torque of about 2.5 mN m RMS that depends on its position in all of its
+    recordings.
 
     One of them says the inertia within half of it only, and is right to say so.
     """

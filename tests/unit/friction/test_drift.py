@@ -1,4 +1,6 @@
-"""The watch over the friction (docs/theory.md 5.9): factor and offset from ordinary motion, on joints whose factor is known."""
+"""The watch over the friction (docs/theory.md 5.9): factor and offset from ordinary motion, on joints whose
+factor is known.
+"""
 
 import math
 from functools import cache

@@ -1,4 +1,6 @@
-"""What changes beside dry friction is not told as dry friction: viscous friction, springs and weights, a model that does not say what is viscous; and a judge of another make."""
+"""What changes beside dry friction is not told as dry friction: viscous friction, springs and weights, a
+model that does not say what is viscous; and a judge of another make.
+"""
 
 import tempfile
 
@@ -75,7 +77,9 @@ def test_what_is_viscous_in_a_model_that_does_not_say_so_is_not_called_dry():
 
 @pytest.mark.parametrize("factor", [0.9, 1.0, 1.1])
 def test_an_offset_that_moves_while_slow_strokes_change_sides_is_no_friction(factor):
-    """Slow forward and quick back, later the other way round, while the sensor's zero moves by a quarter of the friction."""
+    """Slow forward and quick back, later the other way round, while the sensor's zero moves by a quarter of
+    the friction.
+    """
     by, strokes, rate_hz = deployed(*arrays(), 0), Strokes(4800), 200.0
     slow = [1.0, -0.2] * 10 + [0.2, -1.0] * 10
     v = np.concatenate([np.full(round(rate_hz * abs(s)), 0.1 / s) for s in slow])

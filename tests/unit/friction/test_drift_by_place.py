@@ -1,4 +1,6 @@
-"""The watch over the friction where the model and the encoder know the place: a hand that works at one place, a gear's ripple."""
+"""The watch over the friction where the model and the encoder know the place: a hand that works at one place,
+a gear's ripple.
+"""
 
 import math
 from dataclasses import replace
@@ -27,7 +29,9 @@ SHIFT_RAD = -0.7
 
 @pytest.fixture(scope="module")
 def placed():
-    """The law's arrays with waves of .2 of the friction over the turn and a ripple of .03 N m, whose 0 is `SHIFT_RAD` off the encoder's."""
+    """The law's arrays with waves of .2 of the friction over the turn and a ripple of .03 N m, whose 0 is
+    `SHIFT_RAD` off the encoder's.
+    """
     params, model = arrays()
     params, model = params.copy(), model.copy()
     row = model[0]
@@ -61,7 +65,9 @@ def test_arrays_say_what_the_law_says(placed):
 
 
 def at_their_place(rows, placed, factor):
-    """The rows as a joint gives them whose dry friction at every place is `factor` of the model's by place, with its ripple."""
+    """The rows as a joint gives them whose dry friction at every place is `factor` of the model's by place,
+    with its ripple.
+    """
     by, v, x = deployed(*placed, 0), rows["velocity_rad_s"][:, 0], rows["position_rad"][:, 0]
     there = x - SHIFT_RAD
     more = 0.2 * (np.cos(there) + np.sin(there)) * (by.dry_nm(v) + by.viscous_nms_rad(v) * np.abs(v))

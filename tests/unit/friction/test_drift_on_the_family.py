@@ -1,4 +1,6 @@
-"""No false alarm on the simulated joints, moved as people move: minutes here, an hour as volume, ten in `rtctl bench drift`."""
+"""No false alarm on the simulated joints, moved as people move: minutes here, an hour as volume, ten in
+`rtctl bench drift`.
+"""
 
 import pytest
 
@@ -14,7 +16,9 @@ PEOPLE = [name for name in drift.MOTIONS if name not in ("trembling", "slowly")]
 
 
 def with_its_bristles(name):
-    """The shipped rig with this plant, told the presliding length that `rtctl identify` finds on it: the model's is another joint's."""
+    """The shipped rig with this plant, told the presliding length that `rtctl identify` finds on it: the
+    model's is another joint's.
+    """
     loaded = with_plant(load("configs/mock.toml"), name)
     friction = loaded.options["axis"][0]["friction"]
     length_rad = friction["breakaway_nm"] / friction["bristle_stiffness_nm_rad"]

@@ -1,4 +1,6 @@
-"""What the watch over the friction forgets, and the load that it takes off: joints that hardly slide, gears that are loaded."""
+"""What the watch over the friction forgets, and the load that it takes off: joints that hardly slide, gears
+that are loaded.
+"""
 
 import math
 
@@ -54,7 +56,9 @@ def test_a_joint_that_hardly_slides_is_told_of_a_tenth_within_a_minute_of_motion
 
 
 def test_a_joint_that_is_turned_one_way_only_is_not_told_by_what_it_was_before():
-    """Friction and an offset of the sensor are the same thing there, and the strokes back are forgotten after a window of sliding."""
+    """Friction and an offset of the sensor are the same thing there, and the strokes back are forgotten after
+    a window of sliding.
+    """
     to_and_fro, on = ticks_of([Joint(factor=1.12), Joint(sines=((60.0, 0.0008),), factor=0.7)], 50.0)
     on["tick"] += len(to_and_fro)
     rig = watch()
@@ -68,7 +72,9 @@ def test_a_joint_that_is_turned_one_way_only_is_not_told_by_what_it_was_before()
 
 
 def loaded(rows, load):
-    """The rows as they are in a gear whose friction grows by what the model says; the hand takes it, against a motor of .4 N m."""
+    """The rows as they are in a gear whose friction grows by what the model says; the hand takes it, against
+    a motor of .4 N m.
+    """
     motor, hand, v = rows["motor_torque_nm"], rows["hand_torque_nm"], rows["velocity_rad_s"]
     motor += 0.4
     hand -= 0.4
@@ -99,7 +105,8 @@ def test_a_row_whose_bristles_are_late_behind_the_curve_is_left_out():
     params, model = arrays()
     by = deployed(params, model, 0)
     u = np.array([0.05, 0.05, 0.05, 0.5, 0.5])
-    # to .05 rad/s out of rest and out of .5 rad/s within a presliding length; at even speed; fast, as a hand turns
+    # to .05 rad/s out of rest and out of .5 rad/s within a presliding length; at even speed; fast, as a hand
+    # turns
     a = np.array([0.05**2, 0.05**2 - 0.5**2, 0.0, 0.0, 0.0]) / (2 * by.presliding_rad)
     a[3:] = 3.0, -3.0
     for way in (1.0, -1.0):

@@ -1,4 +1,6 @@
-"""To and fro at even speeds: friction at these speeds is told, and of what is not in the log how large it may be."""
+"""To and fro at even speeds: friction at these speeds is told, and of what is not in the log how large it may
+be.
+"""
 
 import json
 from dataclasses import replace
@@ -16,7 +18,9 @@ J, B, F, RATE_HZ = 0.01, 0.08, 0.25, 500.0
 
 
 def strokes(speeds, seconds=30.0, travel=0.6, noise=0.002):
-    """A triangle of constant speeds, each for four strokes, whose corners take 20 ms; time, position, torque."""
+    """A triangle of constant speeds, each for four strokes, whose corners take 20 ms; time, position,
+    torque.
+    """
     corners, at, side, t = [(0.0, 0.0)], 0.0, 1.0, 0.0
     k = 0
     while t < seconds:

@@ -94,7 +94,8 @@ def test_what_the_bands_were_worth_is_told():
     ("more", "said"),
     [
         ({}, "as its held-out error said (1 mN m; 1.00 times), and is as good as the best rung"),
-        ({"chosen_nm": 2e-3}, "which its held-out error did not say (1 mN m; 2.00 times), and is 2.00 times the best rung"),
+        ({"chosen_nm": 2e-3},
+            "which its held-out error did not say (1 mN m; 2.00 times), and is 2.00 times the best rung"),
         ({"floor_nm": 1e-3}, "chosen; at the floor; the least error, by a machine"),
     ],
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Fits that fail: a solver that gives up, formulas nobody can identify, curves that cannot be compiled; each is survived and said."""
+"""Fits that fail: a solver that gives up, formulas nobody can identify, curves that cannot be compiled; each
+is survived and said.
+"""
 
 from dataclasses import replace
 

@@ -1,4 +1,6 @@
-"""Sessions foretold by those before them: friction that wears on is told, friction that comes and goes is not."""
+"""Sessions foretold by those before them: friction that wears on is told, friction that comes and goes is
+not.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,6 @@
-"""Every kind of curve keeps what its interface promises; none is named here, so that a new one is held to it too."""
+"""Every kind of curve keeps what its interface promises; none is named here, so that a new one is held to it
+too.
+"""
 
 import math
 

@@ -71,7 +71,9 @@ def test_dry_friction_and_viscous_slope_are_recovered():
 
 
 def test_few_speeds_in_the_upper_half_leave_the_viscous_slope_right():
-    """24 speeds over a range of 400 have three there: the slope of all was that of the Stribeck peak, 6 % of the true one."""
+    """24 speeds over a range of 400 have three there: the slope of all was that of the Stribeck peak, 6 % of
+    the true one.
+    """
     v = np.geomspace(0.005, 2.0, 24)
     f = 0.22 + 0.08 * np.exp(-((v / 0.05) ** 2)) + 0.12 * v
     assert np.sum(v >= 0.5 * v.max()) == 3

@@ -1,4 +1,6 @@
-"""What a balance leaves over that is no noise bounds what it moved; a torque is taken as of the instants that it was measured at."""
+"""What a balance leaves over that is no noise bounds what it moved; a torque is taken as of the instants that
+it was measured at.
+"""
 
 from dataclasses import replace
 

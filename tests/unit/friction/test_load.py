@@ -1,4 +1,6 @@
-"""Friction that grows with load, and with temperature: found again from points, told where the points do not say."""
+"""Friction that grows with load, and with temperature: found again from points, told where the points do not
+say.
+"""
 
 from dataclasses import replace
 from pathlib import Path

@@ -1,4 +1,6 @@
-"""Load terms of a gear whose peak falls at two speeds and whose directions differ: found again, and what of them the law gets."""
+"""Load terms of a gear whose peak falls at two speeds and whose directions differ: found again, and what of
+them the law gets.
+"""
 
 import numpy as np
 import pytest

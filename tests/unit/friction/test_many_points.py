@@ -1,4 +1,6 @@
-"""Many points: machines trained by a factor of low rank are those of LIBSVM, and the ladder's early rounds look at fewer points."""
+"""Many points: machines trained by a factor of low rank are those of LIBSVM, and the ladder's early rounds
+look at fewer points.
+"""
 
 from dataclasses import replace
 

@@ -1,4 +1,6 @@
-"""Models of a linear axis: the spline says the same of a motion in m/s as in rad/s, over place too, and the file keeps its unit."""
+"""Models of a linear axis: the spline says the same of a motion in m/s as in rad/s, over place too, and the
+file keeps its unit.
+"""
 
 import json
 import math

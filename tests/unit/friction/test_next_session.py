@@ -1,4 +1,6 @@
-"""On the simulated joint with scripted drift the held-out error of whole sessions is that of the session after."""
+"""On the simulated joint with scripted drift the held-out error of whole sessions is that of the session
+after.
+"""
 
 import pytest
 

@@ -79,7 +79,9 @@ def test_a_fit_is_not_judged_by_the_points_it_was_made_of(points):
 
 
 def log(**wrong):
-    """Points of the rows of a log above .3 rad/s, whose friction is .18 + .03 v, with something else in the torque."""
+    """Points of the rows of a log above .3 rad/s, whose friction is .18 + .03 v, with something else in the
+    torque.
+    """
     given = {"zero_nm": 0.0, "gravity_nm": 0.0, "inertia_kgm2": 0.0, "noise_nm": 0.01, **wrong}
     t = np.arange(0, 60, 0.01)
     x, v, a = 0.8 * np.sin(2 * t), 1.6 * np.cos(2 * t), -3.2 * np.sin(2 * t)
@@ -92,7 +94,8 @@ def log(**wrong):
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"zero_nm": 0.06}, r"differs by 0\.12 N m between the directions, 5\d% of it: a torque whose zero is off by 0\.0(6|59)"),
+        ({"zero_nm": 0.06}, r"differs by 0\.12 N m between the directions, 5\d% of it: "
+         r"a torque whose zero is off by 0\.0(6|59)"),
         ({"gravity_nm": 0.15}, "rows of one speed scatter by .*gravity"),
         ({"inertia_kgm2": 0.045}, "rows of one speed scatter by .*acceleration"),
     ],

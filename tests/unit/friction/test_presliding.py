@@ -13,7 +13,9 @@ BREAK_AWAY_NM = 0.35
 
 
 def ramp(length_rad, *, bend, sign=1, count_rad=COUNT, noise_nm=0.004, chatter_rad=0.0, seed=0):
-    """Count changes of a ramp at .05 N m/s; bend 1 is LuGre at rest, 0 an ideal spring that yields at once."""
+    """Count changes of a ramp at .05 N m/s; bend 1 is LuGre at rest, 0 an ideal spring that yields at
+    once.
+    """
     random = np.random.default_rng(seed)
     torque = np.arange(0, BREAK_AWAY_NM, 0.05 * T)
     share = np.clip(torque / BREAK_AWAY_NM, 0, 1 - 1e-9)

@@ -24,7 +24,9 @@ def test_the_length_is_break_away_over_stiffness_whatever_the_bristles(bristles,
 
 
 def with_pauses(whole, pause_s=0.7):
-    """The same motion with a stop at every turn, in which the hand presses on: a joint that sticks stays where it is."""
+    """The same motion with a stop at every turn, in which the hand presses on: a joint that sticks stays
+    where it is.
+    """
     held = round(pause_s * RATE_HZ)
     travel = np.convolve(whole.position_rad, np.ones(50) / 50, mode="same")
     turns = np.flatnonzero(np.diff(np.sign(np.diff(travel))) != 0)[1:-1]

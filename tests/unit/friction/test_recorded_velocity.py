@@ -112,7 +112,9 @@ def test_a_velocity_that_its_program_low_passed_is_undone_and_said(cutoff_hz, co
 
 
 def test_a_coarse_position_is_no_reason_to_refuse_a_good_velocity():
-    """Rows of a slow joint see a step in turn with none: the derivative of such a position is noise as large as itself."""
+    """Rows of a slow joint see a step in turn with none: the derivative of such a position is noise as large
+    as itself.
+    """
     t = np.arange(30_000) / 2000.0
     v = 0.06 * np.cos(0.9 * t)
     x = np.floor(0.06 / 0.9 * np.sin(0.9 * t) / 3e-3) * 3e-3

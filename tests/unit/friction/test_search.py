@@ -148,7 +148,9 @@ def test_directions_alike_share_one_curve_and_directions_that_differ_do_not():
 
 
 def test_directions_that_differ_by_little_share_no_curve_that_is_expected_to_err_more():
-    """Three percent apart: within one standard error of its own a shared curve was as good, and it errs 1.7 times as much."""
+    """Three percent apart: within one standard error of its own a shared curve was as good, and it errs 1.7
+    times as much.
+    """
     _, made, truth, _ = joint(4)
     found = ladder.ascend(made, options(families=("lorentzian",)))
     assert not found.symmetric
@@ -174,7 +176,8 @@ def test_symmetric_by_order_is_one_curve_however_wrong():
 def test_every_backend_finds_the_same(backend):
     few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
     one = ascended(*few["families"])
-    other = ladder.ascend(points(), options(**few, backend=backend) if backend == "threading" else ladder.Options(
+    other = ladder.ascend(points(),
+        options(**few, backend=backend) if backend == "threading" else ladder.Options(
         **few, backend=backend, n_jobs=2
     ))  # fmt: skip
     assert one.explanation == other.explanation

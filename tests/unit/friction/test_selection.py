@@ -1,4 +1,6 @@
-"""The choice: smallest expected error within one standard error, then fewest numbers, and the reason in words."""
+"""The choice: smallest expected error within one standard error, then fewest numbers, and the reason in
+words.
+"""
 
 from dataclasses import replace
 

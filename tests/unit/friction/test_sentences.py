@@ -45,21 +45,33 @@ def rung(family, rmse_mnm, terms):
 SPLINE = "epsilon-spline"
 
 CASES = [
-    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=3), SPLINE), "errs 2 mN m RMS, the least of 2 models"),
-    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=1.9), SPLINE), "within one standard error of the best of 2"),
-    (sentences.of_test, (on_test(epsilon_spline=4, gaussian=1), SPLINE), "4 times the best of 2 models: the least has gaussian, 1 mN m"),
+    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=3), SPLINE),
+        "errs 2 mN m RMS, the least of 2 models"),
+    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=1.9), SPLINE),
+        "within one standard error of the best of 2"),
+    (sentences.of_test, (on_test(epsilon_spline=4, gaussian=1), SPLINE),
+        "4 times the best of 2 models: the least has gaussian, 1 mN m"),
     (sentences.of_test, (on_test(gaussian=1), SPLINE), "nothing is said of epsilon-spline"),
-    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=1),), "a formula is the best: gaussian beats epsilon-spline, 1 against 2"),
-    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=2.1),), "a formula is as good: gaussian is within one standard error"),
-    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=4),), "no formula is as good: the best, gaussian, errs 2 times as much"),
+    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=1),),
+        "a formula is the best: gaussian beats epsilon-spline, 1 against 2"),
+    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=2.1),),
+        "a formula is as good: gaussian is within one standard error"),
+    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=4),),
+        "no formula is as good: the best, gaussian, errs 2 times as much"),
     (sentences.of_test_formulas, (on_test(gaussian=4),), "^$"),
-    (sentences.of_agreement, (on_test(epsilon_spline=2), held(epsilon_spline=1.9), SPLINE), "1.1 times its held-out error .*: the two agree"),
-    (sentences.of_agreement, (on_test(epsilon_spline=8), held(epsilon_spline=2), SPLINE), "4 times .* says too little of another session"),
-    (sentences.of_agreement, (on_test(epsilon_spline=1), held(epsilon_spline=2), SPLINE), "the test points are easier"),
-    (sentences.of_bound, (model(train=3, validation=2, test=None),), "is 3 mN m, on the points it was learned from"),
+    (sentences.of_agreement, (on_test(epsilon_spline=2), held(epsilon_spline=1.9), SPLINE),
+        "1.1 times its held-out error .*: the two agree"),
+    (sentences.of_agreement, (on_test(epsilon_spline=8), held(epsilon_spline=2), SPLINE),
+        "4 times .* says too little of another session"),
+    (sentences.of_agreement, (on_test(epsilon_spline=1), held(epsilon_spline=2), SPLINE),
+        "the test points are easier"),
+    (sentences.of_bound, (model(train=3, validation=2, test=None),),
+        "is 3 mN m, on the points it was learned from"),
     (sentences.of_bound, (model(train=3, validation=4, test=None),), "is 4 mN m, on what was held out"),
-    (sentences.of_bound, (model(train=3, validation=4, test=9, single=None),), "is 9 mN m, on the test points"),
-    (sentences.of_bound, (model(train=3, validation=4, test=9, single=20),), "is 20 mN m, on single measurements"),
+    (sentences.of_bound, (model(train=3, validation=4, test=9, single=None),),
+        "is 9 mN m, on the test points"),
+    (sentences.of_bound, (model(train=3, validation=4, test=9, single=20),),
+        "is 20 mN m, on single measurements"),
     (sentences.of_left_out, (0, 140), "^$"),
     (sentences.of_left_out, (1, 140), "1 of 140 points is left out"),
 ]  # fmt: skip
@@ -87,11 +99,15 @@ def test_a_model_that_no_search_compared_is_compared_with_the_formulas_of_the_ta
 @pytest.mark.parametrize(
     ("rungs", "said"),
     [
-        ({"gaussian": (1.01, 4), SPLINE: (1.0, 9)}, "gaussian errs more by less than one standard error of epsilon-spline"),
+        ({"gaussian": (1.01, 4), SPLINE: (1.0, 9)},
+            "gaussian errs more by less than one standard error of epsilon-spline"),
         ({"gaussian": (0.99, 4), SPLINE: (1.0, 9)}, "gaussian does not err more than epsilon-spline"),
-        ({"gaussian": (3.0, 4), SPLINE: (1.0, 9)}, "No parametric model is as good: the best, gaussian, errs 3 times"),
-        ({"gaussian": (1.0, 9), SPLINE: (1.01, 4)}, "the fewest numbers of 2 within one standard error of the best"),
-        ({"gaussian": (1.0, 4), SPLINE: (3.0, 9)}, "the smallest expected error by more than one standard error"),
+        ({"gaussian": (3.0, 4), SPLINE: (1.0, 9)},
+            "No parametric model is as good: the best, gaussian, errs 3 times"),
+        ({"gaussian": (1.0, 9), SPLINE: (1.01, 4)},
+            "the fewest numbers of 2 within one standard error of the best"),
+        ({"gaussian": (1.0, 4), SPLINE: (3.0, 9)},
+            "the smallest expected error by more than one standard error"),
         ({"gaussian": (1.0, 4), SPLINE: (1.01, 9)}, "the smallest expected error and the fewest numbers"),
     ],
 )  # fmt: skip
@@ -126,7 +142,8 @@ def test_the_page_confronts_its_headline_with_test_points_that_contradict_it(lea
     assert "which says too little of another session" in said["weaker"]
     assert "which says too little of another session" not in said["same"]
     evidence = report_evidence.gather(joint(), learned, None, joint(factor=0.5))
-    html = page.page(evidence, SimpleNamespace(axes=(), gain_model=0.5, friction_min_nm=0.2), {"provenance": {}}, [
+    html = page.page(evidence, SimpleNamespace(axes=(), gain_model=0.5, friction_min_nm=0.2),
+        {"provenance": {}}, [
         page.Picture("ladder", "", b"")])  # fmt: skip
     assert "which says too little of another session" in html
 

@@ -1,4 +1,6 @@
-"""Friction that a drive has taken off the torque already, told by the turns; and friction as a share of two recorded torques."""
+"""Friction that a drive has taken off the torque already, told by the turns; and friction as a share of two
+recorded torques.
+"""
 
 import re
 from dataclasses import replace
@@ -62,7 +64,9 @@ def test_what_turns_over_at_once_cannot_be_told_from_its_compensation(off):
 
 
 def of_two(motor_share, hand_share, servo):
-    """Signals of a joint that a hand moves and a motor, by `servo` of its damping, and the hand's torque on their rows."""
+    """Signals of a joint that a hand moves and a motor, by `servo` of its damping, and the hand's torque on
+    their rows.
+    """
     t, x, v, a = motion(brisk=1.6)
     wanted = INERTIA * a + VISCOUS * v + COULOMB * np.sign(v)
     motor = servo(t, v)
@@ -106,7 +110,9 @@ def test_a_motor_that_only_brakes_tells_no_share_and_that_is_said():
 
 
 def test_the_instant_of_a_motor_that_damps_is_a_doubt_of_the_inertia():
-    """Half a period of a damping D is an inertia of half a period times D, and no balance tells them apart."""
+    """Half a period of a damping D is an inertia of half a period times D, and no balance tells them
+    apart.
+    """
     signals, external = of_two(0.0, 0.0, lambda _t, v: -0.3 * v)
     alone = doubts(signals)
     held_s = 2e-3

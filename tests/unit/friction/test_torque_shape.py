@@ -1,4 +1,6 @@
-"""The torque as a whole: friction that is a share of it, scales that bend and drift; and honest logs, of which nothing of the kind is said."""
+"""The torque as a whole: friction that is a share of it, scales that bend and drift; and honest logs, of
+which nothing of the kind is said.
+"""
 
 import numpy as np
 import pytest
@@ -19,7 +21,9 @@ WORDS = r"friction grows with the torque|not proportional|drifts"
 
 
 def moved(shape, brisk=1.0, noise=2e-3, seed=1):
-    """A log of strokes, quicker with `brisk`; `shape` makes the torque of that which the motion wants, its direction and the share of the time."""
+    """A log of strokes, quicker with `brisk`; `shape` makes the torque of that which the motion wants, its
+    direction and the share of the time.
+    """
     t = np.arange(0, 30, 1 / RATE_HZ)
     parts = [(0.5, 0.31, 0.1), (0.25, 0.83, 1.1), (0.12, 1.9, 2.0)]
     w = [(a, 2 * np.pi * f * brisk, p) for a, f, p in parts]

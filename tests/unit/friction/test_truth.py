@@ -31,7 +31,8 @@ def test_the_true_friction_is_the_rig_files_law(loaded):
 
 
 def test_errors_of_a_joint_with_hardly_any_dry_friction_are_shares_of_all_of_its_friction(loaded):
-    viscous = {**loaded.options["axis"][0]["friction"], "coulomb_nm": 1e-6, "breakaway_nm": 1e-6, "thinning_nms_rad": 0.0, "viscous_nms_rad": 4.0}  # fmt: skip
+    viscous = {**loaded.options["axis"][0]["friction"], "coulomb_nm": 1e-6, "breakaway_nm": 1e-6,
+        "thinning_nms_rad": 0.0, "viscous_nms_rad": 4.0}  # fmt: skip
     options = {**loaded.options, "axis": [{**loaded.options["axis"][0], "friction": viscous}]}
     points = [(speed, 1.01 * 4.0 * speed, 1) for speed in SPEEDS]
     (found,) = truth.of_points(loaded.model_copy(update={"options": options}), 0, points)
@@ -96,7 +97,9 @@ def test_only_the_mocks_friction_is_known(loaded):
 
 
 def test_friction_that_grows_with_the_motors_torque_is_that_of_the_torque_that_moves_the_joint():
-    """The eRob 80 of the rig file: F = F_c + .048888 F + (F_s - F_c + 8.8e-6 F) s(v) + b v, no hand at the joint."""
+    """The eRob 80 of the rig file: F = F_c + .048888 F + (F_s - F_c + 8.8e-6 F) s(v) + b v, no hand at the
+    joint.
+    """
     v = np.array([0.05, 1.0, 3.0])
     left = np.exp(-((v / 2.033) ** 2.9999))
     dry = 0.00048 + (5.2269 - 0.00048) * left + 9.709 * v

@@ -1,4 +1,6 @@
-"""Logs that are not quite of the model: intervals hold the truth, coarse encoders are seen, and no direction is trusted with more friction than it has."""
+"""Logs that are not quite of the model: intervals hold the truth, coarse encoders are seen, and no direction
+is trusted with more friction than it has.
+"""
 
 import json
 from dataclasses import replace
@@ -129,7 +131,9 @@ def test_a_right_model_holds_on_the_next_session_although_a_line_has_seen_it(tmp
 
 
 def asymmetric(tmp_path, *options):
-    """A log whose forward friction is twice a third of the backward one; its points, and the least friction of a model of them."""
+    """A log whose forward friction is twice a third of the backward one; its points, and the least friction
+    of a model of them.
+    """
     t, x, v, a = motion(500.0, 30.0)
     friction = np.where(v > 0, 0.2, -0.3) + B * v
     path = tmp_path / "log.csv"

@@ -1,4 +1,6 @@
-"""A gateway that is served by hand, in the test's own process: no loop, one row of a tick, and sockets of clients."""
+"""A gateway that is served by hand, in the test's own process: no loop, one row of a tick, and sockets of
+clients.
+"""
 
 import time
 

@@ -1,4 +1,6 @@
-"""The operation `adapt`: the compensation follows the friction that is seen, or is held, while the rig runs."""
+"""The operation `adapt`: the compensation follows the friction that is seen, or is held, while the rig
+runs.
+"""
 
 import pytest
 from test_requests import Desk

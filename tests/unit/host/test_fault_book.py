@@ -22,10 +22,13 @@ def limits():
     p = np.zeros(1, params_dtype(2))
     for name, value in {
         "period_s": 1e-3, "position_min_rad": -1.0, "position_max_rad": 1.0, "force_limit_n": 50.0,
-        "current_limit_a": 20.0, "torque_limit_nm": 3.0, "torque_continuous_nm": 1.0, "velocity_limit_rad_s": 10.0,
+        "current_limit_a": 20.0, "torque_limit_nm": 3.0, "torque_continuous_nm": 1.0,
+        "velocity_limit_rad_s": 10.0,
         "energy_budget_j": 0.02, "follow_kind": 1, "temperature_kind": 1, "temperature_trip_c": 90.0,
-        "device_velocity_kind": 1, "device_tolerance_rad_s": 0.5, "arming_travel_rad": 0.1, "proof_delay_s": 2e-3,
-        "follow_delay_ticks": 2, "current_gain_error": 0.3, "current_offset_nm": 0.3, "force_offset_limit_nm": 0.3,
+        "device_velocity_kind": 1, "device_tolerance_rad_s": 0.5, "arming_travel_rad": 0.1,
+        "proof_delay_s": 2e-3,
+        "follow_delay_ticks": 2, "current_gain_error": 0.3, "current_offset_nm": 0.3,
+        "force_offset_limit_nm": 0.3,
         "moment_used": 1, "moment_limit_nm": 2.0,
     }.items():  # fmt: skip
         p[name] = value

@@ -45,7 +45,8 @@ def test_each_transition_and_fault_is_logged_once_with_tick_and_both_times(tmp_p
     kinds = [(e["event"], e["tick"]) for e in events if e["event"] != "incident"]
     assert torn == 0
     assert kinds == [
-        ("started", -1), ("state", 0), ("fault", 300), ("state", 300), ("fault_cleared", 600), ("state", 600), ("ended", 899),
+        ("started", -1), ("state", 0), ("fault", 300), ("state", 300), ("fault_cleared", 600), ("state", 600),
+        ("ended", 899),
     ]  # fmt: skip
     fault = next(e for e in events if e["event"] == "state" and e["to"] == "FAULT")
     assert (fault["monotonic_s"], fault["cause"]) == (pytest.approx(0.3), "JUMP")

@@ -168,9 +168,7 @@ def test_when_memory_grows_a_local_flood_is_expelled_and_a_quiet_client_is_not(h
     assert not house.is_cut(quiet)
 
 
-def test_when_memory_goes_on_growing_and_nobody_floods_local_clients_are_cut_off_then_all_then_it_is_the_hosts_own(
-    house,
-):
+def test_when_memory_goes_on_growing_without_a_flood_local_clients_are_cut_off_then_all_then_the_host(house):
     quiet = house.enter(house.command.address)
     viewer = house.enter(house.viewer.address, socket_type=b"SUB")
     house.turn()

@@ -113,7 +113,10 @@ def test_packets_count_as_softirqs(tmp_path, rows):
 def test_time_that_the_hypervisor_took_is_that_of_the_loops_core(tmp_path):
     """Recorded on a guest of two cores: core 1 lost 30 ms, core 0 more."""
     stat = made_up(tmp_path) / "proc/stat"
-    lines = "cpu  22213 7246 4350 24562 766 0 116 {} 0 0\ncpu0 10127 1830 2295 15032 330 0 8 {} 0 0\ncpu1 12086 5416 2054 9530 435 0 107 {} 0 0\n"
+    lines = (
+        "cpu  22213 7246 4350 24562 766 0 116 {} 0 0\ncpu0 10127 1830 2295 15032 330 0 8 {} 0 0\ncpu1 "
+        "12086 5416 2054 9530 435 0 107 {} 0 0\n"
+    )
     stat.write_text(lines.format(82, 40, 42))
     counters = Counters(12, None, tmp_path)
     before = counters.look(0)

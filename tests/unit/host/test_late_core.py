@@ -1,4 +1,6 @@
-"""What a core's clock did and how often its firmware took it, from recorded files and a counter that the test fills."""
+"""What a core's clock did and how often its firmware took it, from recorded files and a counter that the test
+fills.
+"""
 
 import math
 import os

@@ -1,4 +1,6 @@
-"""What made a tick late, from composed counters: one case for each cause, and those that are taken for each other."""
+"""What made a tick late, from composed counters: one case for each cause, and those that are taken for each
+other.
+"""
 
 from dataclasses import replace
 
@@ -36,7 +38,8 @@ NET = {"NET_RX": 80.0, "RCU": 3.0}
         (LATE, replace(WAITED, tasks=(HOG,)), "another task", "hog 12"),
         (LATE, replace(WAITED, tasks=(HOG, BEFORE_IT)), "another task", "hog 12"),
         (LATE, replace(WAITED, tasks=(BEFORE_IT,)), "another task", ""),  # ran for too short a time
-        (LATE, replace(WAITED, tasks=(BEFORE_IT, Ran("c 4", 9e4, may_preempt=True))), "another task", "bystander 3"),
+        (LATE, replace(WAITED, tasks=(BEFORE_IT, Ran("c 4", 9e4, may_preempt=True))), "another task",
+            "bystander 3"),
         (LATE, replace(WAITED, tasks=(HOG,), softirqs=NET), "another task", "hog 12"),
         (LATE, replace(WAITED, tasks=(PERHAPS,)), "another task", "fan 9"),
         (LATE, replace(WAITED, tasks=(ORDINARY, HOG)), "another task", "hog 12"),
@@ -46,7 +49,8 @@ NET = {"NET_RX": 80.0, "RCU": 3.0}
         (LATE, replace(WAITED, tasks=(HOG, GONE)), "another task", "hog 12"),
         # softirq and interrupt
         (LATE, replace(WAITED, softirqs=NET), "softirq", "NET_RX"),
-        (LATE, replace(WAITED, softirqs=NET, tasks=(ORDINARY,)), "softirq", "NET_RX"),  # runs in whoever it interrupts
+        # runs in whoever it interrupts
+        (LATE, replace(WAITED, softirqs=NET, tasks=(ORDINARY,)), "softirq", "NET_RX"),
         (LATE, replace(WAITED, softirqs=NET, tasks=(PERHAPS,)), "softirq", "NET_RX"),
         (LATE, replace(WAITED, interrupts={"25 eth0": 90.0}, tasks=(PERHAPS,)), "interrupt", "25 eth0"),
         (LATE, replace(WAITED, softirqs=NET, tasks=(GONE,)), "softirq", "NET_RX"),

@@ -1,4 +1,6 @@
-"""A rig of a joint and a carriage: faults, warnings, events, status lines, incidents, schema and npz say of each what its numbers are in."""
+"""A rig of a joint and a carriage: faults, warnings, events, status lines, incidents, schema and npz say of
+each what its numbers are in.
+"""
 
 import json
 import math
@@ -67,8 +69,10 @@ def test_the_status_of_a_carriage_is_in_metres():
         "display": {"kind": "impedance"},
     }
     told = {
-        "rig": "r", "state": "ACTIVE", "authority": 1.0, "enabled": True, "estop": False, "fault_first": None, "faults": [],
-        "warnings": [], "waiver": False, "lease_holder": None, "position_rad": [0.2, 0.2], "velocity_rad_s": [0.5, 0.05],
+        "rig": "r", "state": "ACTIVE", "authority": 1.0, "enabled": True, "estop": False, "fault_first": None,
+        "faults": [],
+        "warnings": [], "waiver": False, "lease_holder": None, "position_rad": [0.2, 0.2],
+        "velocity_rad_s": [0.5, 0.05],
         "axes": [{**axis, "motion": "rotary"}, {**axis, "motion": "linear"}],
     }  # fmt: skip
     joint, slide = operate.lines(told)[1:]

@@ -22,7 +22,9 @@ def test_a_process_counts_as_dying_from_its_end_on_before_anybody_has_waited_for
 
 
 def test_asking_interns_nothing(monkeypatch):
-    """What is interned and dropped keeps its place in a table of the interpreter, which grew by 1.9 MB in ten minutes."""
+    """What is interned and dropped keeps its place in a table of the interpreter, which grew by 1.9 MB in ten
+    minutes.
+    """
     interned = []
     monkeypatch.setattr(sys, "intern", lambda text: interned.append(text) or text)
     assert not is_dying(os.getpid())

@@ -1,4 +1,6 @@
-"""The shipped PlotJuggler layout: of the form the program writes, and every curve a series that the state samples make."""
+"""The shipped PlotJuggler layout: of the form the program writes, and every curve a series that the state
+samples make.
+"""
 
 import xml.etree.ElementTree as ET
 from pathlib import Path

@@ -241,14 +241,16 @@ def test_status_tells_what_the_pulse_and_motion_showed_of_the_torque(desk):
     assert (base["delay_s"], base["lag_s"]) == pytest.approx((1.5 / RIG.rate_hz, 0.5 / RIG.rate_hz))
     assert set(tip.values()) == {None}
     told = {
-        "rig": "mock", "state": "ACTIVE", "fault_first": None, "faults": [], "warnings": [], "enabled": True, "estop": False,
-        "authority": 1.0, "waiver": False, "lease_holder": None, "position_rad": [0.0, 0.0], "velocity_rad_s": [0.0, 0.0],
+        "rig": "mock", "state": "ACTIVE", "fault_first": None, "faults": [], "warnings": [], "enabled": True,
+        "estop": False,
+        "authority": 1.0, "waiver": False, "lease_holder": None, "position_rad": [0.0, 0.0],
+        "velocity_rad_s": [0.0, 0.0],
         "axes": desk.ask("status")["axes"],
     }  # fmt: skip
     (line,) = [line for line in lines(told) if "pulse" in line]
     assert line == (
-        f"    test pulse: current 0.93 of what was sent, +0.02 N m off, torque {1500 / RIG.rate_hz:.3g} ms late at least "
-        f"(lag {500 / RIG.rate_hz:.3g})"
+        f"    test pulse: current 0.93 of what was sent, +0.02 N m off, torque {1500 / RIG.rate_hz:.3g} ms "
+        f"late at least (lag {500 / RIG.rate_hz:.3g})"
     )
     desk.row["running_gain"], desk.row["running_offset_nm"] = [0.7, np.nan], [-0.1, np.nan]
     told["axes"] = desk.ask("status")["axes"]

@@ -1,4 +1,6 @@
-"""The safe stop: every actuator is told, then opened afresh and told again; sensors and simulations are left alone."""
+"""The safe stop: every actuator is told, then opened afresh and told again; sensors and simulations are left
+alone.
+"""
 
 import json
 import subprocess

@@ -44,7 +44,8 @@ def test_an_arming_that_ends_is_told_once_in_the_tick_it_ends(after):
     ((row, found),) = watch.changes(rows([IDLE, ARMING, ARMING, after, after]))
     assert row == 3
     assert found == {
-        "axis": "a", "motion": "rotary", "delay_s": 3e-3, "lag_s": 1e-3, "gain": 1.1, "offset_nm": -0.02, "sample_period_s": pytest.approx(2e-3),
+        "axis": "a", "motion": "rotary", "delay_s": 3e-3, "lag_s": 1e-3, "gain": 1.1, "offset_nm": -0.02,
+        "sample_period_s": pytest.approx(2e-3),
     }  # fmt: skip
     assert watch.changes(rows([after])) == []
 
@@ -69,8 +70,8 @@ def test_the_event_is_readable_and_comes_after_the_change_of_state():
     assert [event["event"] for event in events] == ["state", "state", "state", "measured"]
     text = line(events[-1])
     assert (
-        "axis a: torque at least 3 ms late (lag 1), current 1.1 of what was sent, -0.02 N m off; a sample every 2 ms"
-        in text
+        "axis a: torque at least 3 ms late (lag 1), current 1.1 of what was sent, -0.02 N m off; a sample "
+        "every 2 ms" in text
     )
 
 

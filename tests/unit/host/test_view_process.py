@@ -130,6 +130,9 @@ def test_the_view_steps_back(monkeypatch):
 def test_the_view_needs_no_config_library_and_no_compiler():
     import subprocess
 
-    code = "import sys, rtctl.view.__main__; print([m for m in ('pydantic', 'numba', 'scipy', 'sklearn', 'click') if m in sys.modules])"
+    code = (
+        "import sys, rtctl.view.__main__; print([m for m in ('pydantic', 'numba', 'scipy', 'sklearn', "
+        "'click') if m in sys.modules])"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

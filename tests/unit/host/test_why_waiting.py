@@ -39,7 +39,8 @@ def test_a_start_that_goes_on_compiling_is_given_up_only_when_it_stops(monkeypat
     monkeypatch.setattr(supervisor.time, "monotonic", lambda: now_s[0])
     loop = SimpleNamespace(poll=lambda: True, compiling=None)
     host = SimpleNamespace(
-        loop=loop, began=0.0, _tell_at_s=1e9, signals=SimpleNamespace(ends=0), preparation=SimpleNamespace(compiled=lambda: 0)
+        loop=loop, began=0.0, _tell_at_s=1e9, signals=SimpleNamespace(ends=0),
+        preparation=SimpleNamespace(compiled=lambda: 0)
     )  # fmt: skip
 
     def later(_s):

@@ -57,7 +57,9 @@ class PlainCalls:
 
 
 class LineBus(slcan.SlcanBus):
-    """The slcan reader's code on a pty, whose other end speaks for the bus; the adapter tells of every frame it has sent."""
+    """The slcan reader's code on a pty, whose other end speaks for the bus; the adapter tells of every frame
+    it has sent.
+    """
 
     def __init__(self, _fd):
         self.far, self.slave = pty.openpty()

@@ -1,4 +1,6 @@
-"""A CAN device whose bus is a pair of local sockets, with a simulated one at the other end: time passes only when told."""
+"""A CAN device whose bus is a pair of local sockets, with a simulated one at the other end: time passes only
+when told.
+"""
 
 import copy
 import math
@@ -39,22 +41,26 @@ class Talker:
         """Of the rig file's device."""
         told = [
             {"channel": "position", "byte": 1, "bits": 16, "unit": "deg", "wrap_at": 360.0, "scale": 0.01},
-            {"channel": "current", "start_bit": 27, "bits": 5, "type": "int", "unit": "mA", "saturates": True},
-            {"channel": "temperature", "start_bit": 39, "bits": 11, "order": "big", "scale": 0.1, "unit": "degC"},
+            {"channel": "current", "start_bit": 27, "bits": 5, "type": "int", "unit": "mA",
+                "saturates": True},
+            {"channel": "temperature", "start_bit": 39, "bits": 11, "order": "big", "scale": 0.1,
+                "unit": "degC"},
             {"channel": "fault", "start_bit": 49, "bits": 1},
             {"channel": "estop", "start_bit": 50, "bits": 1},
         ]  # fmt: skip
         wide = [
             {"channel": "velocity", "start_bit": 8, "bits": 64, "type": "float", "unit": "rpm"},
             {"channel": "force", "axis": 1, "start_bit": 75, "bits": 64, "unit": "mN", "scale": 1e-9},
-            {"channel": "force", "axis": 2, "byte": 24, "bits": 32, "type": "float", "order": "big", "unit": "N"},
+            {"channel": "force", "axis": 2, "byte": 24, "bits": 32, "type": "float", "order": "big",
+                "unit": "N"},
             {"channel": "enabled", "byte": 30, "bits": 8},
         ]  # fmt: skip
         amperes = {"channel": "current_command", "bits": 16, "type": "int", "unit": "mA", "limit": 5.0}
         orders = [
             {**amperes, "byte": 0, "order": "big"},
             {"channel": "torque", "byte": 2, "bits": 32, "type": "float", "unit": "Nm", "limit": 2.0},
-            {"channel": "torque", "start_bit": 51, "bits": 12, "unit": "mNm", "offset": -2000.0, "limit": 1.5},
+            {"channel": "torque", "start_bit": 51, "bits": 12, "unit": "mNm", "offset": -2000.0,
+                "limit": 1.5},
             {"channel": "torque", "byte": 8, "bits": 64, "type": "float", "order": "big", "unit": "mNm"},
             {"channel": "enable", "byte": 16, "bits": 8},
             {"channel": "counter", "byte": 17, "bits": 3},
@@ -107,7 +113,9 @@ class Talker:
 
 
 class Paired:
-    """The device of a rig file on a pair, opened, and its simulated counterpart; `compiled_half`: cycles are compiled where they can be."""
+    """The device of a rig file on a pair, opened, and its simulated counterpart; `compiled_half`: cycles are
+    compiled where they can be.
+    """
 
     def __init__(self, monkeypatch, rig_file, kind, *, compiled_half, bus=PairBus, talker=None, change=None):
         if JIT_DISABLED:

@@ -1,4 +1,6 @@
-"""Plants of the tests of the mock's effects: a torque over time without a controller, and the truth behind it."""
+"""Plants of the tests of the mock's effects: a torque over time without a controller, and the truth behind
+it.
+"""
 
 import math
 

@@ -8,10 +8,12 @@ from hw.interface import LinkFault, Rig
 
 RIG = Rig(1, 1e-3, np.full(1, 10.0), np.full(1, 0.8), np.full(1, 0.05), np.full(1, 4096.0), np.eye(3)[:1])
 AXIS = {
-    "node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0, "counts_per_turn": 4096.0,
+    "node": 5, "direction": 1, "shaft": "motor", "offset_rad": 0.0, "current_max_a": 20.0,
+    "counts_per_turn": 4096.0,
     "rated_torque_nm": 1.0, "rated_current_a": 2.0, "velocity_units": 0.0,
 }  # fmt: skip
-OPTIONS = {"feedback": "request", "heartbeat_ms": 10.0, "source": 0, "time_to_live_ms": 10.0, "temperature_ms": 100.0,
+OPTIONS = {"feedback": "request", "heartbeat_ms": 10.0, "source": 0, "time_to_live_ms": 10.0,
+    "temperature_ms": 100.0,
            "feedback_ms": 1.0, "axis": [AXIS]}  # fmt: skip
 DEVICE, LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
 

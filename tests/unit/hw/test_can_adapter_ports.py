@@ -1,4 +1,6 @@
-"""Interfaces of python-can that read a serial port whatever time they are given: the loop must not wait for them."""
+"""Interfaces of python-can that read a serial port whatever time they are given: the loop must not wait for
+them.
+"""
 
 import os
 import pty

@@ -1,4 +1,6 @@
-"""The axes of ODrives and moteus on a bus that only remembers: what they say about damage, silence, faults, and how they go off."""
+"""The axes of ODrives and moteus on a bus that only remembers: what they say about damage, silence, faults,
+and how they go off.
+"""
 
 import math
 import struct
@@ -163,7 +165,8 @@ def reply(mode=10, position=0.25, velocity=-0.5, current=1.5, temperature=40.0, 
 @pytest.mark.parametrize(
     "bad",
     [
-        b"\x30\x00", b"\x21", b"\x24\x00", b"\x20\x50\x00" + bytes(100), b"\x21\x80\x80\x00\x00", b"\x21\x80", b"\x2f\x01\x00",
+        b"\x30\x00", b"\x21", b"\x24\x00", b"\x20\x50\x00" + bytes(100), b"\x21\x80\x80\x00\x00", b"\x21\x80",
+        b"\x2f\x01\x00",
         b"\x51\x00\x00", b"\x20",
     ],
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""A CAN board by its field map that lets go by itself, is plugged in again, or never says what the map promises."""
+"""A CAN board by its field map that lets go by itself, is plugged in again, or never says what the map
+promises.
+"""
 
 import math
 import struct

@@ -1,4 +1,6 @@
-"""The axis of a CiA 402 drive on a bus that only remembers: what it says about damage, silence, faults, and how it goes off."""
+"""The axis of a CiA 402 drive on a bus that only remembers: what it says about damage, silence, faults, and
+how it goes off.
+"""
 
 import math
 import struct

@@ -14,7 +14,8 @@ from hw.interface import Rig
 
 def rig(n_axes=1):
     return Rig(
-        n_axes, 1e-3, np.full(n_axes, 10.0), np.full(n_axes, 0.8), np.full(n_axes, 0.05), np.full(n_axes, 4096.0),
+        n_axes, 1e-3, np.full(n_axes, 10.0), np.full(n_axes, 0.8), np.full(n_axes, 0.05),
+        np.full(n_axes, 4096.0),
         np.eye(3)[:n_axes],
     )  # fmt: skip
 

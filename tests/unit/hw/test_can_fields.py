@@ -92,7 +92,8 @@ def test_scale_and_offset_apply_and_nan_is_physical_zero():
 @pytest.mark.parametrize(
     "bad",
     [
-        {"start_bit": 60, "bits": 8}, {"start_bit": -1, "bits": 8}, {"start_bit": 0, "bits": 0}, {"start_bit": 0, "bits": 65},
+        {"start_bit": 60, "bits": 8}, {"start_bit": -1, "bits": 8}, {"start_bit": 0, "bits": 0},
+        {"start_bit": 0, "bits": 65},
         {"start_bit": 0, "bits": 16, "kind": "float"}, {"start_bit": 0, "bits": 8, "scale": 0.0},
         {"start_bit": 0, "bits": 8, "scale": math.nan}, {"start_bit": 0, "bits": 8, "offset": math.inf},
         {"start_bit": 3, "bits": 64, "order": "big"},

@@ -1,4 +1,6 @@
-"""ODrives of every firmware: the version is asked first, and nothing is sent that another one reads otherwise."""
+"""ODrives of every firmware: the version is asked first, and nothing is sent that another one reads
+otherwise.
+"""
 
 import itertools
 import struct
@@ -25,7 +27,8 @@ RIG = Rig(
     1, 1e-3, np.full(1, 80.0), np.full(1, 0.72), np.full(1, 0.0134), np.full(1, 160_000.0), np.eye(3)[:1]
 )
 ALIKE = {0x07, 0x0B, 0x0E, 0x18, REMOTE | 0x00, REMOTE | 0x09, REMOTE | 0x14}
-"""Commands that firmware 0.5 (can_simple.cpp) and 0.6 (its DBC) read alike; 0.5 ignores a remote frame of 0."""
+"""Commands that firmware 0.5 (can_simple.cpp) and 0.6 (its DBC) read alike; 0.5 ignores a remote frame of
+0."""
 
 _channels = (f"firmware-{k}" for k in itertools.count())
 

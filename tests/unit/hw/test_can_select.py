@@ -1,4 +1,4 @@
-"""Several frames of one identifier: multiplexed, by node, in parts; frames that start, ask and stop; angles that start over."""
+"""Frames of one identifier: multiplexed, by node, in parts; that start, ask and stop; angles start over."""
 
 import math
 import struct
@@ -153,19 +153,26 @@ WANTED = {"channel": "torque", "byte": 0, "bits": 16, "type": "int", "unit": "Nm
 @pytest.mark.parametrize(
     ("change", "text"),
     [
-        ({"receive": [{"id": 1, "field": [POSITION]}, {"id": 1, "field": [{**POSITION, "channel": "estop", "unit": "1"}]}]},
+        ({"receive": [{"id": 1, "field": [POSITION]},
+            {"id": 1, "field": [{**POSITION, "channel": "estop", "unit": "1"}]}]},
          "received twice: tell the frames apart by select"),
         ({"receive": [{**PARTS, "parts": [8, 7]}]}, "two or more that add up"),
         ({"receive": [{**PARTS, "checksum": None}]}, "needs select .* and checksum"),
         ({"receive": [{**PARTS, "select": [{"byte": 7, "bits": 16, "value": 1}]}]}, "does not fit"),
-        ({"receive": [{"id": 1, "field": [{**POSITION, "wrap": True, "wrap_at": 360.0}]}]}, "in place of wrap"),
-        ({"receive": [{"id": 1, "field": [POSITION]}], "poll": [{"id": 0x800, "data": [1]}]}, "needs extended"),
-        ({"receive": [{"id": 1, "field": [POSITION]}], "start": [{"id": 1, "data": [0] * 9}]}, "a frame has one of"),
-        ({"receive": [{"id": 1, "field": [POSITION]}], "send": [{"id": 2, "enter": [1] * 8, "field": [WANTED]}]},
+        ({"receive": [{"id": 1, "field": [{**POSITION, "wrap": True, "wrap_at": 360.0}]}]},
+            "in place of wrap"),
+        ({"receive": [{"id": 1, "field": [POSITION]}], "poll": [{"id": 0x800, "data": [1]}]},
+            "needs extended"),
+        ({"receive": [{"id": 1, "field": [POSITION]}], "start": [{"id": 1, "data": [0] * 9}]},
+            "a frame has one of"),
+        ({"receive": [{"id": 1, "field": [POSITION]}],
+            "send": [{"id": 2, "enter": [1] * 8, "field": [WANTED]}]},
          "enter needs idle"),
-        ({"receive": [{"id": 1, "field": [POSITION]}], "send": [{"id": 2, "idle": [1] * 3, "field": [WANTED]}]},
+        ({"receive": [{"id": 1, "field": [POSITION]}],
+            "send": [{"id": 2, "idle": [1] * 3, "field": [WANTED]}]},
          "idle has 3 bytes, the frame 8"),
-        ({"receive": [{"id": 1, "field": [POSITION]}], "send": [{"id": 2, "field": [{**WANTED, "type": "uint", "offset": 1.5, "scale": 0.1}]}]},
+        ({"receive": [{"id": 1, "field": [POSITION]}],
+            "send": [{"id": 2, "field": [{**WANTED, "type": "uint", "offset": 1.5, "scale": 0.1}]}]},
          "cannot say 0, only 1.5"),
     ],
 )  # fmt: skip

@@ -1,4 +1,6 @@
-"""Compiled cycles of CAN devices do what Python's do, to the bit: samples, commands, floods, damage, lines."""
+"""Compiled cycles of CAN devices do what Python's do, to the bit: samples, commands, floods, damage,
+lines.
+"""
 
 import math
 import os
@@ -22,7 +24,9 @@ LINES = [(*names, LineBus) for names in KINDS if names[1] != "moteus"]  # CAN FD
 
 
 def story(device, cycles, noisy):
-    """Armed and disarmed, commands that are no numbers, damage and foreign frames: what was seen and sent in every cycle."""
+    """Armed and disarmed, commands that are no numbers, damage and foreign frames: what was seen and sent in
+    every cycle.
+    """
     rng, told = np.random.default_rng(5), []
     known = identifiers(device.bus)
     for k in range(cycles):

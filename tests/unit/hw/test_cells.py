@@ -1,4 +1,6 @@
-"""Cells of text tables that are no bare numbers, rows that are none of the table's, counters that start over."""
+"""Cells of text tables that are no bare numbers, rows that are none of the table's, counters that start
+over.
+"""
 
 import numpy as np
 import pytest

@@ -1,4 +1,6 @@
-"""One table of channels: what is said of each elsewhere follows from it, for a channel that is not there yet, too."""
+"""One table of channels: what is said of each elsewhere follows from it, for a channel that is not there yet,
+too.
+"""
 
 import math
 import os

@@ -24,7 +24,9 @@ def compiled(monkeypatch, tmp_path):
 
 
 def test_processes_that_add_code_for_other_types_do_so_one_after_the_other(monkeypatch, compiled):
-    """Numba names a file by counting those of the index: two at once would take the same name for different code."""
+    """Numba names a file by counting those of the index: two at once would take the same name for different
+    code.
+    """
     function, alone = compiled(double), []
     saves = OwnFiles.save
 

@@ -165,7 +165,7 @@ def test_the_law_does_not_depend_on_devices_or_on_the_host():
 
 
 LISTENER = '''
-"""Import every module that compiles something, and tell who imported whom and what compiled functions refer to."""
+"""Import every module that compiles something, and tell who imported whom and what compiled code names."""
 import builtins, dis, importlib, json, pathlib, sys, types
 
 arrows, plain = set(), builtins.__import__
@@ -186,7 +186,8 @@ import importlib.util
 builtins.__import__ = listening
 from numba.core.dispatcher import Dispatcher
 root = pathlib.Path(sys.argv[1])
-files = [f for top in ("hw", "rtctl") for f in sorted((root / top).rglob("*.py")) if "\\n@compiled" in f.read_text()]
+every = [f for top in ("hw", "rtctl") for f in sorted((root / top).rglob("*.py"))]
+files = [f for f in every if "\\n@compiled" in f.read_text()]
 names = [".".join(f.relative_to(root).with_suffix("").parts) for f in files]
 refers = {}
 
@@ -205,7 +206,8 @@ for name in names:
             continue
         for x in globals_of(made.py_func.__code__):
             value = made.py_func.__globals__.get(x)
-            home = value.__name__ if isinstance(value, types.ModuleType) else getattr(value, "__module__", None)
+            module = isinstance(value, types.ModuleType)
+            home = value.__name__ if module else getattr(value, "__module__", None)
             refers.setdefault(name, set()).add(home or type(value).__module__)
 print(json.dumps([names, sorted(arrows), {k: sorted(v) for k, v in refers.items()}]))
 '''

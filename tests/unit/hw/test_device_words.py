@@ -1,4 +1,6 @@
-"""What devices say of themselves, in words: drives by axis, boards and sensors as a whole, rigs of several."""
+"""What devices say of themselves, in words: drives by axis, boards and sensors as a whole, rigs of
+several.
+"""
 
 import struct
 

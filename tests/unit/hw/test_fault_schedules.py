@@ -1,4 +1,6 @@
-"""A scripted fault is due in the ticks its schedule says, by chance where it says so, compiled and plain alike."""
+"""A scripted fault is due in the ticks its schedule says, by chance where it says so, compiled and plain
+alike.
+"""
 
 import json
 import math

@@ -1,4 +1,6 @@
-"""The simulated force sensor's own low-pass and delay, against what they must be exactly; what sensors declare of theirs."""
+"""The simulated force sensor's own low-pass and delay, against what they must be exactly; what sensors
+declare of theirs.
+"""
 
 import math
 

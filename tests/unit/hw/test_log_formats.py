@@ -1,4 +1,6 @@
-"""Logs as other programs write them: text of all kinds, gzip, npz, npy, MATLAB, Parquet; each written by that library."""
+"""Logs as other programs write them: text of all kinds, gzip, npz, npy, MATLAB, Parquet; each written by that
+library.
+"""
 
 import csv
 import gzip

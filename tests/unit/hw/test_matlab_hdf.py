@@ -1,4 +1,6 @@
-"""MATLAB files of version 7.3, written as MATLAB does: a block of its own before the HDF5 file, arrays transposed, references in #refs#."""
+"""MATLAB files of version 7.3, written as MATLAB does: a block of its own before the HDF5 file, arrays
+transposed, references in #refs#.
+"""
 
 import h5py
 import numpy as np

@@ -67,7 +67,8 @@ def test_the_loss_of_a_loop_is_its_area_and_not_its_energy_back():
         settle_elements(w, 0.0, torques, FRICTION, FRICTION, 1.0, h, p, 0)
         lost += force * (place - before) if k > 4_000 else 0.0
         before = place
-    # area of the loop between +-a by Masing's rule: 8 times the integral of virgin over 0..a, less 4 a virgin(a)
+    # area of the loop between +-a by Masing's rule: 8 times the integral of virgin over 0..a, less 4 a
+    # virgin(a)
     a = 0.7 * LONGEST
     fine = np.linspace(0, a, 100_001)
     area = 8 * np.trapezoid(virgin(fine), fine) - 4 * a * virgin(a)[0]

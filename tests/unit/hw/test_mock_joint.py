@@ -1,4 +1,6 @@
-"""The detailed joint against independent references: the plain joint, a stiff ODE solver, closed forms, energy."""
+"""The detailed joint against independent references: the plain joint, a stiff ODE solver, closed forms,
+energy.
+"""
 
 import math
 
@@ -133,11 +135,13 @@ PLANTS = {
     },
     "sixteen soft elements, strong stiction": {
         "friction": {
-            "model": "gms", "elements": 16, "breakaway_nm": 0.45, "bristle_stiffness_nm_rad": 50.0, "bristle_damping_nms_rad": 0.1,
+            "model": "gms", "elements": 16, "breakaway_nm": 0.45, "bristle_stiffness_nm_rad": 50.0,
+            "bristle_damping_nms_rad": 0.1,
         },
         "elastic": {**ELASTIC, "link_dry_share": 0.1},
     },
-    "elasto-plastic": {"friction": {"model": "elasto_plastic", "bristle_damping_nms_rad": 0.0}, "elastic": ELASTIC},
+    "elasto-plastic": {"friction": {"model": "elasto_plastic", "bristle_damping_nms_rad": 0.0},
+        "elastic": ELASTIC},
     "elements under a load that comes and goes, while friction falls": {
         "friction": {"model": "gms"},
         "elastic": {**ELASTIC, "link_dry_share": 0.3},

@@ -20,7 +20,8 @@ NO_HAND = [{"kind": "none"}]
 # Dynamixel MX-106, identified parameters: Rhoban/bam, Apache-2.0, arXiv 2410.08650
 MX106 = {
     "m1": {"friction_base": 0.10352},
-    "m2": {"friction_base": 2.77e-6, "friction_stribeck": 0.11742, "dtheta_stribeck": 1.84878, "alpha": 1.74139},
+    "m2": {"friction_base": 2.77e-6, "friction_stribeck": 0.11742, "dtheta_stribeck": 1.84878,
+        "alpha": 1.74139},
     "m3": {"friction_base": 0.11335, "load_friction_base": 0.10824},
     "m4": {
         "friction_base": 1e-6, "friction_stribeck": 0.10491, "load_friction_base": 0.00915,

@@ -254,7 +254,7 @@ sys.path[:0] = [{folder!r}, {tests!r}]
 import numpy as np
 from mock_plant import NOISY, make, run
 ticks = run(make(seed=3, **NOISY), np.sin(np.arange(40) * 0.3))
-sys.stdout.write(json.dumps([ticks["position_rad"].tolist(), ticks["force_n"].tolist(), ticks["current_a"].tolist()]))
+sys.stdout.write(json.dumps([ticks[name].tolist() for name in ("position_rad", "force_n", "current_a")]))
 """
 
 

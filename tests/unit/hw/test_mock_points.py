@@ -84,7 +84,9 @@ def test_a_joint_that_swings_on_is_waited_for(loaded, monkeypatch):
 
 @pytest.mark.compiled
 def test_soft_bristles_have_slid_before_they_are_measured(loaded, curve):
-    """They bend over 7 mrad: after 8 mrad at a speed a third of the friction was still missing; and they swung on where their break-away began."""
+    """They bend over 7 mrad: after 8 mrad at a speed a third of the friction was still missing; and they
+    swung on where their break-away began.
+    """
     points = mock_points.measure(with_plant(loaded, "lugre-soft"), levels=4, measurements=10)
     assert points[0].friction_torque_nm == pytest.approx(curve(0.0, 1), rel=0.05)
     assert points[0].presliding_rad == pytest.approx(0.007, rel=0.1)

@@ -1,4 +1,6 @@
-"""Current loop, fractional transport delay and slow samples of the mock, against what they must be exactly."""
+"""Current loop, fractional transport delay and slow samples of the mock, against what they must be
+exactly.
+"""
 
 import math
 

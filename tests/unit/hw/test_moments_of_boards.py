@@ -1,4 +1,6 @@
-"""The moment of the hand by every way a board of one's own reaches us: N m in the axes of the force, or no sample."""
+"""The moment of the hand by every way a board of one's own reaches us: N m in the axes of the force, or no
+sample.
+"""
 
 import math
 import struct

@@ -1,4 +1,6 @@
-"""Shipped rig files whose comments say how a sensor of six components is described: taken by their word, they make a rig."""
+"""Shipped rig files whose comments say how a sensor of six components is described: taken by their word, they
+make a rig.
+"""
 
 from pathlib import Path
 
@@ -16,7 +18,9 @@ moments = true
 
 
 def uncommented(name, begin, changes):
-    """A shipped rig file with its commented field of a moment taken in, three times; and with what its comment says of the rest."""
+    """A shipped rig file with its commented field of a moment taken in, three times; and with what its
+    comment says of the rest.
+    """
     text = Path(shipped_config(name)).read_text()
     whole, found, field = text.partition(begin)
     assert found, "the rig file has a commented field"
@@ -31,10 +35,12 @@ def uncommented(name, begin, changes):
 
 
 RIGS = {
-    "serial-println.toml": ("# A sensor that prints its moments", [("columns = 3", "columns = 6")], [("column = 3", "column = {}", 3), ("component = 0", "component = {}", 0)], 1),
+    "serial-println.toml": ("# A sensor that prints its moments", [("columns = 3", "columns = 6")],
+        [("column = 3", "column = {}", 3), ("component = 0", "component = {}", 0)], 1),
     "can-optoforce.toml": (
         "# A six-axis sensor",
-        [("length = 16", "length = 22"), ("parts = [8, 8]", "parts = [8, 8, 6]"), ("0xAA07080A", "0xAA070810"), ("byte = 14 }", "byte = 20 }")],
+        [("length = 16", "length = 22"), ("parts = [8, 8]", "parts = [8, 8, 6]"),
+            ("0xAA07080A", "0xAA070810"), ("byte = 14 }", "byte = 20 }")],
         [("byte = 14", "byte = {}", 14), ("axis = 0 ", "axis = {} ", 0)],
         2,
     ),

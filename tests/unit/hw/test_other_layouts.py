@@ -1,4 +1,6 @@
-"""Logs as programs of other makes write them are read as they are, or refused with what they are and the remedy."""
+"""Logs as programs of other makes write them are read as they are, or refused with what they are and the
+remedy.
+"""
 
 import re
 from functools import cache

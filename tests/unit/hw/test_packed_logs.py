@@ -1,4 +1,6 @@
-"""Logs that are packed (gzip, xz, bzip2, zip), and records in npz and HDF5: read as they are, and no bomb of them."""
+"""Logs that are packed (gzip, xz, bzip2, zip), and records in npz and HDF5: read as they are, and no bomb of
+them.
+"""
 
 import bz2
 import gzip

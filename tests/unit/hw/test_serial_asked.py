@@ -1,4 +1,6 @@
-"""Described boards that only measure, are slower than the loop, start over after 360 degrees, or answer only when asked."""
+"""Described boards that only measure, are slower than the loop, start over after 360 degrees, or answer only
+when asked.
+"""
 
 import math
 import os

@@ -1,4 +1,6 @@
-"""The compiled halves of a cycle do on a serial line what `read` and `write` do, and leave to them what is rare."""
+"""The compiled halves of a cycle do on a serial line what `read` and `write` do, and leave to them what is
+rare.
+"""
 
 import fcntl
 import os
@@ -58,7 +60,9 @@ class Line:
         return self.board.state_packet(ticks, counts, 1000 * k)
 
     def arrive(self, data):
-        """Sent, and there to be read: a loaded machine hands on what was written to a pty in parts, and only later."""
+        """Sent, and there to be read: a loaded machine hands on what was written to a pty in parts, and only
+        later.
+        """
         os.write(self.far, data)
         until(lambda: _waiting(self.near) >= len(data), "the bytes")
 

@@ -15,7 +15,9 @@ from hw.simulators.serial_firmware import Board, request_packet
 
 @compiled
 def _accepted_with_flips(packet, wire, body, stream, original, n_original):
-    """Flip every bit and every two bits of a packet between two others; how often was a wrong body accepted."""
+    """Flip every bit and every two bits of a packet between two others; how often was a wrong body
+    accepted.
+    """
     bits = 8 * len(packet)
     wrong = 0
     for first in range(bits):

@@ -1,4 +1,6 @@
-"""Lines of text: what is taken as numbers and what is not, freshness, commands that can always say zero, and the bounds of it all."""
+"""Lines of text: what is taken as numbers and what is not, freshness, commands that can always say zero, and
+the bounds of it all.
+"""
 
 import math
 

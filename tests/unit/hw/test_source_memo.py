@@ -1,4 +1,6 @@
-"""The memo of parsed sources saves time, and nothing else: no file on the disk makes a key that the sources do not have."""
+"""The memo of parsed sources saves time, and nothing else: no file on the disk makes a key that the sources
+do not have.
+"""
 
 import ast
 import os

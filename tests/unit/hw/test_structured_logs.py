@@ -1,4 +1,6 @@
-"""Logs in structures: several of one name and cells of MATLAB, signals in rows, JSON; foreign files by name."""
+"""Logs in structures: several of one name and cells of MATLAB, signals in rows, JSON; foreign files by
+name.
+"""
 
 import json
 
@@ -82,7 +84,8 @@ def test_json_that_holds_no_table_is_refused(tmp_path, text, said):
 
 @pytest.mark.parametrize(
     ("name", "first", "said"),
-    [("a.xlsx", b"PK\x03\x04", "a spreadsheet.*CSV"), ("a.pkl", b"\x80\x04", "pickle.*npz"), ("a.bag", b"#ROSBAG V2.0", "ROS 1.*CSV")],
+    [("a.xlsx", b"PK\x03\x04", "a spreadsheet.*CSV"), ("a.pkl", b"\x80\x04", "pickle.*npz"),
+        ("a.bag", b"#ROSBAG V2.0", "ROS 1.*CSV")],
 )  # fmt: skip
 def test_a_file_of_another_kind_is_named(tmp_path, name, first, said):
     path = tmp_path / name

@@ -1,4 +1,6 @@
-"""Kept machine code is loaded without Numba being ready to compile, where it wants nothing more of Numba than is there."""
+"""Kept machine code is loaded without Numba being ready to compile, where it wants nothing more of Numba than
+is there.
+"""
 
 import subprocess
 import sys

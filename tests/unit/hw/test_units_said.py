@@ -45,15 +45,21 @@ def test_units_are_understood_however_they_are_spelt(name, row, unit):
 @pytest.mark.parametrize(
     ("column", "row", "units", "said"),
     [
-        ({"column": "angle"}, "deg", ("rad", "deg"), "'angle' is read in rad, the file says deg; give the unit deg"),
+        ({"column": "angle"}, "deg", ("rad", "deg"),
+            "'angle' is read in rad, the file says deg; give the unit deg"),
         ({"column": "angle_deg"}, "", ("rad", "deg"), "the file says deg"),
         ({"column": "t"}, "ms", ("s", "ms"), "read in s, the file says ms"),
-        ({"column": "m", "unit": "mN m", "scale": -1.0}, "Nm", ("N m", "mN m", "Nm"), "read in mN m, the file says N m"),
-        ({"column": "i"}, "A", ("N m", "mN m"), "read in N m, the file says A, which is another quantity; .*torque constant"),
-        ({"column": "M [lbf-in]"}, "", ("N m", "mN m"), "the file says lb in, which needs a scale: give the one that makes N m of it"),
-        ({"column": "CH2"}, "V", ("N m", "mN m"), "read in N m, the file says V, which is another quantity; .*give the scale"),
+        ({"column": "m", "unit": "mN m", "scale": -1.0}, "Nm", ("N m", "mN m", "Nm"),
+            "read in mN m, the file says N m"),
+        ({"column": "i"}, "A", ("N m", "mN m"),
+            "read in N m, the file says A, which is another quantity; .*torque constant"),
+        ({"column": "M [lbf-in]"}, "", ("N m", "mN m"),
+            "the file says lb in, which needs a scale: give the one that makes N m of it"),
+        ({"column": "CH2"}, "V", ("N m", "mN m"),
+            "read in N m, the file says V, which is another quantity; .*give the scale"),
         ({"column": "Last in kg"}, "", ("N m", "N"), "the file says kg"),
-        ({"column": "velocity_rad_s"}, "", ("rad", "deg"), "the file says rad/s, which is another quantity; map another"),
+        ({"column": "velocity_rad_s"}, "", ("rad", "deg"),
+            "the file says rad/s, which is another quantity; map another"),
     ],
 )  # fmt: skip
 def test_a_unit_that_contradicts_the_file_is_refused(tmp_path, column, row, units, said):

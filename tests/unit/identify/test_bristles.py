@@ -39,7 +39,9 @@ def test_it_is_break_away_over_bristle_stiffness_within_some_percent(tmp_path, l
 
 
 def test_a_coarse_encoder_still_tells_it_or_says_nothing(tmp_path):
-    """Where the ramps begin between two counts is chance: of eight seeds single lengths are up to 11 % off, on either side of the truth."""
+    """Where the ramps begin between two counts is chance: of eight seeds single lengths are up to 11 % off,
+    on either side of the truth.
+    """
     soft = [_break_aways(tmp_path, "lugre", 250, 1.0, counts=10_000, seed=seed) for seed in (1, 2, 3, 4)]
     lengths = np.array([[one.presliding_rad for one in points] for points in soft])
     off = lengths / np.array([0.35 / 250, 0.371 / 250]) - 1.0

@@ -1,4 +1,6 @@
-"""A direct drive whose cogging is about as strong as its friction: with the motor off it rests, or creeps, on the flanks of its detents."""
+"""A direct drive whose cogging is about as strong as its friction: with the motor off it rests, or creeps, on
+the flanks of its detents.
+"""
 
 import math
 from dataclasses import replace
@@ -82,7 +84,9 @@ def test_a_joint_that_cogs_as_much_as_it_rubs_is_identified(tmp_path, share, wav
 
 
 def test_over_a_part_of_a_turn_both_directions_together_are_right(tmp_path):
-    """The mean of cogging over less than its period is no 0: it stays, with another sign in either direction."""
+    """The mean of cogging over less than its period is no 0: it stays, with another sign in either
+    direction.
+    """
     path = cogging_rig(tmp_path, 1.0, 7)
     limit = "velocity_limit_rad_s = 30.0"
     path.write_text(

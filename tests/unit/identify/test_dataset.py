@@ -55,7 +55,9 @@ def test_a_break_away_below_the_slowest_speeds_is_raised_to_what_they_show(whole
     store = Dataset.create(tmp_path / "set", loaded, MORE, simulated=True)
     store.document |= {"sessions": read_document(whole)["sessions"]}
     slow, next_slow = 0.5, 0.45
-    for task, torque in ((tasks(MORE)[0], 0.4), *zip(sorted((t for t in tasks(MORE) if t.speed_rad_s and t.direction > 0), key=lambda t: t.speed_rad_s), (slow, next_slow), strict=False)):  # fmt: skip
+    for task, torque in ((tasks(MORE)[0], 0.4),
+        *zip(sorted((t for t in tasks(MORE) if t.speed_rad_s and t.direction > 0),
+            key=lambda t: t.speed_rad_s), (slow, next_slow), strict=False)):  # fmt: skip
         model = next(one for one in read_document(whole)["points"] if one["target_rad_s"] == 0)
         fields = {name: model[name] for name in Point.__dataclass_fields__}
         store.add(

@@ -1,4 +1,6 @@
-"""Joints that are hard to turn evenly: one speed that does not become steady ends nothing, and a ripple averages out."""
+"""Joints that are hard to turn evenly: one speed that does not become steady ends nothing, and a ripple
+averages out.
+"""
 
 import math
 from dataclasses import replace
@@ -38,7 +40,9 @@ ELASTO_PLASTIC = (
 
 @pytest.fixture(scope="module")
 def identified(tmp_path_factory):
-    """The rig file with these changes, and what a hard identification kept of it: one for all tests that only look at it."""
+    """The rig file with these changes, and what a hard identification kept of it: one for all tests that only
+    look at it.
+    """
 
     @cache
     def with_changes(*changes):

@@ -1,4 +1,6 @@
-"""Identification of a carriage: lengths, speeds and accelerations in proportion to its highest speed, files in m and N."""
+"""Identification of a carriage: lengths, speeds and accelerations in proportion to its highest speed, files
+in m and N.
+"""
 
 import json
 from dataclasses import replace
@@ -104,7 +106,9 @@ def test_the_points_of_a_carriage_are_its_friction(tmp_path):
 
 
 def test_a_scaled_carriage_gives_scaled_points(tmp_path):
-    """The same carriage measured at a tenth of the speed: friction at equal speeds does not depend on the scale."""
+    """The same carriage measured at a tenth of the speed: friction at equal speeds does not depend on the
+    scale.
+    """
     loaded = load(FREE)
     quick = identified.run(FREE, settings_of(loaded, {**FEW, "speed_min_rad_s": 0.02, "train_levels": 2}))
     slow = identified.run(FREE, settings_of(loaded, {**FEW, "speed_max_rad_s": 0.02, "train_levels": 2}))

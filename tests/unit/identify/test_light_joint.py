@@ -1,4 +1,6 @@
-"""A light joint on a coarse encoder, one count worth half its friction: it may jump from count to count while its mean speed is right."""
+"""A light joint on a coarse encoder, one count worth half its friction: it may jump from count to count while
+its mean speed is right.
+"""
 
 import math
 from dataclasses import replace
@@ -71,20 +73,25 @@ def test_what_is_measured_is_right_and_what_jumps_is_left_out(tmp_path):
 
 FINGER = (
     ("rate_hz = 2000.0", "rate_hz = 1000.0"),
-    ("inertia_kgm2 = 0.00012\nviscous_nms_rad = 0.0008\ndry_friction_nm = 0.006", "inertia_kgm2 = 2e-6\nviscous_nms_rad = 2e-5\ndry_friction_nm = 2.5e-4"),
+    ("inertia_kgm2 = 0.00012\nviscous_nms_rad = 0.0008\ndry_friction_nm = 0.006",
+        "inertia_kgm2 = 2e-6\nviscous_nms_rad = 2e-5\ndry_friction_nm = 2.5e-4"),
     ("encoder_counts_per_rev = 16384", "encoder_counts_per_rev = 4096"),
     ("torque_limit_nm = 0.4\ntorque_rate_nm_s = 400.0", "torque_limit_nm = 0.005\ntorque_rate_nm_s = 0.5"),
     ("torque_constant_nm_a = 0.12", "torque_constant_nm_a = 0.01"),
     ("stiffness_nm_rad = 2.0\ndamping_nms_rad = 0.0002", "stiffness_nm_rad = 0.02\ndamping_nms_rad = 2e-6"),
     ("inertia_kgm2 = 0.00012\n[device", "inertia_kgm2 = 2e-6\n[device"),
-    ("coulomb_nm = 0.008\nbreakaway_nm = 0.01\nstribeck_rad_s = 0.1\nviscous_nms_rad = 0.0008", "coulomb_nm = 4e-4\nbreakaway_nm = 5.5e-4\nstribeck_rad_s = 0.3\nviscous_nms_rad = 2e-5"),
-    ("bristle_stiffness_nm_rad = 3.0\nbristle_damping_nms_rad = 0.003", "bristle_stiffness_nm_rad = 0.05\nbristle_damping_nms_rad = 1e-4"),
+    ("coulomb_nm = 0.008\nbreakaway_nm = 0.01\nstribeck_rad_s = 0.1\nviscous_nms_rad = 0.0008",
+        "coulomb_nm = 4e-4\nbreakaway_nm = 5.5e-4\nstribeck_rad_s = 0.3\nviscous_nms_rad = 2e-5"),
+    ("bristle_stiffness_nm_rad = 3.0\nbristle_damping_nms_rad = 0.003",
+        "bristle_stiffness_nm_rad = 0.05\nbristle_damping_nms_rad = 1e-4"),
 )  # fmt: skip
 """The joint of a finger: 5 mN m, a magnetic encoder of 12 bits."""
 
 
 def test_bristles_that_swing_with_the_inertia_are_allowed_for(tmp_path):
-    """At .05 rad/s this joint seemed to swing by .7 to .9 of its speed, came to rest all the same, and its friction was 7 to 10 % too low."""
+    """At .05 rad/s this joint seemed to swing by .7 to .9 of its speed, came to rest all the same, and its
+    friction was 7 to 10 % too low.
+    """
     text = GIMBAL
     for old, new in FINGER:
         assert text.count(old) == 1, old
@@ -98,7 +105,9 @@ def test_bristles_that_swing_with_the_inertia_are_allowed_for(tmp_path):
 
 
 def test_what_passes_where_most_jumps_is_no_sample_of_the_friction():
-    """At .005 rad/s one count of 45600 takes 27 ms: some windows look even, and their friction is 8 % too low."""
+    """At .005 rad/s one count of 45600 takes 27 ms: some windows look even, and their friction is 8 % too
+    low.
+    """
     got = Collected()
     for _ in range(12):
         got.starts.append(len(got.measurements))

@@ -148,7 +148,9 @@ def test_what_damping_takes_when_a_slow_slide_is_seen_is_no_break_away(damping_n
 
 
 def light_slide(slope_nm_s, inertia_kgm2=0.0022, dry_nm=0.02):
-    """A quick ramp on a light joint that nothing but its inertia holds back once it slides, until it has gone .02 rad."""
+    """A quick ramp on a light joint that nothing but its inertia holds back once it slides, until it has gone
+    .02 rad.
+    """
     time = np.arange(4000) * T
     sliding_s = np.clip(time - dry_nm / slope_nm_s, 0, None)
     position = slope_nm_s / inertia_kgm2 * sliding_s**3 / 6

@@ -1,4 +1,6 @@
-"""Bags of ROS 2 as logs: joint states by topic, joint and quantity; what is damaged or of another kind is not taken for them."""
+"""Bags of ROS 2 as logs: joint states by topic, joint and quantity; what is damaged or of another kind is not
+taken for them.
+"""
 
 import numpy as np
 import pytest
@@ -80,7 +82,8 @@ def test_a_bag_of_other_messages_says_its_topics(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "data", [b"", b"\x00\x00\x00\x00" + bytes(64), message(1)[:50], message(1)[:-4], b"\x00\x01\x00\x00" + b"\xff" * 64]
+    "data", [b"", b"\x00\x00\x00\x00" + bytes(64), message(1)[:50], message(1)[:-4],
+        b"\x00\x01\x00\x00" + b"\xff" * 64]
 )  # fmt: skip
 def test_damage_is_refused(data):
     with pytest.raises((ValueError, UnicodeDecodeError)):

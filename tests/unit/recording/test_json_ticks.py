@@ -1,4 +1,6 @@
-"""Recordings made before rtctl wrote CDR: read, exported and replayed as ever, and what is no tick is refused."""
+"""Recordings made before rtctl wrote CDR: read, exported and replayed as ever, and what is no tick is
+refused.
+"""
 
 import base64
 import json

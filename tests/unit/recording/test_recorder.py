@@ -133,7 +133,8 @@ def test_a_disk_that_is_really_full(tmp_path):
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "rows, commands = run(); r = Recorder(Path(sys.argv[1]), setup(), Limits(free_bytes=0))\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (150_000, 150_000))\n"
-        "[r.observe(k, rows[k:k+20], [], commands if k == 0 else commands[:0]) for k in range(0, len(rows), 20)]\n"
+        "[r.observe(k, rows[k:k+20], [], commands if k == 0 else commands[:0]) for k in range(0, "
+        "len(rows), 20)]\n"
         "r.close(); s = r.status(); print(s['broken']); print(s['ticks'], s['dropped'], len(rows))"
     )
     folder = str(Path(__file__).parent)

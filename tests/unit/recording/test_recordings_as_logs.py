@@ -88,7 +88,8 @@ def test_the_loop_of_a_device_that_plays_a_recording_learns_to_read_it(recorded)
     code = (
         "import importlib, sys; from hw.playback.columns import READERS; assert '.mcap' not in READERS\n"
         f"importlib.import_module({module!r}).register(); assert '.mcap' in READERS\n"
-        "bad = {'zmq', 'msgpack', 'pydantic', 'sklearn', 'asyncio', 'matplotlib', 'click'} & set(sys.modules); assert not bad, bad"
+        "bad = {'zmq', 'msgpack', 'pydantic', 'sklearn', 'asyncio', 'matplotlib', 'click'} & "
+        "set(sys.modules); assert not bad, bad"
     )
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 

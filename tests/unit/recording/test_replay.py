@@ -114,7 +114,9 @@ def test_a_rig_of_another_size_or_rate_is_refused(tmp_path):
 
 
 def with_states(folder, rows, commands, config="mock.toml", spoil=None, lived=None):
-    """A recording as columns with the law's state before each batch, of the ticks it `lived` (these); `spoil` makes something of the state before row k."""
+    """A recording as columns with the law's state before each batch, of the ticks it `lived` (these); `spoil`
+    makes something of the state before row k.
+    """
     made = setup(config, rate_hz="10000.0")
     parts = Parts(folder, made, Limits(free_bytes=0))
     law = LawRunner(RecordingReader(write(folder / "own", rows[:5], commands, made).files).law(), made.n_axes)

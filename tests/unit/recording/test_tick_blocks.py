@@ -96,8 +96,10 @@ def test_a_block_that_lies_is_refused():
 @pytest.mark.parametrize(
     "text",
     [
-        b"", b"\xff", b"float64[] position_rad\n", b"int64[] tick\n", b"int64[] tick_step\nint64[] tick_step\n",
-        b"int64[] tick_step\nint64[] position_rad\n", b"int64[] tick_step\nstring a\n", b"float64[] tick_step\n",
+        b"", b"\xff", b"float64[] position_rad\n", b"int64[] tick\n",
+        b"int64[] tick_step\nint64[] tick_step\n",
+        b"int64[] tick_step\nint64[] position_rad\n", b"int64[] tick_step\nstring a\n",
+        b"float64[] tick_step\n",
     ],
 )  # fmt: skip
 def test_a_damaged_definition_is_refused(text):

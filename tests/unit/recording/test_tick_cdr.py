@@ -87,7 +87,8 @@ def test_a_recording_of_before_a_field_is_read_without_it():
 
 @pytest.mark.parametrize(
     "schema",
-    [b"", b"\xff", b"float64", b"int64 tick\nint64 tick", b"int64 position_rad\nint64 tick", b"int64[0] tick", b"string tick",
+    [b"", b"\xff", b"float64", b"int64 tick\nint64 tick", b"int64 position_rad\nint64 tick", b"int64[0] tick",
+        b"string tick",
      b"float64 x", b"int64[1000] tick", b"int64 tick\n" + b"".join(b"int64 a%d\n" % k for k in range(2000))],
     ids=range(10),
 )  # fmt: skip

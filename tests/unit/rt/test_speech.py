@@ -68,7 +68,8 @@ def test_the_tick_that_cuts_carries_the_words_and_later_ones_are_told_when_they_
     rig.cycle(1, enabled=0, faults=Fault.DEVICE)
     (told,) = rig.told
     assert told == {
-        "tick": 0, "device": "device[0] 'drive'", "axes": [0], "faults": int(LinkFault.DEVICE), "stale": False,
+        "tick": 0, "device": "device[0] 'drive'", "axes": [0], "faults": int(LinkFault.DEVICE),
+        "stale": False,
         "words": [["short circuit", int(LinkFault.DEVICE), False]],
     }  # fmt: skip
     rig.drive.text = "short circuit, emergency 0x2320"

@@ -1,4 +1,6 @@
-"""Whole compiled cycles record what the loop in Python records, tick by tick, and come back to it where they must."""
+"""Whole compiled cycles record what the loop in Python records, tick by tick, and come back to it where they
+must.
+"""
 
 import numpy as np
 import pytest
@@ -69,7 +71,9 @@ def rig(*, n=3000):
 
 
 class At:
-    """What is done after so many ticks were recorded, from the listener of disabled ticks on: arm, and end."""
+    """What is done after so many ticks were recorded, from the listener of disabled ticks on: arm, and
+    end.
+    """
 
     def __init__(self, memory, writer, stop, *, arm=700, end=2500):
         self.memory, self.writer, self.stop, self.arm, self.end = memory, writer, stop, arm, end

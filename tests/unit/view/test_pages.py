@@ -1,4 +1,6 @@
-"""Both pages begin alike: STOP, the state and the operator's buttons are where the eye found them on the other page."""
+"""Both pages begin alike: STOP, the state and the operator's buttons are where the eye found them on the
+other page.
+"""
 
 from importlib.resources import files
 
