@@ -12,7 +12,6 @@ import textwrap
 from pathlib import Path
 
 import pytest
-from statements import statements
 
 ROOT = Path(__file__).parents[2]
 FOLDERS = ("rtctl", "hw", "tests", "docs/example-backend")
@@ -27,6 +26,14 @@ def reasoned(lines, limit):
     """Whether one of the lines gives a reason for being longer than `limit`."""
     said = [re.search(rf"# longer than {limit} lines: (.+)", line) for line in lines]
     return any(found and len(found[1].split()) >= A_REASON for found in said)
+
+
+def statements(tree):
+    """All of them, within each other; handlers and cases, which hold some, are among them."""
+    for inside in ("body", "handlers", "orelse", "finalbody", "cases"):
+        for node in getattr(tree, inside, ()):
+            yield node
+            yield from statements(node)
 
 
 def body_of(function):
