@@ -32,4 +32,9 @@ SEEDS = (
         "the law is not told that an axis is linear", "rtctl/check/axis_plan.py",
         'p["is_linear"][a] = axis.motion == "linear"', 'p["is_linear"][a] = 0', HANDLE,
     ),
+    Seed(
+        "hands of a handle .1 m away hold every joint", "rtctl/check/verdict.py",
+        "factor = (lever_m / HANDLE_M) ** 2", "factor = (lever_m / HANDLE_M) ** 2 if table.motion == \"linear\" else 1.0",
+        ("tests/unit/control/test_joints_of_other_sizes.py::test_an_observer_is_tuned_and_judged_in_the_hands_that_hold_its_own_handle",),
+    ),
 )  # fmt: skip
