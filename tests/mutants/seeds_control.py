@@ -36,6 +36,16 @@ FOAW = (f"{UNIT}/test_velocity.py::test_foaw_gives_what_its_definition_gives_to_
 
 SEEDS = (
     Seed(
+        "the account of the port forgets that the motor is late", "rtctl/control/passivity.py",
+        "held = acted_torque(s, p, axis, elapsed)", "held = s.torque_applied_nm[axis]",
+        ("tests/unit/control/test_passivity.py::test_the_port_loses_what_the_torque_that_acted_gave_where_the_motor_is_late",),
+    ),
+    Seed(
+        "torques in flight cost nothing", "rtctl/control/take_back.py",
+        "return _way(p, axis) * total", "return 0.0 * total",
+        ("tests/unit/control/test_take_back.py::test_no_motion_of_a_stiff_spring_behind_any_gate_takes_more_than_the_floor",),
+    ),
+    Seed(
         "a sample that the turned line has left stays in the window", "rtctl/control/velocity.py",
         "if worst <= band:", "if n > 2:", FOAW,
     ),

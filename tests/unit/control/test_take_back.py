@@ -79,8 +79,8 @@ def test_a_torque_that_is_not_finite_costs_more_than_any_account(torque):
     assert cost_to_take_back(params_of(0.2), 0, torque) == math.inf
 
 
-def thrown(seed, rate, viscous, ticks=1500):
-    """A hand that presses slowly and lets go as fast as the motor may drive, again and again; rig, least energy, bound ticks."""
+def thrown(seed, rate, viscous, late=0.0, ticks=1500):
+    """A hand that presses slowly and lets go as fast as a motor, so many ticks late, may drive, again and again; rig, least energy, bound ticks."""
     draw = np.random.default_rng(seed)
     rig = LawRig(
         coupling_stiffness_nm_rad=draw.uniform(20.0, 500.0),
@@ -89,6 +89,7 @@ def thrown(seed, rate, viscous, ticks=1500):
         viscous_nms_rad=viscous,
         friction_policy=int(draw.choice([int(Policy.OFF), int(Policy.HYBRID)])),
         velocity_limit_rad_s=V_MAX,
+        acting_delay_s=late * T,
     )
     kind = str(draw.choice(["spring", "wall", "detents", "damper"]))
     rig.friction().environment(kind, environment_stiffness_nm_rad=1e4, environment_pitch_rad=0.2).arm()
@@ -108,11 +109,14 @@ def thrown(seed, rate, viscous, ticks=1500):
     return rig, min(energies), bound
 
 
-@pytest.mark.parametrize(("rate", "viscous"), [(0.02, 0.0), (0.2, 0.0), (0.2, 0.05), (2.0, 0.0)])
-def test_no_motion_of_a_stiff_spring_behind_any_gate_takes_more_than_the_floor(rate, viscous):
+@pytest.mark.parametrize(
+    ("rate", "viscous", "late"),
+    [(0.02, 0.0, 0.0), (0.2, 0.0, 0.0), (0.2, 0.05, 0.0), (2.0, 0.0, 0.0), (0.2, 0.0, 1.6), (2.0, 0.05, 3.0)],
+)
+def test_no_motion_of_a_stiff_spring_behind_any_gate_takes_more_than_the_floor(rate, viscous, late):
     needed = 0
     for seed in range(6):
-        rig, least, bound = thrown(seed, rate, viscous)
+        rig, least, bound = thrown(seed, rate, viscous, late)
         assert least >= FLOOR * (1 + 1e-9)
         assert not rig.faults & Fault.PASSIVITY_GROSS
         needed += bound > 0
