@@ -43,7 +43,7 @@ SEEDS = (
     Seed(
         "torques in flight cost nothing", "rtctl/control/take_back.py",
         "return _way(p, axis) * total", "return 0.0 * total",
-        ("tests/unit/control/test_take_back.py::test_no_motion_of_a_stiff_spring_behind_any_gate_takes_more_than_the_floor",),
+        ("tests/unit/control/test_take_back.py::test_torques_in_flight_are_paid_for_before_the_next_one",),
     ),
     Seed(
         "a sample that the turned line has left stays in the window", "rtctl/control/velocity.py",

@@ -35,6 +35,6 @@ SEEDS = (
     Seed(
         "hands of a handle .1 m away hold every joint", "rtctl/check/verdict.py",
         "factor = (lever_m / HANDLE_M) ** 2", "factor = (lever_m / HANDLE_M) ** 2 if table.motion == \"linear\" else 1.0",
-        ("tests/unit/control/test_joints_of_other_sizes.py::test_an_observer_is_tuned_and_judged_in_the_hands_that_hold_its_own_handle",),
+        ("tests/unit/cli/test_linear_axis.py::test_a_hand_is_the_same_at_every_handle",),
     ),
 )  # fmt: skip

@@ -15,6 +15,7 @@ from rtctl.check import stability_report
 from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
 from rtctl.recording.export import columns
+from rtctl.check.verdict import hand_factor
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -123,6 +124,18 @@ def test_what_is_left_out_is_as_at_a_handle_of_ten_centimetres(tmp_path):
     assert load(said).config.axis[0].friction.intent_nm == 0.7
     assert load(said).config.axis[0].friction.blend_rad_s == pytest.approx(0.008)
     assert load(changed(tmp_path, "position_min_m = -0.2 ", "")).config.axis[0].position_min_rad == -1e3
+
+
+@pytest.mark.parametrize(
+    ("motion", "lever_m", "direction", "factor"),
+    [
+        ("rotary", (0.0, 0.1, 0.0), (0.0, 0.0, 0.0), 1.0), ("rotary", (0.3, 0.4, 0.0), (0.0, 0.0, 0.0), 25.0), ("rotary", (0.0, 0.01, 0.0), (0.0, 0.0, 0.0), 0.01),
+        ("rotary", (0.0, 0.01, 0.0), (0.0, 0.0, 1.0), 1.0), ("linear", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 100.0),
+    ],
+)  # fmt: skip
+def test_a_hand_is_the_same_at_every_handle(motion, lever_m, direction, factor):
+    own = load(SLIDE).config.axis[0].model_copy(update={"motion": motion, "lever_m": lever_m, "axis_direction": direction})  # fmt: skip
+    assert hand_factor(own) == pytest.approx(factor)
 
 
 def test_hands_that_hold_a_carriage_are_those_that_hold_a_joint(monkeypatch, capsys, tmp_path):

@@ -138,6 +138,21 @@ def test_the_bound_shows_in_the_tick_and_as_a_flag_of_the_gate():
     assert int(rig["gate_flags"]) & GateFlag.SHARE
 
 
+@pytest.mark.parametrize("late", [0.0, 1.0, 2.5])
+def test_torques_in_flight_are_paid_for_before_the_next_one(late):
+    rig = LawRig(coupling_stiffness_nm_rad=50.0, velocity_limit_rad_s=V_MAX, acting_delay_s=late * T)
+    rig.environment("spring", environment_stiffness_nm_rad=1e4, environment_center_rad=-0.1).arm()
+    rig.run(100)
+    for _ in range(10):
+        rig.state["energy_port_j"] = 0.0
+        rig.tick()
+    before = abs(rig["torque_applied_nm"])
+    rig.state["energy_port_j"], rig.state["held_nm"] = 0.0, before
+    allowed = torque_to_take_back(rig.params[0], 0, -WAY * late * before)
+    assert abs(rig.tick()["torque_applied_nm"]) == pytest.approx(allowed, rel=1e-6)
+    assert 0.5 < allowed < 3.0
+
+
 def test_the_account_keeps_what_taking_back_costs_while_the_torque_is_held():
     rig = LawRig(coupling_stiffness_nm_rad=50.0, velocity_limit_rad_s=V_MAX)
     rig.environment("spring", environment_stiffness_nm_rad=1e4, environment_center_rad=-0.1).arm()
