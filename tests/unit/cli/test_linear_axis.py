@@ -12,10 +12,10 @@ from in_process import run
 
 from hw import motion
 from rtctl.check import stability_report
+from rtctl.check.verdict import hand_factor
 from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
 from rtctl.recording.export import columns
-from rtctl.check.verdict import hand_factor
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
