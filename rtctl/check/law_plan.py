@@ -90,9 +90,9 @@ def build(loaded: LoadedConfig) -> Plan:
         params[0]["follow_delay_ticks"][a] = min(
             math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1
         )
-        params[0]["actuator_delay_ticks"][a] = round(
-            between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
-        )
+        acting = between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
+        params[0]["acting_delay_s"][a] = acting * config.period_s
+        params[0]["actuator_delay_ticks"][a] = round(acting)
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)

@@ -71,7 +71,7 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
         motor_share=joint.motor_share,
         encoder=joint.encoder,
         joints=joints_of(joint, table.inertia_kgm2) if joint.stiffness_nm_rad > 0 else (RIGID,),
-        hand=hand_factor(table.motion),
+        hand=hand_factor(table),
     )
     return _tuned(loop, () if fixed else gears_of(table, joint), fixed=fixed)
 

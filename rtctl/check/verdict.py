@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
-from hw.motion import at_handle, words
+from hw.motion import HANDLE_M, words
 
 if TYPE_CHECKING:
     from hw.interface import Joint
@@ -73,9 +73,16 @@ class Verdict:
         }
 
 
-def hand_factor(motion: str) -> float:
-    """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a joint."""
-    return at_handle("hand_inertia_kgm2") if motion == "linear" else 1.0
+def hand_factor(table: AxisTable) -> float:
+    """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a joint with
+    its handle `HANDLE_M` away.
+
+    In N/m, N s/m and kg they are the same hands at every handle. Where moments are measured the lever is the
+    sensor's, and the handle may be beyond it.
+    """
+    lever_m = 1.0 if table.motion == "linear" else math.hypot(*table.lever_m)
+    factor = (lever_m / HANDLE_M) ** 2
+    return max(factor, 1.0) if any(table.axis_direction) else factor
 
 
 @dataclass(frozen=True)
@@ -97,7 +104,7 @@ class Subject:
         """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a
         joint.
         """
-        return hand_factor(self.table.motion)
+        return hand_factor(self.table)
 
     def row(
         self,

@@ -35,7 +35,7 @@ from rtctl.control.resting import advance_rest
 from rtctl.control.sample import accept_sample
 from rtctl.control.shrinking import steady_share
 from rtctl.control.states import advance, is_powered
-from rtctl.control.take_back import OVERSPEED_FACTOR, torque_to_take_back
+from rtctl.control.take_back import OVERSPEED_FACTOR, in_flight, torque_to_take_back
 from rtctl.control.trembling import calm_share
 from rtctl.control.velocity import estimate_velocity
 from rtctl.control.virtual_mass import observe_hand, raise_damping, servo_torque
@@ -311,7 +311,8 @@ def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
     share = 1.0 if s.state == _STOPPING else t.torque_share[axis] * _state_share(s.state)
     allowed = min(share * limit, window_limit)
     if not in_program(s, axis):
-        allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))
+        left = s.energy_port_j[axis] - in_flight(s, p, axis)
+        allowed = min(allowed, torque_to_take_back(p, axis, left))
     torque, flags = gate.gate_torque(
         _torque_of_state(t, s, p, axis),
         s.torque_applied_nm[axis],

@@ -3,7 +3,8 @@
     E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + D,              E <= a U + bank + c(tau_held)
 
 tau_held is the torque sent one tick ago, after authority, gate and limits, feed-forward included: the
-motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. The
+motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. Of a motor
+that is declared late it is the torque that acted then (`take_back.acted_torque`). The
 other two credit what the device itself is guaranteed to dissipate: viscous damping b (Cauchy-Schwarz
 over one period) and D, what its dry friction surely took out, less what its bristles gave back
 (`dry_friction`).
@@ -31,7 +32,7 @@ from __future__ import annotations
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.place_trust import place_trust
 from rtctl.control.records import Record
-from rtctl.control.take_back import cost_to_take_back
+from rtctl.control.take_back import acted_torque, cost_to_take_back, in_flight
 from rtctl.control.vocabulary import Fault, State
 
 _ACTIVE = int(State.ACTIVE)
@@ -72,7 +73,7 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     -----
     `dry_friction.credit_friction` has run for the same period.
     """
-    held = s.torque_applied_nm[axis]
+    held = acted_torque(s, p, axis, elapsed)
     dt = p.period_s * max(elapsed, 1)
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
     credit += s.friction_credit_j[axis]
@@ -80,7 +81,8 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     felt = s.authority * s.stored_energy_j[axis]
     if p.conservative_swing_j[axis] > 0.0:  # what the compensated cogging has taken up comes back
         felt += s.authority * place_trust(s, p, axis) * p.conservative_swing_j[axis]
-    s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))
+    kept = cost_to_take_back(p, axis, s.torque_applied_nm[axis]) + in_flight(s, p, axis)
+    s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + kept)
     return s.energy_port_j[axis]
 
 

@@ -133,6 +133,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "current_offset_nm": (),  # and how far it may be off besides, as torque
             "follow_delay_ticks": (),  # the measurement may be this much late
             "actuator_delay_ticks": (),  # the torque acts this much late, as far as is known
+            "acting_delay_s": (),  # the same to a part of a tick, for the account of the port
             "declared_delay_s": (),  # from a sample to its torque at the motor, as the rig file has it
             "proof_age_ticks": (),  # age of samples that the proof includes beside it
             "proof_delay_s": (),  # up to which the coupling is proven; 0: delay and age are not watched

@@ -17,6 +17,9 @@ sent. One period takes at most w |f| from A (or all of f's cost where |f| <= r);
 `observe_port` does adds to A, and its cap leaves it c(|f|). As c(|f| - r) <= c(|f|) - w |f| for |f| > r, (1)
 allows a torque for which the inequality holds again, and A >= c >= 0.
 
+A motor that acts d ticks late still gives what was sent: w |f| for each torque in flight comes to c in (1) and in the cap. A period then takes
+the oldest of them from A and from what is asked for, so that the claim holds as before, E by the torque that acted.
+
 OVERSPEED is why w is enough: above v_max the gate cuts any torque that drives, above OVERSPEED_FACTOR v_max every one.
 A late loop or a missed sample holds a torque for longer than (1) knows; the faults of `passivity` remain for them.
 """
@@ -26,7 +29,10 @@ from __future__ import annotations
 import math
 
 from rtctl.control.jit import compiled
-from rtctl.control.records import Record
+from rtctl.control.records import HELD, Record
+
+LATE_MOST = HELD - 12
+"""Most ticks by which a torque counts as late: those of a sample that took some ticks must be remembered, too."""
 
 FLOOR_FACTOR = 1.5
 """No port gives out more than this many budgets (safety contract, invariant 13)."""
@@ -73,3 +79,34 @@ def torque_to_take_back(p: Record, axis: int, energy: float) -> float:
     """Largest |torque| that an account of `energy`, J, can pay for, N m, >= 0; 0 for NaN."""
     left = energy + FLOOR_FACTOR * p.energy_budget_j
     return most_torque(left, p.torque_rate_nm[axis], _way(p, axis))
+
+
+@compiled
+def acting_delay(p: Record, axis: int) -> float:
+    """Ticks by which the torque acts late, as far as is declared, not whole."""
+    return float(min(max(p.acting_delay_s[axis] / p.period_s, 0.0), LATE_MOST))
+
+
+@compiled
+def acted_torque(s: Record, p: Record, axis: int, ticks: int) -> float:
+    """Mean torque that the motor held over the last so many periods, N m: the one sent last, or earlier ones where it acts late."""
+    late = acting_delay(p, axis)
+    if late == 0.0:
+        return float(s.torque_applied_nm[axis])
+    whole, total = int(late), 0.0
+    share, ticks = late - whole, min(max(ticks, 1), HELD - LATE_MOST - 2)
+    for k in range(1, ticks + 1):
+        at = s.ticks - k - whole
+        total += (1.0 - share) * s.held_nm[axis, at % HELD] + share * s.held_nm[axis, (at - 1) % HELD]
+    return total / ticks
+
+
+@compiled
+def in_flight(s: Record, p: Record, axis: int) -> float:
+    """Most energy that torques which were sent and have not acted yet give out, J."""
+    late = acting_delay(p, axis)
+    whole = int(late)
+    total = (late - whole) * abs(s.held_nm[axis, (s.ticks - 1 - whole) % HELD])
+    for k in range(1, whole + 1):
+        total += abs(s.held_nm[axis, (s.ticks - k) % HELD])
+    return _way(p, axis) * total

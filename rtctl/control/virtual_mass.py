@@ -37,7 +37,7 @@ from rtctl.control.jit import compiled
 from rtctl.control.program import in_program
 from rtctl.control.records import Record
 from rtctl.control.stability_watch import forget_force, watch_force
-from rtctl.control.take_back import cost_to_take_back
+from rtctl.control.take_back import cost_to_take_back, in_flight
 from rtctl.control.vocabulary import State
 
 CALM_S = 2.0
@@ -280,7 +280,7 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
         s.energy_port_j[axis] = 0.0
         return
     energy = s.energy_port_j[axis] + work_j + granted_j
-    held += cost_to_take_back(p, axis, s.torque_applied_nm[axis])
+    held += cost_to_take_back(p, axis, s.torque_applied_nm[axis]) + in_flight(s, p, axis)
     s.energy_port_j[axis] = min(energy, held + p.energy_bank_j)
 
 

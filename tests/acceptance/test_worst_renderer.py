@@ -6,9 +6,13 @@ import math
 
 import numpy as np
 import pytest
+from foreign_files import fitted
+from foreign_foes import SWING
+from foreign_rig import DEVICE, HAND, JOINT, Rig, axis
 from pursued import Pursued
 
 from rtctl.campaign.pursuit import foe_record
+from rtctl.control.vocabulary import Environment, State
 
 TICKS = 5000
 
@@ -57,3 +61,30 @@ def test_the_worst_renderer_of_a_search_gives_a_hand_no_more_than_store_power_an
         case = varied(best[rng.integers(8)][2], rng)
         best = sorted([*best[:8], (share(case), i, case)], reverse=True)
     assert 0.6 < best[0][0] <= 1.0 + 0.03 / 3.5
+
+
+def test_no_renderer_in_resonance_with_a_motor_that_is_late_gives_a_hand_more(tmp_path):
+    """By the torque sent last, and not by the one that acted, it gave 1.8 times the budgets beyond store and
+    power in a minute, and went on.
+    """
+    own = dict(JOINT, motor=0.00375, link=0.00386, gear=87.3, gear_damping=0.0155, viscous=0.148,
+        coulomb=0.0965, breakaway=0.1108, stribeck=0.202, bristle=20.0)  # fmt: skip
+    says = {
+        "inertia_kgm2": 0.00761, "viscous_nms_rad": 0.148, "torque_limit_nm": 0.59, "torque_rate_nm_s": 100.0,
+        "velocity_limit_rad_s": 6.0, "current_limit_a": 4.0,
+        "coupling": {"delay_ticks": 0.0, "damping_nms_rad": 0.034, "stiffness_nm_rad": 1.0},
+        "force": {"limit_n": 1e4}, "encoder_counts_per_rev": 1e6,
+        "friction": {"policy": "off", "presliding_rad": 0.0055},
+    }  # fmt: skip
+    late = {"timing": {"sample_every_ticks": 1, "transport_delay_ticks": 1.83}}
+    loaded = fitted("mock.toml", [says], tmp_path, 0.995, device=late, rate_hz=2000.0)
+    holder = dict(HAND, spring=9.2, damper=0.15, amplitude=0.0)
+    rig = Rig(loaded, [axis(**own, **holder, **dict(DEVICE, delay_ticks=1.83), foe=SWING, reach=2.0,
+        rate=133.0)])  # fmt: skip
+    rig.law[2]["renderer_store_j"], rig.law[2]["renderer_power_w"] = 0.002, 0.01
+    rig.law[3]["environment_kind"], rig.law[3]["compensation"] = int(Environment.REMOTE), 0.0
+    _, given, states = rig.run(60.0)
+    since = int(np.argmax(states == State.ACTIVE))
+    given_j, allowed_j = given[-1, 0] - given[since, 0], 0.002 + 0.01 * rig.period_s * (len(states) - since)
+    assert states[-1] == State.ACTIVE
+    assert 0.4 < given_j <= allowed_j + 1.5 * rig.law[2]["energy_budget_j"][0]

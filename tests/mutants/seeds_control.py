@@ -43,6 +43,17 @@ FOAW = (f"{UNIT}/test_velocity.py::test_foaw_gives_what_its_definition_gives_to_
 
 SEEDS = (
     Seed(
+        "the account of the port forgets that the motor is late", "rtctl/control/passivity.py",
+        "held = acted_torque(s, p, axis, elapsed)", "held = s.torque_applied_nm[axis]",
+        ("tests/unit/control/test_passivity.py"
+         "::test_the_port_loses_what_the_torque_that_acted_gave_where_the_motor_is_late",),
+    ),
+    Seed(
+        "torques in flight cost nothing", "rtctl/control/take_back.py",
+        "return _way(p, axis) * total", "return 0.0 * total",
+        ("tests/unit/control/test_take_back.py::test_torques_in_flight_are_paid_for_before_the_next_one",),
+    ),
+    Seed(
         "a sample that the turned line has left stays in the window", "rtctl/control/velocity.py",
         "if worst <= band:", "if n > 2:", FOAW,
     ),

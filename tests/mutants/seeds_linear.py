@@ -37,4 +37,10 @@ SEEDS = (
         "the law is not told that an axis is linear", "rtctl/check/axis_plan.py",
         'p["is_linear"][a] = axis.motion == "linear"', 'p["is_linear"][a] = 0', HANDLE,
     ),
+    Seed(
+        "hands of a handle .1 m away hold every joint", "rtctl/check/verdict.py",
+        "factor = (lever_m / HANDLE_M) ** 2",
+        "factor = (lever_m / HANDLE_M) ** 2 if table.motion == \"linear\" else 1.0",
+        ("tests/unit/control/test_joints_of_other_sizes.py::test_a_hand_is_the_same_at_every_handle",),
+    ),
 )  # fmt: skip

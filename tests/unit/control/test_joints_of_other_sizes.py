@@ -1,12 +1,14 @@
 """An admittance a thousand times smaller or larger than the usual joint is certified by hands and worlds of
-its own size, and shakes in them if it is not.
+its own size, and shakes in them if it is not; an observer by hands at its own handle.
 """
 
 import numpy as np
 import pytest
-from foreign_rig import Rig, axis
+from foreign_files import model, rig_file
+from foreign_rig import JOINT, Rig, axis
 
-from rtctl.check import stability_report
+from rtctl.check import observer_tuning, stability_report
+from rtctl.check.verdict import hand_factor
 from rtctl.control.environments.table import Environment
 from rtctl.control.proofs import admittance_margin
 from rtctl.control.proofs.admittance_sticking import calming_rest_damping, sticking
@@ -83,3 +85,50 @@ def test_a_small_joint_that_the_springs_of_a_usual_one_certified_shakes_and_is_r
         assert states[-1] == State.ACTIVE
         speeds.append(float(np.sqrt(np.mean(np.square(moved[-2000:])))))
     assert speeds[1] < 0.002 < 0.05 < speeds[0] < found.speed_rad_s
+
+
+def crank(folder, lever_m):
+    """A crank of 5 kg m^2 with its handle so far out, a force sensor of 35 Hz and an observer; and its row in
+    `rtctl check`.
+    """
+    says = {
+        "inertia_kgm2": 5.07, "viscous_nms_rad": 6.5, "lever_m": [0.0, lever_m, 0.0], "torque_limit_nm": 30.0,
+        "torque_rate_nm_s": 6e3, "current_limit_a": 200.0,
+        "coupling": {"stiffness_nm_rad": 1.0, "damping_nms_rad": 1.9},
+        "force": {"limit_n": 1e4, "sensor_lowpass_hz": 35.0}, "encoder_counts_per_rev": 1e7,
+        "friction": {"policy": "observer", "gain": 0.9, "intent_nm": 0.3, "gate_nm": 0.15,
+            "presliding_rad": 1e-3, "observer": {"gain": 0.88, "bandwidth_hz": 15.0}},
+    }  # fmt: skip
+    friction = dict(JOINT, viscous=6.5, coulomb=1.5, breakaway=1.515, bristle=1500.0)
+    loaded = rig_file("mock.toml", [says], folder, models=[model(friction)])
+    rows = stability_report.examine(loaded).axes[0].verdicts
+    return loaded, next(row for row in rows if row.name == "disturbance observer in a hand")
+
+
+def test_an_observer_is_tuned_and_judged_in_the_hands_that_hold_its_own_handle(tmp_path):
+    """The hands of a handle .1 m away were tried at every one: this crank passed, and swung on for seconds in
+    a hand of 60 kN/m at .4 m.
+    """
+    near, row = crank(tmp_path, 0.1)
+    assert "hands to 600 N m/rad, 1 N m s/rad, 0.02 kg m^2" in row.meaning
+    assert observer_tuning.of_axis(near, 0).own_ticks == 0
+    far, row = crank(tmp_path, 0.4)
+    assert "hands to 9600 N m/rad, 16 N m s/rad, 0.32 kg m^2" in row.meaning
+    assert row.outcome.name == "PASS"
+    assert observer_tuning.of_axis(far, 0).own_ticks > 0
+
+
+@pytest.mark.parametrize(
+    ("motion", "lever_m", "direction", "factor"),
+    [
+        ("rotary", (0.0, 0.1, 0.0), (0.0, 0.0, 0.0), 1.0),
+        ("rotary", (0.3, 0.4, 0.0), (0.0, 0.0, 0.0), 25.0),
+        ("rotary", (0.0, 0.01, 0.0), (0.0, 0.0, 0.0), 0.01),
+        ("rotary", (0.0, 0.01, 0.0), (0.0, 0.0, 1.0), 1.0),
+        ("linear", (1.0, 0.0, 0.0), (0.0, 0.0, 0.0), 100.0),
+    ],
+)
+def test_a_hand_is_the_same_at_every_handle(motion, lever_m, direction, factor):
+    slide = load(shipped_config("mock-linear.toml")).config.axis[0]
+    own = slide.model_copy(update={"motion": motion, "lever_m": lever_m, "axis_direction": direction})
+    assert hand_factor(own) == pytest.approx(factor)

@@ -5,6 +5,7 @@ import pytest
 from law_rig import COUNT, B, LawRig, Plant, T
 from oracles import parallel_po_pc, series_po_pc
 
+from rtctl.control.records import HELD
 from rtctl.control.vocabulary import Fault, Policy, State
 
 F2 = np.array([1.0, -2.0, 1.5, 0.5, -1.0])
@@ -102,6 +103,22 @@ def test_the_port_loses_what_the_motor_gave_and_is_credited_the_damping_of_the_j
     rig.state["energy_port_j"], rig.state["torque_applied_nm"] = -0.01, torque_nm
     rig.tick(dx)
     assert rig["energy_port_j"] == pytest.approx(-0.01 - torque_nm * dx + B * dx * dx / T, rel=1e-9)
+
+
+def test_the_port_loses_what_the_torque_that_acted_gave_where_the_motor_is_late():
+    """By the torque sent last, a motor 1.83 ticks late and targets in resonance with it gave a hand .13 J in
+    a minute that nobody paid.
+    """
+    rig = LawRig(acting_delay_s=1.25 * T).run(5)
+    rig.arm()
+    at, dx = int(rig.state["ticks"][0]), 1e-3
+    sent = [0.3, -0.1, 0.2, 0.5]  # newest first
+    for ago, torque_nm in enumerate(sent, start=1):
+        rig.state["held_nm"][0, 0, (at - ago) % HELD] = torque_nm
+    rig.state["energy_port_j"], rig.state["torque_applied_nm"] = -0.01, sent[0]
+    rig.tick(dx)
+    acted_nm = 0.75 * sent[1] + 0.25 * sent[2]
+    assert rig["energy_port_j"] == pytest.approx(-0.01 - acted_nm * dx + B * dx * dx / T, rel=1e-9)
 
 
 def test_no_more_than_the_bank_is_kept_beyond_what_is_stored():

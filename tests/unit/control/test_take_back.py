@@ -79,9 +79,9 @@ def test_a_torque_that_is_not_finite_costs_more_than_any_account(torque):
     assert cost_to_take_back(params_of(0.2), 0, torque) == math.inf
 
 
-def thrown(seed, rate, viscous, ticks=1500):
-    """A hand that presses slowly and lets go as fast as the motor may drive, again and again; rig, least
-    energy, bound ticks.
+def thrown(seed, rate, viscous, late=0.0, ticks=1500):
+    """A hand that presses slowly and lets go as fast as a motor, so many ticks late, may drive, again and
+    again; rig, least energy, bound ticks.
     """
     draw = np.random.default_rng(seed)
     rig = LawRig(
@@ -91,6 +91,7 @@ def thrown(seed, rate, viscous, ticks=1500):
         viscous_nms_rad=viscous,
         friction_policy=int(draw.choice([int(Policy.OFF), int(Policy.HYBRID)])),
         velocity_limit_rad_s=V_MAX,
+        acting_delay_s=late * T,
     )
     kind = str(draw.choice(["spring", "wall", "detents", "damper"]))
     rig.friction().environment(kind, environment_stiffness_nm_rad=1e4, environment_pitch_rad=0.2).arm()
@@ -110,11 +111,14 @@ def thrown(seed, rate, viscous, ticks=1500):
     return rig, min(energies), bound
 
 
-@pytest.mark.parametrize(("rate", "viscous"), [(0.02, 0.0), (0.2, 0.0), (0.2, 0.05), (2.0, 0.0)])
-def test_no_motion_of_a_stiff_spring_behind_any_gate_takes_more_than_the_floor(rate, viscous):
+@pytest.mark.parametrize(
+    ("rate", "viscous", "late"),
+    [(0.02, 0.0, 0.0), (0.2, 0.0, 0.0), (0.2, 0.05, 0.0), (2.0, 0.0, 0.0), (0.2, 0.0, 1.6), (2.0, 0.05, 3.0)],
+)
+def test_no_motion_of_a_stiff_spring_behind_any_gate_takes_more_than_the_floor(rate, viscous, late):
     needed = 0
     for seed in range(6):
-        rig, least, bound = thrown(seed, rate, viscous)
+        rig, least, bound = thrown(seed, rate, viscous, late)
         assert least >= FLOOR * (1 + 1e-9)
         assert not rig.faults & Fault.PASSIVITY_GROSS
         needed += bound > 0
@@ -134,6 +138,21 @@ def test_the_bound_shows_in_the_tick_and_as_a_flag_of_the_gate():
     assert rig["torque_share"] == pytest.approx(allowed / 3.0, rel=1e-6)
     assert abs(rig["torque_applied_nm"]) == pytest.approx(allowed, rel=1e-6)
     assert int(rig["gate_flags"]) & GateFlag.SHARE
+
+
+@pytest.mark.parametrize("late", [0.0, 1.0, 2.5])
+def test_torques_in_flight_are_paid_for_before_the_next_one(late):
+    rig = LawRig(coupling_stiffness_nm_rad=50.0, velocity_limit_rad_s=V_MAX, acting_delay_s=late * T)
+    rig.environment("spring", environment_stiffness_nm_rad=1e4, environment_center_rad=-0.1).arm()
+    rig.run(100)
+    for _ in range(10):
+        rig.state["energy_port_j"] = 0.0
+        rig.tick()
+    before = abs(rig["torque_applied_nm"])
+    rig.state["energy_port_j"], rig.state["held_nm"] = 0.0, before
+    allowed = torque_to_take_back(rig.params[0], 0, -WAY * late * before)
+    assert abs(rig.tick()["torque_applied_nm"]) == pytest.approx(allowed, rel=1e-6)
+    assert 0.5 < allowed < 3.0
 
 
 def test_the_account_keeps_what_taking_back_costs_while_the_torque_is_held():
