@@ -93,12 +93,36 @@ def test_a_point_a_little_beyond_the_largest_error_before_is_no_fault_and_one_fa
         assert ("1 points break the stated bound" in done.output) == bool(code)
 
 
+def test_a_session_that_is_a_little_quicker_holds_and_one_of_other_speeds_does_not(
+    model: Path, tmp_path: Path
+) -> None:
+    done = _run(_points(tmp_path / "q.csv", fastest=6.0), "--judge", model)
+    assert done.exit_code == 0, done.output
+    assert "the model holds on these points, as far as it was trained:" in done.output
+    assert "points are faster than the trained range: not judged" in done.output
+    done = _run(_points(tmp_path / "o.csv", fastest=40.0), "--judge", model)
+    assert done.exit_code == 1
+    assert "most points, " in done.output
+
+
 def test_speeds_beyond_the_range_are_counted_and_left_out(model: Path, tmp_path: Path) -> None:
     done = _run(_points(tmp_path / "f.csv", fastest=8.0), "--judge", model, "--json")
-    assert done.exit_code == 1
     assert all(
         0 < row["outside"] < 24 and not row["over_bound"] for row in json.loads(done.output)["directions"]
     )
+
+
+def test_a_fit_says_what_its_own_points_say_against_it(tmp_path: Path) -> None:
+    """A tube of the friction's size holds a constant, which a straight line beats on every point that it was learned from."""
+    v = np.linspace(0.1, 4.0, 24)
+    rows = [(w * u, w * (0.004 + 8e-4 * u)) for u in v for w in (1, -1)]
+    points = tmp_path / "p.csv"
+    np.savetxt(points, rows, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")
+    done = _run(points, "--out", tmp_path / "m.json", "--epsilon", "0.005")
+    assert "warning: the model does not hold on the points it was learned from: direction +1" in done.output
+    assert "(--ladder), or give a smaller --epsilon" in done.output
+    done = _run(points, "--out", tmp_path / "m.json", "--json")
+    assert json.loads(done.output)["faults"] == []
 
 
 def test_options_of_a_fit_are_refused(model: Path) -> None:
