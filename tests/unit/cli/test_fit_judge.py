@@ -48,8 +48,8 @@ def test_weaker_friction_breaks_the_bound_with_its_sign(model: Path, tmp_path: P
     assert any("Coulomb + viscous" in fault for fault in body["faults"])
 
 
-def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0.0) -> Path:
-    """Points of the same joint, read with another factor of speed or friction, or another zero of the torque."""
+def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0.0, dry: float = 0.0) -> Path:
+    """Points of the same joint, read with another factor of speed or friction, another zero of the torque, or of more dry friction."""
     v, f = np.loadtxt(_points(path, fastest=4.0), delimiter=",", skiprows=1).T
     table = np.column_stack([speed * v, friction * f + zero])
     np.savetxt(path, table, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")
@@ -112,17 +112,28 @@ def test_speeds_beyond_the_range_are_counted_and_left_out(model: Path, tmp_path:
     )
 
 
+def _line(path: Path, coulomb: float, viscous: float = 8e-4) -> Path:
+    v = np.linspace(0.1, 4.0, 24)
+    rows = [(way * u, way * (coulomb + viscous * u)) for u in v for way in (1, -1)]
+    np.savetxt(path, rows, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")
+    return path
+
+
 def test_a_fit_says_what_its_own_points_say_against_it(tmp_path: Path) -> None:
     """A tube of the friction's size holds a constant, which a straight line beats on every point that it was learned from."""
-    v = np.linspace(0.1, 4.0, 24)
-    rows = [(w * u, w * (0.004 + 8e-4 * u)) for u in v for w in (1, -1)]
-    points = tmp_path / "p.csv"
-    np.savetxt(points, rows, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")
+    points = _line(tmp_path / "p.csv", 0.004)
     done = _run(points, "--out", tmp_path / "m.json", "--epsilon", "0.005")
     assert "warning: the model does not hold on the points it was learned from: direction +1" in done.output
     assert "(--ladder), or give a smaller --epsilon" in done.output
     done = _run(points, "--out", tmp_path / "m.json", "--json")
     assert json.loads(done.output)["faults"] == []
+    _run(points, "--out", tmp_path / "m.json", "--epsilon", "1e-5")
+    for other, cause in (
+        (_line(tmp_path / "d.csv", 0.0052), "the dry friction is +0.0012 N m off at all speeds"),
+        (_line(tmp_path / "k.csv", 0.0052, 1.04e-3), "the friction is 1.3 times the model's at all speeds"),
+    ):
+        judged = _run(other, "--judge", tmp_path / "m.json", "--json")
+        assert cause in json.loads(judged.output)["faults"][-1]
 
 
 def test_options_of_a_fit_are_refused(model: Path) -> None:
