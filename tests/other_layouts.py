@@ -33,7 +33,7 @@ def layout(name: str) -> Callable[[Layout], Layout]:
 
 def every_layout() -> dict[str, Layout]:
     """All layouts: those of controllers here, and those of the files beside this one."""
-    for beside in ("other_layouts_of_robots", "other_layouts_of_data"):
+    for beside in ("other_layouts_of_robots", "other_layouts_of_data", "other_layouts_of_exports"):
         import_module(beside)
     return LAYOUTS
 

@@ -12,11 +12,11 @@ _WITH_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d]
 """`0.001 sec`, `12.5ms`, `3 °`."""
 
 _TIME_OF_DAY = re.compile(
-    r"(?:\d{1,4}[-/.]\d{1,2}[-/.]\d{1,4}[T ,]\s*)?(\d{1,2}):(\d{2}):(\d{2})"
-    r"(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(?:Z|[-+]\d{2}:?\d{2})?"
+    r"(?:\d{1,4}[-/. ](?:\d{1,2}|[^\W\d]{3,9})[-/. ]\d{1,4}[T ,]\s*)?"
+    r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(Z|[-+]\d{2}:?\d{2})?"
 )
-"""`14:02:11.250`, with a date before it or without, with a zone behind it or without; `14:02:11;250` as some
-controllers write it."""
+"""`14:02:11.250`, with a date before it (`26-Oct-2025` is MATLAB's) or without, with a zone behind it or
+without; `14:02:11;250` as some controllers write it."""
 
 _WITHOUT_MARKS = re.compile(r"(\d{8}[T ])(\d{2})(\d{2})(\d{2})((?:[.,]\d{1,9})?(?:Z|[-+]\d{2}:?\d{2})?)")
 """`20260302T115950.250`: the short form of ISO 8601, and of names of files."""
@@ -36,16 +36,50 @@ _THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:(?P<mark>[.,' \u00a0\u202f])\d{3})+(?P<
 """`1.234,567`, `1,234.5`, `1'234.5`: a mark between the thousands, another one before the decimals."""
 
 
-def thousands_and_decimal(cells: Sequence[str]) -> tuple[str, str] | None:
-    """The marks between thousands and before decimals, where some cells have both and all of these the same;
-    None elsewhere.
+_WHOLE = re.compile(r"[-+]?(?:0|[1-9]\d{0,2}(?:(?P<mark>[.,])\d{3}(?P<again>(?P=mark)\d{3})*)?)")
+"""`7`, `65.536`, `1.761.436.788`: a whole number with a mark between the thousands, where it has any."""
+
+_DECIMAL = re.compile(r"[-+]?\d+(?:(?P<decimal>[.,])\d+)?(?:[eE][-+]?\d+)?")
+
+
+def thousands_and_decimal(columns: Sequence[Sequence[str]]) -> tuple[str, str] | None:
+    """The marks between thousands and before decimals, where some cells have both, or one column has only
+    this and another only that; else None.
     """
     found = {
         (match["mark"], match["decimal"])
-        for match in map(_THOUSANDS.fullmatch, (cell.strip() for cell in cells))
+        for cells in columns
+        for match in map(_THOUSANDS.fullmatch, cells)
         if match and match["mark"] != match["decimal"]
     }
+    if not found:
+        found = {
+            (mark, decimal)
+            for mark in filter(None, map(_mark_of_whole, columns))
+            for decimal in filter(None, map(_mark_of_decimals, columns))
+            if mark != decimal
+        }
     return found.pop() if len(found) == 1 else None
+
+
+def _mark_of_whole(cells: Sequence[str]) -> str:
+    """The mark between thousands of a column of whole numbers; "" where it may be that before three decimals:
+    small numbers must be without it, or large ones have it twice.
+    """
+    matches = [_WHOLE.fullmatch(cell) for cell in cells]
+    marks = {match["mark"] or "" for match in matches if match}
+    sure = "" in marks or any(match and match["again"] for match in matches)
+    return (marks - {""}).pop() if None not in matches and sure and len(marks - {""}) == 1 else ""
+
+
+def _mark_of_decimals(cells: Sequence[str]) -> str:
+    """The mark before decimals of a column of numbers that has no other; "" where there is none."""
+    matches = [_DECIMAL.fullmatch(cell) for cell in cells]
+    marks = {match["decimal"] for match in matches if match and match["decimal"]}
+    return marks.pop() if None not in matches and len(marks) == 1 and not _mark_of_whole(cells) else ""
+
+
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?")
 
 
 def number(cell: str, marks: str) -> float | None:
@@ -53,6 +87,8 @@ def number(cell: str, marks: str) -> float | None:
     if there is one.
     """
     for mark in marks[:-1]:
+        if mark in cell and not _GROUPED.fullmatch(cell):
+            return None
         cell = cell.replace(mark, "")
     try:
         return float(cell.replace(",", ".") if marks[-1] == "," else cell)
@@ -68,15 +104,18 @@ def read_words(cells: Sequence[str], decimal: str) -> Words | None:
 
 
 def _times_of_day(cells: Sequence[str]) -> Words | None:
-    found = np.empty(len(cells))
+    found, zones = np.empty(len(cells)), np.zeros(len(cells))
     for row, cell in enumerate(cells):
         match = _TIME_OF_DAY.fullmatch(_WITHOUT_MARKS.sub(_marked, cell.strip(), count=1))
         if match is None:
             return None
-        hour, minute, second, fraction, half = match.groups()
+        hour, minute, second, fraction, half, zone = match.groups()
         hours = int(hour) % 12 + 12 * (half in {"PM", "pm", "Pm", "pM"}) if half else int(hour)
         part = int(fraction) / 10 ** len(fraction) if fraction else 0.0
         found[row] = 3600 * hours + 60 * int(minute) + int(second) + part
+        if zone and zone != "Z":
+            zones[row] = (-1 if zone[0] == "-" else 1) * (3600 * int(zone[1:3]) + 60 * int(zone[-2:]))
+    found -= zones - zones[:1]  # clocks are put back in a night of autumn
     past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2
     return Words(found + DAY_S * np.cumsum(past_midnight), "s")
 

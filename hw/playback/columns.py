@@ -56,10 +56,10 @@ def read_table(
     """
     order = tuple(dict.fromkeys(names))
     ending = path.suffix.lower()
-    if ending in READERS:
-        table = Table(_flat(path, READERS[ending](path, order), order))
-    elif ending in BINARY:
-        table = Table(_flat(path, _opened(path, ending, order), order))
+    if ending in READERS or ending in BINARY:
+        arrays = READERS[ending](path, order) if ending in READERS else _opened(path, ending, order)
+        stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
+        table = Table(_flat(path, arrays, order), dict.fromkeys(stamps, "s"))
     else:
         text = _text(path)
         if not text.strip():
@@ -90,7 +90,7 @@ def _require_sound(path: Path, columns: Mapping[str, np.ndarray]) -> None:
 def _text(path: Path) -> str:
     raw = read_unpacked(path)
     if told := what_it_is(raw):
-        raise BackendError(f"{path}: not a text file; {told}")
+        raise BackendError(f"{path}: no table; {told}")
     try:
         return _decoded(raw).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
@@ -98,9 +98,14 @@ def _text(path: Path) -> str:
 
 
 def _decoded(raw: bytes) -> str:
-    """UTF-8, UTF-16 by its mark, or the code page of Western Windows (a degree sign in a header)."""
+    """UTF-8, UTF-16 by its mark or by the zeros of plain letters, or the code page of Western Windows (a
+    degree sign in a header).
+    """
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw.decode("utf-16")
+    for order, zeros, letters in (("le", raw[1:40:2], raw[:40:2]), ("be", raw[:40:2], raw[1:40:2])):
+        if len(raw) >= 40 and not any(zeros) and all(letters):
+            return raw.decode(f"utf-16-{order}")
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -160,12 +165,12 @@ def _named(name: str, array: np.ndarray) -> dict[str, np.ndarray]:
     return {f"{name}.{field}" if name else field: array[field] for field in array.dtype.names}
 
 
-def _mat(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    return read_matlab(path, raw, most_unpacked(len(raw)))
+def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+    return read_matlab(path, raw, names, most_unpacked(len(raw)))
 
 
-def _hdf(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    return read_hdf(path, raw, most_unpacked(len(raw)), "/")
+def _hdf(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+    return read_hdf(path, raw, names, most_unpacked(len(raw)), "/")
 
 
 def _arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:

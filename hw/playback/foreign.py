@@ -1,10 +1,18 @@
-"""Files that are no text and that nothing here reads: what they are, and how they become something that is
+"""Files that are no tables and that nothing here reads: what they are, and how they become something that is
 read.
 """
 
 from __future__ import annotations
 
+import re
+
 _AS_TEXT = "export its columns as CSV"
+
+_DECODED = (
+    "what the bytes of its frames mean stands in the drive's DBC file (or manual): decode it into a table, "
+    "a column for each signal and a row for each frame of the position, the others filled in by time "
+    "(docs/logs.md has the lines for Python)"
+)
 
 FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"PK\x03\x04", "a spreadsheet, or another archive", "save the sheet as CSV, or unpack the archive"),
@@ -21,6 +29,7 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
         "export the topic as CSV, or convert the bag to MCAP",
     ),
     (b"#ROSBAG", "a bag of ROS 1", "export the topic as CSV (rostopic echo -b BAG -p TOPIC)"),
+    (b"LOGG", "a trace of a CAN bus (BLF)", _DECODED),
     (b"MDF     ", "an MDF measurement", _AS_TEXT + ", or as .mat"),
     (b"ULog", "a ULog of PX4", _AS_TEXT + " (ulog2csv)"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file", "save the sheet as CSV"),
@@ -30,10 +39,16 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
 )
 """First bytes, what the file is, what to do with it."""
 
+_CAN_TEXT = re.compile(
+    rb"\s*(\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}(#|\s+\[\d+\])|[a-z]+\d\s+[0-9A-Fa-f]{3,8}\s+\[\d+\]"
+    rb"|;\$FILEVERSION=|date .*\s+base (hex|dec)|timestamp,arbitration_id,)"
+)
+"""How candump (`-L`, `-t a`, without stamps), PCAN (.trc), Vector (.asc) and python-can (.csv) begin."""
+
 
 def what_it_is(raw: bytes) -> str:
-    """What a binary file is and what makes a log of it; "" if it is not known."""
+    """What a file is that is no table, and what makes a log of it; "" if it is not known."""
     for first, name, remedy in FOREIGN:
         if raw.startswith(first):
             return f"this is {name}: {remedy}"
-    return ""
+    return f"this is a trace of a CAN bus: {_DECODED}" if _CAN_TEXT.match(raw) else ""

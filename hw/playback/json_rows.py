@@ -1,5 +1,5 @@
-"""Columns of JSON: an object a line, a list of objects, or an object of lists; a value within an object goes
-by its path, `motor.tau`.
+"""Columns of JSON: an object a line, a list of objects, an object of lists, or a DataFrame of pandas; a value
+within an object goes by its path, `motor.tau`.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback.text_rows import is_number
 
 DEEPEST = 4
 
@@ -30,6 +31,7 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
     except ValueError:
         whole = _lines(path, text)
     if isinstance(whole, dict):
+        whole = _of_pandas(whole)
         arrays = {name: value for name, value in _paths("", whole).items() if isinstance(value, list)}
         found = {name: np.asarray(value) for name, value in arrays.items() if _even(value)}
     elif isinstance(whole, list) and whole and all(isinstance(row, dict) for row in whole):
@@ -42,6 +44,23 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
             f"{path}: no rows: an object a line, a list of objects or an object of lists is read"
         )
     return {name: array for name, array in found.items() if array.dtype.kind in "fiub"}
+
+
+def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:
+    """`DataFrame.to_json` as an object of lists, its index as `index`: an object of rows for each column (its
+    own way), or names and rows apart (`split`).
+    """
+    if set(whole) == {"columns", "index", "data"}:
+        return {
+            "index": whole["index"],
+            **dict(zip(whole["columns"], map(list, zip(*whole["data"], strict=True)), strict=True)),
+        }
+    rows = next(iter(whole.values()), None)
+    if not (isinstance(rows, dict) and len(rows) > 1 and all(map(is_number, rows))):
+        return whole
+    if any(not isinstance(each, dict) or list(each) != list(rows) for each in whole.values()):
+        return whole
+    return {"index": list(map(float, rows)), **{name: list(each.values()) for name, each in whole.items()}}
 
 
 def _lines(path: Path, text: str) -> list[Any]:

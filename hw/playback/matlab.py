@@ -5,46 +5,68 @@ and ControlDesk write them.
 from __future__ import annotations
 
 import io
-import math
-from collections.abc import Mapping
+import warnings
+import zlib
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from hw.interface import BackendError
-from hw.playback.matlab_hdf import MOST_ENTRIES, read_hdf
+from hw.playback.matlab_hdf import MOST_ENTRIES, only_in_objects, read_hdf
 
 HDF = b"MATLAB 7.3"
 
+HEAD_BYTES, PACKED_ELEMENT = 128, 15
 
-def read_matlab(path: Path, raw: bytes, most: int) -> Mapping[str, Any]:
+
+def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapping[str, Any]:
     """Arrays of a file of at most `most` bytes, unpacked, by their path.
 
     Raises
     ------
     BackendError
-        Of version 7.3 what `hw.playback.matlab_hdf.read_hdf` says; a bomb.
+        Of version 7.3 what `hw.playback.matlab_hdf.read_hdf` says; a bomb; one of `names` that only an object
+        can hold.
     """
-    from scipy.io import loadmat, whosmat
+    from scipy.io import loadmat
 
     if raw.startswith(HDF) or raw[:8] == b"\x89HDF\r\n\x1a\n":
-        return read_hdf(path, raw, most)
-    size = 8 * sum(math.prod(shape) for _, shape, _ in whosmat(io.BytesIO(raw)))
-    if size > most:
-        raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
+        return read_hdf(path, raw, names, most)
+    if 0 not in raw[:4] and _unpacks_beyond(
+        raw, most
+    ):  # a file of version 4 begins with a zero, and packs nothing
+        raise BackendError(f"{path}: unpacks to more than {most} bytes, which no log does; cut it into parts")
     found: dict[str, Any] = {}
     objects = False
-    for name, value in loadmat(io.BytesIO(raw), squeeze_me=True).items():
-        objects |= type(value).__name__ == "MatlabOpaque" or name == "__function_workspace__"
-        if not name.startswith("__"):
+    with warnings.catch_warnings():  # objects have no name of their own here: SciPy calls each of them None
+        warnings.filterwarnings("ignore", "Duplicate variable name")
+        arrays = loadmat(io.BytesIO(raw), squeeze_me=True)
+    for name, value in arrays.items():
+        if type(value).__name__ == "MatlabOpaque" or name == "__function_workspace__":
+            objects = True
+        elif not name.startswith("__"):
             _fields(name, value, found)
-    if objects and not found:
-        raise BackendError(
-            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB "
-            "alone can read; save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x', '-v7')"
-        )
+    if objects:
+        only_in_objects(path, names, found)
     return found
+
+
+def _unpacks_beyond(raw: bytes, most: int) -> bool:
+    """Whether the packed elements of a file of version 7 hold more than `most` bytes; each is unpacked no
+    further.
+    """
+    order: Literal["little", "big"] = "big" if raw[126:128] == b"MI" else "little"
+    at, left = HEAD_BYTES, most
+    while at + 8 <= len(raw):
+        kind, size = (int.from_bytes(raw[k : k + 4], order) for k in (at, at + 4))
+        if kind == PACKED_ELEMENT:
+            left -= len(zlib.decompressobj().decompress(raw[at + 8 : at + 8 + size], left + 1))
+            if left < 0:
+                return True
+        at += 8 + size
+    return False
 
 
 def _fields(name: str, value: object, found: dict[str, Any], depth: int = 5) -> None:

@@ -6,6 +6,7 @@ lie transposed, several structures of one name and cells are references.
 from __future__ import annotations
 
 import io
+from collections.abc import Container, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -25,14 +26,27 @@ NO_NUMBERS = ("char", "string", "function_handle", "FileWrapper__")
 """Classes of MATLAB whose arrays are integers and no numbers."""
 
 
-def read_hdf(path: Path, raw: bytes, most: int, between: str = ".") -> dict[str, Any]:
+def only_in_objects(path: Path, names: Sequence[str], found: Container[str]) -> None:
+    """Refuse names that are not among the arrays of a MATLAB file that holds objects, too. Raises
+    BackendError.
+    """
+    missing = [name for name in names if name not in found and name.rpartition("#")[0] not in found]
+    if missing:
+        raise BackendError(
+            f"{path}: no array {missing[0]!r}; the file holds MATLAB objects (a timeseries, timetable, "
+            "table or Dataset), which MATLAB alone can read: save their arrays, t = ts.Time; x = ts.Data; "
+            "save(..., 't', 'x'), where ts of a Dataset is logsout.get('x').Values"
+        )
+
+
+def read_hdf(path: Path, raw: bytes, names: Sequence[str], most: int, between: str = ".") -> dict[str, Any]:
     """Arrays of a file of at most `most` bytes, unpacked, by their path: `between` groups and what is in
     them, as `hw.playback.matlab` has them or as HDF5 does.
 
     Raises
     ------
     BackendError
-        h5py is not installed, no sound file, a bomb, objects only.
+        h5py is not installed, no sound file, a bomb, one of `names` that only an object can hold.
     """
     if find_spec("h5py") is None:
         other = "save it with save(..., '-v7')" if between == "." else "save the arrays as .npz (numpy.savez)"
@@ -51,11 +65,8 @@ def read_hdf(path: Path, raw: bytes, most: int, between: str = ".") -> dict[str,
         raise BackendError(
             f"{path}: not a sound {path.suffix} file ({str(error)[:200]}); copy or save it again"
         ) from error
-    if reader.objects and not reader.found:
-        raise BackendError(
-            f"{path}: holds MATLAB objects only (a timeseries, timetable, table or Dataset), which MATLAB "
-            "alone can read; save their arrays: t = ts.Time; x = ts.Data; save(..., 't', 'x')"
-        )
+    if reader.objects:
+        only_in_objects(path, names, reader.found)
     return reader.found
 
 

@@ -136,7 +136,12 @@ class PlaybackOptions(Table):
         context: dict[str, Any] = info.context or {}
         path = real(Path(context.get("folder", Path()), text).expanduser())
         if not path.is_file():
-            msg = f"no file {path}"
+            inside = sorted(each.name for each in path.iterdir())[:5] if path.is_dir() else []
+            msg = (
+                f"{path} is a folder: give a file in it ({', '.join(inside)})"
+                if inside
+                else f"no file {path}"
+            )
             raise ValueError(msg)
         return str(path)
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.cells import number, read_words, thousands_and_decimal
-from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unstamped
+from hw.playback.text_rows import UNIT_ROWS, cells_of, is_number, of_these_columns, unit_rows, unstamped
 
 DELIMITERS = (",", ";", "\t", "|", None)
 """Tried in this order; None is any white space."""
@@ -202,14 +202,14 @@ def _unit_text(rows: list[list[str]], at: int) -> str:
 
 def _has_decimal_commas(body: list[str], layout: _Layout) -> bool:
     """Whether numbers have a comma in place of a point: some do, and none has a point."""
-    cells = _sampled(body, layout)
+    cells = [cell for column in _sampled(body, layout) for cell in column if ":" not in cell]  # no times
     return not any("." in cell for cell in cells) and any(_COMMA.fullmatch(cell) for cell in cells)
 
 
-def _sampled(body: list[str], layout: _Layout) -> list[str]:
-    """Wanted cells of some 200 lines all over the table."""
-    lines = (cells_of(line, layout.delimiter) for line in body[:: max(1, len(body) // 200)])
-    return [cells[k] for cells in lines for k in layout.index if k < len(cells)]
+def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:
+    """Cells of each wanted column in some 200 lines all over the table."""
+    lines = [cells_of(line, layout.delimiter) for line in body[:: max(1, len(body) // 200)]]
+    return [[cells[k] for cells in lines if k < len(cells)] for k in layout.index]
 
 
 def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
@@ -270,8 +270,11 @@ def _no_number(
 ) -> str:
     cells = cells_of(body[row], layout.delimiter)
     where = f"{path}: column {name!r} row {row + 1}"
-    if header and cells == header:
-        return f"{path}: row {row + 1} repeats the header: two logs in one file; cut it there and give both"
+    if header and header in [cells_of(line, layout.delimiter) for line in body[row : row + UNIT_ROWS]]:
+        return (
+            f"{path}: row {row + 1} begins another table, with the header again: two logs or more in one "
+            "file (segments, in LabVIEW); cut it there and give each (--log), or write one header only"
+        )
     if at >= len(cells):
         return (
             f"{where}: the row has {len(cells)} cells only, the file may be cut off; complete or drop the "
@@ -285,7 +288,8 @@ def _no_number(
             "the column is empty in every row"
             if empty == len(body)
             else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are "
-            "of two topics or rates: export one of them)"
+            "of two topics or rates: fill one in by time, as interpolate of pandas does, and keep the "
+            "rows of the other)"
         )
         return (
             f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every "

@@ -55,7 +55,7 @@ def require_alone(context: click.Context) -> None:
 def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     """Print table and verdict; exit code 1 when something speaks against the model."""
     from rtctl.friction import artefact
-    from rtctl.friction.report.judge import faults, judge
+    from rtctl.friction.report.judge import faults, judge, not_judged
     from rtctl.friction.report.judged_cause import cause
 
     model = artefact.load(path)
@@ -69,7 +69,8 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     if said and (why := cause(model, points)):
         said.append(why)
     rows = [asdict(one) for one in found]
-    judged = {"model": str(path), "holds": not said, "faults": said, "directions": rows}
+    beyond = not_judged(found)
+    judged = {"model": str(path), "holds": not said, "faults": said, "not_judged": beyond, "directions": rows}
     if as_json:
         click.echo(json_text(named(judged, points.motion), indent=2))
     else:
@@ -85,11 +86,11 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
                 cells = ("-" if row[key] is None else f"{scale * row[key]:.4g}" for row in rows)
                 click.echo(f"{label:32}" + "".join(f"{cell:>12}" for cell in cells))
             click.echo(
-                "\nthe model holds on these points"
+                "\nthe model holds on these points" + (", as far as it was trained:" if beyond else "")
                 if not said
                 else "\nthe model does not hold on these points:"
             )
-            for fault in said:
+            for fault in (*said, *beyond):
                 click.echo(f"  {fault}")
     if said:
         sys.exit(1)

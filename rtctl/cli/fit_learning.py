@@ -29,8 +29,7 @@ def curves(
     from rtctl.friction.learn.ladder import Options
 
     if options["search"] == "none":
-        epsilon_nm = options["epsilon_nm"] or fit.EPSILON_NM
-        fixed = {"c": options["C"], "epsilon_nm": epsilon_nm, "fade_rad_s": fade_rad_s}
+        fixed = {"c": options["C"], "epsilon_nm": options["epsilon_nm"], "fade_rad_s": fade_rad_s}
         return None, fit.fit_points(measured, rig=rig, folds=searched["folds"], **fixed)
     taken = {name: options[name] for name in ("symmetric", "tolerance_share", "max_support_vectors", "mean")}
     wanted = Options(strategy=options["search"], **taken, **searched)

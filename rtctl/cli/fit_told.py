@@ -41,6 +41,12 @@ class Learned:
     plot: Path | None
     page: Path | None
 
+    def faults(self) -> list[str]:
+        """What speaks against the model on the very points that it was learned from, as `--judge` says it."""
+        from rtctl.friction.report.judge import faults, judge
+
+        return faults(judge(self.model, self.measured))
+
 
 def tell_json(learned: Learned) -> None:
     """Every figure, in one object."""
@@ -55,7 +61,7 @@ def tell_json(learned: Learned) -> None:
     body |= fit_advice.body(model, learned.loaded, learned.out)
     body |= {"report": str(learned.page)} if learned.page else {}
     body |= learned.turn_body | {"motion": measured.motion}
-    body |= report_beside.body(*learned.beside)
+    body |= report_beside.body(*learned.beside) | {"faults": learned.faults()}
     body |= {} if model.load is None else {"deployed_load": model.load.body()}
     if learned.ladder is not None:
         body |= ladder_report.body(learned.ladder)
@@ -85,3 +91,8 @@ def tell(learned: Learned) -> None:
             + (f"\nplot:  {plot}" if plot else "")
             + (f"\nreport: {page}" if page else "")
         )
+        remedy = (
+            "" if learned.ladder else "; compare with other curves (--ladder), or give a smaller --epsilon"
+        )
+        for fault in learned.faults():
+            click.echo(f"warning: the model does not hold on the points it was learned from: {fault}{remedy}")

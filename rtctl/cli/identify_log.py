@@ -15,7 +15,7 @@ import click
 
 from hw.motion import name, named, of_units, words
 from rtctl.cli.columns import tables, text_of, text_options
-from rtctl.cli.identify_log_text import fit_lines, reversal_lines, unheld, units_line, units_of
+from rtctl.cli.identify_log_text import fit_lines, reversal_lines, ungeared, unheld, units_line, units_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of
 from rtctl.errors import ConfigError
@@ -141,6 +141,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
         columns = _own_columns(rig_axis)
     mapped = _tables(columns, map_file)
+    taken = () if config else ungeared(mapped, gearing)
     geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
     motion = geared.motion
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
@@ -154,7 +155,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         told = diagnose(read, signals)
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
-        fit = replace(fit, warnings=(*fit.warnings, *found.notes, *told, *doubtful))
+        fit = replace(fit, warnings=(*taken, *fit.warnings, *found.notes, *told, *doubtful))
         if not (keep_offset or offset_is_zero or "hand_torque" in mapped):
             fit = replace(fit, warnings=(*fit.warnings, *doubtful_offsets(fit)))
         if rig_axis:

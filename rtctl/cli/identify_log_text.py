@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from hw.motion import name
+from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.least_squares import Regression
@@ -37,8 +38,31 @@ def units_line(mapped: Mapping[str, Mapping[str, Any]]) -> str:
     return "units: " + ", ".join(f"{name} in {unit}" for name, unit in units_of(mapped).items())
 
 
+def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float | None]) -> tuple[str, ...]:
+    """What is taken as 1 since nobody gave it: the torque constant of a current, counts a turn; without a rig
+    file, and a scale in their place.
+
+    Raises
+    ------
+    ConfigError
+        A position in counts, of which nobody said how many are a turn.
+    """
+    position, current = (mapped.get(role, {"scale": 1.0}) for role in ("position", "current"))
+    if position.get("unit") == "counts" and "scale" not in position and not given["counts_per_rev"]:
+        raise ConfigError(
+            "the position is in counts: give --counts-per-rev (after quadrature), or --config RIG"
+        )
+    if "scale" in current or given["torque_constant"]:
+        return ()
+    return (
+        "the current is taken for a torque by 1 N m/A, since no torque constant is given: inertia, viscous "
+        "and Coulomb friction are in A, and no torques; give --torque-constant (and --gear-ratio, if the "
+        "current is that of a motor before a gear), or --config RIG",
+    )
+
+
 def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
-    """What nothing in a log holds, without a rig file: the scale of its only torque, and of the position
+    """What nothing in a log holds, without a rig file: the scale of its only torque, and of position and time
     where no velocity is mapped.
     """
     told: tuple[str, ...] = ()
@@ -52,8 +76,9 @@ def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
         return told
     return (
         *told,
-        "whether the scale of the position is right (a gear ratio, counts a turn): a factor in it goes "
-        "into inertia and viscous friction; a velocity of another source, or --config, holds it",
+        "whether the scales of position and time are right (a gear ratio, counts a turn; a unit, ticks of "
+        "a clock, --rate-hz): a factor in either goes into inertia and viscous friction; a velocity of "
+        "another source, or --config, holds them",
     )
 
 

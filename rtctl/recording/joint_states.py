@@ -114,6 +114,11 @@ def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
     for topic, messages in sorted(topics.items()):
         columns |= _columns(topic, messages)
     if not columns:
+        if topics:
+            raise DataError(
+                f"{path}: no message of {next(iter(topics))} can be read: packed one by one, or no CDR; "
+                "write the bag anew without that (ros2 bag convert), or export the topic as CSV"
+            )
         seen = ", ".join(sorted(contents.topics.values())) or "none"
         raise DataError(
             f"{path}: neither a recording of rtctl nor a bag with {SCHEMA} (topics: {seen[:300]}); export "

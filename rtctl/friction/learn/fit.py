@@ -28,6 +28,9 @@ from rtctl.friction.points import FrictionPoints
 EPSILON_NM = 0.005
 """Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
 
+EPSILON_SHARE = 0.02
+"""Share of the largest friction that the tube is where that is less than `EPSILON_NM`: a tube wider than the friction of a small joint holds any curve."""
+
 C_LIST = (10.0, 100.0, 1e3, 1e4)
 """C tried by cross-validation; steep Stribeck curves need the large ones."""
 
@@ -212,7 +215,7 @@ def fit_points(
     *,
     rig: str,
     c: float | None = None,
-    epsilon_nm: float = EPSILON_NM,
+    epsilon_nm: float | None = None,
     fade_rad_s: float | None = None,
     folds: str = "speed",
 ) -> FrictionModel:
@@ -222,6 +225,8 @@ def fit_points(
     ----------
     rig : str
         Name of the rig the points were measured on; the model is refused on any other.
+    epsilon_nm : float, optional
+        Half width of the tube, N m; default `EPSILON_NM`, of weaker friction `EPSILON_SHARE` of the largest.
     fade_rad_s : float, optional
         The feed-forward fades to 0 over this much beyond the trained range; default a tenth of it.
     folds : str
@@ -232,6 +237,8 @@ def fit_points(
     DataError
         Naming the file, the direction, what went wrong and the remedy.
     """
+    if epsilon_nm is None:
+        epsilon_nm = min(EPSILON_NM, EPSILON_SHARE * float(points.friction_nm.max()))
     branches = []
     for direction in (1, -1):
         try:

@@ -47,6 +47,9 @@ OUTSIDE_MOST = 0.1
 FAR_OVER = 2.0
 """Times the stated bound, the largest error of the points learned from, that no single point may err: a little beyond the largest of so many is chance."""
 
+MOSTLY = 0.5
+"""Share of the points beyond the trained range from which it is another motion than the model's, or another unit."""
+
 UNEVEN_SURE = 2.0
 """Standard errors by which a mean over places may be off the mean over all places."""
 
@@ -75,8 +78,8 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
         if one.rmse_nm is None or one.floor_rmse_nm is None:
             said.append(f"{at} no point within the trained range, nothing can be said")
             continue
-        if one.outside:
-            said.append(f"{at} {one.outside} of {one.points} points are faster than the trained range")
+        if one.outside > MOSTLY * one.points:
+            said.append(f"{at} most points, {one.outside} of {one.points}, are faster than the trained range")
         far = abs(one.worst_nm or 0.0) > FAR_OVER * one.bound_nm
         if one.over_bound > OUTSIDE_MOST * (one.points - one.outside) or (one.over_bound and far):
             said.append(
@@ -87,6 +90,15 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
         if one.rmse_nm > (one.allowed_rmse_nm or 0.0):
             said.append(f"{at} Coulomb + viscous fitted to these points is nearer to them")
     return said
+
+
+def not_judged(found: tuple[Judgement, ...]) -> list[str]:
+    """Which points nothing is said of: another session of the same joint is hardly ever just as quick, and help fades there."""
+    return [
+        f"direction {one.direction:+d}: {one.outside} of {one.points} points are faster than the trained range: not judged"
+        for one in found
+        if 0 < one.outside <= MOSTLY * one.points
+    ]
 
 
 def _of(

@@ -67,6 +67,12 @@ def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tu
             _error(model, v, f / factor),
             f"the friction is {factor:.3g} times the model's at all speeds: {what}",
         )
+    dry = float(np.mean(np.sign(v[inside]) * (given - wanted))) if len(given) else 0.0
+    if len(given) and abs(dry) > SCALE_LEAST * float(np.sqrt(np.mean(given**2))):
+        yield (
+            _error(model, v, f - np.sign(v) * dry),
+            f"the dry friction is {dry:+.3g} N m off at all speeds, and what grows with speed is as it was: the friction has changed (grease, load, wear), or it is another joint",
+        )
     zero = float(np.mean(given - wanted)) if len(given) else 0.0
     yield (
         _error(model, v, f - zero),

@@ -6,8 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rtctl.friction.kinds.table import FORMULAS, is_machine
+from rtctl.friction.model import FrictionModel
+from rtctl.friction.points import FrictionPoints
 from rtctl.friction.report import beside_speed, tables
 from rtctl.friction.report.evidence import Evidence
+from rtctl.friction.report.judge import faults, judge
+from rtctl.friction.report.judged_cause import cause
 
 AGREES = 1.5
 """Factor within which an error on the test points is what the held-out error said."""
@@ -25,6 +29,7 @@ def headline(evidence: Evidence) -> list[str]:
     if evidence.test is not None:
         rows = tables.overall_rows(evidence)
         said += [of_test(rows, chosen), of_test_formulas(rows), of_agreement(rows, held_out, chosen)]
+        said.append(of_verdict(evidence.model, evidence.test))
     left_out = evidence.points.left_out
     said += [
         of_bound(tables.model_rows(evidence)),
@@ -101,6 +106,14 @@ def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> s
     if times < 1 / AGREES:
         return f"{said}: the test points are easier than the points it was learned from."
     return f"{said}: the two agree."
+
+
+def of_verdict(model: FrictionModel, test: FrictionPoints) -> str:
+    """What `rtctl fit --judge` says of the model on the test points; empty where nothing speaks against it."""
+    said = faults(judge(model, test))
+    if not said:
+        return ""
+    return f"The model does not hold on the test points (rtctl fit --judge): {cause(model, test) or '; '.join(said)}."
 
 
 _BOUNDS = {

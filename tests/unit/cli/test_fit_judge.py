@@ -48,9 +48,9 @@ def test_weaker_friction_breaks_the_bound_with_its_sign(model: Path, tmp_path: P
     assert any("Coulomb + viscous" in fault for fault in body["faults"])
 
 
-def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0.0) -> Path:
-    """Points of the same joint, read with another factor of speed or friction, or another zero of the
-    torque.
+def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0.0, dry: float = 0.0) -> Path:
+    """Points of the same joint, read with another factor of speed or friction, another zero of the torque, or
+    of more dry friction.
     """
     v, f = np.loadtxt(_points(path, fastest=4.0), delimiter=",", skiprows=1).T
     table = np.column_stack([speed * v, friction * f + zero])
@@ -95,12 +95,49 @@ def test_a_point_a_little_beyond_the_largest_error_before_is_no_fault_and_one_fa
         assert ("1 points break the stated bound" in done.output) == bool(code)
 
 
+def test_a_session_that_is_a_little_quicker_holds_and_one_of_other_speeds_does_not(
+    model: Path, tmp_path: Path
+) -> None:
+    done = _run(_points(tmp_path / "q.csv", fastest=6.0), "--judge", model)
+    assert done.exit_code == 0, done.output
+    assert "the model holds on these points, as far as it was trained:" in done.output
+    assert "points are faster than the trained range: not judged" in done.output
+    done = _run(_points(tmp_path / "o.csv", fastest=40.0), "--judge", model)
+    assert done.exit_code == 1
+    assert "most points, " in done.output
+
+
 def test_speeds_beyond_the_range_are_counted_and_left_out(model: Path, tmp_path: Path) -> None:
     done = _run(_points(tmp_path / "f.csv", fastest=8.0), "--judge", model, "--json")
-    assert done.exit_code == 1
     assert all(
         0 < row["outside"] < 24 and not row["over_bound"] for row in json.loads(done.output)["directions"]
     )
+
+
+def _line(path: Path, coulomb: float, viscous: float = 8e-4) -> Path:
+    v = np.linspace(0.1, 4.0, 24)
+    rows = [(way * u, way * (coulomb + viscous * u)) for u in v for way in (1, -1)]
+    np.savetxt(path, rows, delimiter=",", header="velocity_rad_s,friction_torque_nm", comments="")
+    return path
+
+
+def test_a_fit_says_what_its_own_points_say_against_it(tmp_path: Path) -> None:
+    """A tube of the friction's size holds a constant, which a straight line beats on every point that it was
+    learned from.
+    """
+    points = _line(tmp_path / "p.csv", 0.004)
+    done = _run(points, "--out", tmp_path / "m.json", "--epsilon", "0.005")
+    assert "warning: the model does not hold on the points it was learned from: direction +1" in done.output
+    assert "(--ladder), or give a smaller --epsilon" in done.output
+    done = _run(points, "--out", tmp_path / "m.json", "--json")
+    assert json.loads(done.output)["faults"] == []
+    _run(points, "--out", tmp_path / "m.json", "--epsilon", "1e-5")
+    for other, cause in (
+        (_line(tmp_path / "d.csv", 0.0052), "the dry friction is +0.0012 N m off at all speeds"),
+        (_line(tmp_path / "k.csv", 0.0052, 1.04e-3), "the friction is 1.3 times the model's at all speeds"),
+    ):
+        judged = _run(other, "--judge", tmp_path / "m.json", "--json")
+        assert cause in json.loads(judged.output)["faults"][-1]
 
 
 def test_options_of_a_fit_are_refused(model: Path) -> None:

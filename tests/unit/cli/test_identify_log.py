@@ -8,6 +8,8 @@ import in_process
 import numpy as np
 import pytest
 
+from rtctl.cli.identify_log_text import ungeared
+from rtctl.errors import ConfigError
 from rtctl.friction.point_reader import read_points
 
 CONFIG = Path(__file__).parents[3] / "configs" / "mock.toml"
@@ -190,7 +192,7 @@ def test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells(monke
     assert code == 0
     assert "units: angle in deg, milli in mN m\n" in text
     assert "cannot be told: whether the scale of the only torque is right" in text
-    assert "cannot be told: whether the scale of the position is right" in text
+    assert "cannot be told: whether the scales of position and time are right" in text
     code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--config", CONFIG)
     assert "units: angle in deg, milli in mN m\n" in text
     code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--json")
@@ -200,6 +202,22 @@ def test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells(monke
         monkeypatch, capsys, "--log", log, *MAPPED, "--column", "external=speed:Nm:1e-6", "--json"
     )
     assert any("whether friction is a share of" in each for each in json.loads(text)["cannot_tell"])
+
+
+def test_a_constant_that_nobody_gave_is_said_and_counts_are_not_guessed(monkeypatch, capsys, log):
+    columns = ("--column", "position=angle:deg", "--column", "current=milli:mA", "--torque-delay", "0")
+    said = "the current is taken for a torque by 1 N m/A, since no torque constant is given"
+    assert f"warning: {said}" in run(monkeypatch, capsys, "--log", log, *columns)[1]
+    given = {"torque_constant": None, "counts_per_rev": None}
+    current = {"position": {"unit": "deg"}, "current": {"unit": "mA"}}
+    assert said in ungeared(current, given)[0]
+    for known in (given | {"torque_constant": 0.5}, given | {"counts_per_rev": 4096.0}):
+        assert (
+            ungeared({"position": {"unit": "counts", "scale": 2e-4}, "current": {"scale": 0.5}}, known) == ()
+        )
+    assert ungeared(current, given | {"torque_constant": 0.5}) == ()
+    with pytest.raises(ConfigError, match=r"--counts-per-rev \(after quadrature\), or --config RIG"):
+        ungeared({"position": {"unit": "counts"}}, given)
 
 
 def test_a_decimal_comma_and_a_delimiter_may_be_given(monkeypatch, capsys, log):

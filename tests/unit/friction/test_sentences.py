@@ -141,6 +141,11 @@ def test_the_page_confronts_its_headline_with_test_points_that_contradict_it(lea
     assert "test points" not in said["none"]
     assert "which says too little of another session" in said["weaker"]
     assert "which says too little of another session" not in said["same"]
+    assert (
+        "The model does not hold on the test points (rtctl fit --judge): the friction is 0.5"
+        in said["weaker"]
+    )
+    assert "does not hold" not in said["same"]
     evidence = report_evidence.gather(joint(), learned, None, joint(factor=0.5))
     html = page.page(evidence, SimpleNamespace(axes=(), gain_model=0.5, friction_min_nm=0.2),
         {"provenance": {}}, [

@@ -135,7 +135,10 @@ def test_units_that_a_scope_writes_above_the_names_are_kept(tmp_path, line):
     [
         (lambda text: text.replace("0.002000", "", 1), "column 't' row 2: an empty cell"),
         (lambda text: text.replace("0.002000", "n/a", 1), "column 't' row 2: 'n/a' is not a number"),
-        (lambda text: text + text, "row 51 repeats the header: two logs in one file"),
+        (
+            lambda text: text + text,
+            "row 51 begins another table, with the header again: two logs or more in one file",
+        ),
         (lambda text: text[:-20], "the file may be cut off"),
     ],
 )

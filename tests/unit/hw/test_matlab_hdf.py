@@ -83,7 +83,7 @@ def test_objects_alone_and_files_that_are_cut_off_are_told(tmp_path):
         item = put(file, "ts", np.zeros(6), "timeseries")
         item.attrs["MATLAB_object_decode"] = 3
 
-    with pytest.raises(BackendError, match="holds MATLAB objects only"):
+    with pytest.raises(BackendError, match="no array 'ts'; the file holds MATLAB objects"):
         read_table(written(tmp_path / "a.mat", fill), ("ts",))
     whole = written(tmp_path / "b.mat", lambda file: put(file, "t", T)).read_bytes()
     (tmp_path / "b.mat").write_bytes(whole[:900])

@@ -4,6 +4,7 @@ remedy.
 
 import re
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +14,7 @@ from other_rigs import BLIMAN_SORINE, Rig
 
 from rtctl.cli.columns import tables
 from rtctl.cli.identify_log import ROLES
-from rtctl.errors import DataError
+from rtctl.errors import RtctlError
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.recording.as_columns import register
 
@@ -34,6 +35,15 @@ REFUSED = {
     "TDMS": r"TDMS.*CSV",
     "a bag of ROS 2 without joint states": r"topics: /chatter",
     "SQLite bag": r"SQLite.*CSV",
+    "candump -L": r"a trace of a CAN bus.*DBC.*docs/logs\.md",
+    "candump -t a": r"a trace of a CAN bus.*DBC.*docs/logs\.md",
+    "two messages, a row each, the other held": r"rows come in bursts, 0\.0002 s apart with 0\.0008 s between"
+    r".*keep the rows of one",
+    "MATLAB timeseries": r"no array 'ts'; the file holds MATLAB objects.*save",
+    "LabVIEW measurement in segments": r"row 2000 begins another table.*cut it there",
+    "a bag of ROS 2, each message packed": r"no message of /joint_states can be read: packed one by one"
+    r".*ros2 bag convert",
+    "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""
 
@@ -75,7 +85,7 @@ def test_a_layout_is_read_as_it_is(name, tmp_path):
 
 @pytest.mark.parametrize("name", [name for name, said in REFUSED.items() if said])
 def test_what_is_not_read_is_named_with_its_remedy(name, tmp_path):
-    with pytest.raises(DataError) as refused:
+    with pytest.raises(RtctlError) as refused:
         read(name, tmp_path)
     assert re.search(REFUSED[name], str(refused.value)), str(refused.value)
 
@@ -83,3 +93,31 @@ def test_what_is_not_read_is_named_with_its_remedy(name, tmp_path):
 def test_a_counter_that_starts_over_is_continued_and_that_is_said(tmp_path):
     (found,) = read("microseconds of a counter of 32 bits that overflows", tmp_path)
     assert any("a counter of 32 bits starts over" in note for note in found.notes)
+
+
+DBC = """VERSION ""
+BU_: ODrive
+BO_ 105 Encoder_Estimates: 8 ODrive
+ SG_ Pos_Estimate : 0|32@1- (1,0) [0|0] "rev" Vector__XXX
+ SG_ Vel_Estimate : 32|32@1- (1,0) [0|0] "rev/s" Vector__XXX
+BO_ 116 Iq: 8 ODrive
+ SG_ Iq_Setpoint : 0|32@1- (1,0) [0|0] "A" Vector__XXX
+ SG_ Iq_Measured : 32|32@1- (1,0) [0|0] "A" Vector__XXX
+SIG_VALTYPE_ 105 Pos_Estimate : 1;
+SIG_VALTYPE_ 105 Vel_Estimate : 1;
+SIG_VALTYPE_ 116 Iq_Setpoint : 1;
+SIG_VALTYPE_ 116 Iq_Measured : 1;
+"""
+
+
+def test_the_lines_that_the_document_gives_make_a_log_of_a_trace(tmp_path, monkeypatch):
+    LAYOUTS["candump -L"](log(), tmp_path)
+    (tmp_path / "drive.dbc").write_text(DBC)
+    document = (Path(__file__).parents[3] / "docs" / "logs.md").read_text()
+    monkeypatch.chdir(tmp_path)
+    exec(document.split("```python\n")[1].split("```")[0], {})
+    found = np.load("log.npz")
+    assert np.abs(2 * np.pi * found["position"] - log().position).max() < 1e-6
+    assert np.abs(np.diff(found["t"]) - 1e-3).max() < 1e-5
+    late = np.interp(found["t"], found["t"] + 2e-4, log().current)
+    assert np.abs(found["current"] - late)[1:].max() < 1e-4

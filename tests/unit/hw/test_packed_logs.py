@@ -90,6 +90,14 @@ def test_a_unit_may_be_spelt_as_programs_do(given, column, unit):
     assert (table["column"], table.get("unit")) == (column, unit)
 
 
+def test_stamps_that_know_their_unit_are_held_against_the_one_given(tmp_path):
+    stamps = np.datetime64("2025-10-26T02:59:59.5") + np.arange(20).astype("timedelta64[ms]")
+    np.savez(tmp_path / "a.npz", t=stamps, x=np.arange(20.0))
+    found = read_table(tmp_path / "a.npz", ("t", "x"))
+    assert found.units == {"t": "s"}
+    assert found.columns["t"][1] == pytest.approx(1e-3)
+
+
 def test_a_speed_per_minute_is_no_time():
     assert said_unit("Drehzahl U/min", "") != "min"
     assert said_unit("Laufzeit in min", "") == "min"
