@@ -1,30 +1,32 @@
-"""Account of the help with friction: what feed-forward and observer put in, against what friction surely takes out.
+"""Account of the help with friction: what feed-forward and observer put in, against what friction surely
+takes out.
 
-    E <- min(E - tau_a dx + credit, bank)        tau_a: feed-forward and observer torque that acted over the period
+    E <- min(E - tau_a dx + credit, bank)        tau_a: their torque that acted over the period
     share = clip(1 + E/bank, 0, 1)               of the compensation that is sent
 
-`credit` is what the joint's dry friction has surely taken out of the same motion (`dry_friction`), and, as far as the
-bristles are at their end, the viscous damping that the coupling does not live on. Whatever the policy decides about the
-direction, whatever a delay, a noise, a hand or a wrong model make of it, over any stretch of time the compensation puts
-in no more than friction took out, two banks, and one bent bristle F x_b/2. The bank is F x_b, what one reversal costs,
-and 4 mJ at most (`friction.guarantee`).
+`credit` is what the joint's dry friction has surely taken out of the same motion (`dry_friction`), and, as
+far as the bristles are at their end, the viscous damping that the coupling does not live on. Whatever the
+policy decides about the direction, whatever a delay, a noise, a hand or a wrong model make of it, over any
+stretch of time the compensation puts in no more than friction took out, two banks, and one bent bristle F
+x_b/2. The bank is F x_b, what one reversal costs, and 4 mJ at most (`friction.guarantee`).
 
-Why it is needed. A policy that is right in sliding is wrong in presliding: there friction is a spring, and torque that
-follows the sign of the motion, or the hand's, is negative damping. A hand that holds still was shaken by it for as long
-as it held. Such a vibration stays within the bristles' length, is credited nothing, and empties the account within some
-periods; the compensation goes, friction is there in full, and the joint rests. The next stroke fills the account within
-some milliradians.
+Why it is needed. A policy that is right in sliding is wrong in presliding: there friction is a spring, and
+torque that follows the sign of the motion, or the hand's, is negative damping. A hand that holds still was
+shaken by it for as long as it held. Such a vibration stays within the bristles' length, is credited nothing,
+and empties the account within some periods; the compensation goes, friction is there in full, and the joint
+rests. The next stroke fills the account within some milliradians.
 
-Why a creeping joint earns nothing. A joint that a hand leans on may creep below break-away. If that filled the account,
-the compensation would grow, the creep with it, and the joint would slip seconds after it came to rest. Below
-`CREEP_RAD_S` the account is only spent.
+Why a creeping joint earns nothing. A joint that a hand leans on may creep below break-away. If that filled
+the account, the compensation would grow, the creep with it, and the joint would slip seconds after it came to
+rest. Below `CREEP_RAD_S` the account is only spent.
 
-Why the conservative part is not in it. Torque that depends on the place alone is a spring: what it gives on the way up it takes on
-the way down, `conservative_swing_j` at most, and what sampling and delay add is in the damping the sampled loop needs
-(docs/theory.md 8.9). Charged here, each wave would be paid for and its return cut off at the bank.
+Why the conservative part is not in it. Torque that depends on the place alone is a spring: what it gives on
+the way up it takes on the way down, `conservative_swing_j` at most, and what sampling and delay add is in the
+damping the sampled loop needs (docs/theory.md 8.9). Charged here, each wave would be paid for and its return
+cut off at the bank.
 
-Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick, so both are
-kept and the emptier one counts.
+Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick,
+so both are kept and the emptier one counts.
 """
 
 from __future__ import annotations
@@ -83,7 +85,9 @@ def assistance_share(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None:
-    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of the observer alone."""
+    """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of
+    the observer alone.
+    """
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if s.conservative_nm[axis] != 0.0:
         sent -= s.conservative_nm[axis]

@@ -1,16 +1,20 @@
 """A hand that brakes the joint it moves is not helped with friction: friction brakes with it.
 
-    brake <- LP clip((-(tau_h + tau_c) sgn(h) - deadband)/brake_nm, 0, 1),    brake_nm `BRAKE_GATES` gate_nm,    h the bristles of `dry_friction` at their end
+    brake <- LP clip((-(tau_h + tau_c) sgn(h) - deadband)/brake_nm, 0, 1)
+            brake_nm: `BRAKE_GATES` gate_nm;  h: the bristles of `dry_friction` at their end
     share = 1 - brake                                        of feed-forward and observer that is sent
 
-Why. A heavy hand that hangs on a spring and is hardly damped swings out on a joint whose friction is compensated, for seconds. Its torque is
-that of a person who moves the joint: J dv/dt, and both do the work that friction takes. But whoever swings out brakes the joint for half of
-each swing, and a person who brakes wants the joint slower. So friction is left to the joint then, and takes the joint's energy twice in a swing. A person's
-motion needs less torque by it, since friction does what the hand would have to.
+Why. A heavy hand that hangs on a spring and is hardly damped swings out on a joint whose friction is
+compensated, for seconds. Its torque is that of a person who moves the joint: J dv/dt, and both do the work
+that friction takes. But whoever swings out brakes the joint for half of each swing, and a person who brakes
+wants the joint slower. So friction is left to the joint then, and takes the joint's energy twice in a swing.
+A person's motion needs less torque by it, since friction does what the hand would have to.
 
-Why no sooner. The push is known through two low-passes, so that the help is least some hundredths of a second after the hand brakes most: a one-sided spring of F k/brake_nm
-that lags. At half the width of the gate a twentieth of the friction took all help, and every hand that hardly damps was swung by it: at 3 Hz by twice, on a joint whose ring turns it
-at 8 Hz by four times what it does without help. A heavy hand that swings out brakes with that much and more.
+Why no sooner. The push is known through two low-passes, so that the help is least some hundredths of a second
+after the hand brakes most: a one-sided spring of F k/brake_nm that lags. At half the width of the gate a
+twentieth of the friction took all help, and every hand that hardly damps was swung by it: at 3 Hz by twice,
+on a joint whose ring turns it at 8 Hz by four times what it does without help. A heavy hand that swings out
+brakes with that much and more.
 
 tau_c is the torque of the coupling: a hand that lets a spring of the virtual world push the joint back brakes
 nothing, and what both ask of the joint is its inertia and what is left of its friction. On bent bristles the
@@ -31,12 +35,15 @@ from rtctl.control.records import Record
 from rtctl.control.resting import slides_on
 
 BRAKE_GATES = 8.0
-"""The push beyond the dead band that takes all help back, in widths of the gate: four fifths of the friction."""
+"""The push beyond the dead band that takes all help back, in widths of the gate: four fifths of the
+friction."""
 
 
 @compiled
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
-    """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that is no number brakes nothing."""
+    """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that
+    is no number brakes nothing.
+    """
     pushed = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
     push = s.friction_push_nm[axis] = eased(p, axis, s.friction_push_nm[axis], pushed, BRAKE_TIMES)
     wanted = 0.0

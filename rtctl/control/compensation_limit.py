@@ -1,7 +1,8 @@
-"""How far the friction feed-forward may go: the one formula of cap and gate, for the law, the margins and the report.
+"""How far the friction feed-forward may go: the one formula of cap and gate, for the law, the margins and the
+report.
 
-Plain functions of numbers or arrays, without Numba: `control.feedforward` compiles them for the law, the proofs call them on whole
-curves (docs/theory.md 5.5). N m, N m s/rad and shares.
+Plain functions of numbers or arrays, without Numba: `control.feedforward` compiles them for the law, the
+proofs call them on whole curves (docs/theory.md 5.5). N m, N m s/rad and shares.
 """
 
 from __future__ import annotations
@@ -16,14 +17,16 @@ Value = TypeVar("Value", float, np.ndarray)
 """A number in the law, an array in the proofs."""
 
 FORCE_GATED = (int(Policy.HYBRID), int(Policy.INTENT), int(Policy.STOP_GATED))
-"""Policies whose torque goes to zero with the hand's; the others are capped below the least dry friction, too."""
+"""Policies whose torque goes to zero with the hand's; the others are capped below the least dry friction,
+too."""
 
 GATED = (int(Policy.HYBRID), int(Policy.STOP_GATED))
 """Policies multiplied by the gate; INTENT is proportional to the hand's torque already."""
 
 
 FACTOR_LEAST, FACTOR_MOST = 0.7, 1.1
-"""Factors of the learned friction between which a feed-forward may follow the friction that is seen (docs/theory.md 5.10)."""
+"""Factors of the learned friction between which a feed-forward may follow the friction that is seen
+(docs/theory.md 5.10)."""
 
 
 def is_force_gated(policy: int) -> bool:
@@ -44,9 +47,9 @@ def feedforward_limit(
 
     Notes
     -----
-    ``min((kappa (Fhat - b_v v) + kappa_v b_v v + load) fade, cap)``, not below 0: kappa acts on the Coulomb and Stribeck
-    part, kappa_v on the viscous part `viscous_nm`; `load_nm` is the share wanted of what the load adds; `fade` is 1 within
-    the trained range.
+    ``min((kappa (Fhat - b_v v) + kappa_v b_v v + load) fade, cap)``, not below 0: kappa acts on the Coulomb
+    and Stribeck part, kappa_v on the viscous part `viscous_nm`; `load_nm` is the share wanted of what the
+    load adds; `fade` is 1 within the trained range.
     """
     wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm + load_nm) * fade
     most: Value = np.maximum(np.minimum(wanted, cap_nm), 0.0)
@@ -54,7 +57,9 @@ def feedforward_limit(
 
 
 def cap_in_force(force_gated: bool, cap_nm: float, ungated_cap_nm: float) -> float:
-    """Cap of a policy, N m: the rig file's, and without a force gate at most kappa times the least dry friction."""
+    """Cap of a policy, N m: the rig file's, and without a force gate at most kappa times the least dry
+    friction.
+    """
     return cap_nm if force_gated else min(cap_nm, ungated_cap_nm)
 
 

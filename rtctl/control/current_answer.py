@@ -1,10 +1,10 @@
 """What the current's answer to the test pulse tells: delay, lag, gain and offset of the torque.
 
-The three steps of the pulse (0 to +tau, +tau to -tau, -tau to 0) are laid over one another, weighted 1, -2, 1:
-an offset cancels, and what is left is one step of the torque sent and the answer to it, `RESPONSE` ticks long.
-The answer is taken to be the sent step times a gain, delayed, behind a first-order lag; a sample shows the
-current at its instant. For every lag of a row and every whole delay, gain and fraction of the delay follow by
-least squares (`_fit`).
+The three steps of the pulse (0 to +tau, +tau to -tau, -tau to 0) are laid over one another, weighted 1, -2,
+1: an offset cancels, and what is left is one step of the torque sent and the answer to it, `RESPONSE` ticks
+long. The answer is taken to be the sent step times a gain, delayed, behind a first-order lag; a sample shows
+the current at its instant. For every lag of a row and every whole delay, gain and fraction of the delay
+follow by least squares (`_fit`).
 
 A sampled current cannot tell a small lag from a fraction of a period of delay, and none at all shows a delay
 of .9 as a delay of 0. What is reported is therefore the *least* total delay (delay + lag) that the answer
@@ -32,22 +32,23 @@ LAG_RATIO = 1.25
 """Lags that are tried, ticks: 0, then .1 to 6.9 in this ratio."""
 
 FINE = 8
-"""And around the one that fits, so many between it and the next: a current loop of 2.7 ticks without noise looked like one of 2.84, was told so, and refused."""
+"""And around the one that fits, so many between it and the next: a current loop of 2.7 ticks without noise
+looked like one of 2.84, was told so, and refused."""
 
 HALF_OF_LAG = 0.7
 SHIFTS = 4
-"""A lag reaches half of its step after ln 2 of it: so much shorter is the delay before it, and this many whole delays
-around that are tried."""
+"""A lag reaches half of its step after ln 2 of it: so much shorter is the delay before it, and this many
+whole delays around that are tried."""
 
 SETTLING_LAGS = 2.0
-"""The answer must have come, but for e^-2 of the step, two ticks before its end: of a wrong sign it would seem to come
-just behind it."""
+"""The answer must have come, but for e^-2 of the step, two ticks before its end: of a wrong sign it would
+seem to come just behind it."""
 
 ALLOWANCE = 12.0
 FLOOR_SHARE = 0.02
-"""A fit beside the best one is possible while the squares it leaves exceed the best one's by no more than ALLOWANCE
-variances of the noise, plus the square of FLOOR_SHARE of the step (quantised currents, a current loop that is not
-first order)."""
+"""A fit beside the best one is possible while the squares it leaves exceed the best one's by no more than
+ALLOWANCE variances of the noise, plus the square of FLOOR_SHARE of the step (quantised currents, a current
+loop that is not first order)."""
 
 NOISE_SHARE = 0.25
 """Noise above this share of the step: nothing is measured."""
@@ -105,7 +106,8 @@ def _lag_of(i: int) -> float:
 
 @compiled
 def _fit(s: Record, axis: int, n: int, lag: float, shift: int, most: float) -> tuple[float, float, float]:
-    """Best fit of a delay between `shift` and `shift` + 1 ticks before this lag; its least delay within `most`.
+    """Best fit of a delay between `shift` and `shift` + 1 ticks before this lag; its least delay within
+    `most`.
 
     Returns
     -------
@@ -117,7 +119,8 @@ def _fit(s: Record, axis: int, n: int, lag: float, shift: int, most: float) -> t
     With x_m the lagged step m ticks late and kept = e^(-1/lag), an answer m + f ticks late is
     ``w x_m + (1 - w) x_(m+1)``, ``w = (1 - kept^(1-f))/(1 - kept)``: linear in gain w and gain (1 - w). Where
     the best w leaves less than `most` (infinite: the best one is wanted), a larger w, a shorter delay, is
-    possible too: the sum of squares grows by ``gain^2 sum (x_m - x_(m+1))^2`` times the square of its distance.
+    possible too: the sum of squares grows by ``gain^2 sum (x_m - x_(m+1))^2`` times the square of its
+    distance.
     """
     before, model = s.answer_before_nm[axis], s.answer_model_nm[axis]
     a11 = a12 = a22 = b1 = b2 = total = 0.0
@@ -169,7 +172,9 @@ def _at_lag(
     most: float,
     found: tuple[float, float, float, float],
 ) -> tuple[float, float, float, float]:
-    """(squares left, gain, delay, lag) of this lag's best whole delay around `latest`, if it is better than what was found, else that."""
+    """(squares left, gain, delay, lag) of this lag's best whole delay around `latest`, if it is better than
+    what was found, else that.
+    """
     _lagged(s, axis, n, lag)
     first = max(latest - SHIFTS // 2 - int(HALF_OF_LAG * lag), 0)
     for shift in range(first, min(first + SHIFTS, n - 2)):
@@ -184,7 +189,8 @@ def _at_lag(
 def _least_delay(
     s: Record, axis: int, n: int, most: float, best_lag: float
 ) -> tuple[float, float, float, float]:
-    """(squares left, gain, delay, lag) of the least total delay among the fits that leave at most `most`; `best_lag` is the best one's.
+    """(squares left, gain, delay, lag) of the least total delay among the fits that leave at most `most`;
+    `best_lag` is the best one's.
 
     With `most` infinite: of the best fit.
     """

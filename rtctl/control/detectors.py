@@ -24,7 +24,8 @@ LATE_OF_1000 = 10
 """More late ticks than this among 1000 are an OVERRUN."""
 
 OLD_OF_1000 = 50
-"""More samples older than the proof covers among 1000 ticks are a SAMPLE_AGE, as many as damaged frames are one."""
+"""More samples older than the proof covers among 1000 ticks are a SAMPLE_AGE, as many as damaged frames are
+one."""
 
 STALL_PERIODS = 10
 """One tick this many whole periods late is STALLED."""
@@ -32,7 +33,8 @@ STALL_PERIODS = 10
 LAG_SHARE = 0.2
 LAG_TICKS = 20
 WRONG_SHARE = 0.5
-"""Gap between commanded and measured torque, as shares of the limit, and how long the smaller one may last."""
+"""Gap between commanded and measured torque, as shares of the limit, and how long the smaller one may
+last."""
 
 WINDOW_FACTOR = 1.1
 """Mean torque of the window above this many continuous limits is OVERTORQUE."""
@@ -60,7 +62,9 @@ def late_fault(s: Record, p: Record, skipped: int) -> int:
 
 @compiled
 def _outside(s: Record, p: Record) -> bool:
-    """True when the held sample is older than what the proof of some axis' coupling leaves beside its delay."""
+    """True when the held sample is older than what the proof of some axis' coupling leaves beside its
+    delay.
+    """
     age_s = s.sample_age_ticks * p.period_s
     for axis in range(len(s.answer_delay)):
         if s.sample_age_ticks <= p.proof_age_ticks[axis]:
@@ -79,8 +83,9 @@ def _outside(s: Record, p: Record) -> bool:
 def age_fault(s: Record, p: Record) -> int:
     """SAMPLE_AGE while samples come too late too often.
 
-    One that is as old as STALE is that one's matter. One that came in time but was refused because the joint was out of
-    reach is JUMP's, or OVERSPEED's: a joint about as fast as its limit would otherwise be blamed on its device.
+    One that is as old as STALE is that one's matter. One that came in time but was refused because the joint
+    was out of reach is JUMP's, or OVERSPEED's: a joint about as fast as its limit would otherwise be blamed
+    on its device.
     """
     late = 0 < s.sample_age_ticks < p.stale_limit_ticks and s.jump_count[0] == 0
     old = late and _outside(s, p)

@@ -1,18 +1,19 @@
 """The velocity that a device measures: held against the encoder before anything uses it.
 
-The device's velocity d, summed up, must give the encoder's travel. With T the period, W = WINDOW_TICKS, dx the
-travel since the last valid sample, m ticks ago, their difference is forgotten exponentially:
+The device's velocity d, summed up, must give the encoder's travel. With T the period, W = WINDOW_TICKS, dx
+the travel since the last valid sample, m ticks ago, their difference is forgotten exponentially:
 
     r <- (1 - 1/W)^m r + m T d - dx
 
-A device whose velocity is off by at most e, late by at most D, on a joint that accelerates with at most a, whose
-encoder truncates to one count, has |r| <= W T (e + a (D + m T / 2)) + 1 count, whatever the motion: the differences of
-the truncation telescope, the rest is a geometric series. So a sample is plausible when |d| <= 1.5 v_max and
-|r| <= W T tolerance + SLACK_COUNTS counts, and with a tolerance of e + a (D + m T / 2) it never trips. A steady error of
-twice what is allowed is found in W ln 2 = 11 ticks, and is a fault at the third sample in a row.
+A device whose velocity is off by at most e, late by at most D, on a joint that accelerates with at most a,
+whose encoder truncates to one count, has |r| <= W T (e + a (D + m T / 2)) + 1 count, whatever the motion: the
+differences of the truncation telescope, the rest is a geometric series. So a sample is plausible when
+|d| <= 1.5 v_max and |r| <= W T tolerance + SLACK_COUNTS counts, and with a tolerance of e + a (D + m T / 2)
+it never trips. A steady error of twice what is allowed is found in W ln 2 = 11 ticks, and is a
+fault at the third sample in a row.
 
-What is used lies within the tolerance of the encoder's estimate in every tick, and the feed-forward never gives more
-than at the encoder's. Gate, over-speed rule and passivity observer look at the encoder's alone.
+What is used lies within the tolerance of the encoder's estimate in every tick, and the feed-forward never
+gives more than at the encoder's. Gate, over-speed rule and passivity observer look at the encoder's alone.
 """
 
 from __future__ import annotations

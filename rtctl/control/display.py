@@ -1,13 +1,15 @@
-"""What is displayed may be changed while it runs: the virtual mass a little at a time, the kind of display by way of nothing.
+"""What is displayed may be changed while it runs: the virtual mass a little at a time, the kind of display by
+way of nothing.
 
-Mass and damping follow the command within what the rig file allows, over `CHANGE_S` at least. The mass keeps its speed, so
-no torque jumps; a heavier one at that speed has (m after - m before) v_r^2/2 more, which the renderer's store pays first, as it
-pays a step of the environment (`environments.changes`). Damping takes energy only. It rises no faster than the gate can follow
-what it does to the speed of the mass.
+Mass and damping follow the command within what the rig file allows, over `CHANGE_S` at least. The mass keeps
+its speed, so no torque jumps; a heavier one at that speed has (m after - m before) v_r^2/2 more, which the
+renderer's store pays first, as it pays a step of the environment (`environments.changes`). Damping takes
+energy only. It rises no faster than the gate can follow what it does to the speed of the mass.
 
-Between impedance and admittance there is nothing in between: the display that ends fades to nothing within `stop_ticks`,
-the other begins at the joint and fades in as a soft start does, its stored energy paid (`authority`). While a share h is felt, the
-world felt is h U, and so the accounts take it. A mass begins with the joint's speed, as far as the store pays for it.
+Between impedance and admittance there is nothing in between: the display that ends fades to nothing within
+`stop_ticks`, the other begins at the joint and fades in as a soft start does, its stored energy paid
+(`authority`). While a share h is felt, the world felt is h U, and so the accounts take it. A mass begins with
+the joint's speed, as far as the store pays for it.
 """
 
 from __future__ import annotations
@@ -51,7 +53,9 @@ def begin_display(s: Record, p: Record, c: Record, axis: int) -> None:
 
 @compiled
 def _exchange(s: Record, axis: int, kind: float) -> None:
-    """Begin the other display at the joint: nothing of the last is left, and nothing of this one is felt yet."""
+    """Begin the other display at the joint: nothing of the last is left, and nothing of this one is felt
+    yet.
+    """
     s.display_kind[axis] = kind
     s.proxy_set_count[axis] = 0
     s.mass_injected_nms_rad[axis] = 0.0
@@ -63,8 +67,8 @@ def fade_display(s: Record, p: Record, c: Record, axis: int) -> float:
 
     Notes
     -----
-    After the display's torque, whose world `state.stored_energy_j` is. A command that is not finite changes nothing: the law
-    stops on it.
+    After the display's torque, whose world `state.stored_energy_j` is. A command that is not finite changes
+    nothing: the law stops on it.
     """
     kind = _asked_kind(p, c, axis)
     same = s.display_kind[axis] == kind
@@ -95,9 +99,11 @@ def felt_share(s: Record, axis: int) -> float:
 
 @compiled
 def helped_share(s: Record, p: Record, axis: int) -> float:
-    """Share of the help with friction that is in force, 0 to 1: while a mass is shown never more than is certified.
+    """Share of the help with friction that is in force, 0 to 1: while a mass is shown never more than is
+    certified.
 
-    An impedance that gives way to a mass, or follows it, has come down to that share by the time that nothing of it is felt.
+    An impedance that gives way to a mass, or follows it, has come down to that share by the time that nothing
+    of it is felt.
     """
     mass = 1.0 if is_admittance(s, axis) else float(s.display_faded[axis])
     return 1.0 - (1.0 - float(p.mass_compensation[axis])) * mass

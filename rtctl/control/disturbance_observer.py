@@ -4,34 +4,37 @@ With u the torque that acts, tau_h the hand's, J the inertia and v the velocity,
 
     F = u + tau_h - J dv/dt                               all that opposes the motion, positive along +v
 
-which needs no friction model. Both sides pass the same two low-passes, one of the bandwidth w_q and one four times as
-fast against the encoder's steps; the derivative is then w_q (v - LP v), never a difference of differences. (Sampled it would
-be alpha/T (v - LP v), 6 % less at 20 Hz and 1 kHz: the inertia is taken that much too high on purpose. With the exact one
-an elastic joint of 30 Hz keeps less than a quarter of its damping, `observer_margin`.)
+which needs no friction model. Both sides pass the same two low-passes, one of the bandwidth w_q and one four
+times as fast against the encoder's steps; the derivative is then w_q (v - LP v), never a difference of
+differences. (Sampled it would be alpha/T (v - LP v), 6 % less at 20 Hz and 1 kHz: the inertia is taken that
+much too high on purpose. With the exact one an elastic joint of 30 Hz keeps less than a quarter of its
+damping, `observer_margin`.)
 
     Fhat = LP[u + tau_h] - J w_q (v - LP v) - b LP v      b: the viscous damping, which is left to the joint
-    tau  = gain d(c Fhat - LP[tau_ff])                    c: 1, or a little less at rest; d: dead band against the bias of the force sensor
+    tau  = gain d(c Fhat - LP[tau_ff])                    c: 1, or a little less at rest; d: dead band
 
 (docs/theory.md 6.1). With a learned
 feed-forward tau_ff the observer adds what the feed-forward leaves; alone (policy `observer`) it does all.
 
-v is the plain backward difference: half a period late, where a window that grows at low speed is as late as it is
-long, and a late acceleration is a negative inertia that a stiff hand rings on.
+v is the plain backward difference: half a period late, where a window that grows at low speed is as late as
+it is long, and a late acceleration is a negative inertia that a stiff hand rings on.
 
-For the same reason tau_h is the sample before: the difference of two mean velocities is the acceleration between them,
-one period ago. The last sample alone is early; a stiff hand's -k_h x then leaves a false friction k_h T v, which the
-low-passes turn into negative damping (`observer_margin`: on a slow drive unstable from 15 Hz on in a hand of 600 N m/rad).
+For the same reason tau_h is the sample before: the difference of two mean velocities is the acceleration
+between them, one period ago. The last sample alone is early; a stiff hand's -k_h x then leaves a false
+friction k_h T v, which the low-passes turn into negative damping (`observer_margin`: on a slow drive unstable
+from 15 Hz on in a hand of 600 N m/rad).
 
-A sensor shows tau_h later still. So u and v are taken of `observer_late_ticks` before, and all that is added up belongs to one instant: friction that is found
-a little later closes no loop in a hand, a hand's torque beside a motion of another instant does. What the sensor may be quicker or later than that is
-damped by an inertia that is taken higher by `observer_excess` (docs/theory.md 6.4).
+A sensor shows tau_h later still. So u and v are taken of `observer_late_ticks` before, and all that is added
+up belongs to one instant: friction that is found a little later closes no loop in a hand, a hand's torque
+beside a motion of another instant does. What the sensor may be quicker or later than that is damped by an
+inertia that is taken higher by `observer_excess` (docs/theory.md 6.4).
 
-A bias of the sensor is amplified by gain/(1 - gain) at rest: the dead band keeps a resting joint from creeping as long
-as the bias is below it. `rtctl check` bounds gain and bandwidth by the eigenvalues of the loop with every hand of a
-stated box; `assistance` bounds the energy.
+A bias of the sensor is amplified by gain/(1 - gain) at rest: the dead band keeps a resting joint from
+creeping as long as the bias is below it. `rtctl check` bounds gain and bandwidth by the eigenvalues of the
+loop with every hand of a stated box; `assistance` bounds the energy.
 
-While the joint slides (the bristles of `dry_friction` at their end) Fhat, low-passed once more, is remembered for each
-direction as the friction seen.
+While the joint slides (the bristles of `dry_friction` at their end) Fhat, low-passed once more, is remembered
+for each direction as the friction seen.
 """
 
 from __future__ import annotations
@@ -58,10 +61,12 @@ TURNING_SHARE = 0.5
 """Share of the observer's torque that is sent while the bristles turn under a `hybrid` feed-forward."""
 
 SLOW_SHARE, SLOW_RAD_S = 0.03, 0.03
-"""Share of the friction that is left to a joint that hardly moves: what a bias of the force sensor must overcome to make it creep."""
+"""Share of the friction that is left to a joint that hardly moves: what a bias of the force sensor must
+overcome to make it creep."""
 
 HELD_SHARE = 0.15
-"""Besides, to one that has not moved on for long (`resting.held_part`): it would slip seconds after it came to rest, helped ever more against a pull that stays."""
+"""Besides, to one that has not moved on for long (`resting.held_part`): it would slip seconds after it came
+to rest, helped ever more against a pull that stays."""
 
 TARGET_AT_REST = 1.0 - SLOW_SHARE
 
@@ -82,7 +87,9 @@ def _forget(s: Record, axis: int) -> None:
 
 @compiled
 def _acting_torque(s: Record, p: Record, axis: int) -> float:
-    """Torque that acted over the period before the force that is shown: sent one tick, the configured delay and the sensor's ago, N m."""
+    """Torque that acted over the period before the force that is shown: sent one tick, the configured delay
+    and the sensor's ago, N m.
+    """
     late = min(max(p.actuator_delay_ticks[axis], 0) + _late(p, axis), HELD - 3)
     return float(s.held_nm[axis, (s.ticks - 1 - late) % HELD])
 
@@ -95,7 +102,9 @@ def _late(p: Record, axis: int) -> int:
 
 @inlined
 def _velocity_then(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> float:
-    """Difference velocity of the instant that the force belongs to, rad/s; a sample that took several ticks counts for each of them."""
+    """Difference velocity of the instant that the force belongs to, rad/s; a sample that took several ticks
+    counts for each of them.
+    """
     velocity, late = t.velocity_difference_rad_s[axis], _late(p, axis)
     if late == 0:
         return float(velocity)
@@ -153,9 +162,10 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
 def _turning(s: Record, p: Record, axis: int) -> float:
     """Share of the observer's torque while the bristles turn, for a policy whose direction turns by itself.
 
-    On a joint that sticks the friction observed is the torque that acts, so that the observer holds on to its own: it follows within
-    its lag over 1 - gain, a tenth of a second, and held the joint back for as long at every turn. On a joint that rests the share
-    stays what it was: as a function of the bristles it is a late spring, gain x torque over their length, and shook a carriage at 42 Hz.
+    On a joint that sticks the friction observed is the torque that acts, so that the observer holds on to its
+    own: it follows within its lag over 1 - gain, a tenth of a second, and held the joint back for as long at
+    every turn. On a joint that rests the share stays what it was: as a function of the bristles it is a late
+    spring, gain x torque over their length, and shook a carriage at 42 Hz.
     """
     if not is_resting(s, p, axis):
         s.observer_end[axis] = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)
@@ -164,10 +174,12 @@ def _turning(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
-    """Share of the observer's torque that is left where a virtual mass is shown: none, gone through the low-pass of rest where the display changes.
+    """Share of the observer's torque that is left where a virtual mass is shown: none, gone through the
+    low-pass of rest where the display changes.
 
-    What acts on a joint that sticks the observer takes for friction, and adds to it: what the servo pulls with grows threefold, a tenth of a second late. That is
-    an integrator, and an integrator hunts about dry friction: mass and joint leapt to and fro.
+    What acts on a joint that sticks the observer takes for friction, and adds to it: what the servo pulls
+    with grows threefold, a tenth of a second late. That is an integrator, and an integrator hunts about dry
+    friction: mass and joint leapt to and fro.
     """
     if is_admittance(s, axis):
         s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]
@@ -180,8 +192,8 @@ def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
 def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> float:
     """Torque that compensates what the feed-forward leaves of the friction observed, N m; NaN stays NaN.
 
-    Reads the feed-forward of the tick. With it, it keeps within `friction_cap_nm`, and beyond the trained range of a
-    model it fades out as the feed-forward does.
+    Reads the feed-forward of the tick. With it, it keeps within `friction_cap_nm`, and beyond the trained
+    range of a model it fades out as the feed-forward does.
     """
     if not p.observer_gain[axis] > 0.0 or p.friction_policy[axis] == _OFF:
         return 0.0

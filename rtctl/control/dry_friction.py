@@ -3,22 +3,24 @@
     h <- clip(h + dx/x_b, -1, 1)                     deflection of the bristles over their length
     credit = F (h_before + h)/2 dx                   J, of one period; below 0 where the bristles push back
 
-Before dry friction slides it is a spring: over the presliding length, some milliradians, it takes energy up and
-gives it back at the next turn. F |dx| would call that dissipation, and a joint that vibrates by a few bristle
-deflections would be credited what it never lost. h is a stop operator, the simplest element with that memory. Over a
-closed motion of amplitude a it has taken 4 F (a - x_b), or nothing below x_b; a Maxwell-slip, Dahl or LuGre joint
-with at least this friction and a presliding length of at most x_b has taken no less. Their difference is therefore
-bounded by one bent bristle, F x_b/2, for every motion (docs/theory.md 4.2).
+Before dry friction slides it is a spring: over the presliding length, some milliradians, it takes energy up
+and gives it back at the next turn. F |dx| would call that dissipation, and a joint that vibrates by a few
+bristle deflections would be credited what it never lost. h is a stop operator, the simplest element with that
+memory. Over a closed motion of amplitude a it has taken 4 F (a - x_b), or nothing below x_b; a Maxwell-slip,
+Dahl or LuGre joint with at least this friction and a presliding length of at most x_b has taken no less.
+Their difference is therefore bounded by one bent bristle, F x_b/2, for every motion (docs/theory.md 4.2).
 
 F is the larger of two:
 
-- `guaranteed_friction`: the learned curve lowered by all that is known to make it wrong: error, places, drift;
-- what the force sensor sees of it (`disturbance_observer`) while the joint slides, in the direction of the motion:
-  a joint whose friction differs from place to place, or grows with load, takes out what it takes out and not what
-  the least place would. It is believed up to `friction_seen_max_nm`, and only in sliding, where h is at its end.
+- `guaranteed_friction`: the learned curve lowered by all that is known to make it wrong: error, places,
+  drift;
+- what the force sensor sees of it (`disturbance_observer`) while the joint slides, in the direction of the
+  motion: a joint whose friction differs from place to place, or grows with load, takes out what it takes out
+  and not what the least place would. It is believed up to `friction_seen_max_nm`, and only in sliding, where
+  h is at its end.
 
-What the bristles give back is taken at the friction of rest, the highest of the curve: what was stored in slow motion
-is withdrawn in full although the joint has become faster.
+What the bristles give back is taken at the friction of rest, the highest of the curve: what was stored in
+slow motion is withdrawn in full although the joint has become faster.
 """
 
 from __future__ import annotations
@@ -46,10 +48,10 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
     Notes
     -----
     F_lo(v) = Fhat_dry(v) - (min Fhat_dry - friction_floor_nm): the learned curve lowered by the same amount
-    (validation error, spread over places, drift) that lowered its minimum to the configured floor. Outside the trained
-    range only the floor is guaranteed. NaN counts as outside. Fhat_dry is the curve without its viscous part, which is
-    credited by itself with the rig file's b: of the two slopes the larger, so that a curve whose slope was learned too low
-    is not credited the difference twice.
+    (validation error, spread over places, drift) that lowered its minimum to the configured floor. Outside
+    the trained range only the floor is guaranteed. NaN counts as outside. Fhat_dry is the curve without its
+    viscous part, which is credited by itself with the rig file's b: of the two slopes the larger, so that a
+    curve whose slope was learned too low is not credited the difference twice.
     """
     floor = max(p.friction_floor_nm[axis], 0.0)
     branch = FORWARD if velocity >= 0.0 else BACKWARD
@@ -64,7 +66,9 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
 
 @compiled
 def seen_friction(s: Record, p: Record, axis: int, forward: bool) -> float:
-    """Friction seen by the force sensor in sliding, as far as it is believed, N m, >= 0; 0 without a sensor."""
+    """Friction seen by the force sensor in sliding, as far as it is believed, N m, >= 0; 0 without a
+    sensor.
+    """
     if not p.friction_seen_alpha[axis] > 0.0:
         return 0.0
     seen = s.friction_seen_nm[axis, FORWARD if forward else BACKWARD]

@@ -41,14 +41,16 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.STALE,
         Reaction.CUT,
         3,
-        "no fresh sample for 3 ticks: counter stuck, frame lost, late or older than the last; ages 1 and 2 hold the last value",
+        "no fresh sample for 3 ticks: counter stuck, frame lost, late or older than the last; ages 1 and 2 "
+        "hold the last value",
         "the device sends no fresh samples: check its power and cable",
     ),
     FaultRow(
         Fault.BAD_SAMPLE,
         Reaction.CUT,
         3,
-        "a measured value is not finite or outside its range in 3 samples in a row; single ones are discarded",
+        "a measured value is not finite or outside its range in 3 samples in a row; single ones are "
+        "discarded",
         "samples are not finite or out of range: check sensor range and wiring",
     ),
     FaultRow(
@@ -78,14 +80,16 @@ TABLE: tuple[FaultRow, ...] = (
         Reaction.CUT,
         1,
         "the drive or sensor sets a fault bit of its own, or the drive leaves its enabled state while armed",
-        "the drive or sensor reports a fault of its own, or let go by itself: see its display or manual, clear it there",
+        "the drive or sensor reports a fault of its own, or let go by itself: see its display or manual, "
+        "clear it there",
     ),
     FaultRow(
         Fault.ACTUATOR_LAG,
         Reaction.RAMP,
         20,
         "commanded and Hall-measured torque differ by more than 20 % of the limit for 20 ticks",
-        "the motor does not give the torque asked for: check supply, current limit of the drive, torque constant",
+        "the motor does not give the torque asked for: check supply, current limit of the drive, torque "
+        "constant",
     ),
     FaultRow(
         Fault.ACTUATOR_WRONG,
@@ -98,9 +102,10 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.VELOCITY,
         Reaction.CUT,
         3,
-        "3 samples in a row of a checked device velocity are not finite, beyond 1.5 v_max, or its sum over about 16 ticks "
-        "is further from the encoder's travel than its tolerance",
-        "encoder and the device's own velocity disagree: one of them is wrong; check coupling, gear_ratio, direction, units",
+        "3 samples in a row of a checked device velocity are not finite, beyond 1.5 v_max, or its sum over "
+        "about 16 ticks is further from the encoder's travel than its tolerance",
+        "encoder and the device's own velocity disagree: one of them is wrong; check coupling, gear_ratio, "
+        "direction, units",
     ),
     FaultRow(
         Fault.OVERSPEED,
@@ -129,7 +134,8 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.OVERTEMPERATURE,
         Reaction.RAMP,
         1,
-        "motor at its trip temperature, or its configured sensor silent for 3 ticks; torque is derated from the warning on",
+        "motor at its trip temperature, or its configured sensor silent for 3 ticks; torque is derated "
+        "from the warning on",
         "the motor is too hot, or its temperature sensor is missing: let it cool, check the sensor",
     ),
     FaultRow(
@@ -151,15 +157,16 @@ TABLE: tuple[FaultRow, ...] = (
         Reaction.REFUSE,
         1,
         "a real rig runs without the real-time rights asked for, and its rig file does not waive them",
-        "no real-time rights: see `rtctl doctor`, or waive them (loop.realtime = 'waive': a quarter of the torque)",
+        "no real-time rights: see `rtctl doctor`, or waive them (loop.realtime = 'waive': a quarter of the "
+        "torque)",
         clears="restart with the rights, or with the waiver",
     ),
     FaultRow(
         Fault.PASSIVITY,
         Reaction.RAMP,
         1,
-        "a port gave out more than 1.35 budgets of energy: damping is injected from the first deficit on, and the "
-        "torque bounded so that 1.5 are never reached",
+        "a port gave out more than 1.35 budgets of energy: damping is injected from the first deficit on, "
+        "and the torque bounded so that 1.5 are never reached",
         "a port gave out more energy than its budget: lower stiffness or compensation",
     ),
     FaultRow(
@@ -167,14 +174,16 @@ TABLE: tuple[FaultRow, ...] = (
         Reaction.CUT,
         1,
         "a port gave out more than 3 budgets of energy",
-        "a port gave out three times its energy budget: check signs and wiring, lower stiffness or compensation",
+        "a port gave out three times its energy budget: check signs and wiring, lower stiffness or "
+        "compensation",
     ),
     FaultRow(
         Fault.WIRING,
         Reaction.CUT,
         80,
         "the test pulse of ARMING moves the joint, or its current, the wrong way or not at all",
-        "the test pulse found current or motion of the wrong sign: check motor polarity, encoder direction, Hall sensor",
+        "the test pulse found current or motion of the wrong sign: check motor polarity, encoder "
+        "direction, Hall sensor",
     ),
     FaultRow(
         Fault.ARMING_MOVED,
@@ -187,62 +196,68 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.CURRENT,
         Reaction.CUT,
         80,
-        "the current's answer to the test pulse, or to what is sent while running in 2 windows of 1 s in a row, is surely "
-        "off the gain 1 by more than drive.current_gain_error (.3), or off by more than drive.current_offset_share (10 %) "
-        "of the torque limit",
-        "the measured current is not the one asked for: check torque constant, scale and offset of the Hall sensor, "
-        "current limit of the drive",
+        "the current's answer to the test pulse, or to what is sent while running in 2 windows of 1 s in a "
+        "row, is surely off the gain 1 by more than drive.current_gain_error (.3), or off by more than "
+        "drive.current_offset_share (10 %) of the torque limit",
+        "the measured current is not the one asked for: check torque constant, scale and offset of the "
+        "Hall sensor, current limit of the drive",
     ),
     FaultRow(
         Fault.DELAY,
         Reaction.RAMP,
         80,
-        "the current answers the test pulse surely later than the proof of the coupling covers; while running: the same in "
-        "2 windows of 1 s in a row",
-        "torque comes later than declared, and the coupling is not proven for that: declare the delay (`rtctl probe` shows "
-        "it beside the declared one), then let `rtctl check` name a softer coupling; or mend link and drive",
+        "the current answers the test pulse surely later than the proof of the coupling covers; while "
+        "running: the same in 2 windows of 1 s in a row",
+        "torque comes later than declared, and the coupling is not proven for that: declare the delay "
+        "(`rtctl probe` shows it beside the declared one), then let `rtctl check` name a softer coupling; "
+        "or mend link and drive",
     ),
     FaultRow(
         Fault.SAMPLE_AGE,
         Reaction.RAMP,
         51,
-        "more than 5 % of 1000 ticks had a sample older than the proof of the coupling covers; single lost ones are held",
-        "samples do not come in every tick, and the coupling is not proven for their age: lower loop.rate_hz to the "
-        "device's own, mend the link, or a softer coupling (`rtctl check`)",
+        "more than 5 % of 1000 ticks had a sample older than the proof of the coupling covers; single lost "
+        "ones are held",
+        "samples do not come in every tick, and the coupling is not proven for their age: lower "
+        "loop.rate_hz to the device's own, mend the link, or a softer coupling (`rtctl check`)",
     ),
     FaultRow(
         Fault.FORCE_FROZEN,
         Reaction.RAMP,
         500,
-        "powered, no component of the force changed by one bit for .5 s or longer, and meanwhile the joint, back where it was, "
-        "has taken more energy than motor and force shown gave it, by a budget and what the sensor's steps may hide; or it is "
-        "off as FORCE_OFFSET has it",
-        "the force sensor repeats one value while a hand moves the joint: check its cable and mode; power it anew, tare, reset",
+        "powered, no component of the force changed by one bit for .5 s or longer, and meanwhile the "
+        "joint, back where it was, has taken more energy than motor and force shown gave it, by a budget "
+        "and what the sensor's steps may hide; or it is off as FORCE_OFFSET has it",
+        "the force sensor repeats one value while a hand moves the joint: check its cable and mode; power "
+        "it anew, tare, reset",
     ),
     FaultRow(
         Fault.FORCE_CLIPPED,
         Reaction.RAMP,
         3,
-        "a component of the force or moment is exactly at its limit in 3 samples in a row: it may be any larger",
-        "the force sensor is at the end of its range: push less, or give axis.force.limit_n and force_sensor.limit_nm as its "
-        "data sheet has them",
+        "a component of the force or moment is exactly at its limit in 3 samples in a row: it may be any "
+        "larger",
+        "the force sensor is at the end of its range: push less, or give axis.force.limit_n and "
+        "force_sensor.limit_nm as its data sheet has them",
     ),
     FaultRow(
         Fault.FORCE_OFFSET,
         Reaction.RAMP,
         250,
-        "powered, the friction seen over a second of sliding each way shows that the force is off by more than axis.force.offset_nm "
-        "(10 % of the torque limit) at the joint, for 250 ms of sliding",
-        "the force sensor is off by more than it may be, or a weight pulls at the joint: hands off, `rtctl tare`; check the "
-        "sensor's mounting and cable, force_sensor.tip_kg, or allow more (axis.force.offset_nm)",
+        "powered, the friction seen over a second of sliding each way shows that the force is off by more "
+        "than axis.force.offset_nm (10 % of the torque limit) at the joint, for 250 ms of sliding",
+        "the force sensor is off by more than it may be, or a weight pulls at the joint: hands off, `rtctl "
+        "tare`; check the sensor's mounting and cable, force_sensor.tip_kg, or allow more "
+        "(axis.force.offset_nm)",
     ),
     FaultRow(
         Fault.OFF_AXIS,
         Reaction.RAMP,
         3,
-        "the tared force or moment beside those that turn a joint is above force_sensor.off_axis_n or off_axis_nm in 3 samples in "
-        "a row (0, the default, watches nothing)",
-        "the tip is pushed or twisted across its joints: guide it along them; check lever_m, axis_direction and the sensor's matrix",
+        "the tared force or moment beside those that turn a joint is above force_sensor.off_axis_n or "
+        "off_axis_nm in 3 samples in a row (0, the default, watches nothing)",
+        "the tip is pushed or twisted across its joints: guide it along them; check lever_m, "
+        "axis_direction and the sensor's matrix",
     ),
     FaultRow(
         Fault.LAW_NOT_FINITE,
@@ -264,9 +279,10 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.HOST_SILENT,
         Reaction.STOP,
         1,
-        "powered, and no beat from the host's own turn for 200 ms (2 s on a simulated rig without real-time rights; "
-        "virtual clock: not watched)",
-        "the host stood still, so that no STOP could have come through: see what else runs on the machine, and `rtctl events`; then arm",
+        "powered, and no beat from the host's own turn for 200 ms (2 s on a simulated rig without "
+        "real-time rights; virtual clock: not watched)",
+        "the host stood still, so that no STOP could have come through: see what else runs on the machine, "
+        "and `rtctl events`; then arm",
         clears="the host's next beat and an operator's arm",
     ),
     FaultRow(

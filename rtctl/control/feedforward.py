@@ -1,8 +1,8 @@
 """Friction feed-forward: how much, in which direction, and how far it may go (docs/theory.md 5.5).
 
-tau_ff = compensation * f * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near zero velocity,
-g in 0..1 the force gate, f in 0..1 the share by which friction that has changed is followed (`friction_factor`). v rad/s,
-tau_h hand torque N m.
+tau_ff = compensation * f * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
+zero velocity, g in 0..1 the force gate, f in 0..1 the share by which friction that has changed is followed
+(`friction_factor`). v rad/s, tau_h hand torque N m.
 """
 
 from __future__ import annotations
@@ -42,7 +42,8 @@ _feedforward_limit = compiled(limits.feedforward_limit)
 
 
 SLIDING_GATE = 0.5
-"""On a joint that slides this share of `gate_nm` opens the gate: help that leaves the hand little would shut it otherwise."""
+"""On a joint that slides this share of `gate_nm` opens the gate: help that leaves the hand little would shut
+it otherwise."""
 
 
 @compiled
@@ -80,10 +81,11 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> 
 
     Notes
     -----
-    w = exp(-(v/v_b)^2). HYBRID: s = (1 - w) h + w sat(LP tau_h/tau_g), h the stop operator over the presliding
-    length: where friction is a spring, sign and tanh of the velocity would drive a vibration. DITHER: s = (1 - w)
-    tanh(v/v_0) + w times a square wave of `friction_dither_ticks`. Stop operator, LuGre bristles and the intent's low-pass are
-    advanced by `advance_stop` and `advance_intent` on every tick, whatever the policy.
+    w = exp(-(v/v_b)^2). HYBRID: s = (1 - w) h + w sat(LP tau_h/tau_g), h the stop operator over the
+    presliding length: where friction is a spring, sign and tanh of the velocity would drive a vibration.
+    DITHER: s = (1 - w) tanh(v/v_0) + w times a square wave of `friction_dither_ticks`. Stop operator, LuGre
+    bristles and the intent's low-pass are advanced by `advance_stop` and `advance_intent` on every tick,
+    whatever the policy.
     """
     policy = p.friction_policy[axis]
     if policy == _HYBRID:
@@ -111,8 +113,8 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
     Notes
     -----
-    Stop (play) operator s <- clip(s + dx/x_d, -1, 1). LUGRE: ds/dx = (1 - s sgn dx)/x_d, which is LuGre's bristle under
-    the motion measured, z sigma0/g: s <- e + (s - e) exp(-|dx|/x_d), e = sgn dx.
+    Stop (play) operator s <- clip(s + dx/x_d, -1, 1). LUGRE: ds/dx = (1 - s sgn dx)/x_d, which is LuGre's
+    bristle under the motion measured, z sigma0/g: s <- e + (s - e) exp(-|dx|/x_d), e = sgn dx.
     """
     length = p.friction_stop_rad[axis]
     if not length > 0.0:
@@ -126,12 +128,14 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def wished_push(s: Record, p: Record, axis: int) -> float:
-    """What the intent follows, N m: at rest the hand's torque, under `hybrid` on a joint that slides its motion, tau_g at its end, and in a turn from there to the hand's as `blend`.
+    """What the intent follows, N m: at rest the hand's torque, under `hybrid` on a joint that slides its
+    motion, tau_g at its end, and in a turn from there to the hand's as `blend`.
 
-    With the hand's alone an intent that a ring had turned waited behind the motion, and the help stepped over to it whenever the ring's speed passed zero.
+    With the hand's alone an intent that a ring had turned waited behind the motion, and the help stepped over
+    to it whenever the ring's speed passed zero.
 
-    Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it asked for already, and
-    help would push the joint on into the world, until the spring of the servo stops it.
+    Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it
+    asked for already, and help would push the joint on into the world, up to the servo's spring.
     """
     if is_admittance(s, axis):
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
@@ -146,10 +150,12 @@ def wished_push(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def _led_by(s: Record, p: Record, axis: int, dx: float, v: float) -> tuple[float, float]:
-    """Way, rad, and velocity, rad/s, that the direction goes by: the joint's, or those of the virtual mass that it follows.
+    """Way, rad, and velocity, rad/s, that the direction goes by: the joint's, or those of the virtual mass
+    that it follows.
 
-    The mass is moved by the hand alone. So friction, whose own vibration the joint's velocity is full of near standstill, has no way
-    into the direction, and the help turns as early as the mass does instead of a servo's lag later.
+    The mass is moved by the hand alone. So friction, whose own vibration the joint's velocity is full of near
+    standstill, has no way into the direction, and the help turns as early as the mass does instead of a
+    servo's lag later.
     """
     if not is_admittance(s, axis):
         return dx, v
@@ -159,11 +165,12 @@ def _led_by(s: Record, p: Record, axis: int, dx: float, v: float) -> tuple[float
 
 @compiled
 def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
-    """Low-pass what a joint at rest is to be helped with, N m, for the intent; one that is not finite empties it.
+    """Low-pass what a joint at rest is to be helped with, N m, for the intent; NaN and inf empty it.
 
-    Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the motor adds,
-    and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at half the rate. In the turn
-    of a slow hand it is as slow as at rest, in that of a brisk one `TURN_TIMES` as fast (`pace`).
+    Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the
+    motor adds, and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at
+    half the rate. In the turn of a slow hand it is as slow as at rest, in that of a brisk one `TURN_TIMES` as
+    fast (`pace`).
     """
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
     if p.friction_policy[axis] == _HYBRID and not slides_on(s, p, axis) and not is_admittance(s, axis):
@@ -177,8 +184,9 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
 def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     """Force gate g <- LPF clip((|tau_h| - deadband)/tau_g, 0, 1): without a hand there is no feed-forward.
 
-    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint is slowed down. While
-    a hand slides the joint on, it goes by the hand's mean torque, and opens and closes `pace.GATE_TIMES` as fast.
+    It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint
+    is slowed down. While a hand slides the joint on, it goes by the hand's mean torque, and opens and closes
+    `pace.GATE_TIMES` as fast.
     """
     mean = s.friction_mean_hand_nm[axis] = eased(p, axis, s.friction_mean_hand_nm[axis], hand, MEAN_TIMES)
     moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
@@ -226,8 +234,9 @@ def compensated_magnitude(
 
     Notes
     -----
-    kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L (1 - e^-(v/v_b)^2), faded out of the trained range, at least 0, at most
-    `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN stays NaN.
+    kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L (1 - e^-(v/v_b)^2), faded out of the trained range, at
+    least 0, at most `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN
+    stays NaN.
     """
     friction = branch_magnitude(model, branch, speed)
     if p.place_trough_nm[axis] > 0.0:  # as far as its place is not known, the weakest
@@ -249,15 +258,15 @@ def friction_feedforward(
 ) -> int:
     """Write the feed-forward fields of axis `axis` of the tick; return fault bits.
 
-    Reads the hand's torque of `resting.advance_rest`, and of the tick `velocity_rad_s` and `compensation`; `dx` is the joint's
-    motion since the last tick, rad, `v` the velocity to go by, rad/s. The direction of an admittance is that of its mass. A model
-    value that is not finite counts as no friction and is a fault.
+    Reads the hand's torque of `resting.advance_rest`, and of the tick `velocity_rad_s` and `compensation`;
+    `dx` is the joint's motion since the last tick, rad, `v` the velocity to go by, rad/s. The direction of an
+    admittance is that of its mass. A model value that is not finite counts as no friction and is a fault.
 
     Notes
     -----
-    Where `v` is not the encoder's velocity, the torque is the lesser of what either allows. What the proofs of
-    passivity and the observer's credit rest on, |tau_ff| <= ff(|v|) at the encoder's velocity, holds however far
-    off or late `v` is: an error of `v` can only take compensation away.
+    Where `v` is not the encoder's velocity, the torque is the lesser of what either allows. What the proofs
+    of passivity and the observer's credit rest on, |tau_ff| <= ff(|v|) at the encoder's velocity, holds
+    however far off or late `v` is: an error of `v` can only take compensation away.
     """
     hand = s.calm_hand_nm[axis]
     policy = p.friction_policy[axis]

@@ -1,17 +1,24 @@
 """An observer that feeds a vibration beside the motion is taken back until it does not.
 
-    v~ = v - LP v,   c~ = c - LP c                   of the velocity, and of the observer's torque as it acted; 3 Hz
-    E <- min(E + (FED_MOST b v~^2 - c~ v~) T + (bank - E) T/FORGOTTEN_S, bank)         `TURN_S` after the joint last turned, while it slides
+    v~ = v - LP v,   c~ = c - LP c                   of velocity and observer's torque as it acted; 3 Hz
+    E <- min(E + (FED_MOST b v~^2 - c~ v~) T + (bank - E) T/FORGOTTEN_S, bank)
+                                                     `TURN_S` after the joint last turned, while it slides
     share = clip(1 + E/bank, 0, 1)                   of the observer that is sent
 
-Why. The certificate has every hand and every gear keep a quarter of its damping, on a joint that slides, by eigenvalues. Dry friction that falls with speed is no
-linear loop: a joint that sticks and slips about a slow motion leaves the observer's low-passes behind at each slip, and is pushed on by what held it before. Rigid Coulomb friction in
-undamped hands at .03 and .08 rad/s was shaken so by 65 to 94 mrad/s beside the motion (33 to 43 without help, 9 to 33 with the feed-forward alone, which has no lag). The same
-question is asked of the motion as it is, then: does the observer take more than `FED_MOST` of the joint's own viscous damping from what is quicker than a hand?
+Why. The certificate has every hand and every gear keep a quarter of its damping, on a joint that slides, by
+eigenvalues. Dry friction that falls with speed is no linear loop: a joint that sticks and slips about a slow
+motion leaves the observer's low-passes behind at each slip, and is pushed on by what held it before. Rigid
+Coulomb friction in undamped hands at .03 and .08 rad/s was shaken so by 65 to 94 mrad/s beside the motion
+(33 to 43 without help, 9 to 33 with the feed-forward alone, which has no lag). The same question is asked of
+the motion as it is, then: does the observer take more than `FED_MOST` of the joint's own viscous damping from
+what is quicker than a hand?
 
-- Friction that is constant in sliding takes nothing from a vibration, so an observer that is right gives it nothing. In a turn friction takes, and the observer gives: nothing is counted there.
-- It is not asked of the feed-forward, which lags by nothing and goes by the speed: beside a sine of a hand its torque falls while the joint is quick, which counts as feeding.
-- What is fed is forgotten within seconds, so that the share settles where about a bank is fed in `FORGOTTEN_S`.
+- Friction that is constant in sliding takes nothing from a vibration, so an observer that is right gives it
+  nothing. In a turn friction takes, and the observer gives: nothing is counted there.
+- It is not asked of the feed-forward, which lags by nothing and goes by the speed: beside a sine of a hand
+  its torque falls while the joint is quick, which counts as feeding.
+- What is fed is forgotten within seconds, so that the share settles where about a bank is fed in
+  `FORGOTTEN_S`.
 
 Less help breaks no proof. A virtual mass has a watch of its own.
 """
@@ -31,7 +38,8 @@ BESIDE_TIMES = 1.5
 """What is slower than so many times `resting.REST_HZ` is the motion itself: 3 Hz."""
 
 FED_MOST = 0.75
-"""Share of the joint's own damping that help may take from a vibration: what the certificate lets it take (`observer_margin.KEPT_LEAST`)."""
+"""Share of the joint's own damping that help may take from a vibration: what the certificate lets it take
+(`observer_margin.KEPT_LEAST`)."""
 
 BANK_RAD = 0.001
 """The bank is what friction takes over this way."""
@@ -65,7 +73,9 @@ def _feed(s: Record, p: Record, axis: int, bank: float, elapsed: int) -> None:
 
 @compiled
 def unfed_share(s: Record, p: Record, axis: int, elapsed: int) -> float:
-    """Advance the account; return the share of the observer that is left, 0 to 1. It is full without power."""
+    """Advance the account; return the share of the observer that is left, 0 to 1. It is full without
+    power.
+    """
     bank = p.paying_nm[axis] * own_rad(p, axis, BANK_RAD)
     if not bank > 0.0:
         return 1.0

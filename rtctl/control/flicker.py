@@ -1,20 +1,26 @@
-"""An encoder that flickers among a few counts is no motion: what stays among them, to and fro, is taken for its mean.
+"""An encoder that flickers among a few counts is no motion: what stays among them, to and fro, is taken for
+its mean.
 
-    lowest, highest     of the readings, as long as they are at most `WIDE` counts apart; else both begin anew with the newest
+    lowest, highest     of the readings, at most `WIDE` counts apart; else both begin anew with the newest
     turns               of the reading among them
-    position = mean of the readings since the first turn     from the `HELD_AFTER`th on and `HELD_S` later, for as long as they stay there
-             = reading + gap                                 else; gap is what was left when they went, and goes with `EASE_S`
+    position = mean of the readings since the first turn
+                        from the `HELD_AFTER`th on and `HELD_S` later, for as long as they stay there
+             = reading + gap
+                        else; gap is what was left when they went, and goes with `EASE_S`
 
-Why. A joint that friction holds is a spring within its presliding, often over several counts. The coupling answers a step of one count
-a sample or more late, and a square wave that comes late feeds that spring: the joint hums at 10 to 60 Hz, a count wide or less, as long as the
-coupling is there, with and without help with friction (docs/theory.md 2.10). A torque that stands still feeds nothing.
+Why. A joint that friction holds is a spring within its presliding, often over several counts. The coupling
+answers a step of one count a sample or more late, and a square wave that comes late feeds that spring: the
+joint hums at 10 to 60 Hz, a count wide or less, as long as the coupling is there, with and without help with
+friction (docs/theory.md 2.10). A torque that stands still feeds nothing.
 
-Why the mean, and not the middle: the torque stays what it was on the average, so that the joint comes to rest where it hummed. Why the gap goes
-slowly: a torque that jumps by some counts at once kicks the joint into the next hum. The servo of an admittance, which answers a count of
-velocity by K_v Delta/T, is not told of either as of a motion (`reading_slip_rad`): it kicked the joint out of the flicker it had just been held in.
+Why the mean, and not the middle: the torque stays what it was on the average, so that the joint comes to rest
+where it hummed. Why the gap goes slowly: a torque that jumps by some counts at once kicks the joint into the
+next hum. The servo of an admittance, which answers a count of velocity by K_v Delta/T, is not told of either
+as of a motion (`reading_slip_rad`): it kicked the joint out of the flicker it had just been held in.
 
-What swings wider is answered as it is read, and so is a hand that turns back a few times. The position is wrong by less than `WIDE` counts,
-and only where friction surely holds the joint against as much (`friction.guarantee.holds_flicker`): one that glides would go from edge to edge.
+What swings wider is answered as it is read, and so is a hand that turns back a few times. The position is
+wrong by less than `WIDE` counts, and only where friction surely holds the joint against as much
+(`friction.guarantee.holds_flicker`): one that glides would go from edge to edge.
 """
 
 from __future__ import annotations
@@ -32,11 +38,13 @@ HELD_AFTER = 5.0
 """Turns that are a flicker: two whole swings after the first."""
 
 HELD_S = 0.5
-"""And so much time: an encoder that is noisy turns all the time, and a joint that moves on is not to go by steps of `WIDE` counts. A hand that turns
-back rests for some tenths of a second: taken for a flicker, it was answered otherwise at each turn, and some elastic joints rang louder after it."""
+"""And so much time: an encoder that is noisy turns all the time, and a joint that moves on is not to go by
+steps of `WIDE` counts. A hand that turns back rests for some tenths of a second: taken for a flicker, it was
+answered otherwise at each turn, and some elastic joints rang louder after it."""
 
 WIDE = 3.0
-"""Counts between the outermost readings: a swing of up to a count and a half to either side reads no further."""
+"""Counts between the outermost readings: a swing of up to a count and a half to either side reads no
+further."""
 
 SAME = 0.25
 """Readings nearer than this share of a count are one."""
@@ -64,7 +72,8 @@ def _turn(s: Record, p: Record, axis: int) -> None:
 
 
 BLIND_HZ = 1.0
-"""Low-pass of the hand's torque on a virtual mass while the joint is not seen: an answer to it would feed what nothing damps."""
+"""Low-pass of the hand's torque on a virtual mass while the joint is not seen: an answer to it would feed
+what nothing damps."""
 
 
 def blind_hz(force_lowpass_hz: float) -> float:
@@ -73,13 +82,17 @@ def blind_hz(force_lowpass_hz: float) -> float:
 
 
 def blind_damping_nms_rad(rest_nms_rad: float, velocity_gain_nms_rad: float) -> float:
-    """Damping of the mass meanwhile, N m s/rad: that of a joint that sticks, and at least what the servo gives one that is seen."""
+    """Damping of the mass meanwhile, N m s/rad: that of a joint that sticks, and at least what the servo
+    gives one that is seen.
+    """
     return max(rest_nms_rad, velocity_gain_nms_rad)
 
 
 @inlined
 def is_blind(s: Record, p: Record, axis: int) -> bool:
-    """True while the reading is held, or has not changed for as long: the law does not see what the joint does."""
+    """True while the reading is held, or has not changed for as long: the law does not see what the joint
+    does.
+    """
     still_s = s.reading_still_ticks[axis] * p.period_s
     return s.reading_turns[axis] >= HELD_AFTER or still_s >= HELD_S
 

@@ -54,8 +54,8 @@ def _tared(s: Record, p: Record, axis: int) -> float:
 def hand_torque(s: Record, p: Record, axis: int, fresh: bool, disabled: bool) -> float:
     """Hand torque on the joint, tared and low-passed, N m (positive accelerates the joint).
 
-    Averages the bias of all six components over the first `tare_ticks` fresh samples while the rig is disabled. A missed
-    sample holds the last value. The axis with the longest tare writes `tared`.
+    Averages the bias of all six components over the first `tare_ticks` fresh samples while the rig is
+    disabled. A missed sample holds the last value. The axis with the longest tare writes `tared`.
 
     Notes
     -----

@@ -1,21 +1,24 @@
 """A force sensor that lies: frozen, at the end of its range, off by too much, or pushed across its joints.
 
-**Frozen.** A sensor that repeats one value to the last bit may be frozen, or quiet: coarse steps hide a small force for as long as
-it stays small. What tells the two apart is energy. While the value stays, the joint's damping and dry friction (`dry_friction`)
-surely take energy out of the motion, and only the motor and the force shown put some in. When the joint is back where it was
-when the value began to stay, a weight or a spring has given nothing on the whole, and neither has a constant force. If then
+**Frozen.** A sensor that repeats one value to the last bit may be frozen, or quiet: coarse steps hide a small
+force for as long as it stays small. What tells the two apart is energy. While the value stays, the joint's
+damping and dry friction (`dry_friction`) surely take energy out of the motion, and only the motor and the
+force shown put some in. When the joint is back where it was when the value began to stay, a weight or a
+spring has given nothing on the whole, and neither has a constant force. If then
 
     D - W_motor - W_shown + kinetic energy gained  >  budget + path * what one step of the sensor can hide
 
-somebody moved the joint whom the sensor did not show. (Joints that carry each other are not judged so: a weight may give one of
-them something while the other one moves.) A step is the smallest change of the value seen so far, or
-`axis.force.resolution_n`, whichever is smaller; what it hides, as torque, is that times the longest lever, on both sides.
+somebody moved the joint whom the sensor did not show. (Joints that carry each other are not judged so: a
+weight may give one of them something while the other one moves.) A step is the smallest change of the value
+seen so far, or `axis.force.resolution_n`, whichever is smaller; what it hides, as torque, is that times the
+longest lever, on both sides.
 
 **Clipped.** A component exactly at its limit may stand for anything beyond.
 
-**Off.** The friction that `disturbance_observer` sees in sliding is as large forward as backward, give and take the joint. Half of
-the difference is what the force shows too much (or a weight that nobody compensates, which the hand feels just the same). Where
-not a bit of it has changed meanwhile, it is frozen: what was seen before, under another load, is not held against it, nor is a joint that rests.
+**Off.** The friction that `disturbance_observer` sees in sliding is as large forward as backward, give and
+take the joint. Half of the difference is what the force shows too much (or a weight that nobody compensates,
+which the hand feels just the same). Where not a bit of it has changed meanwhile, it is frozen: what was seen
+before, under another load, is not held against it, nor is a joint that rests.
 
 **Across.** The tared force or moment beside those that turn a joint.
 """
@@ -54,13 +57,16 @@ IN_A_ROW = 3
 """Samples at the limit, or across the joints, that are a fault: as many as bad ones."""
 
 SLID_S = 1.0
-"""The joint must have slid so long in each direction, since it is powered, before its friction says anything."""
+"""The joint must have slid so long in each direction, since it is powered, before its friction says
+anything."""
 
 AVERAGED_S = 1.0
-"""The friction of each direction is averaged over so much sliding: an elastic or uneven joint shows more of it and less by turns."""
+"""The friction of each direction is averaged over so much sliding: an elastic or uneven joint shows more of
+it and less by turns."""
 
 STAYING_SLID_S, STAYING_OFFSET_S = 0.2, 0.1
-"""A value that stays has no noise: it is judged after so much sliding each way since it began to, for so long, and without an average."""
+"""A value that stays has no noise: it is judged after so much sliding each way since it began to, for so
+long, and without an average."""
 
 OFFSET_S = 0.25
 """An offset that stays for so much sliding is a fault."""
@@ -68,7 +74,9 @@ OFFSET_S = 0.25
 
 @inlined
 def _changed(s: Record) -> bool:
-    """True when any component differs from the sample before; keeps it, and the smallest change seen of forces and moments."""
+    """True when any component differs from the sample before; keeps it, and the smallest change seen of
+    forces and moments.
+    """
     changed = False
     for part in range(2):
         most = 0.0
@@ -131,7 +139,9 @@ def _unseen(t: Record, s: Record, p: Record, axis: int) -> bool:
 
 @inlined
 def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -> int:
-    """FORCE_FROZEN while a value that stays hides who moves the joint. After friction and hand torque of every axis."""
+    """FORCE_FROZEN while a value that stays hides who moves the joint. After friction and hand torque of
+    every axis.
+    """
     if elapsed == 0:
         return 0
     watched = powered and p.force_used != 0 and p.force_answers != 0 and p.chain_count < 2
@@ -183,9 +193,11 @@ def off_axis_fault(s: Record, p: Record, elapsed: int) -> int:
 
 @compiled
 def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
-    """Take the friction seen of this direction in: a plain mean at first, one over `AVERAGED_S` of sliding later.
+    """Take the friction seen of this direction in: a plain mean at first, one over `AVERAGED_S` of sliding
+    later.
 
-    Less what the load adds: a gear that is loaded one way has more friction against the load than with it, whatever the force sensor.
+    Less what the load adds: a gear that is loaded one way has more friction against the load than with it,
+    whatever the force sensor.
     """
     s.slid_ticks[axis, side] += elapsed
     s.stayed_ticks[axis, side] += elapsed
@@ -196,7 +208,9 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
 
 @inlined
 def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered: bool) -> int:
-    """FORCE_OFFSET while the friction seen in both directions differs by too much; `force_offset_nm` of the tick."""
+    """FORCE_OFFSET while the friction seen in both directions differs by too much; `force_offset_nm` of the
+    tick.
+    """
     t.force_offset_nm[axis] = math.nan
     if not powered or not p.friction_seen_alpha[axis] > 0.0:
         s.slid_ticks[axis, FORWARD] = s.slid_ticks[axis, BACKWARD] = s.offset_ticks[axis] = 0

@@ -57,7 +57,9 @@ SPEED_MIN_RAD_S = 0.02
 
 @compiled
 def spare_damping(s: Record, p: Record, axis: int) -> float:
-    """Viscous damping of the device that nothing else lives on, N m s/rad: all of it where nothing is coupled."""
+    """Viscous damping of the device that nothing else lives on, N m s/rad: all of it where nothing is
+    coupled.
+    """
     damping = p.force_feedback_damping_nms_rad[axis]
     if s.world_kind[axis] == _FREE:
         damping = p.viscous_nms_rad[axis]
@@ -79,7 +81,9 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
 
 @compiled
 def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
-    """Advance the account of the assistance by the last period's motion; an empty one while no torque leaves."""
+    """Advance the account of the assistance by the last period's motion; an empty one while no torque
+    leaves.
+    """
     if not powered or not p.force_feedback_gain[axis] > 0.0:
         s.force_feedback_energy_j[axis] = 0.0
         return
@@ -96,7 +100,9 @@ def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, power
 
 @compiled
 def remember(t: Record, s: Record, axis: int, share: float) -> None:
-    """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward, observer and feedback."""
+    """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward, observer and
+    feedback.
+    """
     compensation = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if s.conservative_nm[axis] != 0.0:
         compensation -= s.conservative_nm[axis]

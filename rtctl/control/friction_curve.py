@@ -19,7 +19,9 @@ BACKWARD = 1
 
 @inlined
 def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
-    """Segment of one direction's curve at a speed >= 0, and the way into it, rad/s; the model has one at least."""
+    """Segment of one direction's curve at a speed >= 0, and the way into it, rad/s; the model has one at
+    least.
+    """
     n = min(model.n_segments[branch], MAX_SEGMENTS)
     knot = model.knot_rad_s[branch]
     u = min(max(speed, knot[0]), knot[n])

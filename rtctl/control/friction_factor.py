@@ -1,7 +1,9 @@
-"""The feed-forward follows a friction that has changed: the host asks for a factor, the law bounds and slows it (docs/theory.md 5.10).
+"""The feed-forward follows a friction that has changed: the host asks for a factor, the law bounds and slows
+it (docs/theory.md 5.10).
 
-Gain and caps among the parameters are those of the largest factor, 1 + `friction_raise`: what the certificate judged. A factor is
-a share of that, so no command can pass what was judged, and more than one step a tick does not come about.
+Gain and caps among the parameters are those of the largest factor, 1 + `friction_raise`: what the certificate
+judged. A factor is a share of that, so no command can pass what was judged, and more than one step a tick
+does not come about.
 """
 
 from __future__ import annotations
@@ -16,7 +18,8 @@ _LEAST = FACTOR_LEAST - 1.0
 
 @compiled
 def follow_factor(t: Record, s: Record, p: Record, c: Record, axis: int) -> None:
-    """Bring the factor one step nearer to the one asked for, at once while the motor is off; into the tick, too.
+    """Bring the factor one step nearer to the one asked for, at once while the motor is off; into the tick,
+    too.
 
     Notes
     -----
@@ -33,5 +36,7 @@ def follow_factor(t: Record, s: Record, p: Record, c: Record, axis: int) -> None
 
 @compiled
 def followed_share(s: Record, p: Record, axis: int) -> float:
-    """The factor over the largest, .63 to 1: share of the certified feed-forward. 1 on an axis that follows nothing."""
+    """The factor over the largest, .63 to 1: share of the certified feed-forward. 1 on an axis that follows
+    nothing.
+    """
     return float((1.0 + s.friction_change[axis]) / (1.0 + p.friction_raise[axis]))

@@ -1,7 +1,9 @@
-"""Ways and speeds that were chosen for a joint, as they are on a linear axis: at a handle `hw.motion.HANDLE_M` from the joint.
+"""Ways and speeds that were chosen for a joint, as they are on a linear axis: at a handle
+`hw.motion.HANDLE_M` from the joint.
 
-Inside, the coordinate of a linear axis is m under the names of rad (`hw.motion`). A constant of the law that is so many rad a second would there be as
-many metres a second: a carriage that a hand moves at 9 mm/s would creep, and be left unhelped.
+Inside, the coordinate of a linear axis is m under the names of rad (`hw.motion`). A constant of the law that
+is so many rad a second would there be as many metres a second: a carriage that a hand moves at 9 mm/s would
+creep, and be left unhelped.
 """
 
 from __future__ import annotations

@@ -42,7 +42,9 @@ def _rising_requests(s: Record, c: Record) -> int:
 
 @compiled
 def _holds_lease(s: Record, c: Record) -> bool:
-    """True when the newest target may count: of this epoch, finite, from whoever holds the lease or takes a free one."""
+    """True when the newest target may count: of this epoch, finite, from whoever holds the lease or takes a
+    free one.
+    """
     if c.target_epoch != s.epoch or c.target_lease == 0:
         return False
     if s.lease != 0 and s.lease != c.target_lease:
@@ -79,7 +81,9 @@ def _take_target(s: Record, p: Record, c: Record) -> None:
 
 @compiled
 def _hear_host(s: Record, c: Record) -> None:
-    """Let the host's last sign of life age. It counts ticks that ran: what kept the loop too is no silence."""
+    """Let the host's last sign of life age. It counts ticks that ran: what kept the loop too is no
+    silence.
+    """
     s.beat_age_ticks = 0 if c.beat_count > s.beat_seen else s.beat_age_ticks + 1
     s.beat_seen = c.beat_count
 
@@ -131,7 +135,9 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
 
 @compiled
 def _silence(s: Record) -> int:
-    """Ticks of silence of the renderer: nobody can have been silent since before there was anything to move."""
+    """Ticks of silence of the renderer: nobody can have been silent since before there was anything to
+    move.
+    """
     return int(min(s.target_age_ticks, s.remote_ticks))
 
 
@@ -150,6 +156,8 @@ def target_fault(s: Record, p: Record, c: Record) -> int:
 
 @compiled
 def host_fault(s: Record, c: Record) -> int:
-    """HOST_SILENT while powered and the host has broken the promise in its last command: no STOP would come either."""
+    """HOST_SILENT while powered and the host has broken the promise in its last command: no STOP would come
+    either.
+    """
     silent = c.beat_ticks > 0 and s.beat_age_ticks > c.beat_ticks
     return _F_HOST if silent and states.is_powered(s.state) else 0

@@ -189,7 +189,10 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 
 @inlined
 def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
-    """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its account, a hand that brakes, strokes that shrink, trembling, what is paid and what the observer feeds leave."""
+    """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its
+    account, a hand that brakes, strokes that shrink, trembling, what is paid and what the observer feeds
+    leave.
+    """
     speed = t.velocity_rad_s[axis]
     branch = FORWARD if speed >= 0.0 else BACKWARD
     spring = conservative_feedforward(t, s, p, model, axis, range_fade(model, branch, abs(speed)))

@@ -2,10 +2,11 @@
 
     L = |k_e e - k_m m| + s (|p_e e - p_m m| + q),         s = exp(-(v / v_s)^a)
 
-e the hand's torque and m the motor's, both at the joint with the same sign; q = q_e e^2 where the motor drives against the hand
-(e m < 0, |e| < |m|), q_m m^2 where the hand drives it back. m is what coupling and world ask for in this tick, and the help with
-friction as it was sent in the last one: the help loads the gear, too, and what it adds to itself in a tick is bounded by
-`rtctl check` (`friction.load.LOOP_MOST`), so that the sum settles. s is a table, even over the fourth root of v: a power takes 40 ns.
+e the hand's torque and m the motor's, both at the joint with the same sign; q = q_e e^2 where the motor
+drives against the hand (e m < 0, |e| < |m|), q_m m^2 where the hand drives it back. m is what coupling and
+world ask for in this tick, and the help with friction as it was sent in the last one: the help loads the
+gear, too, and what it adds to itself in a tick is bounded by `rtctl check` (`friction.load.LOOP_MOST`), so
+that the sum settles. s is a table, even over the fourth root of v: a power takes 40 ns.
 """
 
 from __future__ import annotations
@@ -48,7 +49,9 @@ def load_magnitude(model: Record, speed: float, outside: float, motor: float) ->
 
 @compiled
 def motor_through_gear(t: Record, s: Record, p: Record, axis: int) -> float:
-    """The motor's torque on the gear, N m: what coupling and world ask for now, and the help that was sent in the last tick."""
+    """The motor's torque on the gear, N m: what coupling and world ask for now, and the help that was sent in
+    the last tick.
+    """
     limit = p.torque_limit_nm[axis]
     asked = min(max(s.authority * t.coupling_torque_nm[axis], -limit), limit)
     return float(asked + s.compensation_nm[axis, (s.ticks - 1) % HELD])
@@ -56,10 +59,12 @@ def motor_through_gear(t: Record, s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def load_gain(p: Record, axis: int, speed: float) -> float:
-    """Share of what the load adds that is compensated at a speed (|v|, rad/s): none at rest, all beyond the blend of `hybrid`.
+    """Share of what the load adds that is compensated at a speed (|v|, rad/s): none at rest, all beyond the
+    blend of `hybrid`.
 
-    A joint that sticks under load needs no help to stay, and stiction that is larger by the load is larger by what the load does:
-    with the load's help at rest a joint that a hand leans on crept, or trembled by 2 mrad/s.
+    A joint that sticks under load needs no help to stay, and stiction that is larger by the load is larger by
+    what the load does: with the load's help at rest a joint that a hand leans on crept, or trembled by
+    2 mrad/s.
     """
     gain = p.friction_load_gain[axis]
     if not gain > 0.0:
@@ -69,9 +74,11 @@ def load_gain(p: Record, axis: int, speed: float) -> float:
 
 @compiled
 def load_friction(t: Record, s: Record, p: Record, model: Record, axis: int, speed: float) -> float:
-    """What the present load adds to the friction, N m, >= 0; 0 where the law does not go by load, or a virtual mass is shown.
+    """What the present load adds to the friction, N m, >= 0; 0 where the law does not go by load, or a
+    virtual mass is shown.
 
-    The servo of a virtual mass works against the friction itself: a load computed from its torque would be an answer to friction.
+    The servo of a virtual mass works against the friction itself: a load computed from its torque would be an
+    answer to friction.
     """
     if not p.friction_load_gain[axis] > 0.0 or is_admittance(s, axis):
         return 0.0

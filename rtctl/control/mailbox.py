@@ -3,9 +3,9 @@
 Notes
 -----
 The checksum of words w_0..w_{n-1} is the sum over i of (w_i + i + 1) * M_i mod 2^64, with odd multipliers
-M_i = 2 (i + 1) * PHI + 1 (PHI the 64-bit golden-ratio constant). Odd multipliers are invertible, so any change of
-a single word is seen for certain; a mixture of two rows passes with probability about 2^-64. It guards
-against torn and reordered stores, not against malice: both processes are ours.
+M_i = 2 (i + 1) * PHI + 1 (PHI the 64-bit golden-ratio constant). Odd multipliers are invertible, so any
+change of a single word is seen for certain; a mixture of two rows passes with probability about 2^-64. It
+guards against torn and reordered stores, not against malice: both processes are ours.
 """
 
 from __future__ import annotations

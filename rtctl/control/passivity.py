@@ -3,8 +3,8 @@
     E += -tau_held (x_k - x_{k-1}) + b dx^2 / T + D,              E <= a U + bank + c(tau_held)
 
 tau_held is the torque sent one tick ago, after authority, gate and limits, feed-forward included: the
-motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. Of a motor
-that is declared late it is the torque that acted then (`take_back.acted_torque`). The
+motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. Of a
+motor that is declared late it is the torque that acted then (`take_back.acted_torque`). The
 other two credit what the device itself is guaranteed to dissipate: viscous damping b (Cauchy-Schwarz
 over one period) and D, what its dry friction surely took out, less what its bristles gave back
 (`dry_friction`).
@@ -12,12 +12,13 @@ over one period) and D, what its dry friction surely took out, less what its bri
 U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
 given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
 spring stronger than the bank and call its return active. c is what taking back the torque held may cost
-(`take_back`): it is kept until then. a is the authority: the world felt is a U. What is put into a U by others
-than the hand is granted: U da while the authority rises (`authority`), and the work that a step of the
+(`take_back`): it is kept until then. a is the authority: the world felt is a U. What is put into a U by
+others than the hand is granted: U da while the authority rises (`authority`), and the work that a step of the
 environment or of a remote proxy does on U (`intermediate`). All of it is paid from one store with a bounded
 power, and nothing else is ever granted, so that no stream of parameters, targets or silences is an unbounded
-source of energy. As E never falls below -1.5 budgets (`take_back`), and what friction and damping are credited
-with the device has taken, t seconds after arming the hand was given, beyond what it put in itself, at most
+source of energy. As E never falls below -1.5 budgets (`take_back`), and what friction and damping are
+credited with the device has taken, t seconds after arming the hand was given, beyond what it put in itself,
+at most
 
     renderer_store_j + renderer_power_w t + 1.5 budget_j
 
@@ -40,7 +41,8 @@ _F_PASSIVITY = int(Fault.PASSIVITY)
 _F_GROSS = int(Fault.PASSIVITY_GROSS)
 
 FAULT_FACTOR = 1.35
-"""A deficit of this many budgets is PASSIVITY: early enough for the ramp to end above `take_back.FLOOR_FACTOR`."""
+"""A deficit of this many budgets is PASSIVITY: early enough for the ramp to end above
+`take_back.FLOOR_FACTOR`."""
 
 GROSS_FACTOR = 3.0
 """A deficit of this many budgets is PASSIVITY_GROSS, a cut (safety contract)."""
@@ -48,7 +50,9 @@ GROSS_FACTOR = 3.0
 
 @compiled
 def granted(s: Record, axis: int) -> float:
-    """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used up."""
+    """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used
+    up.
+    """
     given = s.authority_grant_j[axis]
     s.authority_grant_j[axis] = 0.0
     if s.state == _ACTIVE:

@@ -1,22 +1,29 @@
 """Whoever moves a joint that is helped with friction pays for some of it; what nobody pays for is not helped.
 
-    E <- min(E + (tau_h + tau_c) dx - d(J v^2/2) - LEAST D, bank)      tau_c: coupling and injected damping; D: what dry friction surely took out
-    share = LP clip(1 + E/bank, 0, 1)                                  of feed-forward and observer that is sent
+    E <- min(E + (tau_h + tau_c) dx - d(J v^2/2) - LEAST D, bank)
+              tau_c: coupling and injected damping; D: what dry friction surely took out
+    share = LP clip(1 + E/bank, 0, 1)    of feed-forward and observer that is sent
 
-Why. The account of the help (`assistance`) lets it put in what friction takes out, dry and viscous. That is no decay: a mass on a spring that does not damp swings
-on for ever in a joint whose friction is taken whole, and where a curve is a little high or turns a little early it grows (.9 mN m in a hand of 82 mN m/rad: 177 mrad/s at 4.8 Hz,
-and 637 without the observer). It is too slow for `trembling`, and its strokes do not shrink. But nobody gives it energy: by the balance of
-the joint what hand and world put in beyond its own energy of motion is what friction takes and help does not give back, measured, whatever the model says. A person
-pays for LEAST and more, since gains leave as much; a swing that nobody feeds cannot, until friction is left to it.
+Why. The account of the help (`assistance`) lets it put in what friction takes out, dry and viscous. That is
+no decay: a mass on a spring that does not damp swings on for ever in a joint whose friction is taken whole,
+and where a curve is a little high or turns a little early it grows (.9 mN m in a hand of 82 mN m/rad:
+177 mrad/s at 4.8 Hz, and 637 without the observer). It is too slow for `trembling`, and its strokes do not
+shrink. But nobody gives it energy: by the balance of the joint what hand and world put in beyond its own
+energy of motion is what friction takes and help does not give back, measured, whatever the model says. A
+person pays for LEAST and more, since gains leave as much; a swing that nobody feeds cannot, until friction is
+left to it.
 
-The share settles where LEAST is paid: who is helped beyond that, by a curve that is too high or a force sensor that is off by so much, is helped a few
-hundredths less. So the bank only has to bear what is lent for a moment: the spring of an elastic joint, steps of the encoder.
+The share settles where LEAST is paid: who is helped beyond that, by a curve that is too high or a force
+sensor that is off by so much, is helped a few hundredths less. So the bank only has to bear what is lent for
+a moment: the spring of an elastic joint, steps of the encoder.
 
-It goes and comes as slowly as a gate (`pace.GATE_TIMES`). At once it went to and fro in step with a ring: behind a sensor three ticks late
-what the inertia lends is seen late, and a mass on a spring of 255 N m/rad was swung at 14 Hz by 438 mrad/s (101 without this account).
+It goes and comes as slowly as a gate (`pace.GATE_TIMES`). At once it went to and fro in step with a ring:
+behind a sensor three ticks late what the inertia lends is seen late, and a mass on a spring of 255 N m/rad
+was swung at 14 Hz by 438 mrad/s (101 without this account).
 
-The balance is exact between the middles of two periods: the torque of the sample between them over the mean of both ways. A force that is late sees a swing paid for a
-little more than it is. Less help breaks no proof. A virtual mass has damping and a watch of its own.
+The balance is exact between the middles of two periods: the torque of the sample between them over the mean
+of both ways. A force that is late sees a swing paid for a little more than it is. Less help breaks no proof.
+A virtual mass has damping and a watch of its own.
 """
 
 from __future__ import annotations
@@ -31,7 +38,8 @@ from rtctl.control.records import Record
 from rtctl.control.states import is_powered
 
 LEAST = 0.04
-"""Share of the dry friction that is paid for at least: less than the usual gains leave a hand in slow motion."""
+"""Share of the dry friction that is paid for at least: less than the usual gains leave a hand in slow
+motion."""
 
 BANK_RAD = 0.004
 """The bank is what friction takes over this way."""
@@ -42,7 +50,9 @@ OWED_BANKS = 2.0
 
 @compiled
 def _pay(s: Record, p: Record, axis: int, bank: float, push: float, elapsed: int) -> None:
-    """Take in the period up to this sample; `push` is the torque of world and injected damping from now on, N m. What is no number leaves an empty account."""
+    """Take in the period up to this sample; `push` is the torque of world and injected damping from now on,
+    N m. What is no number leaves an empty account.
+    """
     dx = s.position_rad[axis] - s.position_before_rad[axis]
     v = dx / (p.period_s * elapsed)
     torque = s.hand_torque_before_nm[axis] + s.paid_push_nm[axis]

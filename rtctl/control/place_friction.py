@@ -1,10 +1,10 @@
 """Friction over position in the law: what place adds to the curve of speed, and the conservative part.
 
-    F(v, x) = F_0(v) + sum_{h=1..H} (C_h(v) cos h a + S_h(v) sin h a),     a = 2 pi x / period          (docs/theory.md 8.6)
-    tau_c(x)                                                                 cogging or ripple, a cubic over each cell of its period
+    F(v, x) = F_0(v) + sum_{h=1..H} (C_h(v) cos h a + S_h(v) sin h a)    (docs/theory.md 8.6)
+    tau_c(x)     (a = 2 pi x / period) cogging or ripple, a cubic over each cell of its period
 
-All tables of speed have the knots of the curve, and the cubics of one segment stand side by side; cos h a and sin h a come from
-a recurrence.
+All tables of speed have the knots of the curve, and the cubics of one segment stand side by side; cos h a and
+sin h a come from a recurrence.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ def turn_waves(turns: float) -> tuple[float, float]:
 
     Notes
     -----
-    Without a branch, for a third of the time of both library functions: series at a quarter of the angle, |r| <= pi/4, and
-    cos 2 r = 1 - 2 sin^2 r, sin 2 r = 2 sin r cos r twice.
+    Without a branch, for a third of the time of both library functions: series at a quarter of the angle, |r|
+    <= pi/4, and cos 2 r = 1 - 2 sin^2 r, sin 2 r = 2 sin r cos r twice.
     """
     r = (turns - np.floor(turns + 0.5)) * (0.5 * math.pi)
     z = r * r
@@ -67,7 +67,9 @@ def place_magnitude(model: Record, branch: int, speed: float, position: float) -
 
 @compiled
 def conservative_torque(model: Record, position: float) -> float:
-    """Torque that the joint's place alone exerts on it, N m, positive along +x; 0 without one, NaN for a NaN."""
+    """Torque that the joint's place alone exerts on it, N m, positive along +x; 0 without one, NaN for a
+    NaN.
+    """
     per_rad = model.conservative_per_rad
     if not per_rad > 0.0:
         return 0.0

@@ -1,17 +1,20 @@
-"""Whether what the model says of place is what the force sensor sees: nothing is compensated by place until it is.
+"""Whether what the model says of place is what the force sensor sees: nothing is compensated by place until
+it is.
 
     e = F_seen - d F_0(v),     m = d F_place(v, x) - tau_c(x)          over sliding motion, d its direction
 
-An encoder that counts from where it was switched on, an index that was found half a turn off, a gear taken apart: all leave a model
-that is right in speed and wrong in place. So mean and spread of e and m are followed over the way, forgotten over
-`place_length_rad`: where m explains e, their slope cov/var(m) is near 1 and their correlation high. `place_kind` SEEN trusts a model
-once they are, and as far; what was trusted stays so where noise drowns what one place says, as long as the slope fits and so much noise would leave a whole turn
+An encoder that counts from where it was switched on, an index that was found half a turn off, a gear taken
+apart: all leave a model that is right in speed and wrong in place. So mean and spread of e and m are followed
+over the way, forgotten over `place_length_rad`: where m explains e, their slope cov/var(m) is near 1 and
+their correlation high. `place_kind` SEEN trusts a model once they are, and as far; what was trusted stays so
+where noise drowns what one place says, as long as the slope fits and so much noise would leave a whole turn
 its correlation. GIVEN (an absolute encoder) trusts it from the start, until the slope says that it is wrong.
-The mean of each direction is left out: it is what friction has drifted, and says nothing of place. A way that stays at one place says little,
-and counts by what it says. Waves of tau_c that pass quicker than the observer sees at any speed are not in m: with SEEN they are never compensated.
+The mean of each direction is left out: it is what friction has drifted, and says nothing of place. A way that
+stays at one place says little, and counts by what it says. Waves of tau_c that pass quicker than the observer
+sees at any speed are not in m: with SEEN they are never compensated.
 
-The compensation by place is a share of what is trusted; energy does not depend on it (`assistance`, `dry_friction`: what they
-credit is the friction at the weakest place).
+The compensation by place is a share of what is trusted; energy does not depend on it (`assistance`,
+`dry_friction`: what they credit is the friction at the weakest place).
 """
 
 from __future__ import annotations
@@ -62,7 +65,9 @@ def place_trust(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: float) -> None:
-    """Go on with the statistics by the last period's motion `dx`, rad; reads the friction observed of the tick."""
+    """Go on with the statistics by the last period's motion `dx`, rad; reads the friction observed of the
+    tick.
+    """
     v, length = t.velocity_rad_s[axis], p.place_length_rad[axis]
     if p.place_kind[axis] == 0 or not length > 0.0 or dx == 0.0 or not p.observer_alpha[axis] > 0.0:
         return
@@ -96,20 +101,26 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
 
 @compiled
 def _whole_nm2(p: Record, axis: int) -> float:
-    """Mean square of what the model says of places over a whole turn, as one wave as deep as its trough has it."""
+    """Mean square of what the model says of places over a whole turn, as one wave as deep as its trough has
+    it.
+    """
     return 0.5 * p.place_trough_nm[axis] * p.place_trough_nm[axis]
 
 
 @compiled
 def _telling(s: Record, p: Record, axis: int) -> float:
-    """How much the last way says of the places, 0 to 1: its spread of them over that of a whole turn, squared."""
+    """How much the last way says of the places, 0 to 1: its spread of them over that of a whole turn,
+    squared.
+    """
     whole = _whole_nm2(p, axis)
     return min(s.place_square_nm2[axis, 1] / whole, 1.0) if whole > 0.0 else 1.0
 
 
 @compiled
 def _believed(square: float, left: float) -> float:
-    """Share that a correlation is believed by, 0 to 1, of places of this mean square beside what they leave over."""
+    """Share that a correlation is believed by, 0 to 1, of places of this mean square beside what they leave
+    over.
+    """
     correlation = math.sqrt(square / max(square + left, 1e-30))
     return min(max((correlation - CORRELATION_LOW) / (CORRELATION_FULL - CORRELATION_LOW), 0.0), 1.0)
 
@@ -132,7 +143,9 @@ def _target(s: Record, p: Record, axis: int) -> float:
 
 @compiled
 def conservative_feedforward(t: Record, s: Record, p: Record, model: Record, axis: int, fade: float) -> float:
-    """Torque against the conservative part, N m: a spring, kept apart from the help with friction; NaN stays NaN."""
+    """Torque against the conservative part, N m: a spring, kept apart from the help with friction; NaN stays
+    NaN.
+    """
     gain = p.conservative_gain[axis]
     if not gain > 0.0:
         return 0.0

@@ -2,10 +2,10 @@
 
     tau = k_p e + k_i int e + k_d (v_r - v) + J a_r + kappa s F(|v_f|)
 
-e = x_r - x; v the measured velocity; F the friction model, kappa its share. While the reference moves, v_f is its velocity
-and s its sign (docs/theory.md 11.4: noise free); while it stands, v_f is the measured velocity and
-s = sat(e / e_0), so that the break-away torque is there before the joint moves. (The sign of the measured velocity
-instead makes the joint hunt about its goal by a bristle deflection.)
+e = x_r - x; v the measured velocity; F the friction model, kappa its share. While the reference moves, v_f is
+its velocity and s its sign (docs/theory.md 11.4: noise free); while it stands, v_f is the measured velocity
+and s = sat(e / e_0), so that the break-away torque is there before the joint moves. (The sign of the measured
+velocity instead makes the joint hunt about its goal by a bristle deflection.)
 
 | shape | x_r - start | |
 |---|---|---|
@@ -34,7 +34,9 @@ STANDING_RAD_S = 1e-6
 
 @compiled
 def reference_at(shape: int, amplitude_rad: float, rate: float, t: float) -> tuple[float, float, float]:
-    """Position (from the start), velocity and acceleration of a reference `t` seconds after it began; rad, s."""
+    """Position (from the start), velocity and acceleration of a reference `t` seconds after it began; rad,
+    s.
+    """
     if shape == _SINE:
         phase = rate * t
         speed = amplitude_rad * rate * math.sin(phase)

@@ -4,14 +4,15 @@
 |---|---|
 | BRAKE | -d v, at most the share HOLD may use; at rest no torque at all |
 | SERVO | k (x_r - x) + d (v_r - v): PI on the velocity, its integral taken exactly, as position |
-| RAMP | open loop: rises by `program_ramp_nm_s` until the joint slips, FAST_RAMP times that below `program_fast_nm` |
-| TRACK | PD or PID with inertia and friction feed-forward after a reference (control.position); k = k_p, d = k_d |
+| RAMP | open loop: rises by `program_ramp_nm_s` until it slips; below `program_fast_nm` FAST_RAMP times |
+| TRACK | PD or PID with inertia and friction feed-forward after a reference; k = k_p, d = k_d |
 
 x position, v velocity, x_r and v_r their references; v_r approaches the wanted speed with bounded
 acceleration. A program replaces the law's other torques and goes through the same authority, gate and
 state machine. It is a source of energy by intent, so the passivity observer rests meanwhile; in its place
-four guards are checked every tick: hand torque, travel, duration, slip (TRACK: distance from the reference). A guard that trips ends the
-program in BRAKE, and nothing but a new request leaves it: the host's delay never matters.
+four guards are checked every tick: hand torque, travel, duration, slip (TRACK: distance from the reference).
+A guard that trips ends the program in BRAKE, and nothing but a new request leaves it: the host's delay never
+matters.
 
 Why v is the low-passed backward difference and not the configured estimator: at low speed a long window
 is late by up to half its length, and d must exceed the steepest fall of the Stribeck curve or the joint
@@ -115,7 +116,9 @@ def _valid(c: Record, p: Record, axis: int) -> bool:
 
 @compiled
 def _trackable(s: Record, c: Record, p: Record, axis: int) -> bool:
-    """Whether a reference that begins here stays within the travel and the rig's speed, and its gains are sound."""
+    """Whether a reference that begins here stays within the travel and the rig's speed, and its gains are
+    sound.
+    """
     here = s.position_rad[axis]
     return (
         0.0 <= c.program_integral_nm_rad_s[axis] < math.inf

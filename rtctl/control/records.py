@@ -62,7 +62,9 @@ def _record(
     marks: dict[str, int] | None = None,
     vectors: dict[str, Shape] | None = None,
 ) -> np.dtype[np.void]:
-    """Scalars, then integer arrays of the given lengths, arrays of numbers of the given shapes, per-axis fields."""
+    """Scalars, then integer arrays of the given lengths, arrays of numbers of the given shapes, per-axis
+    fields.
+    """
     fields: list[tuple[str, str] | tuple[str, str, Shape]] = [*scalars.items()]
     fields += [(name, "<i8", (length,)) for name, length in (marks or {}).items()]
     fields += [(name, "<f8", shape) for name, shape in (vectors or {}).items()]
@@ -107,14 +109,16 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
         },
         {
             # plant, link side
-            "is_linear": (),  # 1: the coordinate is in m, and what was chosen for a joint is as at a handle (control.handle)
+            # 1: the coordinate is in m, and what was chosen for a joint is as at a handle (control.handle)
+            "is_linear": (),
             "inertia_kgm2": (),
             "viscous_nms_rad": (),  # guaranteed viscous damping of the device
             "gear_ratio": (),
             "gear_efficiency": (),
             "torque_constant_nm_a": (),
             "count_rad": (),  # one encoder count at the link
-            "flicker_held": (),  # 1: friction surely holds the joint while a flicker of the encoder is not answered
+            # 1: friction surely holds the joint while a flicker of the encoder is not answered
+            "flicker_held": (),
             "lever_m": (3,),  # joint torque = lever . tip force + direction . moment, at position 0
             "axis_direction": (3,),  # unit vector of the joint's axis in the sensor's axes; 0: not given
             # sample validation
@@ -173,7 +177,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "mass_force_deadband_nm": (),
             "mass_rest_nms_rad": (),  # damping while the joint sticks, beyond a low-pass of the next line
             "mass_rest_alpha": (),
-            "mass_blind_alpha": (),  # low-pass coefficient of the force while the joint is not seen (control.flicker.is_blind),
+            # low-pass coefficient of the force while the joint is not seen (control.flicker.is_blind),
+            "mass_blind_alpha": (),
             "mass_blind_nms_rad": (),  # and the damping of the mass
             "mass_rest_rad": (),  # length of the bristles by which it sticks; 0: it never does
             "servo_velocity_gain_nms_rad": (),
@@ -186,10 +191,14 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_viscous_gain": (),  # kappa_v
             "friction_load_gain": (),  # share of what the load adds; 0: the law does not go by load
             "friction_cap_nm": (),  # hard cap of |feed-forward|
-            "friction_raise": (),  # gain and caps are greater by this share, for a friction that is: control.friction_factor
-            "friction_sliding_doubt_nm": (),  # how far sliding may be off the model, for the drift watch; 0: as the floor says
-            "friction_place_doubt_nm": (),  # and where it goes by place, as far as the place is trusted; 0: likewise
-            "friction_change_step": (),  # most by which that may change in a tick; 0: the friction is as learned
+            # gain and caps are greater by this share, for a friction that is: control.friction_factor
+            "friction_raise": (),
+            # how far sliding may be off the model, for the drift watch; 0: as the floor says
+            "friction_sliding_doubt_nm": (),
+            # and where it goes by place, as far as the place is trusted; 0: likewise
+            "friction_place_doubt_nm": (),
+            # most by which that may change in a tick; 0: the friction is as learned
+            "friction_change_step": (),
             "friction_ungated_cap_nm": (),  # cap where the force gate does not open it: kappa * min Fhat
             "friction_tanh_rad_s": (),
             "friction_blend_rad_s": (),
@@ -201,13 +210,17 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_gate_deadband_nm": (),
             "friction_gate_nm": (),  # tau_g of the force gate
             "friction_gate_alpha": (),
-            "friction_brake_nm": (),  # against the motion, beyond the dead band: takes all help back; 0: nothing does
-            "paying_nm": (),  # friction by which a hand pays for help, and by which help feeds a vibration; 0: neither is asked
+            # against the motion, beyond the dead band: takes all help back; 0: nothing does
+            "friction_brake_nm": (),
+            # friction by which a hand pays for help, and by which help feeds a vibration; 0: neither is asked
+            "paying_nm": (),
             "tremble_turn_s": (),  # longest time between two turns of a joint that trembles; 0: none does
             "friction_stop_rad": (),  # x_d of the stop operator
-            # dry friction surely there (control.dry_friction), account of the help with it (control.assistance)
+            # dry friction surely there (control.dry_friction), account of the help with it
+            # (control.assistance)
             "presliding_rad": (),  # x_b: bristles surely slide after this much motion; 0: at once
-            "friction_seen_alpha": (),  # low-pass coefficient per tick of the friction seen in sliding; 0: not used
+            # low-pass coefficient per tick of the friction seen in sliding; 0: not used
+            "friction_seen_alpha": (),
             "friction_seen_max_nm": (),  # most of it that is believed
             "assistance_bank_j": (),
             # friction over position (control.place_trust)
@@ -216,7 +229,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "place_trough_nm": (),  # friction at the weakest place is so far below the curve
             "place_length_rad": (),  # way over which it is judged
             "place_speed_rad_s": (),  # faster waves are not seen by the observer
-            "conservative_judged": (),  # 1: its waves are slow enough to be seen, and are judged with those of friction
+            # 1: its waves are slow enough to be seen, and are judged with those of friction
+            "conservative_judged": (),
             "conservative_gain": (),  # 0: off
             "conservative_swing_j": (),  # most that the compensated spring gives back
             # disturbance observer (control.disturbance_observer)
@@ -225,8 +239,10 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "observer_smooth_alpha": (),  # of the quicker low-pass before it
             "observer_bandwidth_rad_s": (),
             "observer_deadband_nm": (),
-            "observer_late_ticks": (),  # by which it delays torque and velocity, to belong to a force that comes late
-            "observer_excess": (),  # share by which it takes the inertia too high, for a force that may come less late
+            # by which it delays torque and velocity, to belong to a force that comes late
+            "observer_late_ticks": (),
+            # share by which it takes the inertia too high, for a force that may come less late
+            "observer_excess": (),
             # passivity
             "injected_damping_max_nms_rad": (),
             "friction_floor_nm": (),  # guaranteed dry friction credited by the observer
@@ -275,7 +291,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "target_age_ticks": "<i8",
             "beat_seen": "<i8",
             "beat_age_ticks": "<i8",  # ticks run since the host's last sign of life
-            "remote_ticks": "<i8",  # ticks for which the command has had a remote environment, this one counted
+            # ticks for which the command has had a remote environment, this one counted
+            "remote_ticks": "<i8",
             "clear_ticks": "<i8",  # ticks in FAULT without any fault present
             "stop_target": "<i8",  # state that STOPPING ends in
             "fault_total": "<i8",  # faults so far
@@ -309,7 +326,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "velocity_rad_s": (),
             "kalman_position_rad": (),
             "kalman_velocity_rad_s": (),
-            "device_gap_rad": (),  # travel by the device's velocity less the encoder's, forgotten over a window
+            # travel by the device's velocity less the encoder's, forgotten over a window
+            "device_gap_rad": (),
             "device_doubt_ticks": (),  # implausible samples in a row
             "force_filtered_nm": (),
             "hand_torque_before_nm": (),  # hand torque of the tick before, for the energy of the hand
@@ -349,7 +367,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "remote_position_rad": (),  # the renderer's end of the spring to the mass
             "friction_gate": (),
             "friction_push_nm": (),  # torque of hand and coupling that the brake goes by (control.pace)
-            "friction_mean_hand_nm": (),  # mean of the hand's torque, which opens the gate while the joint slides on
+            # mean of the hand's torque, which opens the gate while the joint slides on
+            "friction_mean_hand_nm": (),
             "pace_rad_s": (),  # mean speed of the last tenths of a second
             "friction_brake": (),  # share of the help that a hand which brakes the joint takes back, 0..1
             # strokes that shrink (control.shrinking)
@@ -386,13 +405,15 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "friction_credit_j": (),  # what dry friction took out in the last period
             "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward
             "friction_observed_nm": (),
-            "observer_torque_smooth_nm": (),  # acting and hand's torque after the quick low-pass, then after both
+            # acting and hand's torque after the quick low-pass, then after both
+            "observer_torque_smooth_nm": (),
             "observer_torque_nm": (),
             "observer_velocity_smooth_rad_s": (),
             "observer_velocity_rad_s": (),
             "observer_moved_rad_s": (HELD,),  # difference velocity, ring by `ticks`
             "observer_forward_nm": (),  # feed-forward through the slow low-pass
-            "calm_speed_rad_s": (),  # that the feed-forward goes by: while the joint rests the largest of late
+            # that the feed-forward goes by: while the joint rests the largest of late
+            "calm_speed_rad_s": (),
             "reading_slip_rad": (),  # of the position in this sample that was no motion (control.flicker)
             "observer_end": (),  # how near the bristles were to their end when the joint last moved on, 0..1
             "mass_helped_share": (),  # share of it that is sent: 1, none where a virtual mass is shown
@@ -501,8 +522,8 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: on
     """The newest command: what the host asks of the loop. Counters make edges that cannot be lost.
 
     A rise of `arm_count`, `stop_count`, `reset_count`, `tare_count` is one request; a rise of
-    `target_count` is a fresh renderer target. A rise of `beat_count` is a sign of life of the host, which promises
-    the next one within `beat_ticks` ticks; 0 promises nothing.
+    `target_count` is a fresh renderer target. A rise of `beat_count` is a sign of life of the host, which
+    promises the next one within `beat_ticks` ticks; 0 promises nothing.
     """
     return _record(
         {
@@ -526,9 +547,11 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: on
             "target_position_rad": (),
             "target_velocity_rad_s": (),
             "compensation": (),  # 0..1
-            "friction_change": (),  # of the learned friction: factor less 1; outside what is allowed: the nearest that is
+            # of the learned friction: factor less 1; outside what is allowed: the nearest that is
+            "friction_change": (),
             "display_kind": (),  # vocabulary.Display
-            "mass_kgm2": (),  # of the virtual mass; outside what the rig file allows: the nearest that it does
+            # of the virtual mass; outside what the rig file allows: the nearest that it does
+            "mass_kgm2": (),
             "mass_damping_nms_rad": (),
             # excitation program (control.program): starts at a rise of `program_count`
             "program_count": (),

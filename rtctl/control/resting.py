@@ -1,29 +1,37 @@
-"""Does the joint rest, or only bend its bristles? Then what the force sensor says is taken in ever more slowly.
+"""Does the joint rest, or only bend its bristles? Then what the force sensor says is taken in ever more
+slowly.
 
-A joint in presliding is held by its bristles as by a spring, and vibrates at 6 Hz or more in whatever hand. Help that
-follows the hand's torque, g LP(-k x - m a), lags behind it by a low-pass or two and drives that vibration, at some milliradians
-a second within a count of the encoder, at some tens of them in a stiff and heavy hand. The coupling does not see it, and
-the account of energy takes seconds or minutes to be emptied by it. So
+A joint in presliding is held by its bristles as by a spring, and vibrates at 6 Hz or more in whatever hand.
+Help that follows the hand's torque, g LP(-k x - m a), lags behind it by a low-pass or two and drives that
+vibration, at some milliradians a second within a count of the encoder, at some tens of them in a stiff and
+heavy hand. The coupling does not see it, and the account of energy takes seconds or minutes to be emptied by
+it. So
 
-- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end) faster than `CREEP_RAD_S`, or came to one place, direction and gate of the
-  feed-forward follow the hand's torque through two low-passes of `REST_HZ`;
-- the observer, which takes the inertia into account where it sees the motion and whose loop is proved (`observer_margin`),
-  does so through low-passes of `OBSERVER_TIMES` that, and on a joint that stays in one place (within `REST_COUNTS` or `REST_SHARE` of the
-  credited presliding length) for a time t, where it sees no motion, of `REST_HZ` (1 + `CALMING_S`/t) at once;
-- after `REST_S` in one place a velocity that is nothing but the flicker between two counts is none for the observer.
+- `BENT_S` after the joint last slid (the bristles of `dry_friction` at their end) faster than `CREEP_RAD_S`,
+  or came to one place, direction and gate of the feed-forward follow the hand's torque through two low-passes
+  of `REST_HZ`;
+- the observer, which takes the inertia into account where it sees the motion and whose loop is proved
+  (`observer_margin`), does so through low-passes of `OBSERVER_TIMES` that, and on a joint that stays in one
+  place (within `REST_COUNTS` or `REST_SHARE` of the credited presliding length) for a time t, where it sees
+  no motion, of `REST_HZ` (1 + `CALMING_S`/t) at once;
+- after `REST_S` in one place a velocity that is nothing but the flicker between two counts is none for the
+  observer.
 
-Why a joint that creeps rests. A hand that holds it under tension bends its bristles to their end, tenths of a milliradian in seconds. Help that
-followed its torque at once then made an elastic joint vibrate at 45 Hz, four seconds after it had come to rest, and kept up the ring of a mass on a stiff hand
-for as long as the motor slid by a little. An admittance moves its mass as slowly as it likes, and the joint must follow.
+Why a joint that creeps rests. A hand that holds it under tension bends its bristles to their end, tenths of a
+milliradian in seconds. Help that followed its torque at once then made an elastic joint vibrate at 45 Hz,
+four seconds after it had come to rest, and kept up the ring of a mass on a stiff hand for as long as the
+motor slid by a little. An admittance moves its mass as slowly as it likes, and the joint must follow.
 
-Why two low-passes. One that lags by 90 degrees makes of the help g LP(-k x) the negative damping g k/w times f_rest/f.
-Two lag by nearly 180 degrees, which is a slightly softer spring, and the damping taken is 2 (f_rest/f)^3 g k/w.
+Why two low-passes. One that lags by 90 degrees makes of the help g LP(-k x) the negative damping g k/w times
+f_rest/f. Two lag by nearly 180 degrees, which is a slightly softer spring, and the damping taken is
+2 (f_rest/f)^3 g k/w.
 
-Why so late. A hand that turns back passes through presliding as well, within some hundredths of a second. The gate stays as open as
-it was, and the direction is that of the bristles by then. Low-passes that fell as 1/t from the first tick on took half the help from
-a recorded hand that turned back every .2 s (`tests/acceptance/test_real_recordings.py`), and left hands that hold still no quieter. An observer as slow as the
-feed-forward lets a joint creep that a hand holds under tension, until it slips seconds later; one as quick as ever keeps up a
-vibration of a stiff and heavy hand on soft bristles for as long.
+Why so late. A hand that turns back passes through presliding as well, within some hundredths of a second. The
+gate stays as open as it was, and the direction is that of the bristles by then. Low-passes that fell as 1/t
+from the first tick on took half the help from a recorded hand that turned back every .2 s
+(`tests/acceptance/test_real_recordings.py`), and left hands that hold still no quieter. An observer as slow
+as the feed-forward lets a joint creep that a hand holds under tension, until it slips seconds later; one as
+quick as ever keeps up a vibration of a stiff and heavy hand on soft bristles for as long.
 """
 
 from __future__ import annotations
@@ -48,7 +56,8 @@ REST_S = 0.02
 """After so long in one place, flicker is no velocity."""
 
 BENT_S = 0.15
-"""So long bristles may bend before it is called rest: through presliding within it is a hand that turns back."""
+"""So long bristles may bend before it is called rest: through presliding within it is a hand that turns
+back."""
 
 REST_HZ = 2.0
 """Low-pass of the hand's torque for the help with friction at rest."""
@@ -68,7 +77,9 @@ HELD_AFTER_S, HELD_S = 0.5, 1.0
 
 @compiled
 def _moves_on(s: Record, p: Record, axis: int) -> bool:
-    """True when the joint slides, and faster than it creeps; a joint that follows a virtual mass when it slides at all."""
+    """True when the joint slides, and faster than it creeps; a joint that follows a virtual mass when it
+    slides at all.
+    """
     creep_rad_s = own_rad(p, axis, CREEP_RAD_S)
     return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > creep_rad_s or is_admittance(s, axis))
 
@@ -99,7 +110,9 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 
 @compiled
 def slides_on(s: Record, p: Record, axis: int) -> bool:
-    """True when the joint slides and does not stand: what sticks without bending leaves the bristles at the end of its last motion."""
+    """True when the joint slides and does not stand: what sticks without bending leaves the bristles at the
+    end of its last motion.
+    """
     return slides(s, axis) and not is_resting(s, p, axis)
 
 
@@ -107,8 +120,9 @@ def slides_on(s: Record, p: Record, axis: int) -> bool:
 def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
     """Speed that the feed-forward's curve is read at, >= 0: on a joint that rests the largest of late.
 
-    Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the bristles, by more than the
-    joint's damping (22 N s/m on a carriage with .3), while what holds the joint is no curve of speed there.
+    Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the
+    bristles, by more than the joint's damping (22 N s/m on a carriage with .3), while what holds the joint is
+    no curve of speed there.
     """
     held = s.calm_speed_rad_s[axis]
     if is_resting(s, p, axis) and held > speed:
@@ -127,13 +141,17 @@ def is_bent(s: Record, p: Record, axis: int) -> bool:
 
 @compiled
 def while_bent(s: Record, p: Record, axis: int, alpha: float, times: float) -> float:
-    """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent bristles."""
+    """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent
+    bristles.
+    """
     return min(alpha, times * p.rest_alpha[axis]) if is_bent(s, p, axis) else alpha
 
 
 @compiled
 def held_part(s: Record, p: Record, axis: int) -> float:
-    """0 on a joint that has moved on of late, 1 on one that has not for long; never of an admittance, which follows its mass."""
+    """0 on a joint that has moved on of late, 1 on one that has not for long; never of an admittance, which
+    follows its mass.
+    """
     if is_admittance(s, axis):
         return 0.0
     return min(max(s.bent_ticks[axis] * p.period_s - HELD_AFTER_S, 0.0) / HELD_S, 1.0)

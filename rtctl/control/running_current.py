@@ -1,9 +1,11 @@
-"""Is the measured current the one asked for, as ordinary motion shows it? Gain and offset, by the sums of `running_delay`.
+"""Is the measured current the one asked for, as ordinary motion shows it? Gain and offset, by the sums of
+`running_delay`.
 
-The same least squares tell them apart where the torque varies enough; what is judged then is the gain alone and the offset
-alone, each with three of its standard errors. A torque that stays the same shows only their sum: then the mean gap between sent
-and measured must be explained by what both may be together. Two windows in a row that are off are CURRENT: a sensor that
-changed since the test pulse, or a drive that gives less than it is asked for at torques that the pulse does not reach.
+The same least squares tell them apart where the torque varies enough; what is judged then is the gain alone
+and the offset alone, each with three of its standard errors. A torque that stays the same shows only their
+sum: then the mean gap between sent and measured must be explained by what both may be together. Two windows
+in a row that are off are CURRENT: a sensor that changed since the test pulse, or a drive that gives less than
+it is asked for at torques that the pulse does not reach.
 """
 
 from __future__ import annotations
@@ -26,7 +28,9 @@ MOST_ERROR = 0.1
 
 @compiled
 def _apart(s: Record, axis: int, floor: float, share: float) -> tuple[float, float, float, float]:
-    """(gain, its standard error, offset, its standard error) of the window; infinite errors where the torque shows neither."""
+    """(gain, its standard error, offset, its standard error) of the window; infinite errors where the torque
+    shows neither.
+    """
     slope, rest, left, area = regression(s, axis)
     if area == 0.0:
         return 0.0, math.inf, 0.0, math.inf
@@ -57,7 +61,8 @@ def _is_off(s: Record, p: Record, axis: int, floor: float, share: float) -> bool
 def judge_current(s: Record, p: Record, axis: int, floor: float, share: float) -> int:
     """At the end of a window: CURRENT from the second one in a row on that is off.
 
-    `floor`: least noise that is assumed, N m; `share`: coefficient per tick of the low-pass behind which the sums were taken.
+    `floor`: least noise that is assumed, N m; `share`: coefficient per tick of the low-pass behind which the
+    sums were taken.
     """
     off = _is_off(s, p, axis, floor, share)
     s.running_gap_count[axis] = s.running_gap_count[axis] + 1 if off else 0

@@ -1,8 +1,9 @@
 """Regression over a window of a second of running: the gap of the torque on its slope and on itself.
 
-With u the torque sent, d its change over a tick and e what the measured torque lacks of it, all behind one low-pass, the sums
-of `running_sums` are those of d, u, e, dd, du, uu, de, ue, ee. The gap is e = slope d + rest u: a delay of slope ticks and
-a gain of 1 - rest. `running_delay` judges the first, `running_current` the second.
+With u the torque sent, d its change over a tick and e what the measured torque lacks of it, all behind one
+low-pass, the sums of `running_sums` are those of d, u, e, dd, du, uu, de, ue, ee. The gap is e = slope d +
+rest u: a delay of slope ticks and a gain of 1 - rest. `running_delay` judges the first, `running_current` the
+second.
 """
 
 from __future__ import annotations
@@ -21,7 +22,9 @@ def moments(s: Record, axis: int) -> tuple[float, float, float, float, float, fl
 
 @compiled
 def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
-    """(slope, rest, variance that both leave, determinant) of the window; a determinant of 0 where the torque shows neither."""
+    """(slope, rest, variance that both leave, determinant) of the window; a determinant of 0 where the torque
+    shows neither.
+    """
     sums, n = s.running_sums[axis], s.running_ticks[axis]
     d, u, e, dd, du, uu = moments(s, axis)
     de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
@@ -34,5 +37,7 @@ def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
 
 @compiled
 def of_mean(variance: float, n: int, floor: float, share: float) -> float:
-    """Variance of the mean of `n` values behind the low-pass, of which one in two time constants is independent."""
+    """Variance of the mean of `n` values behind the low-pass, of which one in two time constants is
+    independent.
+    """
     return max(variance, floor * floor) * 2.0 / (share * n)

@@ -141,8 +141,9 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
     Notes
     -----
     A sample at the end of a recorded log does not age into STALE: the log's end is not a failure.
-    Before the first valid sample, after a loss too, there is nothing to hold: a start may take as long as readiness
-    does (`ready_ticks`). What is wrong with a sensor that shows nothing usable by then is named like any other.
+    Before the first valid sample, after a loss too, there is nothing to hold: a start may take as long as
+    readiness does (`ready_ticks`). What is wrong with a sensor that shows nothing usable by then is named
+    like any other.
     """
     started = s.history_count[0] > 0
     elapsed = s.sample_age_ticks + 1 + skipped

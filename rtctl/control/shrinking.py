@@ -1,22 +1,27 @@
-"""Strokes that shrink are those of a hand that comes to rest: a part of the friction is left to the joint then.
+"""Strokes that shrink are those of a hand that comes to rest: a part of the friction is left to the joint
+then.
 
-    peak       largest |v| of the present stroke; a stroke ends where the bristles of `dry_friction` are bent to the other end
-    reference  <- peak + (reference - peak) max(1 - stroke_s/REFERENCE_S, KEPT)     at its end; peak where that is larger
+    peak       largest |v| of the present stroke; it ends where the bristles are bent to the other end
+    reference  <- peak + (reference - peak) max(1 - stroke_s/REFERENCE_S, KEPT)  at its end; peak if larger
     wanted     = LEFT_MOST clip((STEADY reference - peak)/((STEADY - SHRUNK) reference), 0, 1)
     share      = 1 - LP wanted                            of feed-forward and observer that is sent
 
-Why. A heavy hand on a soft spring that hardly damps swings out where friction is compensated, and slides back for seconds from where it was
-stuck. Within one stroke it cannot be told from a person: in both hands the work of a stroke is what friction takes. But nobody gives it
-energy, so its strokes shrink; who moves a joint to and fro keeps them. So all of the friction may be taken from strokes that stay as
-fast as they were, and who comes to rest anyway is braked.
+Why. A heavy hand on a soft spring that hardly damps swings out where friction is compensated, and slides back
+for seconds from where it was stuck. Within one stroke it cannot be told from a person: in both hands the work
+of a stroke is what friction takes. But nobody gives it energy, so its strokes shrink; who moves a joint to
+and fro keeps them. So all of the friction may be taken from strokes that stay as fast as they were, and who
+comes to rest anyway is braked.
 
-- A slower peak is believed once the joint is slower again by a tenth and by what an encoder cannot tell; a faster one at once.
-- The reference forgets by strokes, for soft springs swing once in a second or two, and by REFERENCE_S where strokes are quick: the viscous damping alone
-  must look like shrinking. In a stroke longer than LONG_S, of slow motion after fast, the reference goes to its peak.
-- On a joint that creeps or stands it forgets nothing: a hand that holds a spring under tension would be helped to slip seconds later.
+- A slower peak is believed once the joint is slower again by a tenth and by what an encoder cannot tell; a
+  faster one at once.
+- The reference forgets by strokes, for soft springs swing once in a second or two, and by REFERENCE_S where
+  strokes are quick: the viscous damping alone must look like shrinking. In a stroke longer than LONG_S, of
+  slow motion after fast, the reference goes to its peak.
+- On a joint that creeps or stands it forgets nothing: a hand that holds a spring under tension would be
+  helped to slip seconds later.
 
-Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above. A virtual mass is
-braked by its own damping, and its joint must follow: it is helped as ever.
+Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above.
+A virtual mass is braked by its own damping, and its joint must follow: it is helped as ever.
 """
 
 from __future__ import annotations
@@ -35,10 +40,12 @@ LEFT_MOST = 0.3
 """Largest share of the help that is taken back."""
 
 STEADY, SHRUNK = 0.75, 0.45
-"""A stroke whose peak is this share of the reference is as fast as those before; and one of which LEFT_MOST is taken back."""
+"""A stroke whose peak is this share of the reference is as fast as those before; and one of which LEFT_MOST
+is taken back."""
 
 REFERENCE_S, KEPT, LONG_S = 0.5, 0.3, 0.5
-"""The reference follows slower strokes so fast, but keeps this share of the difference at each; a stroke is long after this time."""
+"""The reference follows slower strokes so fast, but keeps this share of the difference at each; a stroke is
+long after this time."""
 
 FALLEN, COUNT_S = 0.9, 0.01
 """A peak is over when the speed is below this share of it, less one encoder count in this time."""
@@ -65,7 +72,9 @@ def _end_stroke(s: Record, axis: int) -> None:
 
 @compiled
 def _advance_stroke(s: Record, p: Record, axis: int, speed: float) -> None:
-    """Find where a stroke ends, and age it and the reference while the joint moves. `speed` in rad/s, >= 0."""
+    """Find where a stroke ends, and age it and the reference while the joint moves. `speed` in rad/s, >=
+    0.
+    """
     if not slides(s, axis):
         return
     side = 1.0 if s.bristle_share[axis] > 0.0 else -1.0

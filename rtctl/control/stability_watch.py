@@ -1,14 +1,16 @@
-"""A contact stiffer than was promised rings: the watch sees it in the force and damps the virtual mass before the account is short.
+"""A contact stiffer than was promised rings: the watch sees it in the force and damps the virtual mass before
+the account is short.
 
     low  <- low + a (tau_h - low)                   hands move, at most, some times a second
     fast <- fast + b ((tau_h - low)^2 - fast)       power in the band where they do not
     slow <- slow + b (low^2 - slow)
-    rings:  fast > FLOOR^2  and  fast > SHARE (fast + slow),  for longer than STEP_S: a tap or a push is over by then
+    rings:  fast > FLOOR^2  and  fast > SHARE (fast + slow),  for longer than STEP_S: a tap or a push is over
+    by then
     w   rises to 1 within RISE_S while it rings, falls to 0 within FALL_S after
 
 The damping that is added is w K_v: the mass is then as hard to move as the joint is held to it. The stiffest
-hand that a mass bears grows with its damping (docs/theory.md 2.12). The index is that of Dimeas and Aspragathos (2016), with two
-filters in place of a spectrum (docs/theory.md 14.5).
+hand that a mass bears grows with its damping (docs/theory.md 2.12). The index is that of Dimeas and
+Aspragathos (2016), with two filters in place of a spectrum (docs/theory.md 14.5).
 """
 
 from __future__ import annotations

@@ -5,7 +5,8 @@ is the order of priority (LOCKOUT > ESTOP > CUT > RAMP > HOLD > requests). `next
 else; `advance` finds out which events are present and keeps the counters. No fault clears itself into
 motion: the only row that ends in ARMING needs a fresh request.
 """
-# longer than 300 lines: the table of transitions and the events it is read with are checked against each other, line by line
+# longer than 300 lines: the table of transitions and the events it is read with are checked against each
+# other, line by line
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """No more torque than the energy account can pay for until the gate has taken it back.
 
-The gate lets a torque fall by r per tick, whatever the law wants by then. Torque f that is still held while the
-joint runs along with it, at most at w = OVERSPEED_FACTOR v_max T per tick, gives out at worst
+The gate lets a torque fall by r per tick, whatever the law wants by then. Torque f that is still held while
+the joint runs along with it, at most at w = OVERSPEED_FACTOR v_max T per tick, gives out at worst
 
     c(f) = w (f + (f - r) + (f - 2 r) + ...)  <=  w f                        f <= r
                                                   w (f^2/(2 r) + f/2 + r/8)  f > r
@@ -9,19 +9,21 @@ joint runs along with it, at most at w = OVERSPEED_FACTOR v_max T per tick, give
 A stiff spring behind a slow gate is a source for that reason, though the spring itself is passive: where the
 joint is faster than r/(k T) the torque lags. So the torque held is bounded by the account E (`passivity`):
 
-    c(|f|) <= E + FLOOR_FACTOR budget      or     |f| <= |f before| - r                                     (1)
+    c(|f|) <= E + FLOOR_FACTOR budget    or    |f| <= |f before| - r                                     (1)
 
-Claim: E >= -FLOOR_FACTOR budget at all times, for any law, hand and environment, as long as the joint moves by
-at most w per tick and every sample arrives. Proof: let c(|f|) <= A = E + FLOOR_FACTOR budget hold, f be the torque
-sent. One period takes at most w |f| from A (or all of f's cost where |f| <= r); everything else that
-`observe_port` does adds to A, and its cap leaves it c(|f|). As c(|f| - r) <= c(|f|) - w |f| for |f| > r, (1)
-allows a torque for which the inequality holds again, and A >= c >= 0.
+Claim: E >= -FLOOR_FACTOR budget at all times, for any law, hand and environment, as long as the joint moves
+by at most w per tick and every sample arrives. Proof: let c(|f|) <= A = E + FLOOR_FACTOR budget hold, f be
+the torque sent. One period takes at most w |f| from A (or all of f's cost where |f| <= r); everything else
+that `observe_port` does adds to A, and its cap leaves it c(|f|). As c(|f| - r) <= c(|f|) - w |f| for |f| > r,
+(1) allows a torque for which the inequality holds again, and A >= c >= 0.
 
-A motor that acts d ticks late still gives what was sent: w |f| for each torque in flight comes to c in (1) and in the cap. A period then takes
-the oldest of them from A and from what is asked for, so that the claim holds as before, E by the torque that acted.
+A motor that acts d ticks late still gives what was sent: w |f| for each torque in flight comes to c in (1)
+and in the cap. A period then takes the oldest of them from A and from what is asked for, so that the claim
+holds as before, E by the torque that acted.
 
-OVERSPEED is why w is enough: above v_max the gate cuts any torque that drives, above OVERSPEED_FACTOR v_max every one.
-A late loop or a missed sample holds a torque for longer than (1) knows; the faults of `passivity` remain for them.
+OVERSPEED is why w is enough: above v_max the gate cuts any torque that drives, above OVERSPEED_FACTOR v_max
+every one. A late loop or a missed sample holds a torque for longer than (1) knows; the faults of `passivity`
+remain for them.
 """
 
 from __future__ import annotations
@@ -32,7 +34,8 @@ from rtctl.control.jit import compiled
 from rtctl.control.records import HELD, Record
 
 LATE_MOST = HELD - 12
-"""Most ticks by which a torque counts as late: those of a sample that took some ticks must be remembered, too."""
+"""Most ticks by which a torque counts as late: those of a sample that took some ticks must be remembered,
+too."""
 
 FLOOR_FACTOR = 1.5
 """No port gives out more than this many budgets (safety contract, invariant 13)."""
@@ -89,7 +92,9 @@ def acting_delay(p: Record, axis: int) -> float:
 
 @compiled
 def acted_torque(s: Record, p: Record, axis: int, ticks: int) -> float:
-    """Mean torque that the motor held over the last so many periods, N m: the one sent last, or earlier ones where it acts late."""
+    """Mean torque that the motor held over the last so many periods, N m: the one sent last, or earlier ones
+    where it acts late.
+    """
     late = acting_delay(p, axis)
     if late == 0.0:
         return float(s.torque_applied_nm[axis])

@@ -1,13 +1,15 @@
-"""A joint that goes on turning back more often than a hand can is not helped with friction: what shakes it is no hand's wish.
+"""A joint that goes on turning back more often than a hand can is not helped with friction: what shakes it is
+no hand's wish.
 
     trembled <- trembled + h         at a turn that comes h <= 1/(2 SLOWEST_HZ) after the one before
-    trembled <- trembled - FORGETTING T      where the joint has gone on by `ON_RAD` and for `ON_S` since its last turn
+    trembled <- trembled - FORGETTING T   where it has gone on by `ON_RAD` and for `ON_S` since its last turn
     share = clip((GONE_S - trembled)/(GONE_S - WHOLE_S), 0, 1)             of feed-forward and observer
 
-Why. The certificates know the joint as one mass or two and the hand as a mass on a spring, and the account knows energy. A gearbox with
-play, a mass held by a grip that hardly damps: what none of them knows may swing on where help takes all friction and the sampled coupling all damping,
-for as long as the account breaks even. Whatever it is, it is quicker than people move on purpose (4 to 7 Hz at most), and
-friction, which was there to stop it, is better left to the joint then.
+Why. The certificates know the joint as one mass or two and the hand as a mass on a spring, and the account
+knows energy. A gearbox with play, a mass held by a grip that hardly damps: what none of them knows may swing
+on where help takes all friction and the sampled coupling all damping, for as long as the account breaks even.
+Whatever it is, it is quicker than people move on purpose (4 to 7 Hz at most), and friction, which was there
+to stop it, is better left to the joint then.
 
 Why by time, not at once. A hand's own mass rings on its grip whenever the joint stops, for some tenths of a
 second. Help that went each time and came back would kick such a hand. Why it does not come back at rest: what
@@ -15,9 +17,9 @@ shakes by itself would begin again. A hand that goes on has it back over half a 
 not at once: dry friction that lets go is a push by itself, and within 70 ms it was one of .8 F, on which a
 hand that does not damp rang again at each stroke.
 
-Only takes help away, so no proof is touched. Neither an encoder that flickers between two counts nor a joint that bends its bristles a little
-turns: a turn is `TURN_COUNTS` or `REST_SHARE` of the credited presliding length long. Without power nothing is remembered.
-A virtual mass has a watch of its own (docs/theory.md 14.5).
+Only takes help away, so no proof is touched. Neither an encoder that flickers between two counts nor a joint
+that bends its bristles a little turns: a turn is `TURN_COUNTS` or `REST_SHARE` of the credited presliding
+length long. Without power nothing is remembered. A virtual mass has a watch of its own (docs/theory.md 14.5).
 """
 
 from __future__ import annotations
@@ -39,7 +41,8 @@ WHOLE_S, GONE_S, MOST_S = 0.3, 0.5, 0.6
 """Trembling for so long changes nothing, takes all help, is remembered at most."""
 
 ON_S, ON_RAD, FORGETTING = 0.25, 0.03, 0.4
-"""A joint that has gone on for so long and so far is moved by a hand: a second of that forgets so much of trembling, s."""
+"""A joint that has gone on for so long and so far is moved by a hand: a second of that forgets so much of
+trembling, s."""
 
 LONGEST_S = 0.5 / SLOWEST_HZ
 """Between two turns of a joint that trembles."""
@@ -47,7 +50,9 @@ LONGEST_S = 0.5 / SLOWEST_HZ
 
 @inlined
 def calm_share(s: Record, p: Record, axis: int) -> float:
-    """Advance what is remembered of trembling; return the share of the help that it leaves, 0 to 1. A position that is no number turns nothing."""
+    """Advance what is remembered of trembling; return the share of the help that it leaves, 0 to 1. A
+    position that is no number turns nothing.
+    """
     s.turn_s[axis] += p.period_s
     way = -1.0 if s.turned[axis] != 0.0 else 1.0
     on = (s.position_rad[axis] - s.turn_rad[axis]) * way

@@ -135,8 +135,9 @@ def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, per
     b_n = 6 sum_{l=0..n} (n - 2l) x_{k-l} / (n (n+1) (n+2)) per tick, a_n = mean(x_k..x_{k-n}) + b_n n/2.
     Windows grow while |x_{k-l} - (a_n - b_n l)| <= d for all l; n = 1 is always accepted; the last
     accepted slope is the result. Sums are kept relative to x_k, so large angles lose no digits.
-    The samples are looked at again only where the line has turned so far, since they were, that one of them could lie beside
-    it: no sample is farther from the new line than from the old one and the lines from each other, at the window's ends.
+    The samples are looked at again only where the line has turned so far, since they were, that one of them
+    could lie beside it: no sample is farther from the new line than from the old one and the lines from each
+    other, at the window's ends.
     """
     newest = history[0]
     total = 0.0

@@ -1,12 +1,13 @@
-"""Admittance display: the measured force moves a virtual mass through the virtual world, and the joint follows the mass.
+"""Admittance display: the measured force moves a virtual mass in its world, and the joint follows the mass.
 
-    m (v_r+ - v_r)/T = tau_f - b_v v_r+ - f_env(p+),      p+ = p + T v_r+              the mass, one implicit step
+    m (v_r+ - v_r)/T = tau_f - b_v v_r+ - f_env(p+),      p+ = p + T v_r+      the mass, one implicit step
     tau = K_v (v_r - v_hat) + K_p (p - x) + z <J a_r + b v_r - tau_f>                  the servo of the joint
 
-tau_f is the hand's torque after a low-pass and a dead band, v_hat the low-passed difference of positions, p the place of the
-mass, which is the proxy of the tick. <...> is low-passed: what the mass's motion asks of the joint is sent ahead by the share z,
-less while the watch rings. With A = (m/T + b_v)/T and w = m v_r/T + tau_f + A p the first line is f_env(p+) = w - A p+, which
-every environment solves already (`environments.coupling`): a world of any stiffness is stable on the mass.
+tau_f is the hand's torque after a low-pass and a dead band, v_hat the low-passed difference of positions, p
+the place of the mass, which is the proxy of the tick. <...> is low-passed: what the mass's motion asks of the
+joint is sent ahead by the share z, less while the watch rings. With A = (m/T + b_v)/T and w = m v_r/T +
+tau_f + A p the first line is f_env(p+) = w - A p+, which every environment solves already
+(`environments.coupling`): a world of any stiffness is stable on the mass.
 
 What a world is felt through is the mass: m/T^2 stands where the coupling's stiffness stands for an impedance.
 
@@ -14,14 +15,14 @@ The account is kept where the hand is, from the measured torque (docs/theory.md 
 
     E += tau_h dx + granted,      E <= m v_r^2/2 + J v^2/2 + U + K_p (p - x)^2/2 + bank + c(tau_held)
 
-The motor itself is no port to be watched: to show less inertia than J it must give (J - m) v^2/2, and take it back. A
-deficit adds to b_v (for as long as it lasts and `CALM_S` more), and beyond 1.35 budgets is a fault, as with an impedance (`passivity`).
+The motor itself is no port to be watched: to show less inertia than J it must give (J - m) v^2/2, and take it
+back. A deficit adds to b_v (and `CALM_S` longer), and beyond 1.35 budgets is a fault (`passivity`).
 
-While only a share a of the display is felt (soft start, change of display), b_v is greater by (1 - a) K_v: a mass that a weak
-servo does not have the joint follow, and the whole force moves, would ring in hands that it bears at full torque (14.2).
+While only a share a of the display is felt (soft start, change of display), b_v is greater by (1 - a) K_v: a
+mass that a weak servo cannot have the joint follow would ring in hands that it bears at full torque (14.2).
 
-The servo never asks for more than the torque limit: a mass that ran away from a joint that something holds would come back
-all at once. The speed of the mass stays within L/K_v of the joint's, its place within L/K_p.
+The servo never asks for more than the torque limit L: the speed of the mass stays within L/K_v of that of the
+joint, its place within L/K_p: when what holds the joint lets go, it does not come back all at once.
 """
 
 from __future__ import annotations
@@ -43,10 +44,10 @@ from rtctl.control.vocabulary import State
 CALM_S = 2.0
 """Time constant over which damping that a deficit added is forgotten."""
 KEPT_SHARE = 0.02
-"""A deficit below this share of the budget is noise of the force on little motion: no damping is added for it."""
+"""A deficit below this share of the budget is noise of the force: no damping is added for it."""
 
 MASS_REST_HZ = 4.0
-"""Motion of the mass above this is damped while the joint sticks: a hand that begins to move is slower, what rings on bent bristles faster."""
+"""Motion of the mass above this is damped while the joint sticks: hands are slower, bent bristles quicker."""
 
 _ACTIVE, _ARMING, _REMOTE = int(State.ACTIVE), int(State.ARMING), int(Environment.REMOTE)
 
@@ -81,11 +82,12 @@ def _bend(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def _rest_damping(s: Record, p: Record, axis: int) -> float:
-    """Damping of the mass while the joint sticks, N m s/rad, and more while the law does not see it: nothing may ring on a joint that does not follow.
+    """Damping of the mass while the joint sticks, N m s/rad, more while it is not seen: none may ring.
 
-    Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick, so it only takes. Where the joint is no longer seen
-    it begins at the speed of the mass: a hand that leans on a joint that sticks moves the mass on, and to brake that would jolt the joint by counts.
-    So does it where the joint gave way by a count at the end of its bristles and the mass goes on towards that end: nothing turned back.
+    Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick, so it only
+    takes. It begins at the speed of the mass where the joint is no longer seen (a hand that leans on it moves
+    the mass on, and to brake that would jolt the joint by counts), and where the joint gave way by a count at
+    the end of its bristles and the mass goes on towards that end: nothing turned back.
     """
     before, damping, blind = s.mass_calms_nms_rad[axis], 0.0, is_blind(s, p, axis)
     if blind:
@@ -116,7 +118,7 @@ def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, h
 
 @compiled
 def _follow_remote(s: Record, p: Record, axis: int) -> None:
-    """Bring the renderer's end of the spring nearer to its target, as far as its work is paid for (`environments.targets`)."""
+    """Bring the renderer's end of the spring towards its target, as far as it is paid for (`targets`)."""
     if s.target_age_ticks >= s.remote_ticks:
         return
     age = min(s.target_age_ticks, p.target_hold_ticks)
@@ -151,7 +153,7 @@ def _world_step(s: Record, p: Record, axis: int, drive: float, stiffness: float)
 
 @compiled
 def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
-    """One implicit step of the mass in its world. The world looks at the mass where it looks at the joint otherwise."""
+    """One implicit step of the mass in its world, which looks at the mass where others look at the joint."""
     joint = s.position_rad[axis]
     before, dt, speed = s.proxy_position_rad[axis], p.period_s, s.mass_velocity_rad_s[axis]
     s.position_rad[axis] = before
@@ -183,7 +185,7 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
 
 @compiled
 def _send_ahead(s: Record, p: Record, axis: int, acceleration: float, felt_nm: float) -> None:
-    """Low-pass the torque that the mass's motion asks of the joint beyond the hand's own: J a_r + b v_r - tau_f, N m."""
+    """Low-pass what the mass's motion asks of the joint beyond the hand: J a_r + b v_r - tau_f, N m."""
     drag = p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis]
     asked = p.inertia_kgm2[axis] * acceleration + drag - felt_nm
     asked = towards(0.0, asked, p.torque_limit_nm[axis])
@@ -192,7 +194,7 @@ def _send_ahead(s: Record, p: Record, axis: int, acceleration: float, felt_nm: f
 
 @compiled
 def _store(s: Record, p: Record, axis: int) -> None:
-    """Write the energy of the world and of the servo's spring, which is given back, for account and authority."""
+    """Write the energy of the world and of the servo's spring, which is given back."""
     place = s.proxy_position_rad[axis]
     stretch = place - s.position_rad[axis]
     stored = 0.5 * p.servo_position_gain_nm_rad[axis] * stretch * stretch
@@ -219,7 +221,7 @@ def servo_torque(
     Parameters
     ----------
     elapsed : int
-        Grid ticks since the last valid sample; 0 on a missed one: the mass goes on with the force of the last.
+        Grid ticks since the last valid sample; 0 on a missed one: the mass goes on with the last force.
     difference : float
         Plain backward difference of the position, rad/s.
     hand_nm : float
@@ -230,8 +232,7 @@ def servo_torque(
     Returns
     -------
     float
-        0 outside ACTIVE and during an excitation program, where the mass rests at the joint. NaN for a force or a command
-        that is not finite, of which nothing stays in the state.
+        0 outside ACTIVE and in a program: the mass rests at the joint. NaN if force or command is not finite.
     """
     felt = _measure(s, p, axis, elapsed, difference, hand_nm)
     if not (finite_command(c, axis) and math.isfinite(felt) and math.isfinite(difference)):
@@ -286,12 +287,11 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
 
 @compiled
 def raise_damping(s: Record, p: Record, axis: int, asked: float) -> float:
-    """Damping of the mass beyond b_v from the next tick on, N m s/rad: what a deficit asks for, forgotten over `CALM_S`.
+    """Damping beyond b_v from the next tick on, N m s/rad: what a deficit asks for, forgotten over `CALM_S`.
 
     Notes
     -----
-    Damping for as long as the deficit alone leaves a hand stiffer than promised in a vibration that pays and owes in turn.
-    More damping only takes more, so to rise at once and fall slowly gives nobody any energy.
+    A hand in a vibration that pays and owes in turn would else be left stiffer than promised. Damping takes.
     """
     left = s.mass_injected_nms_rad[axis] * math.exp(-p.period_s / CALM_S)
     if not s.energy_port_j[axis] < -KEPT_SHARE * p.energy_budget_j:

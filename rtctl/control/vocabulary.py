@@ -29,7 +29,9 @@ class VelocityMethod(IntEnum):
 
 
 class Display(IntEnum):
-    """What an axis shows to the hand: a force for a motion, or the motion of a mass for a force (`control.virtual_mass`)."""
+    """What an axis shows to the hand: a force for a motion, or the motion of a mass for a force
+    (`control.virtual_mass`).
+    """
 
     IMPEDANCE = 0
     ADMITTANCE = 1
@@ -56,7 +58,8 @@ class Policy(IntEnum):
 
     OFF = 0
     HYBRID = 1
-    """Force-gated blend of tanh(v) and the force's intent; the default, with the disturbance observer on top."""
+    """Force-gated blend of tanh(v) and the force's intent; the default, with the disturbance observer on
+    top."""
     SIGN = 2
     DEADBAND = 3
     TANH = 4

@@ -2,18 +2,19 @@
 
     tau = lever . (F - F_w - F_0) + direction . (M - M_w - M_0)
 
-F, M: force and moment about the sensor's origin, in its axes. `direction` is the unit vector of the joint's axis and
-`lever` = direction x r, with r from that axis to the sensor's origin: together direction . (r x F + M). F_0, M_0 are the
-tare, F_w = m g and M_w = c x m g the weight of what is mounted on the sensor. A rig without moments has M = 0.
+F, M: force and moment about the sensor's origin, in its axes. `direction` is the unit vector of the joint's
+axis and `lever` = direction x r, with r from that axis to the sensor's origin: together direction . (r x F +
+M). F_0, M_0 are the tare, F_w = m g and M_w = c x m g the weight of what is mounted on the sensor. A rig
+without moments has M = 0.
 
-The rig file gives lever, direction and g at position 0 of all joints. Joints that turn the sensor (`chain`, from the base on)
-turn g, and each of them turns the axes of those before it: (direction, lever) is the velocity with which the joint moves the
-sensor's origin, so in the sensor's own axes
+The rig file gives lever, direction and g at position 0 of all joints. Joints that turn the sensor (`chain`,
+from the base on) turn g, and each of them turns the axes of those before it: (direction, lever) is the
+velocity with which the joint moves the sensor's origin, so in the sensor's own axes
 
     (u, v)_a <- Ad(exp(-(u, v)_n q_n)) ... Ad(exp(-(u, v)_(a+1) q_(a+1))) (u, v)_a        g <- R_n' ... R_1' g
 
-with every (u, v) on the right at position 0. Without a chain lever, direction and weight are what they are; a weight that does
-not turn is in the tare.
+with every (u, v) on the right at position 0. Without a chain lever, direction and weight are what they are; a
+weight that does not turn is in the tare.
 """
 
 from __future__ import annotations
@@ -43,7 +44,9 @@ def turn(vector: np.ndarray, at: int, axis: np.ndarray, angle: float) -> None:
 
 @compiled
 def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: float) -> None:
-    """Show (lever, direction) of a joint in axes that the joint (`direction`, `lever`) has turned by `angle`."""
+    """Show (lever, direction) of a joint in axes that the joint (`direction`, `lever`) has turned by
+    `angle`.
+    """
     turn(screw, 0, direction, -angle)
     turn(screw, 3, direction, -angle)
     u, v, w = direction[0], direction[1], direction[2]
@@ -62,7 +65,9 @@ def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: f
 
 @inlined
 def _pose(s: Record, p: Record) -> None:
-    """Write `screw` (lever, then direction of each joint) and `weight` (force, then moment) at the present positions."""
+    """Write `screw` (lever, then direction of each joint) and `weight` (force, then moment) at the present
+    positions.
+    """
     for axis in range(len(s.position_rad)):
         for i in range(3):
             s.screw[axis, i] = p.lever_m[axis, i]
@@ -104,17 +109,20 @@ def take_wrench(t: Record, s: Record, p: Record) -> None:
 
 @compiled
 def report_wrench(t: Record, s: Record) -> None:
-    """Tared force and moment into the tick: less the weight and the tare that is averaged over most samples."""
+    """Tared force and moment into the tick: less the weight and the tare that is averaged over most
+    samples.
+    """
     for i in range(3):
         t.force_tared_n[i], t.moment_tared_nm[i] = s.tared[i], s.tared[3 + i]
 
 
 @compiled
 def beside(s: Record, part: int) -> float:
-    """What of the tared force (`part` 0) or moment (3) lies beside every joint's lever or direction; N or N m.
+    """What of the tared force (`part` 0) or moment (3) lies beside every joint's lever or direction; N or
+    N m.
 
-    The part that turns no joint: what is left when its projections on the levers (directions), made perpendicular to each
-    other, are taken away. 0 on a rig whose levers have all three directions.
+    The part that turns no joint: what is left when its projections on the levers (directions), made
+    perpendicular to each other, are taken away. 0 on a rig whose levers have all three directions.
     """
     found = 0
     for axis in range(len(s.position_rad)):

@@ -1,4 +1,5 @@
-"""The feed-forward follows the friction that the watch sees: how far it may, and how fast it does (docs/theory.md 5.10).
+"""The feed-forward follows the friction that the watch sees: how far it may, and how fast it does
+(docs/theory.md 5.10).
 
 Pure functions. Factors are of the learned dry friction; 1 is as learned.
 """
@@ -18,7 +19,8 @@ from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.friction_tables import CAP_SHARE_MAX
 
 TIGHT = 0.015
-"""Standard error of a factor that is followed upwards, too: one and a half times what the method itself may be off by."""
+"""Standard error of a factor that is followed upwards, too: one and a half times what the method itself may
+be off by."""
 
 BOUND = "ADAPTATION_BOUND"
 """Name of the warning that the friction lies beyond what may be followed."""
@@ -39,13 +41,14 @@ class Bounds:
 def followed(
     factor: float, found: Estimate | None, bounds: Bounds, moved_s: float, *, frozen: bool = False
 ) -> float:
-    """The factor after `moved_s` more seconds of motion, by what the watch has found; always within the bounds.
+    """The factor after `moved_s` more seconds of motion, by what the watch has found; always within the
+    bounds.
 
     Notes
     -----
-    An estimate that is tight, and of this session for `SESSION_S`, is followed both ways. Of any other one only its far side
-    counts, three standard errors off, and only where that is below the factor: friction is surely less. Nothing moves while
-    `frozen`, or by an estimate that is not finite.
+    An estimate that is tight, and of this session for `SESSION_S`, is followed both ways. Of any other one
+    only its far side counts, three standard errors off, and only where that is below the factor: friction is
+    surely less. Nothing moves while `frozen`, or by an estimate that is not finite.
     """
     wanted = factor
     if found is not None and not frozen and math.isfinite(found.factor + found.factor_error):
@@ -56,15 +59,17 @@ def followed(
 
 
 def beyond(factor: float, found: Estimate | None, bounds: Bounds) -> str:
-    """Why the friction cannot be followed any further, in words; empty where it can, or is not surely beyond."""
+    """Why the friction cannot be followed any further, in words; empty where it can, or is not surely
+    beyond.
+    """
     if found is None or bounds.least < factor < bounds.most:
         return ""
     off = found.factor - factor if factor >= bounds.most else factor - found.factor
     if not off > SURE * found.factor_error:
         return ""
     return (
-        f"dry friction is {found.factor:.2f} times what was learned, and the compensation follows it no further than to "
-        f"{factor:.2f}: learn it anew (rtctl identify)"
+        f"dry friction is {found.factor:.2f} times what was learned, and the compensation follows it no "
+        f"further than to {factor:.2f}: learn it anew (rtctl identify)"
     )
 
 
@@ -75,15 +80,16 @@ def follows(axis: AxisTable, model: FrictionModel | None) -> bool:
 
 
 def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) -> tuple[AxisTable, float]:
-    """The axis with gains and cap as at the largest factor that its feed-forward may reach, and that factor, 1 to 1.1.
+    """The axis with gains and cap as at the largest factor that its feed-forward may reach, and that factor,
+    1 to 1.1.
 
     `T` is the control period, s.
 
     Notes
     -----
-    All of the feed-forward grows with the factor, its cap included, which never passes `CAP_SHARE_MAX` of the torque limit. The
-    factor is the largest that passes the two-line test (docs/theory.md 5.3) and leaves the damping that the coupling is proved
-    with; 1 where the test fails at 1 already, or nothing is followed.
+    All of the feed-forward grows with the factor, its cap included, which never passes `CAP_SHARE_MAX` of the
+    torque limit. The factor is the largest that passes the two-line test (docs/theory.md 5.3) and leaves the
+    damping that the coupling is proved with; 1 where the test fails at 1 already, or nothing is followed.
     """
     if not follows(axis, model):
         return axis, 1.0

@@ -21,9 +21,10 @@ from rtctl.rig_file.config import LoadedConfig
 class Advice:
     """Gain and cap of one axis with a model and a feed-forward: as set, and as recommended.
 
-    `margin_nm` is the two-line margin of what is set, N m; `gated` is whether its policy has a force gate. `gain_max` is the largest gain that passes, with
-    the cap at that gain times the least dry friction; `gain_recommended` and `cap_share_recommended` are what
-    `rtctl fit` suggests to begin with. Temperatures (degC) are those the model was learned at, None unknown.
+    `margin_nm` is the two-line margin of what is set, N m; `gated` is whether its policy has a force gate.
+    `gain_max` is the largest gain that passes, with the cap at that gain times the least dry friction;
+    `gain_recommended` and `cap_share_recommended` are what `rtctl fit` suggests to begin with. Temperatures
+    (degC) are those the model was learned at, None unknown.
     """
 
     axis: str
@@ -59,7 +60,10 @@ class Advice:
             )
         if self.ok:
             return f"{set_to} passes the two-line test of its model; {advised}"
-        gate = ". Until then the force gate and the account of the compensation keep a feed-forward of the wrong sign from driving the device"
+        gate = (
+            ". Until then the force gate and the account of the compensation keep a feed-forward of the "
+            "wrong sign from driving the device"
+        )
         short = words(f"{-self.margin_nm:.4g} N m", self.motion)
         failed = f"{set_to} fails the two-line test of its model by {short}; {advised}"
         return failed + (gate if self.gated else "")

@@ -1,4 +1,6 @@
-"""The band of a learned curve: within it lies, of a session that was not learned from, 95 % of what is measured."""
+"""The band of a learned curve: within it lies, of a session that was not learned from, 95 % of what is
+measured.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +14,11 @@ LEVEL = 0.95
 
 @dataclass(frozen=True)
 class Band:
-    """Half width about the curve, N m, by regions of speed: region i lies below `edges_rad_s[i]`, the last above them all.
+    """Half width about the curve, N m, by regions of speed: region i lies below `edges_rad_s[i]`, the last
+    above them all.
 
-    `way` of `learn.hold_out.WAYS` says what was held out together, `units` how many of them, `errors` how many held-out errors
-    the widths are from, both directions together.
+    `way` of `learn.hold_out.WAYS` says what was held out together, `units` how many of them, `errors` how
+    many held-out errors the widths are from, both directions together.
     """
 
     edges_rad_s: tuple[float, ...]

@@ -24,7 +24,8 @@ SCHEMA = 2
 
 Number = Annotated[float, Field(ge=-1e15, le=1e15)]
 Coefficient = Annotated[float, Field(ge=-1e30, le=1e30)]
-"""Coefficients of a cubic: between two knots nm/s apart, as points of a carriage at even speeds are, the third is 1e17 N/(m/s)^3 and harmless."""
+"""Coefficients of a cubic: between two knots nm/s apart, as points of a carriage at even speeds are, the
+third is 1e17 N/(m/s)^3 and harmless."""
 Torque = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=0, le=1e4)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]

@@ -1,4 +1,6 @@
-"""Ticks thinned out to some 200 a second: means of whole bins, so that noise is averaged and nothing aliases."""
+"""Ticks thinned out to some 200 a second: means of whole bins, so that noise is averaged and nothing
+aliases.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,9 @@ RATE_HZ = 200.0
 
 @dataclass(frozen=True)
 class Bins:
-    """Whole bins. `number` (n,) counts on the grid of time, a step of 1 where nothing is missing; the others are (n, axes)."""
+    """Whole bins. `number` (n,) counts on the grid of time, a step of 1 where nothing is missing; the others
+    are (n, axes).
+    """
 
     number: np.ndarray
     position_rad: np.ndarray
@@ -41,9 +45,11 @@ class Binning:
         ticks
             Numbers of the ticks, shape (n,), rising over all calls.
         usable
-            Which of them say something, shape (n,). A bin with a tick that does not, or that is missing, is none.
+            Which of them say something, shape (n,). A bin with a tick that does not, or that is missing, is
+            none.
         values
-            Position (rad), all torques on the joint (N m), and share by which its place is trusted, shape (3, n, axes).
+            Position (rad), all torques on the joint (N m), and share by which its place is trusted, shape (3,
+            n, axes).
         """
         if self._left is not None:
             before = self._left

@@ -1,4 +1,5 @@
-"""What one axis' compensation rests on: curve, inertia, bristles and feed-forward, read from the law's own arrays.
+"""What one axis' compensation rests on: curve, inertia, bristles and feed-forward, read from the law's own
+arrays.
 
 A running host and a recording both have these arrays, hence both watch the friction by the same facts.
 """
@@ -24,7 +25,8 @@ SPEED_MIN_SHARE = 0.015
 _GRID = 400
 
 _UPPER = 0.5
-"""Viscous friction is the slope of the curve above this share of the trained range, where the Stribeck part has died out,"""
+"""Viscous friction is the slope of the curve above this share of the trained range, where the Stribeck part
+has died out,"""
 
 _DRY_LEAST = 0.5
 """as long as so much of the least friction is left dry."""
@@ -49,14 +51,18 @@ class Deployed:
     viscous_gain: float
     cap_nm: float
     place_shift_rad: float | None = None
-    """Position where the model has its 0; None where it is used without places: friction is watched by speed alone."""
+    """Position where the model has its 0; None where it is used without places: friction is watched by speed
+    alone."""
 
     pushes: bool = True
-    """Whether the watch takes off the torque that a place alone exerts (cogging); False where its waves are too quick for the law to see, and no encoder knows them."""
+    """Whether the watch takes off the torque that a place alone exerts (cogging); False where its waves are
+    too quick for the law to see, and no encoder knows them."""
 
     @property
     def identity(self) -> str:
-        """Checksum of all that the watched factor is relative to: another model or inertia, another checksum."""
+        """Checksum of all that the watched factor is relative to: another model or inertia, another
+        checksum.
+        """
         facts = f"{self.inertia_kgm2!r} {self.presliding_rad!r}".encode()
         if self.place_shift_rad is not None:
             facts += f" {self.place_shift_rad!r}".encode()
@@ -79,7 +85,9 @@ class Deployed:
     def dry_nm(
         self, velocity: np.ndarray, position: np.ndarray | None = None, trust: np.ndarray | float = 1.0
     ) -> np.ndarray:
-        """Dry friction of the model at signed velocities, and at positions (rad) as far as they are trusted; a magnitude."""
+        """Dry friction of the model at signed velocities, and at positions (rad) as far as they are trusted;
+        a magnitude.
+        """
         speed, forward = np.abs(velocity), velocity >= 0
         dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
         if position is not None and self.place_shift_rad is not None:
@@ -92,20 +100,24 @@ class Deployed:
     def _slopes(self) -> tuple[float, float]:
         """Viscous slope of each direction: as the model says, or as its curve has it where that is more.
 
-        Model files of before `learn.fit.viscous_slope` went by the four fastest speeds say none where their points were few there. What is viscous in them
-        would be called dry, which drift is told by.
+        Model files of before `learn.fit.viscous_slope` went by the four fastest speeds say none where their
+        points were few there. What is viscous in them would be called dry, which drift is told by.
         """
         forward, backward = (_viscous_slope(self.model, way) for way in (0, 1))
         return forward, backward
 
     def pushed_nm(self, position: np.ndarray, trust: np.ndarray) -> np.ndarray:
-        """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted, N m."""
+        """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted,
+        N m.
+        """
         if self.place_shift_rad is None or not self.pushes:
             return np.zeros_like(position)
         return np.asarray(trust * of_conservative(self.model[0], position - self.place_shift_rad))
 
     def unloaded_nm(self, velocity: np.ndarray, hand_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
-        """Hand's and motor's torque together, less what the load of both adds to the friction at these velocities, N m."""
+        """Hand's and motor's torque together, less what the load of both adds to the friction at these
+        velocities, N m.
+        """
         torque, row = hand_nm + motor_nm, self.model[0]
         if not row["load_most_nm"] > 0:
             return np.asarray(torque)
@@ -124,7 +136,9 @@ class Deployed:
         return np.asarray(np.where(velocity >= 0, forward, backward))
 
     def least_factor(self, share: float = 1.0) -> float:
-        """Factor of the dry friction below which `share` of the feed-forward exceeds the joint's friction at some speed."""
+        """Factor of the dry friction below which `share` of the feed-forward exceeds the joint's friction at
+        some speed.
+        """
         found = 0.0
         for direction in (1.0, -1.0):
             v = direction * np.linspace(self.speed_min_rad_s, self.speed_max_rad_s, _GRID)
@@ -175,7 +189,9 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
 
 
 def _viscous_slope(model: np.ndarray, branch: int) -> float:
-    """Viscous slope of one direction, N m s/rad: the model's, or the median slope of its curve at the faster speeds where that is more."""
+    """Viscous slope of one direction, N m s/rad: the model's, or the median slope of its curve at the faster
+    speeds where that is more.
+    """
     told, top = float(model["viscous_nms_rad"][0, branch]), float(model["speed_max_rad_s"][0, branch])
     v = np.linspace(SPEED_MIN_SHARE * top, top, _GRID)
     friction = _curve(model, branch, v)
@@ -186,7 +202,9 @@ def _viscous_slope(model: np.ndarray, branch: int) -> float:
 
 
 def _curve(model: np.ndarray, branch: int, speed: np.ndarray) -> np.ndarray:
-    """The compiled curve of one direction at speeds >= 0, as `control.friction_curve.branch_magnitude` has it, for arrays."""
+    """The compiled curve of one direction at speeds >= 0, as `control.friction_curve.branch_magnitude` has
+    it, for arrays.
+    """
     row = model[0]
     n = min(int(row["n_segments"][branch]), MAX_SEGMENTS)
     knot = row["knot_rad_s"][branch][: n + 1]

@@ -1,14 +1,17 @@
 """Factor of the dry friction and offset from sums over strokes, with honest intervals (docs/theory.md 5.9).
 
-Least squares over  tau - J a - b v = m s F + d F + e J a + c b v + k x + o  (`rtctl.friction.drift_strokes`), an offset for each session that may wander:
-taken as constant, a sensor's zero that moves within the window is told as friction of strokes that are mostly one way early and the other way late.
-What a motion cannot tell is bounded by what is known before it: the two directions rarely drift apart (d), the rig file's
-inertia is about right (e), and so are the sensors' zeros (o) and what a spring or a weight may pull with (k). Viscous friction is what was learned (c) unless
-the motion says otherwise, surely: at one speed it is not told from dry friction, over many it is. Forward stronger than backward and an offset are nearly the same
-thing where F changes little with speed: the factor of one direction therefore has the wider interval.
+Least squares over  tau - J a - b v = m s F + d F + e J a + c b v + k x + o  (`rtctl.friction.drift_strokes`),
+an offset for each session that may wander: taken as constant, a sensor's zero that moves within the window is
+told as friction of strokes that are mostly one way early and the other way late. What a motion cannot tell is
+bounded by what is known before it: the two directions rarely drift apart (d), the rig file's inertia is about
+right (e), and so are the sensors' zeros (o) and what a spring or a weight may pull with (k). Viscous friction
+is what was learned (c) unless the motion says otherwise, surely: at one speed it is not told from dry
+friction, over many it is. Forward stronger than backward and an offset are nearly the same thing where F
+changes little with speed: the factor of one direction therefore has the wider interval.
 
-Rows of one stroke are no independent witnesses. So a stroke counts as one observation against what is known before,
-and standard errors are clustered by stroke: cov = A^-1 (sum of u u' + P) A^-1, u the score of one stroke.
+Rows of one stroke are no independent witnesses. So a stroke counts as one observation against what is known
+before, and standard errors are clustered by stroke: cov = A^-1 (sum of u u' + P) A^-1, u the score of one
+stroke.
 """
 
 from __future__ import annotations
@@ -22,7 +25,8 @@ from rtctl.friction.drift_deployed import Deployed
 from rtctl.friction.drift_strokes import COLUMNS, Strokes, unpacked
 
 DIRECTION, INERTIA, VISCOUS, PLACE = range(1, COLUMNS - 1)
-"""Places of the unknowns; 0 is the factor, the offsets come last: of each session, at times a few seconds apart."""
+"""Places of the unknowns; 0 is the factor, the offsets come last: of each session, at times a few seconds
+apart."""
 
 STROKES_MIN = 6
 """Fewest strokes in each direction that tell."""
@@ -60,7 +64,8 @@ SHAPE_MOST = 0.04
 """(of the dry friction at most; its largest error is no error of its shape)"""
 
 BESIDE_VISCOUS = 0.025
-"""and where the factor is left known to this standard error: in motion of few speeds it is not, and would jump. Else it only widens the interval, from"""
+"""and where the factor is left known to this standard error: in motion of few speeds it is not, and would
+jump. Else it only widens the interval, from"""
 
 VISCOUS_LIKELY = 1.0
 """standard errors on, by what the factor would be."""
@@ -69,18 +74,22 @@ VISCOUS_CALM = 0.02
 """a share with this standard deviation."""
 
 METHOD_FLOOR = 0.01
-"""What the method itself may be off by, as a standard deviation of the factor: bristles, cogging, lateness of the torques."""
+"""What the method itself may be off by, as a standard deviation of the factor: bristles, cogging, lateness of
+the torques."""
 
 DIRECTION_FLOOR = 0.03
-"""What it may be off by in the factor of one direction, and in the offset as a share of the dry friction: what tells the two apart is how F changes with
-speed, which the model has to a hundredth of F, and that is a good part of the change."""
+"""What it may be off by in the factor of one direction, and in the offset as a share of the dry friction:
+what tells the two apart is how F changes with speed, which the model has to a hundredth of F, and that is a
+good part of the change."""
 
 _SESSIONS = 8
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What the last strokes of one axis say. Factors are of the model's dry friction, each with its standard error."""
+    """What the last strokes of one axis say. Factors are of the model's dry friction, each with its standard
+    error.
+    """
 
     factor: float
     factor_error: float
@@ -157,10 +166,11 @@ def _newest_sessions(table: np.ndarray) -> np.ndarray:
 def _offsets(
     rows: np.ndarray, session: np.ndarray, apart: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Which unknowns each column of a stroke is of, (strokes, `COLUMNS`, unknowns), what is known of the offsets before, in shares of the dry friction, and their moves.
+    """Which unknowns each column of a stroke is of, (strokes, `COLUMNS`, unknowns), what is known of the
+    offsets before, in shares of the dry friction, and their moves.
 
-    The offset is linear between knots, some `apart` rows from one another, and moves from one to the next by chance: a row of the moves, (moves, unknowns), gives one as if
-    it were over `apart` rows.
+    The offset is linear between knots, some `apart` rows from one another, and moves from one to the next by
+    chance: a row of the moves, (moves, unknowns), gives one as if it were over `apart` rows.
     """
     shares, known, moves = np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, COLUMNS - 1))
     for one in range(int(session.max()) + 1):
@@ -185,7 +195,9 @@ def _offsets(
 
 @dataclass(frozen=True)
 class _Sums:
-    """Normal equations of each stroke (`zz`, `zy`) and of all (`A`, `b`), rows of each; the least variance of a row."""
+    """Normal equations of each stroke (`zz`, `zy`) and of all (`A`, `b`), rows of each; the least variance of
+    a row.
+    """
 
     A: np.ndarray
     b: np.ndarray
@@ -205,9 +217,11 @@ def _summed(table: np.ndarray, of: np.ndarray, least: float) -> _Sums:
 
 
 def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """What is `known`, with offsets whose moves (shares of the dry friction) are as large as these strokes show them to be, within bounds.
+    """What is `known`, with offsets whose moves (shares of the dry friction) are as large as these strokes
+    show them to be, within bounds.
 
-    Each round takes the mean square of the moves that are found, and of what is left open of them, for their variance.
+    Each round takes the mean square of the moves that are found, and of what is left open of them, for their
+    variance.
     """
     share = WANDER_SHARE
     for _ in range(_WANDER_ROUNDS):
@@ -219,7 +233,8 @@ def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
 
 
 def _beside_viscous(sums: _Sums, known: np.ndarray, doubt_nm: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and what that may hide of the factor.
+    """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and
+    what that may hide of the factor.
 
     What the model may err by over speed, `doubt_nm`, is no viscous friction.
     """
@@ -243,7 +258,9 @@ def _spread(zz: np.ndarray, session: np.ndarray) -> float:
 
 
 def _solved(sums: _Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients and their covariance, clustered by stroke; a stroke is one observation against what is `known`."""
+    """Coefficients and their covariance, clustered by stroke; a stroke is one observation against what is
+    `known`.
+    """
     rows, per_stroke, clusters = float(sums.rows.sum()), float(sums.rows.mean()), len(sums.rows)
     scale = per_stroke * max(sums.yy / rows, sums.least)
     found: np.ndarray = np.zeros(len(sums.b))

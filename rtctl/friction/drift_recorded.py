@@ -36,13 +36,15 @@ def over_ticks(
     batches
         Ticks, in order.
     missing
-        Fields of a tick that are not in the recording. Where it does not say which places were trusted, those that were given were.
+        Fields of a tick that are not in the recording. Where it does not say which places were trusted, those
+        that were given were.
 
     Returns
     -------
     list of dict
-        `axis`, what `as_told` gives of the end, `warning` and `stop` (words, or empty), and `history`: `time_s` since the
-        first tick, and the same again, every `STEP_S` of the recording in which something new was seen.
+        `axis`, what `as_told` gives of the end, `warning` and `stop` (words, or empty), and `history`:
+        `time_s` since the first tick, and the same again, every `STEP_S` of the recording in which something
+        new was seen.
 
     Raises
     ------
@@ -81,7 +83,8 @@ def over_ticks(
 
 
 def told(axis: AxisWatch) -> dict[str, Any]:
-    """What is known of an axis, for telemetry and reports: numbers with their intervals, None where nothing is.
+    """What is known of an axis, for telemetry and reports: numbers with their intervals, None where nothing
+    is.
 
     Intervals are two standard errors wide on either side, what the method may err by included.
     """

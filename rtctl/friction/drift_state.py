@@ -40,12 +40,16 @@ def write(folder: Path, devices: str, axes: Mapping[str, Mapping[str, Any]]) -> 
 
 
 def read(folder: Path, devices: str) -> dict[str, Any]:
-    """What was kept, by the name of the axis; nothing from a file that is missing, damaged or of other devices."""
+    """What was kept, by the name of the axis; nothing from a file that is missing, damaged or of other
+    devices.
+    """
     return state_file.read(folder / NAME, devices, MOST_BYTES)
 
 
 def restore(axis: AxisWatch, kept: object) -> bool:
-    """Take up what was kept of this axis, as of earlier sessions; False where it is not of this axis or no such thing."""
+    """Take up what was kept of this axis, as of earlier sessions; False where it is not of this axis or no
+    such thing.
+    """
     if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
         return False
     table = _table(kept.get("strokes"))

@@ -1,8 +1,10 @@
 """What is remembered of the motion: sums over each of the last strokes, in fixed memory.
 
-A row says  tau - J a - b v = m s F + d F + e J a + c b v + k (x - x_0) + o + noise,  s = sgn v, F the model's dry friction, at its place as far as that is trusted: m is the factor
-of the dry friction, d half of what the factors of the two directions differ by, e and c the shares that inertia and viscous friction are off by, k a spring that nobody told of
-(x_0 where the session began to slide), o the offset of the session (of the force sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
+A row says  tau - J a - b v = m s F + d F + e J a + c b v + k (x - x_0) + o + noise,  s = sgn v, F the model's
+dry friction, at its place as far as that is trusted: m is the factor of the dry friction, d half of what the
+factors of the two directions differ by, e and c the shares that inertia and viscous friction are off by, k a
+spring that nobody told of (x_0 where the session began to slide), o the offset of the session (of the force
+sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
 standard errors clustered by stroke ask for.
 """
 
@@ -26,15 +28,16 @@ PIECE_ROWS = 200
 """A longer stroke counts as several: a joint that turns for minutes shows more than one place."""
 
 MOTION_FACTOR = 2.0
-"""Strokes that ended so many windows of motion ago are forgotten, too: a joint that sticks and slips, or hardly leaves the presliding, shows
-little sliding, and a window of sliding alone would reach minutes back, to before a change."""
+"""Strokes that ended so many windows of motion ago are forgotten, too: a joint that sticks and slips, or
+hardly leaves the presliding, shows little sliding, and a window of sliding alone would reach minutes back, to
+before a change."""
 
 KEPT_STROKES = 16
 """So many of the newest are never forgotten for that: fewer tell nothing."""
 
 LATE_SHARE = 0.03
-"""Rows whose friction by the curve was another by this share one presliding length ago are left out: bristles follow the curve so far behind, by some percent where
-a joint gets faster out of a high peak."""
+"""Rows whose friction by the curve was another by this share one presliding length ago are left out: bristles
+follow the curve so far behind, by some percent where a joint gets faster out of a high peak."""
 
 ROWS_MIN = 4
 """A shorter stroke says nothing."""
@@ -85,7 +88,9 @@ class Strokes:
         self._from = None
 
     def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
-        """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among them."""
+        """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among
+        them.
+        """
         self._moved += moved
         rows = settled(rows, by)
         if len(rows.velocity) == 0:

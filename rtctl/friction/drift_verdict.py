@@ -9,8 +9,9 @@ NAME = "FRICTION_DRIFT"
 STOPPED = "OVERCOMPENSATION"
 
 TOLD_SHARE = 0.7
-"""A change of `warn_share` is told for sure where the estimate errs by three in ten of it, hence from this share of it on: two of them
-are the method's, the third is that part of the model's dry friction which is viscous in truth and did not change."""
+"""A change of `warn_share` is told for sure where the estimate errs by three in ten of it, hence from this
+share of it on: two of them are the method's, the third is that part of the model's dry friction which is
+viscous in truth and did not change."""
 
 SURE_SHARE = 0.5
 """Least of the allowed change that lies beyond the interval's far side: else it might be none."""
@@ -26,7 +27,9 @@ SESSION_S = 10.0
 
 
 def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
-    """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says itself of sliding."""
+    """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says
+    itself of sliding.
+    """
     return max(
         TOLD_SHARE * warn_share, min(warn_share, by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm)
     )
@@ -49,16 +52,17 @@ def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -
 def _said(found: Estimate) -> str:
     low, high = found.factor - 2.0 * found.factor_error, found.factor + 2.0 * found.factor_error
     return (
-        f"dry friction is {found.factor:.2f} ({low:.2f} to {high:.2f}) times what was learned, by {found.seconds:.0f} s of motion: "
-        "learn it anew (rtctl identify)"
+        f"dry friction is {found.factor:.2f} ({low:.2f} to {high:.2f}) times what was learned, by "
+        f"{found.seconds:.0f} s of motion: learn it anew (rtctl identify)"
     )
 
 
 def overcompensated(found: Estimate, by: Deployed, share: float) -> str:
-    """Why the rig must not go on; empty where it may. `share` of the configured feed-forward is in force, 0 to 1.
+    """Why the rig must not go on; empty where it may. `share` of the configured feed-forward is in force,
+    0 to 1.
 
-    The whole interval of the factor, three standard errors, must lie below what the proofs suppose and below what the
-    feed-forward takes: then it gives more than the friction takes out, where it runs on.
+    The whole interval of the factor, three standard errors, must lie below what the proofs suppose and below
+    what the feed-forward takes: then it gives more than the friction takes out, where it runs on.
     """
     if not share > 0.0 or found.session_seconds < SESSION_S:
         return ""
@@ -67,6 +71,6 @@ def overcompensated(found: Estimate, by: Deployed, share: float) -> str:
     if not high < bound:
         return ""
     return (
-        f"dry friction is at most {high:.2f} times what was learned; below {bound:.2f} the compensation gives more than friction takes: "
-        "stopped; learn it anew (rtctl identify), or lower friction.gain"
+        f"dry friction is at most {high:.2f} times what was learned; below {bound:.2f} the compensation "
+        "gives more than friction takes: stopped; learn it anew (rtctl identify), or lower friction.gain"
     )

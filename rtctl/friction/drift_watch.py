@@ -54,8 +54,8 @@ class AxisWatch:
         self.stopped = ""
 
     def take_up(self, table: np.ndarray, *, warned: bool, factor: float = 1.0) -> None:
-        """Go on from strokes of an earlier run (`Strokes.table`) and from its factor, within the bounds of this one; `warned`:
-        there was a warning then. Nothing is stopped for them.
+        """Go on from strokes of an earlier run (`Strokes.table`) and from its factor, within the bounds of
+        this one; `warned`: there was a warning then. Nothing is stopped for them.
         """
         if self.bounds is not None:
             self.factor = min(max(factor, self.bounds.least), self.bounds.most)
@@ -81,7 +81,9 @@ class AxisWatch:
             self.stopped = verdict.overcompensated(found, self.by, share)
 
     def adapt(self, moved_s: float, *, faulty: bool) -> None:
-        """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP or beside a fault."""
+        """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP
+        or beside a fault.
+        """
         if self.bounds is not None:
             frozen = faulty or bool(self.stopped) or not self.following
             self.factor = adaptation.followed(self.factor, self.found, self.bounds, moved_s, frozen=frozen)
@@ -157,7 +159,9 @@ class RigWatch:
         return True
 
     def _torque(self, rows: np.ndarray) -> np.ndarray:
-        """Torque on each joint with that of its place, less what its load adds to the friction, as far as the model knows these, N m, shape (n, axes)."""
+        """Torque on each joint with that of its place, less what its load adds to the friction, as far as the
+        model knows these, N m, shape (n, axes).
+        """
         hand, motor, velocity = rows["hand_torque_nm"], rows["motor_torque_nm"], rows["velocity_rad_s"]
         torque: np.ndarray = motor + hand
         for a, axis in enumerate(self.axes):
@@ -173,7 +177,9 @@ class RigWatch:
         return float(row["compensation"][a] * factor / self._largest[a])
 
     def _sessions(self, moving: np.ndarray) -> None:
-        """Where the motor is switched on, a session begins; what stands before that in the same block is taken as its own."""
+        """Where the motor is switched on, a session begins; what stands before that in the same block is
+        taken as its own.
+        """
         before = np.concatenate([[self._powered], moving[:-1]])
         self._powered = bool(moving[-1])
         if not (moving & ~before).any():
@@ -184,7 +190,9 @@ class RigWatch:
 
 
 def _bounds(params: np.void, a: int) -> adaptation.Bounds | None:
-    """Bounds of what the feed-forward of axis `a` follows, as the law has them; None where it follows nothing."""
+    """Bounds of what the feed-forward of axis `a` follows, as the law has them; None where it follows
+    nothing.
+    """
     step, largest = float(params["friction_change_step"][a]), 1.0 + float(params["friction_raise"][a])
     return adaptation.Bounds(FACTOR_LEAST, largest, step / float(params["period_s"])) if step > 0 else None
 

@@ -21,7 +21,8 @@ _HALVINGS = 10
 _GRID = 4000
 
 START_SHARE = 0.9
-"""Share of the largest gain that passes with which a rig file should begin. The rest is for what no test knows."""
+"""Share of the largest gain that passes with which a rig file should begin. The rest is for what no test
+knows."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,5 @@
-"""What is known for sure of an axis' dry friction: its least torque, its presliding length, and the account on both.
+"""What is known for sure of an axis' dry friction: its least torque, its presliding length, and the account
+on both.
 
 One place for the rules, used by the plan of the law and by `rtctl check`.
 """
@@ -14,8 +15,9 @@ from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
 
 LENGTH_FACTOR = 1.5
-"""The credited bristles are this much longer than the presliding length: LuGre's approach sliding slowly. By brute
-force over loops of any amplitude 1.0 is enough for LuGre and Maxwell-slip in slow motion; the rest is for fast motion."""
+"""The credited bristles are this much longer than the presliding length: LuGre's approach sliding slowly. By
+brute force over loops of any amplitude 1.0 is enough for LuGre and Maxwell-slip in slow motion; the rest is
+for fast motion."""
 
 SPREADS = 2.0
 """Standard deviations of the measured length that are added to it."""
@@ -24,21 +26,23 @@ LENGTH_UNKNOWN_RAD = 0.005
 """Presliding length where nobody measured one: longer than that of most geared joints (.5 to 2 mrad)."""
 
 BANK_LONGEST_RAD = 0.0115
-"""The account of the compensation holds what one turn costs, of bristles of this length at most (7.7 mrad of presliding): 4 mJ of a joint that holds .35 N m.
-Where the bank is less than a turn costs, help goes in the middle of each stroke. What a hand may be given by it grows with the joint's own friction: a joint of
-10 N m whose bank was 4 mJ lost its help at each turn."""
+"""The account of the compensation holds what one turn costs, of bristles of this length at most (7.7 mrad of
+presliding): 4 mJ of a joint that holds .35 N m. Where the bank is less than a turn costs, help goes in the
+middle of each stroke. What a hand may be given by it grows with the joint's own friction: a joint of 10 N m
+whose bank was 4 mJ lost its help at each turn."""
 
 TURN_SHARE = 0.8
-"""Share of the presliding length over which a stop operator turns: bristles bent to one end turn up to twice as steeply as the straight line
-of the length, LuGre's, or just as steeply, elasto-plastic ones."""
+"""Share of the presliding length over which a stop operator turns: bristles bent to one end turn up to twice
+as steeply as the straight line of the length, LuGre's, or just as steeply, elasto-plastic ones."""
 
 INTENT_SHARE, GATE_SHARE = 0.2, 0.1
-"""Hand torques at which intent saturates and the gate is open, of the least dry friction: which hands are left at rest was measured with these."""
+"""Hand torques at which intent saturates and the gate is open, of the least dry friction: which hands are
+left at rest was measured with these."""
 
 GATE_DEADBAND_SHARE, GATE_DEADBAND_MOST_NM = 0.01, 0.002
 OBSERVER_DEADBAND_SHARE, OBSERVER_DEADBAND_MOST_NM = 0.015, 0.003
-"""Dead bands of gate and observer where the rig file names none: of the least dry friction, and at most so much. On a joint whose friction is less than they
-the gate never opened."""
+"""Dead bands of gate and observer where the rig file names none: of the least dry friction, and at most so
+much. On a joint whose friction is less than they the gate never opened."""
 
 DRY_UNKNOWN_NM = 0.25
 """Dry friction that intent and gate go by where no model and no rig file tells any."""
@@ -52,11 +56,14 @@ class Guarantee:
     """Facts of one axis. Torques in N m, lengths in rad, energies in J."""
 
     floor_nm: float
-    """Dry friction that is there at every trained speed, place and within the stated drift; 0 without a model."""
+    """Dry friction that is there at every trained speed, place and within the stated drift; 0 without a
+    model."""
     doubt_nm: float
-    """How far below the learned curve friction may be, with what was measured of its error and its places, and the drift."""
+    """How far below the learned curve friction may be, with what was measured of its error and its places,
+    and the drift."""
     sliding_doubt_nm: float
-    """Doubt of sliding alone, without what is known to be off where the joint may stick: for the drift watch, no proof rests on it."""
+    """Doubt of sliding alone, without what is known to be off where the joint may stick: for the drift watch,
+    no proof rests on it."""
     place_doubt_nm: float
     """The same without what places differ by, where the watch goes by them."""
     peak_nm: float
@@ -70,7 +77,8 @@ class Guarantee:
     bank_j: float
     """Bank of the compensation's account (`control.assistance`)."""
     intent_nm: float
-    """Torque of the hand at which intent saturates: as the rig file says, or a share of the least dry friction."""
+    """Torque of the hand at which intent saturates: as the rig file says, or a share of the least dry
+    friction."""
     gate_nm: float
     """Torque of the hand that opens the force gate, likewise."""
     gate_deadband_nm: float
@@ -94,12 +102,15 @@ class Guarantee:
 
     @property
     def given_most_j(self) -> float:
-        """Most energy that the compensation gives a hand over any stretch of time, J (`control.assistance`)."""
+        """Most energy that the compensation gives a hand over any stretch of time, J
+        (`control.assistance`).
+        """
         return 2 * self.bank_j + 0.5 * self.peak_nm * self.credited_rad
 
 
 RELEASE_COUNTS = 3.5
-"""Counts by which the torque of a coupling that is answered late may be off where a flicker of the encoder ends (`control.flicker`)."""
+"""Counts by which the torque of a coupling that is answered late may be off where a flicker of the encoder
+ends (`control.flicker`)."""
 
 
 def holding_friction_nm(axis: AxisTable, dry_share: float) -> float:
@@ -111,22 +122,27 @@ def holding_friction_nm(axis: AxisTable, dry_share: float) -> float:
 
 
 def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
-    """True where dry friction surely holds the joint while a flicker of its encoder is not answered, and when that ends.
+    """True where dry friction surely holds the joint while a flicker of its encoder is not answered, and when
+    that ends.
 
-    Where it may not, a joint would glide from one edge of two counts to the other, on and on. `dry_share`: of the friction, on the encoder's
-    side of an elastic joint.
+    Where it may not, a joint would glide from one edge of two counts to the other, on and on. `dry_share`: of
+    the friction, on the encoder's side of an elastic joint.
     """
     holds_nm = max(sure.floor_nm, axis.dry_friction_nm)
     return holds_nm > 0 and holds_nm >= holding_friction_nm(axis, dry_share)
 
 
 def own(chosen: float, name: str, axis: AxisTable) -> float:
-    """A number chosen for a joint, by its name there, on this axis: a linear one has it as it is at a handle (`hw.motion`)."""
+    """A number chosen for a joint, by its name there, on this axis: a linear one has it as it is at a handle
+    (`hw.motion`).
+    """
     return chosen * at_handle(name) if axis.motion == "linear" else chosen
 
 
 def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGEST_RAD) -> float:
-    """Bank of the account of the help, J: what one turn costs a joint that holds `peak_nm` by bristles of `credited_rad`."""
+    """Bank of the account of the help, J: what one turn costs a joint that holds `peak_nm` by bristles of
+    `credited_rad`.
+    """
     return peak_nm * min(credited_rad, longest_rad)
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from rtctl.control.records import LOAD_CELLS
 
 LOOP_MOST = 0.5
-"""Most torque that the compensation of load may add for each N m that goes through the gear: `rtctl check` refuses more."""
+"""Most torque that the compensation of load may add for each N m that goes through the gear: `rtctl check`
+refuses more."""
 
 
 COEFFICIENTS = (
@@ -30,7 +31,9 @@ IN_LAW = (*COEFFICIENTS, "most_nm")
 def added_nm(
     of: Mapping[str, float], fall: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray
 ) -> np.ndarray:
-    """What the load adds, N m: `control.load_friction.load_magnitude` for arrays; `of` has the coefficients `IN_LAW` by name."""
+    """What the load adds, N m: `control.load_friction.load_magnitude` for arrays; `of` has the coefficients
+    `IN_LAW` by name.
+    """
     most = of["most_nm"]
     e, m = (np.clip(torque, -most, most) for torque in (outside_nm, motor_nm))
     against = e * m < 0
@@ -41,7 +44,9 @@ def added_nm(
 
 
 def peak_left(speed: np.ndarray, first: float, power: float, share: float, second: float) -> np.ndarray:
-    """Share of the peak that is left at each speed: (1 - share) exp(-(v / first)^power) + share exp(-(v / second)^power)."""
+    """Share of the peak that is left at each speed: (1 - share) exp(-(v / first)^power) + share exp(-(v /
+    second)^power).
+    """
     v = np.asarray(speed)
     return np.asarray(
         (1 - share) * np.exp(-((v / first) ** power)) + share * np.exp(-((v / second) ** power))
@@ -50,10 +55,11 @@ def peak_left(speed: np.ndarray, first: float, power: float, share: float, secon
 
 @dataclass(frozen=True)
 class Load:
-    """Coefficients of `learn.load_terms`, all >= 0: N m of friction per N m of the hand's and of the motor's torque.
+    """Coefficients of `learn.load_terms`, all >= 0: N m of friction per N m of the hand's and of the motor's
+    torque.
 
-    `outside` and `motor` hold at every speed; what ends in `_peak`, and the squares, which belong to one direction of the power
-    each, fall with speed as `peak_left` says.
+    `outside` and `motor` hold at every speed; what ends in `_peak`, and the squares, which belong to one
+    direction of the power each, fall with speed as `peak_left` says.
     """
 
     outside: float
@@ -73,7 +79,9 @@ class Load:
     second_rad_s: float = 1.0
 
     def added_nm(self, speed: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
-        """What the load adds, N m, at each speed (rad/s, >= 0) and pair of torques of one sign: `control.load_friction` for arrays."""
+        """What the load adds, N m, at each speed (rad/s, >= 0) and pair of torques of one sign:
+        `control.load_friction` for arrays.
+        """
         return added_nm(self.body(), self.fall(speed), outside_nm, motor_nm)
 
     def fall(self, speed: np.ndarray) -> np.ndarray:
@@ -105,7 +113,9 @@ class Load:
         return max(0.0, 1.0 - self.doubt_share)
 
     def fill(self, row: np.void) -> None:
-        """Fill the fields `load_` of a `MODEL` record whose trained range is known; the doubt is of the proofs, not of the law."""
+        """Fill the fields `load_` of a `MODEL` record whose trained range is known; the doubt is of the
+        proofs, not of the law.
+        """
         for name in IN_LAW:
             row[f"load_{name}"] = getattr(self, name)
         fastest = float(row["speed_max_rad_s"].max())

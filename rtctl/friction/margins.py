@@ -1,8 +1,8 @@
 """What a friction model and its feed-forward leave of one axis' passivity: curves in, figures out.
 
-Friction is taken at its lower bound, never below 0: the model minus what `friction.guarantee` says it may be off by (its
-largest known error, its spread over places, `drift_nm`). Beyond the trained range it is taken to rise from there with the rig file's `viscous_nms_rad`
-only, while the feed-forward fades out.
+Friction is taken at its lower bound, never below 0: the model minus what `friction.guarantee` says it may be
+off by (its largest known error, its spread over places, `drift_nm`). Beyond the trained range it is taken to
+rise from there with the rig file's `viscous_nms_rad` only, while the feed-forward fades out.
 """
 
 from __future__ import annotations
@@ -55,13 +55,15 @@ class FrictionFigures:
     conservative_swing_j: float = 0.0
     """Most energy that it gives from one place to another and takes back, J."""
     load_share: float = 0.0
-    """Torque that the compensation of load adds for each N m through the gear; 0 where it does not go by load."""
+    """Torque that the compensation of load adds for each N m through the gear; 0 where it does not go by
+    load."""
     load_loop: float = 0.0
     """The motor's part of it: of the coupling's own torque."""
     load_most_nm: float = 0.0
     """Most that load adds to the friction at torques up to the limit, N m, where the law goes by it."""
     factor_max: float = 1.0
-    """Largest factor of the learned friction that the feed-forward may go by: all of these are of that one."""
+    """Largest factor of the learned friction that the feed-forward may go by: all of these are of that
+    one."""
 
 
 @dataclass(frozen=True)
@@ -81,8 +83,8 @@ class _Curves:
 def _at_places(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray) -> list[_Curves]:
     """Sample the curves of one direction, with the feed-forward as the compiled law limits it.
 
-    Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction and its feed-forward;
-    of one that it goes by load with: without load and with most, likewise.
+    Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction
+    and its feed-forward; of one that it goes by load with: without load and with most, likewise.
     """
     part = model.branches[branch]
     tables = part.place_tables(model.place) if _by_place(model, axis) else None
@@ -109,7 +111,8 @@ def _curves(
     doubt_nm: float | None = None,
     load_nm: float = 0.0,
 ) -> _Curves:
-    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the curve of speed has it.
+    """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the
+    curve of speed has it.
 
     `load_nm` is what load adds, by the model; to the lower bound as far as it surely does.
     """
@@ -161,8 +164,8 @@ def friction_figures(
 ) -> FrictionFigures:
     """Figures of one axis, the worse of its two directions.
 
-    `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result. `between` is what
-    lies between law and joint; without it the delay of the rig file.
+    `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result.
+    `between` is what lies between law and joint; without it the delay of the rig file.
     """
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
@@ -220,7 +223,9 @@ def _by_load(model: FrictionModel, axis: AxisTable) -> bool:
 
 
 def most_load_nm(model: FrictionModel, axis: AxisTable) -> float:
-    """Most that load adds to the friction at torques up to the axis' limit, N m; 0 where the law does not go by load."""
+    """Most that load adds to the friction at torques up to the axis' limit, N m; 0 where the law does not go
+    by load.
+    """
     if model.load is None or not _by_load(model, axis):
         return 0.0
     return model.load.most_added_nm(axis.torque_limit_nm)
@@ -261,7 +266,9 @@ def conservative_swing_j(model: FrictionModel, axis: AxisTable) -> float:
 
 
 def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
-    """Most slope over position of what is compensated, N m/rad: of a spring, and of friction that changes from place to place."""
+    """Most slope over position of what is compensated, N m/rad: of a spring, and of friction that changes
+    from place to place.
+    """
     if not _by_place(model, axis):
         return 0.0
     spring = 0.0 if model.conservative is None else model.conservative.steepest_nm_rad
@@ -269,7 +276,9 @@ def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
 
 
 def _drag(c: _Curves, error_nm: float) -> tuple[float, float]:
-    """Least friction over speed, N m s/rad, with the model's error on its side, and the speed where it is least."""
+    """Least friction over speed, N m s/rad, with the model's error on its side, and the speed where it is
+    least.
+    """
     moving = c.v > 0
     drag = (c.F_hat[moving] + error_nm) / c.v[moving]
     at = int(np.argmin(drag))

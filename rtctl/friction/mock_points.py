@@ -160,7 +160,7 @@ def _break_away(
     positions_rad: np.ndarray,
     currents_a: np.ndarray,
 ) -> int:
-    """Ramp the current by `step_a` a tick until the joint moves; returns the tick where the motion began, or -1.
+    """Ramp the current by `step_a` a tick until the joint moves; the tick where motion began, or -1.
 
     Fills `positions_rad` and `currents_a`, whose length is the most ticks it takes.
     """
@@ -174,7 +174,7 @@ def _break_away(
 
 
 def _come_to_rest(rig: Rig) -> None:
-    """Motor off until the joint has stayed within `REST_COUNTS` for `PAUSE_S`: soft bristles swing on for a while, which is no break-away."""
+    """Motor off until the joint has stayed within `REST_COUNTS` for `PAUSE_S`: soft bristles swing on."""
     params, state = rig.plant
     for _ in range(round(REST_MOST_S / PAUSE_S)):
         seen = []

@@ -31,8 +31,9 @@ class Branch:
     speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`. `kind` and
     `parameters` are those of `curves.Curve`; `hyper_parameters` are what the training was given or found.
     `place_spread_nm` is the largest shortfall of the friction below the curve at any place and speed that was
-    visited, 0 or more; None where the points do not say. `test_max_error_nm` is the largest error on test points,
-    `single_max_error_nm` the largest that a single measurement behind the points is expected to have; None: not known.
+    visited, 0 or more; None where the points do not say. `test_max_error_nm` is the largest error on test
+    points, `single_max_error_nm` the largest that a single measurement behind the points is expected to have;
+    None: not known.
     """
 
     support_vectors: np.ndarray
@@ -56,9 +57,9 @@ class Branch:
     test_max_error_nm: float | None = None
     single_max_error_nm: float | None = None
     sliding_doubt_nm: float | None = None
-    """Most that friction was off the curve at any place, at speeds that surely slide (`drift_deployed.SPEED_MIN_SHARE`); None: not known."""
+    """Most that friction was off the curve at any place, at speeds that surely slide; None: not known."""
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
-    """Position of each support vector, rad, of a model with a kernel of place (`FrictionModel.place`); else empty."""
+    """Position of each support vector, rad, of a model with a kernel of place; else empty."""
     parts: tuple[tuple[float, Curve], ...] = ()
     """Curves that a mean is of, each with its share (`kinds.mean`); else empty."""
     band: Band | None = None
@@ -81,7 +82,7 @@ class Branch:
         return self.curve(np.minimum(speed, self.speed_max_rad_s))
 
     def kernel_sum(self, speed: np.ndarray) -> np.ndarray:
-        """Evaluate the learned curve uncompiled at each speed >= 0, N m; not held beyond the trained range."""
+        """Evaluate the learned curve at each speed >= 0, N m; not held beyond the trained range."""
         return self.source(speed)
 
     @property
@@ -97,7 +98,7 @@ class Branch:
 
     @property
     def secant_damping_nms_rad(self) -> float:
-        """Damping this friction is worth to a passivity proof: least (curve - largest error) / v, N m s/rad."""
+        """Damping it is worth to a passivity proof: least (curve - largest error) / v, N m s/rad."""
         return self.curve.least_secant(self.speed_max_rad_s, self.error_max_nm)
 
     @property
@@ -107,7 +108,7 @@ class Branch:
 
     @property
     def error_max_nm(self) -> float:
-        """Largest known error of the curve: trained, held-out and test points, single measurements behind them, and the band, N m."""
+        """Largest known error of the curve, N m: all points, measurements behind them, and the band."""
         band_nm = 0.0 if self.band is None else self.band.widest_nm
         beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0, band_nm)
         return max(self.train_max_error_nm, self.validation_max_error_nm, *beside)
@@ -136,18 +137,19 @@ class FrictionModel:
     selection: str = ""
     """Why this model was chosen, in words."""
     presliding_rad: float | None = None
-    """Presliding length, rad: break-away torque over the initial slope of torque over position, as `presliding`
-    defines and measures it (F_s / sigma0 of LuGre); mean over all ramps, both directions. None: not measured."""
+    """Presliding length, rad: break-away torque over the initial slope of torque over position, as
+    `presliding` defines and measures it (F_s / sigma0 of LuGre); mean over all ramps, both directions. None:
+    not measured."""
     presliding_spread_rad: float | None = None
-    """Standard deviation of one ramp's presliding length, rad; None: not measured, or the length given by hand."""
+    """Standard deviation of one ramp's presliding length, rad; None: not measured, or given by hand."""
     presliding_ramps: int = 0
     """Ramps behind the presliding length; 0 when it was not measured, or given by hand."""
     place: PlaceKernel | None = None
-    """Kernel of place that both branches were learned with: their curves are then the mean over a turn. None: of speed alone."""
+    """Kernel of place of both branches, whose curves are then means over a turn. None: of speed alone."""
     conservative: Harmonics | None = None
     """Torque of the joint's place alone (cogging, ripple); None: not measured, or none found."""
     load: Load | None = None
-    """What the torque through the gear adds: the curves are then those of a gear without load. None: curves over all loads."""
+    """What the load adds: the curves are then those of a gear without load. None: over all loads."""
 
     def magnitude(self, velocity: np.ndarray | float) -> np.ndarray:
         """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.
@@ -171,7 +173,7 @@ class FrictionModel:
 
     @property
     def place_spread_nm(self) -> np.ndarray | None:
-        """Largest shortfall below the curve at any visited place per branch, N m, shape (2,); None: unknown."""
+        """Largest shortfall below the curve at any place per branch, N m, shape (2,); None: unknown."""
         forward, backward = (branch.place_spread_nm for branch in self.branches)
         return None if forward is None or backward is None else np.array([forward, backward])
 
@@ -190,7 +192,7 @@ class FrictionModel:
         return max(branch.friction_max_nm for branch in self.branches)
 
     def place_magnitude(self, velocity: np.ndarray, position_rad: np.ndarray) -> np.ndarray:
-        """What place adds to `magnitude` at each signed velocity (rad/s) and position (rad), N m; arrays of one length."""
+        """What place adds to `magnitude` at each velocity (rad/s) and position (rad), N m; of one length."""
         v, out = np.asarray(velocity, dtype=float), np.zeros(len(velocity))
         for side, branch in ((v >= 0, self.branches[0]), (v < 0, self.branches[1])):
             tables = branch.place_tables(self.place)
@@ -283,7 +285,7 @@ class FrictionModel:
 
 
 def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
-    """Vectors (velocity, kernel sum) over the trained range of both branches, v = 0 and both ends included, shape (64, 2).
+    """Vectors (velocity, kernel sum) over the trained range of both branches, ends included, shape (64, 2).
 
     Half way between regular speeds, so that a shifted knot or a swapped branch shows.
     """

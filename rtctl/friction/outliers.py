@@ -18,17 +18,21 @@ SCALES = 8.0
 """Robust standard deviations of all points about their neighbours, beyond which one is bad ..."""
 
 SHARE = 0.25
-"""... if it is off by more than this share of the friction there, too: half a Stribeck peak may lie between two points."""
+"""... if it is off by more than this share of the friction there, too: half a Stribeck peak may lie between
+two points."""
 
 END_SHARE, BREAK_AWAY_SHARE = 1.0, 1.8
-"""As `SHARE`, of the two lowest and the two highest speeds, which have neighbours on one side only, and of break-away, which may well stand out."""
+"""As `SHARE`, of the two lowest and the two highest speeds, which have neighbours on one side only, and of
+break-away, which may well stand out."""
 
 MOST_SHARE = 0.03
 """When more than this share looks bad, it is no mistake but how the joint is: nothing is left out."""
 
 
 def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str, ...]]:
-    """Leave bad points out (`FrictionPoints.left_out`), and name them in words; the same points where there are none."""
+    """Leave bad points out (`FrictionPoints.left_out`), and name them in words; the same points where there
+    are none.
+    """
     bad: list[int] = []
     notes: list[str] = []
     for direction in (1, -1):
@@ -40,14 +44,16 @@ def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str,
         found = np.flatnonzero(off)
         if len(found) > max(1, int(MOST_SHARE * len(rows))):
             notes.append(
-                f"{points.source}: direction {direction:+d}: {len(found)} of {len(rows)} points are far from their neighbours in speed: "
-                "too many for mistakes, so all are used; look at the plot (--plot)"
+                f"{points.source}: direction {direction:+d}: {len(found)} of {len(rows)} points are far "
+                "from their neighbours in speed: too many for mistakes, so all are used; look at the plot "
+                "(--plot)"
             )
             continue
         bad += [int(rows[at]) for at in found]
         notes += [
-            f"{points.source}: {direction * speed[at]:.4g} rad/s, {direction * friction[at]:.4g} N m is left out: its neighbours in speed say "
-            f"{direction * expected[at]:.4g} N m; measure it again (--keep-outliers uses it)"
+            f"{points.source}: {direction * speed[at]:.4g} rad/s, {direction * friction[at]:.4g} N m is "
+            f"left out: its neighbours in speed say {direction * expected[at]:.4g} N m; measure it again "
+            "(--keep-outliers uses it)"
             for at in found
         ]
     if not bad:
@@ -58,12 +64,13 @@ def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str,
 
 
 def _off(speed: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Friction that the neighbours of each point say, N m, and which points are bad. By rising speed, shape (n,).
+    """Friction that the neighbours of each point say, N m, and which points are bad. By rising speed, shape
+    (n,).
 
     Notes
     -----
-    The neighbours' median slope and level over their rank (Theil-Sen): measured speeds are spaced so that friction is about as
-    smooth over their rank as it can be.
+    The neighbours' median slope and level over their rank (Theil-Sen): measured speeds are spaced so that
+    friction is about as smooth over their rank as it can be.
     """
     n = len(speed)
     expected = np.empty(n)

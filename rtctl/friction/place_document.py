@@ -1,4 +1,6 @@
-"""What a model file says of place: the kernel of friction over a turn, and the conservative part; absent from models of speed alone."""
+"""What a model file says of place: the kernel of friction over a turn, and the conservative part; absent from
+models of speed alone.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,9 @@ from rtctl.friction.presliding import LENGTH_MAX_RAD
 
 @dataclass(frozen=True)
 class Column:
-    """One column: bounds in `unit`; `blank` cells may be written "nan"; `of_levels`: its mean over a level of speed says something."""
+    """One column: bounds in `unit`; `blank` cells may be written "nan"; `of_levels`: its mean over a level of
+    speed says something.
+    """
 
     name: str
     unit: str

@@ -1,4 +1,5 @@
-"""The reader of the program's own files of friction points: CSV with the columns of `rtctl.friction.point_columns`, in any order.
+"""The reader of the program's own files of friction points: CSV with the columns of
+`rtctl.friction.point_columns`, in any order.
 
 Lines that begin with `#` are comments. Files of other programs: `rtctl.friction.logs.other_programs`.
 """
@@ -27,7 +28,8 @@ REPEATS_SHARE = 0.1
 
 
 def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
-    """Read a CSV file of friction points, once, with all its columns of numbers; `of_speeds`: enough of them for a curve of speed.
+    """Read a CSV file of friction points, once, with all its columns of numbers; `of_speeds`: enough of them
+    for a curve of speed.
 
     Raises
     ------
@@ -67,7 +69,9 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
 
 
 def _header(path: Path, numbered: list[tuple[int, str]]) -> tuple[list[str], str]:
-    """Names of the columns, those of a linear axis by what they are of a rotary one, and which of the two it is."""
+    """Names of the columns, those of a linear axis by what they are of a rotary one, and which of the two it
+    is.
+    """
     required = [column.name for column in COLUMNS.values() if column.required]
     if not numbered:
         raise DataError(f"{path}: the file is empty; it needs the columns {', '.join(required)}")
@@ -110,7 +114,8 @@ def _number(text: str, named: str, where: str) -> float | None:
         return value
     if not column.low <= value <= column.high:
         raise DataError(
-            f"{where}: column {named}: {text!r} is not a finite number within {column.low:g} to {column.high:g}"
+            f"{where}: column {named}: {text!r} is not a finite number within {column.low:g} to "
+            f"{column.high:g}"
             f"{' ' + column.unit if column.unit else ''}; correct or drop the row"
         )
     return value
@@ -123,6 +128,6 @@ def _require_distinct(path: Path, numbered: list[tuple[int, str]]) -> None:
     if len(repeats) > REPEATS_SHARE * len(numbered):
         number, before = repeats[0]
         raise DataError(
-            f"{path}: row {number} repeats row {before} to the last digit, and {len(repeats) - 1} more rows repeat "
-            "others; remove the copies, they would be held out and trained on at once"
+            f"{path}: row {number} repeats row {before} to the last digit, and {len(repeats) - 1} more rows "
+            "repeat others; remove the copies, they would be held out and trained on at once"
         )

@@ -1,4 +1,6 @@
-"""Measured friction points of one axis, whatever file or rig they came from, with every column they were measured with."""
+"""Measured friction points of one axis, whatever file or rig they came from, with every column they were
+measured with.
+"""
 
 from __future__ import annotations
 
@@ -24,10 +26,11 @@ class FrictionPoints:
     """Points of both directions. Arrays of one length.
 
     `velocity_rad_s` signed, `friction_nm` the magnitude (> 0), `direction` +1 or -1, `std_nm` and `count`
-    NaN where nobody says. `source` names the file in messages, `sha256` is of its bytes. `columns` holds all else that
-    was measured, by the names of `rtctl.friction.point_columns`, NaN where nobody says; each has at least one number.
-    `left_out` marks points that nothing is learned from or judged by (`rtctl.friction.outliers`); None: none.
-    `motion` is "rotary" or "linear" (`hw.motion`): of the latter, all is in m and N.
+    NaN where nobody says. `source` names the file in messages, `sha256` is of its bytes. `columns` holds all
+    else that was measured, by the names of `rtctl.friction.point_columns`, NaN where nobody says; each has at
+    least one number. `left_out` marks points that nothing is learned from or judged by
+    (`rtctl.friction.outliers`); None: none. `motion` is "rotary" or "linear" (`hw.motion`): of the latter,
+    all is in m and N.
     """
 
     velocity_rad_s: np.ndarray
@@ -64,12 +67,14 @@ class FrictionPoints:
         columns: Mapping[str, np.ndarray],
         where: Callable[[int], str],
     ) -> FrictionPoints:
-        """Points whose torque has the sign of the motion; `columns` may have `direction`, `std_nm` and `count`.
+        """Points whose torque has the sign of the motion; `columns` may have `direction`, `std_nm` and
+        `count`.
 
         Raises
         ------
         DataError
-            Naming the row by `where(index)`: no friction, friction that points against the motion, a direction that cannot be.
+            Naming the row by `where(index)`: no friction, friction that points against the motion, a
+            direction that cannot be.
         """
         rest, unknown = dict(columns), np.full(len(velocity_rad_s), np.nan)
         given, std, count = (rest.pop(name, unknown) for name in ("direction", "std_nm", "count"))
@@ -85,8 +90,9 @@ class FrictionPoints:
             ),
             (
                 torque_nm * direction < 0,
-                "column friction_torque_nm: {torque:g} N m points against the motion ({velocity:g} rad/s, direction "
-                "{direction:+g}); give friction the sign of the motion (scale -1 turns a column), take its offset away, or average",
+                "column friction_torque_nm: {torque:g} N m points against the motion ({velocity:g} rad/s, "
+                "direction {direction:+g}); give friction the sign of the motion (scale -1 turns a "
+                "column), take its offset away, or average",
             ),
         ):
             for row in np.flatnonzero(wrong)[:1]:
@@ -101,14 +107,18 @@ class FrictionPoints:
 
     @property
     def temperature_range_c(self) -> tuple[float, float] | None:
-        """Least and greatest temperature, degrees C; None where nobody says: 0 throughout is a rig without a sensor."""
+        """Least and greatest temperature, degrees C; None where nobody says: 0 throughout is a rig without a
+        sensor.
+        """
         column = self.columns.get("temperature_c")
         if column is None or not np.nan_to_num(column).any():
             return None
         return float(np.nanmin(column)), float(np.nanmax(column))
 
     def rows_of(self, direction: int) -> np.ndarray:
-        """Index of each point of one direction that is not left out, by rising speed: the order of `branch`."""
+        """Index of each point of one direction that is not left out, by rising speed: the order of
+        `branch`.
+        """
         mine = self.direction == direction
         chosen = np.flatnonzero(mine if self.left_out is None else mine & ~self.left_out)
         order = np.lexsort((self.friction_nm[chosen], np.abs(self.velocity_rad_s[chosen])))

@@ -1,9 +1,9 @@
 """Which policies leave a hand that holds still alone: one table for `rtctl check`, campaign and documents.
 
-Every policy is bounded in energy by the account of the compensation (`control.assistance`); this is about what a hand
-feels of it at rest. Measured on 1200 random joints (LuGre, elasto-plastic, Maxwell-slip) in random hands (0 to
-500 N m/rad, 0 to 1 N m s/rad, 0 to .02 kg m^2) that move and then hold still: bad is a speed above .002 rad/s RMS from 2 s
-after the motion on, or more than 1 mJ fed to the hand.
+Every policy is bounded in energy by the account of the compensation (`control.assistance`); this is about
+what a hand feels of it at rest. Measured on 1200 random joints (LuGre, elasto-plastic, Maxwell-slip) in
+random hands (0 to 500 N m/rad, 0 to 1 N m s/rad, 0 to .02 kg m^2) that move and then hold still: bad is a
+speed above .002 rad/s RMS from 2 s after the motion on, or more than 1 mJ fed to the hand.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ STANDINGS: Mapping[str, Standing] = {
     "off": Standing(quiet=True, evidence="no help with friction at all"),
     "hybrid": Standing(
         quiet=True,
-        evidence="2 of 5017 hands that held still were not at rest after 2 s: heavy ones without damping that swung out; fed .007 mJ at most",
+        evidence="2 of 5017 hands that held still were not at rest after 2 s: heavy ones without damping "
+        "that swung out; fed .007 mJ at most",
     ),
     "observer": Standing(
         quiet=True,

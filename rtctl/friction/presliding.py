@@ -1,22 +1,25 @@
 """Presliding length of a joint, from the beginnings of break-away ramps.
 
-Before a joint breaks away its friction is a spring: the torque is balanced by bristles that bend. The presliding
-length is the travel over which they would take up the whole break-away torque if they stayed as stiff as they begin,
+Before a joint breaks away its friction is a spring: the torque is balanced by bristles that bend. The
+presliding length is the travel over which they would take up the whole break-away torque if they stayed as
+stiff as they begin,
 
     length = break-away torque / initial slope of torque over position          (rad)
 
-so F_s / sigma0 of LuGre, and (sum of the elements' yield torques) / (sum of their stiffnesses) of Maxwell-slip. It
-is *not* the travel after which the joint slides: LuGre's bristles soften from the first moment on (90 % of the torque
-only after 2.3 lengths), and a Maxwell-slip joint slides when its last element has yielded.
+so F_s / sigma0 of LuGre, and (sum of the elements' yield torques) / (sum of their stiffnesses) of
+Maxwell-slip. It is *not* the travel after which the joint slides: LuGre's bristles soften from the first
+moment on (90 % of the torque only after 2.3 lengths), and a Maxwell-slip joint slides when its last element
+has yielded.
 
 What is fitted, over the torque tau of one ramp as a share u = tau / break-away torque:
 
     x = x_0 + length (u + bend (-ln(1 - u) - u))
 
-bend 0 is a spring that yields at once (elasto-plastic), 1 is LuGre's x = -length ln(1 - u). It is linear in x_0, length and
-length * bend. Points of a ramp are the instants at which the encoder's count changes: there the position is known without
-the quantum's error, up to the x_0 that is fitted anyway. Where the joint bends by less than some counts, the mean of
-the counts over many ramps is fitted instead: ramps begin anywhere within a count, so that their mean has no error either.
+bend 0 is a spring that yields at once (elasto-plastic), 1 is LuGre's x = -length ln(1 - u). It is linear in
+x_0, length and length * bend. Points of a ramp are the instants at which the encoder's count changes: there
+the position is known without the quantum's error, up to the x_0 that is fitted anyway. Where the joint bends
+by less than some counts, the mean of the counts over many ramps is fitted instead: ramps begin anywhere
+within a count, so that their mean has no error either.
 """
 
 from __future__ import annotations
@@ -28,17 +31,20 @@ from dataclasses import dataclass
 import numpy as np
 
 SHARE_LOW, SHARE_HIGH = 0.05, 0.6
-"""Shares of the break-away torque between which the slope is taken: after the ramp's own start, before it yields."""
+"""Shares of the break-away torque between which the slope is taken: after the ramp's own start, before it
+yields."""
 SMOOTH_S = 0.02
 """The motor torque is averaged over so much of the ramp: it rises evenly, so that the mean has no bias."""
 CHANGES_MIN = 2
 """Count changes that tell the slope of one ramp."""
 GRID = np.linspace(SHARE_LOW, 0.8, 16)
-"""Shares at which the counts of a coarse encoder are averaged over ramps; further, because little else is seen."""
+"""Shares at which the counts of a coarse encoder are averaged over ramps; further, because little else is
+seen."""
 RAMPS_MIN = 2
 AVERAGED_MIN = 8
 COUNTS_MIN = 1.0
-"""The averages need so many ramps, and so many counts over the grid: of less, slope and bend cannot be told apart."""
+"""The averages need so many ramps, and so many counts over the grid: of less, slope and bend cannot be told
+apart."""
 SURE = 3.0
 """A length found from averaged counts must be so many of its standard errors; else it is not known."""
 BEND_MAX = 1.5
@@ -54,8 +60,8 @@ class Presliding:
     length_rad
         Break-away torque over initial slope, mean over the ramps.
     spread_rad
-        Standard deviation of one ramp's length: places, directions and noise. None: not known (given by hand). 0: the
-        length is not told apart from shorter ones.
+        Standard deviation of one ramp's length: places, directions and noise. None: not known (given by
+        hand). 0: the length is not told apart from shorter ones.
     ramps
         Ramps behind it, or turns of the motion in a log; 0 when it was given by hand.
     """
@@ -78,8 +84,8 @@ class Presliding:
 class Ramp:
     """One ramp as a share of its break-away torque.
 
-    `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it showed at `GRID`
-    and `count_rad` its quantum.
+    `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it
+    showed at `GRID` and `count_rad` its quantum.
     """
 
     position_rad: np.ndarray
@@ -133,7 +139,9 @@ def _passed(rising: np.ndarray) -> np.ndarray:
 
 
 def bend_of(ramps: Sequence[Ramp]) -> float:
-    """How much the bristles soften on the way, over all ramps: 0 not at all, 1 as LuGre's (see the module)."""
+    """How much the bristles soften on the way, over all ramps: 0 not at all, 1 as LuGre's (see the
+    module).
+    """
     x = np.concatenate([ramp.position_rad - np.mean(ramp.position_rad) for ramp in ramps])
     linear = np.concatenate([ramp.share - np.mean(ramp.share) for ramp in ramps])
     softened = np.concatenate([_softening(ramp.share) - np.mean(_softening(ramp.share)) for ramp in ramps])
@@ -168,7 +176,9 @@ def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
 
 
 def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
-    """Length from the counts averaged over ramps; its spread is sqrt(n) jackknife errors, hence mostly the encoder's."""
+    """Length from the counts averaged over ramps; its spread is sqrt(n) jackknife errors, hence mostly the
+    encoder's.
+    """
     grids = np.array([ramp.grid_rad - ramp.grid_rad[0] for ramp in ramps])
     n, seen = len(grids), float(np.mean(grids[:, -1]))
     if n < AVERAGED_MIN or seen < COUNTS_MIN * ramps[0].count_rad:

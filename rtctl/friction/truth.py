@@ -31,9 +31,10 @@ SPEED_RANGE = 400.0
 class Deviation:
     """Measured or learned minus true friction of one direction, magnitudes.
 
-    `rms_share` and `worst_share` are shares of `dry_nm` over `speeds` moving points, or over the learned range; `break_away_share` is that
-    of the break-away point, None without one. `dry_nm` is the rig's Coulomb friction F_c, or where that is no half of it its break-away F_s, or of a
-    joint with hardly any dry friction (`DRY_SHARE`) the RMS of all its friction there.
+    `rms_share` and `worst_share` are shares of `dry_nm` over `speeds` moving points, or over the learned
+    range; `break_away_share` is that of the break-away point, None without one. `dry_nm` is the rig's Coulomb
+    friction F_c, or where that is no half of it its break-away F_s, or of a joint with hardly any dry
+    friction (`DRY_SHARE`) the RMS of all its friction there.
     """
 
     direction: int
@@ -48,8 +49,8 @@ class Deviation:
     def __str__(self) -> str:
         away = "" if self.break_away_share is None else f", break-away {100 * self.break_away_share:+.2f} %"
         return (
-            f"direction {self.direction:+d}: RMS {100 * self.rms_share:.2f} % of {self.dry_name} = {self.dry_nm:g} N m, "
-            f"largest {100 * self.worst_share:.2f} %{away}"
+            f"direction {self.direction:+d}: RMS {100 * self.rms_share:.2f} % of {self.dry_name} = "
+            f"{self.dry_nm:g} N m, largest {100 * self.worst_share:.2f} %{away}"
         )
 
 
@@ -59,10 +60,11 @@ def is_known(loaded: LoadedConfig) -> bool:
 
 
 def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray) -> np.ndarray:
-    """True static friction of an axis of the mock at signed velocities, magnitude, nobody's hand on it and without drift, N m.
+    """True static friction of an axis of the mock at signed velocities, magnitude, nobody's hand on it and
+    without drift, N m.
 
-    The mean over a turn, or over the travel of a joint that cannot make one: what is measured at even places. Friction that grows with
-    the motor's torque is that of the torque which moves the joint, friction itself.
+    The mean over a turn, or over the travel of a joint that cannot make one: what is measured at even places.
+    Friction that grows with the motor's torque is that of the torque which moves the joint, friction itself.
     """
     params = plant_records(loaded.options, loaded.config.hardware())[0]
     dry, ripple_nm = _means_over_travel(loaded, axis, params[0])
@@ -75,7 +77,9 @@ def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray
 
 
 def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> float:
-    """Friction F = F(v, motor torque F) of steady sliding, N m, by iteration: load adds a small part of what loads."""
+    """Friction F = F(v, motor torque F) of steady sliding, N m, by iteration: load adds a small part of what
+    loads.
+    """
     loaded = params.copy()
     friction = -1.0
     for _ in range(_LOAD_STEPS):
@@ -89,7 +93,9 @@ def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> 
 
 
 def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.record) -> tuple[float, float]:
-    """Mean factor of the dry friction over position, and mean torque ripple, N m; 1 and 0 over a whole turn."""
+    """Mean factor of the dry friction over position, and mean torque ripple, N m; 1 and 0 over a whole
+    turn.
+    """
     table = loaded.config.axis[axis]
     if table.position_max_rad - table.position_min_rad >= 2 * np.pi:
         return 1.0, 0.0

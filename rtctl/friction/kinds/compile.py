@@ -42,7 +42,8 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
     table = _within(curve.exact, speed_max) if curve.exact else _hermite(curve, _cells(curve, speed_max))
     if len(table.knots) > MAX_SEGMENTS:
         raise ModelError(
-            f"{len(table.knots)} segments, at most {MAX_SEGMENTS}: too many support vectors; choose a larger epsilon"
+            f"{len(table.knots)} segments, at most {MAX_SEGMENTS}: too many support vectors; choose a "
+            "larger epsilon"
         )
     bound = error_bound(curve, table, speed_max)
     seen = sampled_error(curve, table, speed_max)
@@ -52,7 +53,9 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
 
 
 def _within(table: PiecewiseCubic, speed_max: float) -> PiecewiseCubic:
-    """The table without the cells that begin beyond the range, straight on from its end: of a curve that both directions share, one of which is faster."""
+    """The table without the cells that begin beyond the range, straight on from its end: of a curve that both
+    directions share, one of which is faster.
+    """
     kept = table.knots < speed_max
     if kept.sum() == len(kept) or table.knots[-1] == speed_max:
         return table
@@ -91,7 +94,8 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
     |error| <= h^4/384 max|f''''| (docs/theory.md 8.5). Within the cell of centre m and half width r,
     |f''''| <= sum_{k<8} r^k/k! |f^(4+k)(m)| + r^8/8! sup|f^(12)|: the dual coefficients alternate, so the
     derivatives at the place itself are far below a sum of their sizes, and the remainder is nil in a cell
-    small enough to matter. sup is over the cell and all that is faster. Infinite in a cell with a place inside where a derivative jumps.
+    small enough to matter. sup is over the cell and all that is faster. Infinite in a cell with a place
+    inside where a derivative jumps.
     """
     centre, r = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     breaks = curve.of.breaks(curve)

@@ -27,7 +27,9 @@ class PiecewiseCubic:
         return value
 
     def derivative(self, speed: np.ndarray, order: int) -> np.ndarray:
-        """Derivative of `order` (0: the value) at each speed >= 0, N m / (rad/s)^order; that of the segment above at a knot."""
+        """Derivative of `order` (0: the value) at each speed >= 0, N m / (rad/s)^order; that of the segment
+        above at a knot.
+        """
         speed = np.asarray(speed, dtype=float)
         j = np.clip(np.searchsorted(self.knots, speed, side="right") - 1, 0, len(self.knots) - 1)
         h, c = speed - self.knots[j], self.coefficients
@@ -49,7 +51,9 @@ class PiecewiseCubic:
         return np.array([speed for speed in found if speed <= speed_max])
 
     def least_slope(self, speed_max: float) -> float:
-        """Least slope over 0..`speed_max`, N m s/rad: at an end of a piece, or where its curvature is zero."""
+        """Least slope over 0..`speed_max`, N m s/rad: at an end of a piece, or where its curvature is
+        zero.
+        """
         c1, c2, c3 = self.coefficients[:, 1:].T
         width = np.diff(np.append(self.knots, speed_max))
         vertex = np.divide(-c2, 3 * c3, out=np.zeros_like(c2), where=c3 != 0)

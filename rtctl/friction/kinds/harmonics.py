@@ -1,9 +1,10 @@
-"""The conservative part of a joint's torque (cogging, ripple): harmonics of its place, zero in the mean, no matter which way it moves.
+"""The conservative part of a joint's torque (cogging, ripple): harmonics of its place, zero in the mean, no
+matter which way it moves.
 
     tau_c(x) = sum_n (p_n cos n a + q_n sin n a),     a = 2 pi x / period
 
-tau_c is positive where it pushes the joint along +x. Compensated, it is a spring of stiffness up to max|tau_c'| whose
-sign changes; over a whole period it gives nothing (docs/theory.md 8.9).
+tau_c is positive where it pushes the joint along +x. Compensated, it is a spring of stiffness up to
+max|tau_c'| whose sign changes; over a whole period it gives nothing (docs/theory.md 8.9).
 """
 
 from __future__ import annotations
@@ -84,7 +85,8 @@ class Harmonics:
         return replace(self, cos=self.cos * c - self.sin * s, sin=self.cos * s + self.sin * c)
 
     def table(self) -> np.ndarray:
-        """The law's cubics over each of `CONSERVATIVE_CELLS` cells of a period, by the share of the cell, shape (n, 4).
+        """The law's cubics over each of `CONSERVATIVE_CELLS` cells of a period, by the share of the cell,
+        shape (n, 4).
 
         Values and slopes are exact at the ends of each cell, so the error is at most h^4/384 max|tau_c''''|.
         """

@@ -1,7 +1,8 @@
-"""What a kind of friction curve must say of itself: value, derivatives, proved bound, compilation, parameters, grid, document.
+"""What a kind of friction curve must say of itself: value, derivatives, proved bound, compilation,
+parameters, grid, document.
 
-Everything else (ladder, fit, compiler, report, model file, documents) asks a kind through this interface and knows no kind by name:
-a new one is a file of this folder and a row of `table`.
+Everything else (ladder, fit, compiler, report, model file, documents) asks a kind through this interface and
+knows no kind by name: a new one is a file of this folder and a row of `table`.
 
 | symbol | meaning |
 |---|---|
@@ -27,7 +28,8 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One number of a kind: its name with the unit, whether it must be above 0, or a whole number from 1 to `whole_to`.
+    """One number of a kind: its name with the unit, whether it must be above 0, or a whole number from 1 to
+    `whole_to`.
 
     An `optional` one may be missing; what it is then, its kind says.
     """
@@ -69,14 +71,20 @@ class Kind(ABC):
 
     @abstractmethod
     def derivative(self, c: Curve, v: np.ndarray, order: int) -> np.ndarray:
-        """Derivative of `order` (0: the value) at each speed, N m / (rad/s)^order. A kind that is always `exact` needs none."""
+        """Derivative of `order` (0: the value) at each speed, N m / (rad/s)^order. A kind that is always
+        `exact` needs none.
+        """
 
     @abstractmethod
     def derivative_bound(self, c: Curve, order: int, v: np.ndarray) -> np.ndarray:
-        """Bound of abs(derivative of `order` >= 2) over every speed >= each of `v`, `breaks` apart; infinite without one."""
+        """Bound of abs(derivative of `order` >= 2) over every speed >= each of `v`, `breaks` apart; infinite
+        without one.
+        """
 
     def breaks(self, c: Curve) -> np.ndarray:
-        """Speeds where some derivative jumps, rising: cells of a table end there, and bounds hold between them."""
+        """Speeds where some derivative jumps, rising: cells of a table end there, and bounds hold between
+        them.
+        """
         return np.zeros(0)
 
     def exact(self, c: Curve) -> PiecewiseCubic | None:
@@ -102,13 +110,15 @@ class Kind(ABC):
 class Kernel(Kind):
     """A sum of kernels, learned by a support-vector machine: f(v) = sum beta_i k(v, v_i) + b.
 
-    `c_shares` are the bounds C that the ladder tries, multiples of the largest friction; `tubes` which of its tubes.
+    `c_shares` are the bounds C that the ladder tries, multiples of the largest friction; `tubes` which of its
+    tubes.
     """
 
     c_shares: ClassVar[tuple[float, ...]]
     tubes: ClassVar[slice] = slice(None)
     any_unit: ClassVar[bool] = True
-    """Whether it says the same of a motion in whatever unit its speed is given: only such a kernel serves a linear axis."""
+    """Whether it says the same of a motion in whatever unit its speed is given: only such a kernel serves a
+    linear axis."""
 
     @abstractmethod
     def matrix(self, parameters: Mapping[str, float], u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -133,7 +143,8 @@ class Kernel(Kind):
 
 
 class Formula(Kind):
-    """A closed formula F_c + b v + (F_s - F_c) shape(v/v_s), fitted by least squares (`rtctl.friction.learn.formulas`).
+    """A closed formula F_c + b v + (F_s - F_c) shape(v/v_s), fitted by least squares
+    (`rtctl.friction.learn.formulas`).
 
     Parameters come in the order F_c, b, F_s, v_s; a straight one has the first of them.
     """

@@ -1,7 +1,8 @@
-"""A weighted mean of curves of other kinds: what the ladder deploys where several rungs may be right (docs/theory.md 8.7).
+"""A weighted mean of curves of other kinds: what the ladder deploys where several rungs may be right
+(docs/theory.md 8.7).
 
-A sum of kinds of which each says all of itself: values, derivatives, bounds and rounding are those of the parts, each by its
-weight. The law evaluates one compiled cubic, as of every other kind.
+A sum of kinds of which each says all of itself: values, derivatives, bounds and rounding are those of the
+parts, each by its weight. The law evaluates one compiled cubic, as of every other kind.
 """
 
 from __future__ import annotations

@@ -1,12 +1,15 @@
-"""Friction that comes back with every turn: a spline kernel of speed times a periodic kernel of place, and its exact compilation.
+"""Friction that comes back with every turn: a spline kernel of speed times a periodic kernel of place, and
+its exact compilation.
 
-    k((v, x), (v', x')) = k_spl(v, v') (1 + lambda sum_{h=1..H} rho^(h-1) cos h (a - a')),     a = 2 pi x / period
+    k((v, x), (v', x')) = k_spl(v, v') (1 + lambda sum_{h=1..H} rho^(h-1) cos h (a - a')), a = 2 pi x / period
 
-cos h(a - a_i) = cos h a cos h a_i + sin h a sin h a_i, so a regression f(v, x) = sum beta_i k(., (v_i, x_i)) + b is 2 H + 1 cubic
-splines of speed, all with their knots at the v_i: one of duals beta_i (with b), and two for each order, of duals
-beta_i lambda rho^(h-1) cos h a_i and beta_i lambda rho^(h-1) sin h a_i (docs/theory.md 8.6).
+cos h(a - a_i) = cos h a cos h a_i + sin h a sin h a_i, so a regression f(v, x) = sum beta_i k(., (v_i,
+x_i)) + b is 2 H + 1 cubic splines of speed, all with their knots at the v_i: one of duals beta_i (with b),
+and two for each order, of duals beta_i lambda rho^(h-1) cos h a_i and beta_i lambda rho^(h-1) sin h a_i
+(docs/theory.md 8.6).
 
-x position (rad, any turn), v speed (rad/s, >= 0), b and f N m, lambda and rho 0 to 1 (here `share` and `decay`).
+x position (rad, any turn), v speed (rad/s, >= 0), b and f N m, lambda and rho 0 to 1 (here `share` and
+`decay`).
 """
 
 from __future__ import annotations
@@ -32,7 +35,8 @@ ANGLES = 256
 
 @dataclass(frozen=True)
 class PlaceKernel:
-    """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`), `share` and `decay`.
+    """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`),
+    `share` and `decay`.
 
     `unit_rad_s` is the speed that counts as 1 (`spline.UNIT`).
     """
@@ -70,7 +74,8 @@ class PlaceKernel:
 
 @dataclass(frozen=True)
 class PlaceTables:
-    """What place adds to a curve of speed: `coefficients` (n, 2 H, 4) about `knots` (n,), cos and sin of each order in turn.
+    """What place adds to a curve of speed: `coefficients` (n, 2 H, 4) about `knots` (n,), cos and sin of each
+    order in turn.
 
     The knots are those of the curve itself: both are splines with the same support vectors.
     """
@@ -96,13 +101,17 @@ class PlaceTables:
         return total
 
     def over_turn(self, speed: np.ndarray) -> np.ndarray:
-        """What place adds at each speed (n,) and at `ANGLES` even places of a turn, N m, shape (n, ANGLES)."""
+        """What place adds at each speed (n,) and at `ANGLES` even places of a turn, N m, shape (n,
+        ANGLES).
+        """
         angle = 2 * math.pi * np.arange(ANGLES) / ANGLES
         value: np.ndarray = self.waves(speed) @ _basis(angle, self.orders).T
         return value
 
     def steepest_nm_rad(self, speed: np.ndarray) -> float:
-        """Bound of its slope over position at any of the speeds, N m/rad: 2 pi / period times sum of h |amplitude|."""
+        """Bound of its slope over position at any of the speeds, N m/rad: 2 pi / period times sum of h
+        |amplitude|.
+        """
         waves = self.waves(speed)
         sizes = np.hypot(waves[:, 0::2], waves[:, 1::2])
         if not self.orders:
@@ -120,7 +129,8 @@ def _basis(angle: np.ndarray, orders: int) -> np.ndarray:
 def compile_place(
     kernel: PlaceKernel, speeds: np.ndarray, positions: np.ndarray, dual_coef: np.ndarray
 ) -> PlaceTables:
-    """The part of a product-kernel regression that place makes; the rest is `compile_spline` of the same duals.
+    """The part of a product-kernel regression that place makes; the rest is `compile_spline` of the same
+    duals.
 
     Parameters
     ----------
@@ -130,7 +140,8 @@ def compile_place(
     Raises
     ------
     ValueError
-        Shapes that differ, values that are not finite, more than `PLACE_SEGMENTS` different speeds or `PLACE_ORDERS` orders.
+        Shapes that differ, values that are not finite, more than `PLACE_SEGMENTS` different speeds or
+        `PLACE_ORDERS` orders.
     """
     x = np.asarray(positions, dtype=float)
     if x.shape != np.shape(speeds) or not np.isfinite(x).all():
@@ -138,7 +149,10 @@ def compile_place(
         raise ValueError(msg)
     knots = np.unique(np.append(speeds, 0.0))
     if len(knots) > PLACE_SEGMENTS or kernel.orders > PLACE_ORDERS:
-        msg = f"{len(knots)} speeds and {kernel.orders} orders, at most {PLACE_SEGMENTS} and {PLACE_ORDERS}: average the points by speed"
+        msg = (
+            f"{len(knots)} speeds and {kernel.orders} orders, at most {PLACE_SEGMENTS} and {PLACE_ORDERS}: "
+            "average the points by speed"
+        )
         raise ValueError(msg)
     turned = _basis(kernel.angle(x), kernel.orders) * np.repeat(kernel.weights, 2)
     tables = [

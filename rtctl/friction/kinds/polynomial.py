@@ -65,4 +65,7 @@ class Polynomial(Kernel):
 
     def too_fine(self, c: Curve, speed_max: float) -> str:
         """See `Kind`."""
-        return f"degree = {c.parameters['degree']:g} with such dual coefficients; choose another kernel, or a smaller C"
+        return (
+            f"degree = {c.parameters['degree']:g} with such dual coefficients; choose another kernel, or a "
+            "smaller C"
+        )

@@ -1,4 +1,6 @@
-"""The Gaussian kernel exp(-(u - v)^2/(2 sigma^2)); scikit-learn's gamma is 1/(2 sigma^2) (docs/theory.md 8.3)."""
+"""The Gaussian kernel exp(-(u - v)^2/(2 sigma^2)); scikit-learn's gamma is 1/(2 sigma^2)
+(docs/theory.md 8.3).
+"""
 
 from __future__ import annotations
 
@@ -15,7 +17,8 @@ if TYPE_CHECKING:
     from rtctl.friction.kinds.curve import Curve
 
 SIGMA_SHARE = (0.05, 0.1, 0.2)
-"""Widths tried, share of the trained range; a Stribeck speed is about .05 of it, the gap of fast points .2."""
+"""Widths tried, share of the trained range; a Stribeck speed is about .05 of it, the gap of fast points
+.2."""
 
 
 class Rbf(Kernel):

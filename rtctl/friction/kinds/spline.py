@@ -1,7 +1,8 @@
-"""The infinite linear-spline kernel, and the piecewise cubic that its regressions are (docs/theory.md 8.3, 8.4).
+"""The infinite linear-spline kernel, and the piecewise cubic that its regressions are (docs/theory.md 8.3,
+8.4).
 
-Symbols: v_i support vectors (rad/s), beta_i dual coefficients, b intercept (N m). Given to `SVR(kernel=spline)` as a callable,
-scikit-learn leaves `support_vectors_` empty: take `X[model.support_]`.
+Symbols: v_i support vectors (rad/s), beta_i dual coefficients, b intercept (N m). Given to
+`SVR(kernel=spline)` as a callable, scikit-learn leaves `support_vectors_` empty: take `X[model.support_]`.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 
 UNIT = "unit_rad_s"
-"""Parameter of a curve: the speed that counts as 1 in its kernel, rad/s; without it 1. Of a linear axis (m/s) half of the largest
-speed, as 2 rad/s is what a joint reaches."""
+"""Parameter of a curve: the speed that counts as 1 in its kernel, rad/s; without it 1. Of a linear axis (m/s)
+half of the largest speed, as 2 rad/s is what a joint reaches."""
 
 
 def spline(X: np.ndarray, Y: np.ndarray) -> np.ndarray:

@@ -63,7 +63,9 @@ class Gaussian(Tustin):
 
 
 class Lorentzian(Tustin):
-    """1/(1+y^2) is the imaginary part of 1/(y - i), whose derivative of order n is that of (-1)^n n! / (y - i)^(n+1)."""
+    """1/(1+y^2) is the imaginary part of 1/(y - i), whose derivative of order n is that of (-1)^n n! / (y -
+    i)^(n+1).
+    """
 
     name = "lorentzian"
     what = "a Stribeck peak 1/(1+(v/v_s)^2)"

@@ -1,4 +1,6 @@
-"""Every kind of friction curve, simplest first: the one list that ladder, fit, compiler, report, model file and documents take theirs from."""
+"""Every kind of friction curve, simplest first: the one list that ladder, fit, compiler, report, model file
+and documents take theirs from.
+"""
 
 from __future__ import annotations
 

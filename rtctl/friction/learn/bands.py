@@ -1,8 +1,8 @@
 """Learn the band of a curve from what was held out of it: whole sessions where there are some.
 
-Conformal prediction, of normalised errors: the scale of the held-out errors by region of speed, times that quantile of the errors in
-their scale which a further one exceeds once in twenty. Nothing is supposed of their distribution, only that the next session is
-another one of the same kind.
+Conformal prediction, of normalised errors: the scale of the held-out errors by region of speed, times that
+quantile of the errors in their scale which a further one exceeds once in twenty. Nothing is supposed of their
+distribution, only that the next session is another one of the same kind.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ from rtctl.friction.model import Branch
 from rtctl.friction.points import FrictionPoints
 
 SURE = 2.0
-"""Standard errors of the held-out error by which the band is stretched: candidates are chosen for a small one, which is partly luck."""
+"""Standard errors of the held-out error by which the band is stretched: candidates are chosen for a small
+one, which is partly luck."""
 
 REGIONS = 3
 """Most regions of speed."""
@@ -48,14 +49,16 @@ def band_of(
     Parameters
     ----------
     candidates
-        What was learned, with the direction it was learned from: +1 and -1, or 0 alone for one symmetric curve.
+        What was learned, with the direction it was learned from: +1 and -1, or 0 alone for one symmetric
+        curve.
     folds
         How the fit held out, of `hold_out.WAYS`.
 
     Returns
     -------
     Band or None
-        None where it cannot be learned without each of the units held out: nothing is known of a session then.
+        None where it cannot be learned without each of the units held out: nothing is known of a session
+        then.
     """
     way = way_of(points, folds)
     sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
@@ -76,7 +79,8 @@ def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band 
 
 
 def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None:
-    """The band of errors held out, or of sessions foretold by those before them where they are the larger ones.
+    """The band of errors held out, or of sessions foretold by those before them where they are the larger
+    ones.
 
     What another session may err is known by all sessions, and is larger by as much as these errors are.
     """
@@ -90,7 +94,9 @@ def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None
 def of_scores(
     points: FrictionPoints, scores: Sequence[Score], folds: str, break_away_weight: float
 ) -> Band | None:
-    """The band of the candidates that a ladder chose, from the errors it held out itself where it held out the same."""
+    """The band of the candidates that a ladder chose, from the errors it held out itself where it held out
+    the same.
+    """
     if way_of(points, folds) == folds:
         sides = [search.side(points, one.direction, break_away_weight, folds) for one in scores]
         return _of_sides(sides, scores, folds)
@@ -106,14 +112,17 @@ def with_band(branches: tuple[Branch, Branch], band: Band | None) -> tuple[Branc
 def of_errors(
     speed: np.ndarray, error_nm: np.ndarray, block: np.ndarray, way: str, least_nm: float = 0.0
 ) -> Band | None:
-    """The band of held-out errors (N m) at their speeds (rad/s), each of its block (`hold_out.units_of`), shape (n,); None of no errors. No region is narrower than `least_nm`, in its scale.
+    """The band of held-out errors (N m) at their speeds (rad/s), each of its block (`hold_out.units_of`),
+    shape (n,); None of no errors. No region is narrower than `least_nm`, in its scale.
 
     Notes
     -----
-    Of n errors in their own scale the one of rank ceil((n + 1) LEVEL) bounds another one with probability LEVEL at least; where n is below
-    19 there is no such rank, and the largest is stretched by 1 + 1/n. The RMS of the errors is known to some standard errors only, by blocks (few blocks: error
-    by error), and is the least of many candidates': the band is stretched by `SURE` of them. Where few sessions share most of their errors, the largest of them are not
-    the largest there are: `least_nm` is what another one may err (`certainty.another_session`).
+    Of n errors in their own scale the one of rank ceil((n + 1) LEVEL) bounds another one with probability
+    LEVEL at least; where n is below 19 there is no such rank, and the largest is stretched by 1 + 1/n. The
+    RMS of the errors is known to some standard errors only, by blocks (few blocks: error by error), and is
+    the least of many candidates': the band is stretched by `SURE` of them. Where few sessions share most of
+    their errors, the largest of them are not the largest there are: `least_nm` is what another one may err
+    (`certainty.another_session`).
     """
     n = len(error_nm)
     if not n:

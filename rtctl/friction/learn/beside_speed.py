@@ -1,4 +1,6 @@
-"""Whether friction depends on load and temperature, judged by what was held out. Judged, not deployed: the law goes by speed and place alone."""
+"""Whether friction depends on load and temperature, judged by what was held out. Judged, not deployed: the
+law goes by speed and place alone.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +34,9 @@ ALIKE = 0.5
 
 @dataclass(frozen=True)
 class LoadRung:
-    """One form: `terms` fitted to all points, its held-out RMSE and what it may differ by by chance (`certainty.doubt`), N m."""
+    """One form: `terms` fitted to all points, its held-out RMSE and what it may differ by by chance
+    (`certainty.doubt`), N m.
+    """
 
     terms: Terms
     rmse_nm: float
@@ -41,7 +45,9 @@ class LoadRung:
 
 @dataclass(frozen=True)
 class LoadVerdict:
-    """What load is worth. `chosen` None: `reason` says why nothing can be said. `span_nm` is the span of the load."""
+    """What load is worth. `chosen` None: `reason` says why nothing can be said. `span_nm` is the span of the
+    load.
+    """
 
     span_nm: float
     rungs: tuple[LoadRung, ...] = ()
@@ -62,7 +68,8 @@ class LoadVerdict:
 def rows_of(points: FrictionPoints) -> tuple[Rows, np.ndarray]:
     """Points of both directions along their motion, and their index.
 
-    The motor's torque is the column motor_nm where it is known, else what a steady speed needs: friction less load.
+    The motor's torque is the column motor_nm where it is known, else what a steady speed needs: friction less
+    load.
     """
     kept = np.concatenate([points.rows_of(direction) for direction in (1, -1)])
     load = points.columns["load_nm"]
@@ -75,7 +82,8 @@ def rows_of(points: FrictionPoints) -> tuple[Rows, np.ndarray]:
 
 
 def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
-    """Fit every form of `RUNGS` with load and without, and choose as everywhere: the plainest as good as the best on what was held out.
+    """Fit every form of `RUNGS` with load and without, and choose as everywhere: the plainest as good as the
+    best on what was held out.
 
     `folds` is what is held out together, of `hold_out.WAYS`; sessions where there are some.
     """
@@ -89,7 +97,8 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
     if span_nm < LOAD_SPAN * size_nm:
         return LoadVerdict(
             span_nm,
-            reason=f"the load spans {span_nm:.3g} N m, friction is {size_nm:.3g} N m: the data do not span it; hang weights on the joint",
+            reason=f"the load spans {span_nm:.3g} N m, friction is {size_nm:.3g} N m: the data do not span "
+            "it; hang weights on the joint",
         )
     fold, block = _folds(points, kept, way_of(points, folds))
     rungs = tuple(_rung(rung, rows, fold, block) for rung in RUNGS)
@@ -123,7 +132,8 @@ def _rung(rung: str, rows: Rows, fold: np.ndarray, block: np.ndarray) -> LoadRun
 
 @dataclass(frozen=True)
 class Warmth:
-    """How friction scales per kelvin, dry and viscous part, each with its standard error; `reason` where nothing can be said.
+    """How friction scales per kelvin, dry and viscous part, each with its standard error; `reason` where
+    nothing can be said.
 
     `middle_c` is where the scales are 1, `span_k` the range of temperature.
     """
@@ -140,8 +150,9 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
 
     Notes
     -----
-    f = F(v) + (T - T0) (d D(v) + b V v), D the curve's dry part and V its viscous slope: d and b are shares per kelvin. The curve was
-    learned over all temperatures, so that it is right at about T0, their mean. Errors by the blocks the points are held out in.
+    f = F(v) + (T - T0) (d D(v) + b V v), D the curve's dry part and V its viscous slope: d and b are shares
+    per kelvin. The curve was learned over all temperatures, so that it is right at about T0, their mean.
+    Errors by the blocks the points are held out in.
     """
     if points.temperature_range_c is None:
         return Warmth(reason="no column temperature_c: nothing is known of temperature")
@@ -154,10 +165,16 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
         span < TEMPERATURE_SPAN_K
         or min((celsius < middle).sum(), (celsius > middle).sum()) < TEMPERATURES_MIN
     ):
-        reason = f"temperature spans {span:.1f} K: the data do not span it (at least {TEMPERATURE_SPAN_K:g} K, {TEMPERATURES_MIN} points on either side)"
+        reason = (
+            f"temperature spans {span:.1f} K: the data do not span it (at least {TEMPERATURE_SPAN_K:g} K, "
+            f"{TEMPERATURES_MIN} points on either side)"
+        )
         return Warmth(span, middle, reason=reason)
     if abs(float(np.corrcoef(celsius, speed)[0, 1])) > ALIKE:
-        reason = "temperature rises and falls with speed in these points: the two cannot be told apart; measure the same speeds cold and warm"
+        reason = (
+            "temperature rises and falls with speed in these points: the two cannot be told apart; measure "
+            "the same speeds cold and warm"
+        )
         return Warmth(span, middle, reason=reason)
     backward = (points.direction[kept] < 0).astype(int)
     curve = np.where(backward, model.branches[1].magnitude(speed), model.branches[0].magnitude(speed))

@@ -13,11 +13,13 @@ def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> floa
     Parameters
     ----------
     blocks
-        Block of each error, shape (n,): errors of one block (a lap, a log, a stretch of time) are alike and count as one.
+        Block of each error, shape (n,): errors of one block (a lap, a log, a stretch of time) are alike and
+        count as one.
 
     Notes
     -----
-    The variance of a ratio of sums over blocks. One block says nothing of others: its standard error is infinite.
+    The variance of a ratio of sums over blocks. One block says nothing of others: its standard error is
+    infinite.
     """
     squares = errors**2
     rmse = np.sqrt(squares.mean()) if len(squares) else 0.0
@@ -25,7 +27,9 @@ def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> floa
 
 
 def of_mean(values: np.ndarray, blocks: np.ndarray | None = None) -> float:
-    """Standard error of the mean of `values`, shape (n,), in their unit; `blocks` and one block as in `standard_error`."""
+    """Standard error of the mean of `values`, shape (n,), in their unit; `blocks` and one block as in
+    `standard_error`.
+    """
     names, block = np.unique(np.arange(len(values)) if blocks is None else blocks, return_inverse=True)
     n = len(names)
     if n < 2:
@@ -37,28 +41,32 @@ def of_mean(values: np.ndarray, blocks: np.ndarray | None = None) -> float:
 
 
 FREEDOM_MIN = 2
-"""Degrees of freedom that two blocks are taken for: by the one that they have, another lies within 12.7 standard errors, a band that no one would use."""
+"""Degrees of freedom that two blocks are taken for: by the one that they have, another lies within
+12.7 standard errors, a band that no one would use."""
 
 BLOCKS_MIN = 5
 """Fewest blocks that know their own spread well enough to choose by."""
 
 
 def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
-    """Standard error that models are chosen within, N m: by blocks, or where there are too few of them error by error.
+    """Standard error that models are chosen within, N m: by blocks, or where there are too few of them error
+    by error.
 
-    The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model through. What sessions differ
-    by is common to all models, and says little of which one is better.
+    The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model
+    through. What sessions differ by is common to all models, and says little of which one is better.
     """
     return standard_error(errors, _known(blocks))
 
 
 def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> float:
-    """What an error of another block (session) exceeds in 1 - `level` of all cases, of normal numbers; in their unit. 0 of one block, which says nothing of another.
+    """What an error of another block (session) exceeds in 1 - `level` of all cases, of normal numbers; in
+    their unit. 0 of one block, which says nothing of another.
 
     Notes
     -----
-    An error is what its block shares and what is its own. Of the own part there are many; the shared one is known by as few numbers as there are blocks, one of which
-    is spent: each is held against the mean of the others. So its quantile is Student's of blocks - 1 degrees of freedom (`FREEDOM_MIN` at least).
+    An error is what its block shares and what is its own. Of the own part there are many; the shared one is
+    known by as few numbers as there are blocks, one of which is spent: each is held against the mean of the
+    others. So its quantile is Student's of blocks - 1 degrees of freedom (`FREEDOM_MIN` at least).
     """
     from scipy.stats import norm, t
 
@@ -78,9 +86,11 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> flo
 
 
 def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:
-    """Mean square of `errors` less that of `others`, made on the same points, and its standard error, unit squared; blocks as in `doubt`.
+    """Mean square of `errors` less that of `others`, made on the same points, and its standard error, unit
+    squared; blocks as in `doubt`.
 
-    Point by point, for what is hard to say for one model is hard for the other: their difference is known better than either.
+    Point by point, for what is hard to say for one model is hard for the other: their difference is known
+    better than either.
     """
     difference = errors**2 - others**2
     return float(difference.mean()), of_mean(difference, _known(blocks))

@@ -1,8 +1,8 @@
 """The conservative part out of a slow two-way sweep, and where its places are after an index has moved.
 
-A motor that turns a joint slowly gives tau = d F - tau_c(x): friction F has the sign d of the motion, the conservative part
-has not. So one regression on both directions tells them apart: a level for each direction (and speed), friction's own waves with
-d, and the conservative ones without.
+A motor that turns a joint slowly gives tau = d F - tau_c(x): friction F has the sign d of the motion, the
+conservative part has not. So one regression on both directions tells them apart: a level for each direction
+(and speed), friction's own waves with d, and the conservative ones without.
 """
 
 from __future__ import annotations
@@ -20,13 +20,15 @@ COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 
 FOLDS = 5
 _BLOCKS = 320
-"""Stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every turn."""
+"""Stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every
+turn."""
 
 _RIDGE = 1e-12
 """Keeps waves that the places cannot tell apart finite; share of the mean square."""
 
 FIT_SHARE = 0.5
-"""A part that explains less than this share of what is seen does not fit, and nothing is compensated with it."""
+"""A part that explains less than this share of what is seen does not fit, and nothing is compensated with
+it."""
 
 _ONWARD = 0.8
 """Rows of either direction of which so many go on the same way are a sweep, in the order of its places."""
@@ -39,7 +41,9 @@ _SHIFTS = 4096
 
 @dataclass(frozen=True)
 class Sweep:
-    """Slow motion over places: arrays of one length. `torque_nm` the motor's, along +x; `direction` +1 or -1."""
+    """Slow motion over places: arrays of one length. `torque_nm` the motor's, along +x; `direction` +1 or
+    -1.
+    """
 
     position_rad: np.ndarray
     torque_nm: np.ndarray
@@ -48,7 +52,8 @@ class Sweep:
 
 @dataclass(frozen=True)
 class CoggingFit:
-    """What was found. `tried`: number of harmonics -> held-out RMSE, N m; `friction_nm` mean friction of both directions.
+    """What was found. `tried`: number of harmonics -> held-out RMSE, N m; `friction_nm` mean friction of both
+    directions.
 
     `two_way`: both directions were seen, so friction and conservative part are told apart.
     """
@@ -64,7 +69,8 @@ class CoggingFit:
 class Shift:
     """Where the places of a part are now: x_now = x_then + `shift_rad`, -period/2 to period/2.
 
-    `explained` is the share of the variance that the shifted part explains, `rmse_nm` what it leaves; `fits` whether it may be used.
+    `explained` is the share of the variance that the shifted part explains, `rmse_nm` what it leaves; `fits`
+    whether it may be used.
     """
 
     shift_rad: float
@@ -96,7 +102,9 @@ def _waves(position_rad: np.ndarray, period_rad: float, orders: np.ndarray) -> n
 
 
 def _levels(sweep: Sweep, period_rad: float) -> np.ndarray:
-    """Columns of friction: one level for each direction there is, and its waves with the sign of the motion."""
+    """Columns of friction: one level for each direction there is, and its waves with the sign of the
+    motion.
+    """
     ways = [(sweep.direction == way).astype(float) for way in (1, -1) if (sweep.direction == way).any()]
     columns = np.column_stack(ways)
     if len(ways) == 2:
@@ -106,7 +114,8 @@ def _levels(sweep: Sweep, period_rad: float) -> np.ndarray:
 
 
 def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float | None = None) -> CoggingFit:
-    """Learn the conservative part: as many of the strongest harmonics as held-out places ask for, the fewest within one standard error.
+    """Learn the conservative part: as many of the strongest harmonics as held-out places ask for, the fewest
+    within one standard error.
 
     Parameters
     ----------
@@ -142,8 +151,9 @@ def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float |
 def _places(sweep: Sweep, period_rad: float) -> int:
     """Places of a period that the rows tell apart.
 
-    A row of a sweep is a mean over the way to the next one. Its places scatter a little from lap to lap: counted one by one they would
-    be many, and a wave would be found at 3 x 16 + 1 waves a period, where 16 rows a period saw one.
+    A row of a sweep is a mean over the way to the next one. Its places scatter a little from lap to lap:
+    counted one by one they would be many, and a wave would be found at 3 x 16 + 1 waves a period, where
+    16 rows a period saw one.
     """
     found = len(np.unique(np.round((sweep.position_rad / period_rad) % 1.0, 4)))
     ways = [np.diff(sweep.position_rad[sweep.direction == way]) for way in (1, -1)]
@@ -168,7 +178,9 @@ def _ranked(x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: floa
 def _held_out(
     x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, places: int, counts: list[int]
 ) -> dict[int, np.ndarray]:
-    """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what trains are chosen."""
+    """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what
+    trains are chosen.
+    """
     fold = np.floor((x / period_rad) % 1.0 * _BLOCKS).astype(int) % FOLDS
     squares = {n: np.zeros(len(x)) for n in counts}
     for k in np.unique(fold):
@@ -196,7 +208,8 @@ def _regress(
 def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None = None) -> Shift:
     """Find by circular correlation how far the places of `part` have moved, and whether it fits there.
 
-    The level of each direction, and with both directions friction's own waves, are left out of it: see `fit_cogging`.
+    The level of each direction, and with both directions friction's own waves, are left out of it: see
+    `fit_cogging`.
 
     Raises
     ------
@@ -229,15 +242,18 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
 def changed_since(
     part: Harmonics, sweep: Sweep, found: Shift, friction_period_rad: float | None = None
 ) -> CoggingFit:
-    """What of the part is another than it was, beside its places: waves that held-out places of the new sweep ask for.
+    """What of the part is another than it was, beside its places: waves that held-out places of the new sweep
+    ask for.
 
-    The currents of a drive have waves of its own, of the motor's pole pairs and their multiples: offsets of its current sensors and
-    of the electrical angle are measured anew at every start. No shift explains those, and one sweep tells them.
+    The currents of a drive have waves of its own, of the motor's pole pairs and their multiples: offsets of
+    its current sensors and of the electrical angle are measured anew at every start. No shift explains those,
+    and one sweep tells them.
 
     Returns
     -------
     CoggingFit
-        Of the difference: `part` is to be added to the shifted one; `tried[0]` is what the shift alone leaves at held-out places.
+        Of the difference: `part` is to be added to the shifted one; `tried[0]` is what the shift alone leaves
+        at held-out places.
     """
     moved = part.shifted(found.shift_rad)
     rest = np.asarray(sweep.torque_nm, dtype=float) + moved(np.asarray(sweep.position_rad, dtype=float))

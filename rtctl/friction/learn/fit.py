@@ -29,7 +29,8 @@ EPSILON_NM = 0.005
 """Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
 
 EPSILON_SHARE = 0.02
-"""Share of the largest friction that the tube is where that is less than `EPSILON_NM`: a tube wider than the friction of a small joint holds any curve."""
+"""Share of the largest friction that the tube is where that is less than `EPSILON_NM`: a tube wider than the
+friction of a small joint holds any curve."""
 
 C_LIST = (10.0, 100.0, 1e3, 1e4)
 """C tried by cross-validation; steep Stribeck curves need the large ones."""
@@ -103,8 +104,8 @@ def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
     -----
     Theil-Sen: the median of the slopes between all pairs of points with different speeds in the upper half
     of the range, where the Stribeck part has died out; an outlier cannot tilt it. With fewer than 4 such
-    speeds it is between the 4 fastest, so that few speeds do not make damping, which is left to the device, look like
-    dry friction, which is compensated. A falling curve has no viscous part: 0.
+    speeds it is between the 4 fastest, so that few speeds do not make damping, which is left to the device,
+    look like dry friction, which is compensated. A falling curve has no viscous part: 0.
     """
     upper = speed >= min(0.5 * speed.max(), np.unique(speed)[-4:][0])
     v, f = speed[upper], friction_nm[upper]
@@ -134,7 +135,8 @@ def fit_branch(
     fold : ndarray, shape (n,), optional
         Fold of each point; by default in blocks of equal speed.
     motion : str
-        Of a "linear" axis the kernel counts speeds by the largest (`grids.unit_of`), and C is as of a force at a joint's handle.
+        Of a "linear" axis the kernel counts speeds by the largest (`grids.unit_of`), and C is as of a force
+        at a joint's handle.
 
     Raises
     ------

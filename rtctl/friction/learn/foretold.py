@@ -1,7 +1,8 @@
-"""Each session foretold by those before it: what held-out sessions cannot say of a friction that moves one way.
+"""Each session foretold by those before it: what held-out sessions cannot say of a friction that moves one
+way.
 
-A session that is held out of the others has neighbours on both sides. The next one has not: with wear, it lies beyond them all
-(docs/theory.md 8.8).
+A session that is held out of the others has neighbours on both sides. The next one has not: with wear, it
+lies beyond them all (docs/theory.md 8.8).
 """
 
 from __future__ import annotations
@@ -16,12 +17,15 @@ from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Side
 
 SESSIONS_MIN = 4
-"""Fewest sessions of which anything is foretold: the later half of them are judged, each from two or more before it."""
+"""Fewest sessions of which anything is foretold: the later half of them are judged, each from two or more
+before it."""
 
 
 @dataclass(frozen=True)
 class Foretold:
-    """Errors (N m) of sessions at their speeds (rad/s), each learned from those before it alone, and the session of each, (n,)."""
+    """Errors (N m) of sessions at their speeds (rad/s), each learned from those before it alone, and the
+    session of each, (n,).
+    """
 
     speed: np.ndarray
     error_nm: np.ndarray
@@ -34,9 +38,11 @@ class Foretold:
 
 
 def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
-    """Errors of each session of the later half; None of too few sessions, where sessions are not held out, or where a fit fails.
+    """Errors of each session of the later half; None of too few sessions, where sessions are not held out, or
+    where a fit fails.
 
-    Sessions come in the order of their numbers. The earlier half foretell from little, and not far. What is faster than all before was never in question, and is not judged.
+    Sessions come in the order of their numbers. The earlier half foretell from little, and not far. What is
+    faster than all before was never in question, and is not judged.
     """
     parts = []
     for one, data in candidates:
@@ -58,10 +64,12 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
 
 
 def said(found: Foretold | None, held_out_nm: float) -> str:
-    """Say what the next session may be expected to err, where that is more than was held out; else nothing."""
+    """Say what the next session may be expected to err, where that is more than was held out; else
+    nothing.
+    """
     if found is None or found.rmse_nm <= held_out_nm:
         return ""
     return (
-        f" Each session foretold by those before it errs {1e3 * found.rmse_nm:.3g} mN m, more than one held out among the others: "
-        "expect that of the next."
+        f" Each session foretold by those before it errs {1e3 * found.rmse_nm:.3g} mN m, more than one held "
+        "out among the others: expect that of the next."
     )

@@ -23,7 +23,8 @@ _BELOW_MIN = 2
 """Fewest different speeds at or below v_s without which a peak is a guess."""
 
 _P_VALUE = 0.001
-"""A peak must be this unlikely to come by chance. Strict, because v_s is searched: some bump is always found."""
+"""A peak must be this unlikely to come by chance. Strict, because v_s is searched: some bump is always
+found."""
 
 _BEYOND = "stribeck_speed_beyond_range"
 
@@ -142,7 +143,8 @@ def require_identifiable(fit: FormulaFit, speed: np.ndarray) -> None:
         (
             _BEYOND,
             is_bend(fit, speed),
-            f"v_s = {v_s:.3g} rad/s is not well below the fastest point ({levels[-1]:.3g} rad/s): measure faster",
+            f"v_s = {v_s:.3g} rad/s is not well below the fastest point ({levels[-1]:.3g} rad/s): measure "
+            "faster",
         ),
         ("singular", not np.isfinite([peak_error, error]).all(), "the points cannot separate the parameters"),
         (
@@ -164,13 +166,14 @@ def require_identifiable(fit: FormulaFit, speed: np.ndarray) -> None:
 def require_told(fit: FormulaFit, speed: np.ndarray) -> None:
     """Refuse a fit as a curve, whatever its numbers mean.
 
-    A v_s beyond half of the range is no peak, and says nothing of a joint; but the curve then bends over all speeds, where held-out points
-    judge it as any other. A peak below the slowest speeds they cannot judge.
+    A v_s beyond half of the range is no peak, and says nothing of a joint; but the curve then bends over all
+    speeds, where held-out points judge it as any other. A peak below the slowest speeds they cannot judge.
 
     Raises
     ------
     UnidentifiableError
-        Any reason of `require_identifiable` but a v_s beyond the range of a fit that a straight line is told from.
+        Any reason of `require_identifiable` but a v_s beyond the range of a fit that a straight line is told
+        from.
     """
     try:
         require_identifiable(fit, speed)
@@ -180,7 +183,9 @@ def require_told(fit: FormulaFit, speed: np.ndarray) -> None:
 
 
 def is_bend(fit: FormulaFit, speed: np.ndarray) -> bool:
-    """Whether v_s is beyond half of the range: the formula follows the points, but its numbers are no Stribeck peak."""
+    """Whether v_s is beyond half of the range: the formula follows the points, but its numbers are no
+    Stribeck peak.
+    """
     return fit.curve.parameters.get("stribeck_rad_s", 0.0) > 0.5 * float(np.max(speed))
 
 

@@ -1,4 +1,5 @@
-"""The kernel matrix of the points of one direction, computed once for all that share it: C, tubes, machines and folds.
+"""The kernel matrix of the points of one direction, computed once for all that share it: C, tubes, machines
+and folds.
 
 Of many points its factor of low rank is what is trained on; that of a fold is its rows.
 """
@@ -16,7 +17,8 @@ MANY = 300
 """Points from which a machine is trained by its factor; fewer are quick whatever the method."""
 
 COARSE, FINE = 1e-8, 1e-10
-"""What a factor may miss, share of the largest diagonal value: to choose by, and for a curve that is deployed."""
+"""What a factor may miss, share of the largest diagonal value: to choose by, and for a curve that is
+deployed."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +43,9 @@ class Gram:
 
 
 def pivoted(matrix: np.ndarray, tolerance: float) -> np.ndarray:
-    """Factor Z (n, r) with Z Z' = matrix but for `tolerance` times its largest diagonal value (pivoted Cholesky)."""
+    """Factor Z (n, r) with Z Z' = matrix but for `tolerance` times its largest diagonal value (pivoted
+    Cholesky).
+    """
     left = matrix.diagonal().copy()
     limit = tolerance * left.max()
     columns = np.zeros((len(matrix), len(matrix)), order="F")

@@ -1,7 +1,8 @@
 """Hyper-parameters tried: the grids of the papers in size (105 RBF, 40 spline), in the scale of the data.
 
-What a kernel's own parameters and bounds C are tried at is said by its kind. The papers' own values are not published. C is given as a multiple of the largest friction and epsilon as a
-multiple of the points' noise, so that the same grids serve a rig of .03 N m and one of 30 N m.
+What a kernel's own parameters and bounds C are tried at is said by its kind. The papers' own values are not
+published. C is given as a multiple of the largest friction and epsilon as a multiple of the points' noise, so
+that the same grids serve a rig of .03 N m and one of 30 N m.
 """
 
 from __future__ import annotations
@@ -19,16 +20,19 @@ EPSILON = (1.0, 1.5, 2.0, 3.0, 4.0)
 """Half widths of the tube, multiples of the noise or of `RESOLUTION_SHARE`, whichever is larger."""
 
 RESOLUTION_SHARE = 0.005
-"""Share of the largest friction below which errors do not matter: the narrowest tube of an epsilon machine, and the
-held-out error down to which candidates are equal (decision 0012). Points of 100 measurements are so quiet that less
-would spend twice the support vectors on a curve that no hand, and no current sensor, could tell apart."""
+"""Share of the largest friction below which errors do not matter: the narrowest tube of an epsilon machine,
+and the held-out error down to which candidates are equal (decision 0012). Points of 100 measurements are so
+quiet that less would spend twice the support vectors on a curve that no hand, and no current sensor, could
+tell apart."""
 
 NU = (0.05, 0.1, 0.2, 0.3, 0.5)
 """Least shares of support vectors. Above one half the tube is narrower than the noise of the points."""
 
 
 def families_of(kernel: str, motion: str) -> tuple[str, ...]:
-    """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that do not know it."""
+    """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that do not
+    know it.
+    """
     known = [f"-{name}" for name, kind in KERNELS.items() if motion == "linear" and not kind.any_unit]
     return tuple(one for one in families(kernel) if not one.endswith(tuple(known)))
 
@@ -48,8 +52,8 @@ def noise_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | N
     Parameters
     ----------
     session : ndarray, shape (n,), optional
-        Session of each point: the curve is one of each session. What sessions differ by is no noise, and two of them held
-        together would have more of it than each alone (decision 0049).
+        Session of each point: the curve is one of each session. What sessions differ by is no noise, and two
+        of them held together would have more of it than each alone (decision 0049).
 
     Notes
     -----
@@ -86,9 +90,11 @@ def in_scale_of(
     training: np.ndarray,
     session: np.ndarray | None = None,
 ) -> Candidate:
-    """The candidate with C and epsilon in the scale of its training points alone: those held out may not set them.
+    """The candidate with C and epsilon in the scale of its training points alone: those held out may not set
+    them.
 
-    `speed` (by rising speed) and `friction_nm` are the points whose scale the candidate has; `training` chooses, (n,) bool.
+    `speed` (by rising speed) and `friction_nm` are the points whose scale the candidate has; `training`
+    chooses, (n,) bool.
     """
     if one.machine == "formula":
         return one
@@ -111,7 +117,9 @@ TOP_RAD_S = 2.0
 
 
 def unit_of(motion: str, speed_max: float) -> float:
-    """Speed that counts as 1 in a kernel that is not scale-free: 1 rad/s, of a linear axis by its largest speed (m/s)."""
+    """Speed that counts as 1 in a kernel that is not scale-free: 1 rad/s, of a linear axis by its largest
+    speed (m/s).
+    """
     return speed_max / TOP_RAD_S if motion == "linear" else 1.0
 
 
@@ -122,7 +130,8 @@ def candidates(
     unit_rad_s: float = 1.0,
     session: np.ndarray | None = None,
 ) -> list[Candidate]:
-    """Every candidate of one rung, in the scale of the points; `unit_rad_s` is that of `unit_of`, `session` as of `noise_nm`.
+    """Every candidate of one rung, in the scale of the points; `unit_rad_s` is that of `unit_of`, `session`
+    as of `noise_nm`.
 
     Raises
     ------

@@ -2,8 +2,9 @@
 
 Shuffled folds put a point's neighbour, or its repeat, in the training set, and then reward over-fitting.
 Points that are means of many measurements are held out by speed. Samples of a log are held out by time: what
-was measured just before and after one shares its temperature, its place and its noise, whatever the speed. Where there are
-several logs, or a motion that was repeated, whole logs and whole laps are held out: another session is what a model is for.
+was measured just before and after one shares its temperature, its place and its noise, whatever the speed.
+Where there are several logs, or a motion that was repeated, whole logs and whole laps are held out: another
+session is what a model is for.
 """
 
 from __future__ import annotations
@@ -19,7 +20,8 @@ TRAINS = -1
 """Fold of points that always train."""
 
 STRETCHES = 4
-"""Stretches of time in each fold: as many blocks, whose errors are alike within, has a standard error by time."""
+"""Stretches of time in each fold: as many blocks, whose errors are alike within, has a standard error by
+time."""
 
 HELD_OUT = {
     "speed": "speeds",
@@ -59,13 +61,17 @@ def describe(points: FrictionPoints, way: str) -> str:
         return f"Held out in {FOLDS} stretches of time: neighbours in time are alike, whatever their speed."
     if way != "speed":
         n = len(np.unique(units_of(points, way)))
-        return f"Held out in {min(n, FOLDS)} folds of {HELD_OUT[way]} ({n} of them): a model is for motions it has not seen."
+        return (
+            f"Held out in {min(n, FOLDS)} folds of {HELD_OUT[way]} ({n} of them): a model is for motions it "
+            "has not seen."
+        )
     known = "" if points.time_s is None else " (time_s is there; --folds time holds out by it)"
     return f"Held out in {FOLDS} folds by speed, all points of one speed together{known}."
 
 
 def units_of(points: FrictionPoints, way: str) -> np.ndarray:
-    """Number of what each point, of both directions, is held out with, shape (n,): its speed, stretch, log, lap or turn.
+    """Number of what each point, of both directions, is held out with, shape (n,): its speed, stretch, log,
+    lap or turn.
 
     Raises
     ------
@@ -126,8 +132,8 @@ def _stretches(time_s: np.ndarray) -> np.ndarray:
 def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> np.ndarray:
     """Fold of each point of one direction, or of both one after the other, in the order of `branch`.
 
-    Whatever the way, the lowest and the highest speed train always: the model is never used beyond them. A point that is left out
-    (`FrictionPoints.left_out`) keeps its place in the folds of the others.
+    Whatever the way, the lowest and the highest speed train always: the model is never used beyond them. A
+    point that is left out (`FrictionPoints.left_out`) keeps its place in the folds of the others.
     """
     rows = np.concatenate([points.rows_of(direction) for direction in directions])
     speed = np.abs(points.velocity_rad_s[rows])
@@ -142,7 +148,9 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
 
 
 def shared_out(units: np.ndarray) -> np.ndarray:
-    """Fold of each point, shape (n,): whole units, neighbours together, the folds of about equally many points."""
+    """Fold of each point, shape (n,): whole units, neighbours together, the folds of about equally many
+    points.
+    """
     names, unit, count = np.unique(units, return_inverse=True, return_counts=True)
     middle = np.cumsum(count) - 0.5 * count
     share = np.arange(len(names)) if len(names) <= FOLDS else (middle * FOLDS / count.sum()).astype(int)

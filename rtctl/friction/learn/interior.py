@@ -1,7 +1,9 @@
-"""Support-vector regression on many points by an interior-point method, with a kernel matrix of low rank (docs/theory.md 8.2).
+"""Support-vector regression on many points by an interior-point method, with a kernel matrix of low rank
+(docs/theory.md 8.2).
 
-The kernels of speed are smooth, so that the matrix of a thousand points has a rank of twenty to a hundred: one step costs points times
-rank squared, and a dozen steps are enough whatever C is. A decomposition method (LIBSVM) takes ten thousands of steps there, or gives up.
+The kernels of speed are smooth, so that the matrix of a thousand points has a rank of twenty to a hundred:
+one step costs points times rank squared, and a dozen steps are enough whatever C is. A decomposition method
+(LIBSVM) takes ten thousands of steps there, or gives up.
 """
 
 from __future__ import annotations
@@ -27,7 +29,9 @@ _BACK = 0.995
 
 @dataclass(frozen=True)
 class Solution:
-    """beta (n,): dual coefficients, 0 of points inside the tube; intercept and half width of the tube, N m."""
+    """beta (n,): dual coefficients, 0 of points inside the tube; intercept and half width of the tube,
+    N m.
+    """
 
     beta: np.ndarray
     intercept: float
@@ -37,7 +41,9 @@ class Solution:
 
 @dataclass
 class _Iterate:
-    """Where the method is: `x` = (alpha, alpha*), `room` to their bounds, multipliers of both, and of the equations."""
+    """Where the method is: `x` = (alpha, alpha*), `room` to their bounds, multipliers of both, and of the
+    equations.
+    """
 
     x: np.ndarray
     room: np.ndarray
@@ -94,8 +100,9 @@ def solve(
 
     Notes
     -----
-    Predictor and corrector after Mehrotra, on min x'Hx/2 + c'x with 0 <= x <= bound, x = (alpha, alpha*), whose sums are equal, and with
-    nu together nu sum(bound), as LIBSVM has it. H has the rank of the factor, so that each step solves r equations.
+    Predictor and corrector after Mehrotra, on min x'Hx/2 + c'x with 0 <= x <= bound, x = (alpha, alpha*),
+    whose sums are equal, and with nu together nu sum(bound), as LIBSVM has it. H has the rank of the factor,
+    so that each step solves r equations.
     """
     with _libraries().limit(limits=1):  # so little at a time that threads only wait for each other
         return _solved(factor, friction_nm, bound, epsilon_nm, nu, tolerance_nm)

@@ -17,7 +17,8 @@ from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points import FrictionPoints
 
 _POOLED_MAX = 12
-"""Most candidates of the chosen rung that are tried on both directions as one curve; of a mean of many rungs two of each."""
+"""Most candidates of the chosen rung that are tried on both directions as one curve; of a mean of many rungs
+two of each."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,9 @@ class Options:
     """How to climb: `families` of `FAMILIES`, `strategy` full or halving, symmetry, workers, `hold_out.WAYS`.
 
     Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
-    `max_support_vectors`: most that a curve may have when trained on all points; None: any number. `mean`: the mean of the rungs
-    may be taken (`learn.mean`), which has the numbers of all of them; not where their number is bounded.
+    `max_support_vectors`: most that a curve may have when trained on all points; None: any number. `mean`:
+    the mean of the rungs may be taken (`learn.mean`), which has the numbers of all of them; not where their
+    number is bounded.
     """
 
     families: tuple[str, ...] = FAMILIES
@@ -45,9 +47,10 @@ class Options:
 class Ladder:
     """What was found. `symmetric`: one curve serves both directions; `symmetric_rung` what was tried of it.
 
-    `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models were
-    equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may be expected to err, N m: what was held out,
-    or what each session errs that those before it foretell, whichever is more.
+    `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models
+    were equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may
+    be expected to err, N m: what was held out, or what each session errs that those before it foretell,
+    whichever is more.
     """
 
     choice: Choice
@@ -123,9 +126,11 @@ def _climbed(points: FrictionPoints, options: Options, progress: search.Progress
 
 
 def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], equal_nm: float) -> Choice:
-    """The choice with the mean of its rungs in the place of the plainest (decision 0049), which it is said beside.
+    """The choice with the mean of its rungs in the place of the plainest (decision 0049), which it is said
+    beside.
 
-    Where errors are so small that they count as equal (decision 0012), the fewest numbers stand; so they do where no loop could run the mean.
+    Where errors are so small that they count as equal (decision 0012), the fewest numbers stand; so they do
+    where no loop could run the mean.
     """
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
@@ -143,7 +148,9 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
 
 
 def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) -> Rung:
-    """The chosen rung as one curve for both directions: of a mean the mean of its rungs', each by its share."""
+    """The chosen rung as one curve for both directions: of a mean the mean of its rungs', each by its
+    share.
+    """
     parts = chosen.scores[0].candidate.parts
     if not parts:
         return climb(chosen.family, tried, [pooled], share)
@@ -154,7 +161,9 @@ def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) 
 
 
 def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
-    """Refuse a rung whose curves, trained on all points, no loop could run; `sides` is how they are learned."""
+    """Refuse a rung whose curves, trained on all points, no loop could run; `sides` is how they are
+    learned.
+    """
     if rung.refused:
         return rung
     try:
@@ -165,7 +174,9 @@ def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
 
 
 def _branches(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> tuple[Branch, Branch]:
-    """Both directions of a rung, trained on all points and compiled. Raises DataError, naming the direction."""
+    """Both directions of a rung, trained on all points and compiled. Raises DataError, naming the
+    direction.
+    """
     found = []
     for direction in (1, -1):
         score = next(score for score in rung.scores if score.direction in (0, direction))
@@ -181,7 +192,10 @@ def _terms_of_choice(equal_nm: float, share: float, most: int | None) -> str:
     """Say what was asked of the choice."""
     said = "" if most is None else f" No curve may have more than {most} support vectors, as asked."
     if equal_nm > 0:
-        said += f" Held-out errors below {1e3 * equal_nm:.3g} mN m, {100 * share:g} % of the largest friction, count as equal."
+        said += (
+            f" Held-out errors below {1e3 * equal_nm:.3g} mN m, {100 * share:g} % of the largest friction, "
+            "count as equal."
+        )
     return said
 
 
@@ -200,7 +214,9 @@ def _tasks(families: Sequence[str], sides: Sequence[Side], unit: float) -> list[
 def _pooled_tasks(
     chosen: Rung, scores: Sequence[Score], sides: Sequence[Side], share: float
 ) -> list[tuple[Candidate, int]]:
-    """Candidates good for either direction, each once, the chosen ones first; of a mean those of its rungs, fewer of each."""
+    """Candidates good for either direction, each once, the chosen ones first; of a mean those of its rungs,
+    fewer of each.
+    """
     parts = chosen.scores[0].candidate.parts
     families = [candidate.family for _, candidate in parts] or [chosen.family]
     most = max(1, _POOLED_MAX // (2 * len(families)))

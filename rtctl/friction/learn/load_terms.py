@@ -1,13 +1,14 @@
 """Closed forms of friction that grows with the torque through the gear, and their least squares.
 
-With e the torque from outside (hand, weight) and m the motor's, both at the joint and both positive along the motion, v >= 0 and
-s = exp(-(v / v_s)^a):
+With e the torque from outside (hand, weight) and m the motor's, both at the joint and both positive along the
+motion, v >= 0 and s = exp(-(v / v_s)^a):
 
     F = F_c + b v + |k_e e - k_m m| + s (F_s + |p_e e - p_m m| + q)
 
-q = q_e e^2 where the motor drives against the load (e m < 0, |e| < |m|), q_m m^2 where the load drives it back (|e| > |m|), else 0. So friction differs by
-the direction of the power. The rungs below leave terms away. They are the forms of Duclusaud, Passault, Padois and Ly, Extended Friction
-Models for the Physics Simulation of Servo Actuators (arXiv 2410.08650).
+q = q_e e^2 where the motor drives against the load (e m < 0, |e| < |m|), q_m m^2 where the load drives it
+back (|e| > |m|), else 0. So friction differs by the direction of the power. The rungs below leave terms away.
+They are the forms of Duclusaud, Passault, Padois and Ly, Extended Friction Models for the Physics Simulation
+of Servo Actuators (arXiv 2410.08650).
 """
 
 from __future__ import annotations
@@ -46,7 +47,8 @@ RUNGS: Mapping[str, tuple[str, ...]] = {
     "load_squared": tuple(name for name in NAMES if name not in _TWO),
     "load_two_speeds": NAMES,
 }
-"""Parameters that each rung has, the plainest first; in `load` and `load_stribeck` outside and motor share theirs."""
+"""Parameters that each rung has, the plainest first; in `load` and `load_stribeck` outside and motor share
+theirs."""
 
 SHARED = ("load", "load_stribeck")
 
@@ -64,7 +66,9 @@ _FALL = NAMES.index("stribeck_rad_s")
 
 @dataclass(frozen=True)
 class Rows:
-    """Measurements along their motion, shape (n,): speed (rad/s, >= 0), friction (N m), outside and motor's torque (N m), and which were backward."""
+    """Measurements along their motion, shape (n,): speed (rad/s, >= 0), friction (N m), outside and motor's
+    torque (N m), and which were backward.
+    """
 
     speed: np.ndarray
     friction_nm: np.ndarray
@@ -84,7 +88,9 @@ class Rows:
 
 @dataclass(frozen=True)
 class Terms:
-    """A rung fitted: `values` and `errors` (standard errors; NaN where the points do not tell) in the order of `NAMES`."""
+    """A rung fitted: `values` and `errors` (standard errors; NaN where the points do not tell) in the order
+    of `NAMES`.
+    """
 
     rung: str
     values: np.ndarray
@@ -122,7 +128,9 @@ def friction(values: np.ndarray, rows: Rows) -> np.ndarray:
 
 
 def slopes(values: np.ndarray, rows: Rows) -> np.ndarray:
-    """Derivatives of `friction` by each parameter, shape (n, len(NAMES)); those of the fall are nil where v_s is."""
+    """Derivatives of `friction` by each parameter, shape (n, len(NAMES)); those of the fall are nil where v_s
+    is.
+    """
     _, _, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power, second, v_2, backward = values
     e, m, v = rows.outside_nm, rows.motor_nm, rows.speed
     drives, driven = _squares(rows)
@@ -149,7 +157,9 @@ def slopes(values: np.ndarray, rows: Rows) -> np.ndarray:
 
 
 def _squares(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
-    """The smaller torque's square where the two oppose each other: where the motor drives, and where it is driven."""
+    """The smaller torque's square where the two oppose each other: where the motor drives, and where it is
+    driven.
+    """
     e, m = rows.outside_nm, rows.motor_nm
     against = e * m < 0
     drives, driven = against & (np.abs(e) < np.abs(m)), against & (np.abs(e) > np.abs(m))
@@ -161,8 +171,8 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
 
     Notes
     -----
-    Where the torques oppose each other the form is linear but for v_s and a: the best of a grid of these two, by non-negative least squares, is where
-    the search of all parameters at once begins.
+    Where the torques oppose each other the form is linear but for v_s and a: the best of a grid of these two,
+    by non-negative least squares, is where the search of all parameters at once begins.
     """
     from scipy.optimize import least_squares
 

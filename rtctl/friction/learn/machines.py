@@ -1,6 +1,7 @@
 """Train one candidate of the ladder: a support-vector machine with a given kernel matrix, or a formula.
 
-Few points are trained by scikit-learn (imported when a fit runs), many, and what it gives up, by an interior-point method (`interior`).
+Few points are trained by scikit-learn (imported when a fit runs), many, and what it gives up, by an
+interior-point method (`interior`).
 """
 
 from __future__ import annotations
@@ -32,8 +33,8 @@ _TOLERANCE_SHARE = 3e-5
 class Candidate:
     """One rung and its hyper-parameters.
 
-    `machine` is "formula", "epsilon", "nu" or "mean"; `tube` the half width epsilon (N m) or nu; `parameters` the
-    kernel's (`sigma_rad_s`, `degree`); `parts` the candidates of a mean, each with its share.
+    `machine` is "formula", "epsilon", "nu" or "mean"; `tube` the half width epsilon (N m) or nu; `parameters`
+    the kernel's (`sigma_rad_s`, `degree`); `parts` the candidates of a mean, each with its share.
     """
 
     machine: str
@@ -55,7 +56,9 @@ class Candidate:
 
 
 class FailedFitError(Exception):
-    """A fit that gave no usable solution; `reason` is "not finite", "not converged", "refused", or "not fitted" and why."""
+    """A fit that gave no usable solution; `reason` is "not finite", "not converged", "refused", or "not
+    fitted" and why.
+    """
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -66,7 +69,8 @@ class FailedFitError(Exception):
 class Trained:
     """A trained curve and the half width of its tube, N m (found by the machine for nu, 0 for a formula).
 
-    `weights` (r,) are those of the columns of the factor it was trained by: factor @ weights + intercept is the curve at any row of it.
+    `weights` (r,) are those of the columns of the factor it was trained by: factor @ weights + intercept is
+    the curve at any row of it.
     """
 
     curve: Curve
@@ -92,13 +96,14 @@ def train(
     speed, friction_nm, weight : ndarray, shape (n,)
         |v| (rad/s), friction magnitude (N m), weight of each point.
     gram, tolerance_nm
-        Kernel matrix of `speed`, when it is at hand; of the solver, N m, default `_TOLERANCE_SHARE` of the largest friction.
+        Kernel matrix of `speed`, when it is at hand; of the solver, N m, default `_TOLERANCE_SHARE` of the
+        largest friction.
 
     Raises
     ------
     FailedFitError
-        A solution that is not finite, as scikit-learn's NuSVR may return or refuse itself; a formula whose solver
-        gave up.
+        A solution that is not finite, as scikit-learn's NuSVR may return or refuse itself; a formula whose
+        solver gave up.
     UnidentifiableError
         A formula with as many parameters as points.
     """
@@ -169,7 +174,9 @@ def _by_factor(
     gram: Gram,
     tolerance_nm: float,
 ) -> Trained:
-    """Train by the factor of the kernel matrix; where the whole matrix is there, the sum of kernels is held to it, and a finer factor taken if need be."""
+    """Train by the factor of the kernel matrix; where the whole matrix is there, the sum of kernels is held
+    to it, and a finer factor taken if need be.
+    """
     assert gram.factor is not None
     factor, bound = gram.factor, candidate.c * weight
     while True:

@@ -1,7 +1,8 @@
-"""The mean of the rungs: what is deployed where errors that cannot be told apart would make the choice a matter of luck (decision 0049).
+"""The mean of the rungs: what is deployed where errors that cannot be told apart would make the choice a
+matter of luck (decision 0049).
 
-Rungs err in different ways, and the mean of what they say errs less than most of them, often less than the best. Nothing is learned for
-it: its held-out errors are the means of theirs, point by point.
+Rungs err in different ways, and the mean of what they say errs less than most of them, often less than the
+best. Nothing is learned for it: its held-out errors are the means of theirs, point by point.
 """
 
 from __future__ import annotations
@@ -16,14 +17,18 @@ from rtctl.friction.learn.search import Score
 from rtctl.friction.learn.selection import Rung
 
 POWER = 4.0
-"""A rung weighs as the inverse of its expected mean square error to this power: one that errs 1.2 times the least has a quarter of its weight."""
+"""A rung weighs as the inverse of its expected mean square error to this power: one that errs 1.2 times the
+least has a quarter of its weight."""
 
 LEAST = 0.01
-"""Shares of the heaviest below this are left out: such a rung errs 1.8 times as much, and its numbers would be in the file for nothing."""
+"""Shares of the heaviest below this are left out: such a rung errs 1.8 times as much, and its numbers would
+be in the file for nothing."""
 
 
 def shares(rungs: Sequence[Rung]) -> dict[str, float]:
-    """Share of each rung in the mean, by its family, together 1; without those that say next to nothing. `rungs` are usable ones."""
+    """Share of each rung in the mean, by its family, together 1; without those that say next to nothing.
+    `rungs` are usable ones.
+    """
     expected = np.array([rung.expected_nm for rung in rungs])
     least = float(expected.min())
     heavy = np.where(expected > 0, least / np.where(expected > 0, expected, 1.0), 1.0) ** (2 * POWER)
@@ -33,7 +38,8 @@ def shares(rungs: Sequence[Rung]) -> dict[str, float]:
 
 
 def mean_of(rungs: Sequence[Rung], wanted: Mapping[str, float]) -> Rung | None:
-    """The mean of those of `rungs` that `wanted` gives a share, as a rung; None where fewer than two of them can be used.
+    """The mean of those of `rungs` that `wanted` gives a share, as a rung; None where fewer than two of them
+    can be used.
 
     A rung that has no part in it (refused here) leaves its share to the others.
     """
@@ -51,7 +57,9 @@ def mean_of(rungs: Sequence[Rung], wanted: Mapping[str, float]) -> Rung | None:
 
 
 def _mean_score(parts: Sequence[tuple[float, Score]]) -> Score:
-    """Score of one side: the errors are means of the parts', since they are of the same points without the same folds."""
+    """Score of one side: the errors are means of the parts', since they are of the same points without the
+    same folds.
+    """
     first = parts[0][1]
     return Score(
         Candidate.mean([(share, score.candidate) for share, score in parts]),
@@ -69,7 +77,7 @@ def explained(mean: Rung, chosen: Rung) -> str:
     names = ", ".join(f"{candidate.family} {100 * share:.0f} %" for share, candidate in heaviest[:3])
     more = f" and {len(of) - 3} more" if len(of) > 3 else ""
     return (
-        f"Chosen: the mean of {len(of)} rungs ({1e3 * mean.rmse_nm:.3g} +- {1e3 * mean.se_nm:.2g} mN m held out, "
-        f"{1e3 * mean.expected_nm:.3g} expected), those that err least weighing most: {names}{more}. One rung alone would be {chosen.family}, "
-        f"{1e3 * chosen.expected_nm:.3g} mN m expected (--no-mean)."
+        f"Chosen: the mean of {len(of)} rungs ({1e3 * mean.rmse_nm:.3g} +- {1e3 * mean.se_nm:.2g} mN m held "
+        f"out, {1e3 * mean.expected_nm:.3g} expected), those that err least weighing most: {names}{more}. "
+        f"One rung alone would be {chosen.family}, {1e3 * chosen.expected_nm:.3g} mN m expected (--no-mean)."
     )

@@ -1,7 +1,7 @@
 """The error of a whole fit on points it never saw: chosen anew without each fold, then judged by that fold.
 
-A held-out error of a ladder is the least of hundreds, so it is smaller than that of the next log. Nested in another
-cross-validation it is not: what is held out outside has chosen nothing.
+A held-out error of a ladder is the least of hundreds, so it is smaller than that of the next log. Nested in
+another cross-validation it is not: what is held out outside has chosen nothing.
 """
 
 from __future__ import annotations
@@ -23,12 +23,14 @@ CHOSEN = "chosen"
 
 @dataclass(frozen=True)
 class Generalisation:
-    """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen` rung of each fold.
+    """Errors (N m) of the fits on what each never saw, `rmse_nm` with its standard error `se_nm`; `chosen`
+    rung of each fold.
 
-    `held_out_nm` is what the ladders themselves held out of the rungs they chose, RMS over the folds: what they promised.
-    `of_rungs` has (error, its standard error) of every rung that each fit could learn, when they were asked for, N m. `covered` is the
-    share of what was held out that lies within the band of the fit without it (`band.Band`), 0 to 1, of the choice (`CHOSEN`) and of every such rung;
-    without a name where some fit has no band.
+    `held_out_nm` is what the ladders themselves held out of the rungs they chose, RMS over the folds: what
+    they promised. `of_rungs` has (error, its standard error) of every rung that each fit could learn, when
+    they were asked for, N m. `covered` is the share of what was held out that lies within the band of the fit
+    without it (`band.Band`), 0 to 1, of the choice (`CHOSEN`) and of every such rung; without a name where
+    some fit has no band.
     """
 
     rmse_nm: float
@@ -42,18 +44,19 @@ class Generalisation:
         """In a sentence."""
         rungs = ", ".join(f"{name} {self.chosen.count(name)} times" for name in dict.fromkeys(self.chosen))
         return (
-            f"Generalisation error (nested: chosen anew without each fold): {1e3 * self.rmse_nm:.3g} +- {1e3 * self.se_nm:.2g} mN m; "
-            f"chosen was {rungs}."
+            f"Generalisation error (nested: chosen anew without each fold): {1e3 * self.rmse_nm:.3g} +- "
+            f"{1e3 * self.se_nm:.2g} mN m; chosen was {rungs}."
         )
 
 
 def generalisation(
     points: FrictionPoints, options: ladder.Options, *, every_rung: bool = False
 ) -> Generalisation:
-    """Climb the ladder once for each fold of the points, without it, and judge the choice (and every rung) by it.
+    """Climb the ladder once for each fold of the points, without it, and judge the choice (and every rung) by
+    it.
 
-    Both directions of a fold are held out at once, and all of each unit: the slowest and the fastest point of a session held out train nothing.
-    These two, and what is faster than anything a fit saw, are not judged.
+    Both directions of a fold are held out at once, and all of each unit: the slowest and the fastest point of
+    a session held out train nothing. These two, and what is faster than anything a fit saw, are not judged.
 
     Raises
     ------
@@ -111,7 +114,9 @@ def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:
 
 
 def _of_rungs(points: FrictionPoints, found: ladder.Ladder) -> dict[str, FrictionModel]:
-    """Models of all rungs that can be learned from these points, also of formulas whose peak they do not tell: it may predict all the same."""
+    """Models of all rungs that can be learned from these points, also of formulas whose peak they do not
+    tell: it may predict all the same.
+    """
     models = {}
     for rung in found.choice.rungs:
         if len(rung.scores) == len(found.choice.chosen.scores):

@@ -1,8 +1,9 @@
-"""Rungs of place: how many waves a turn friction has, by cross-validation over held-out places, and the model with them.
+"""Rungs of place: how many waves a turn friction has, cross-validated over places, and that model.
 
 Rows are measurements at one place and speed each. The machine is least squares with the product kernel of
-`rtctl.friction.kinds.place` (a ridge in its space): with so many rows at the same speeds an epsilon-SVR took a hundred times as
-long, and no better. Without a wave it is the spline of speed alone, which is the rung to beat.
+`rtctl.friction.kinds.place` (a ridge in its space): with so many rows at the same speeds an epsilon-SVR took
+a hundred times as long, and no better. Without a wave it is the spline of speed alone, which is the rung to
+beat.
 """
 
 from __future__ import annotations
@@ -64,7 +65,7 @@ class PlaceRung:
 
 @dataclass(frozen=True)
 class PlaceFit:
-    """The rungs, fewest waves first, and the one chosen; `model` is with it, and as it was where no wave helps."""
+    """The rungs, fewest waves first, and the chosen; `model` is with it, as it was where no wave helps."""
 
     rungs: tuple[PlaceRung, ...]
     chosen: PlaceRung
@@ -75,10 +76,13 @@ class PlaceFit:
         """What was chosen and what for."""
         alone, best = self.rungs[0], self.chosen
         if best.kernel.orders == 0:
-            return f"No waves over the turn: they do not better the {1e3 * alone.rmse_nm:.3g} mN m at held-out places."
+            return (
+                f"No waves over the turn: they do not better the {1e3 * alone.rmse_nm:.3g} mN m at held-out "
+                "places."
+            )
         return (
-            f"{best.kernel.orders} waves over a turn of {best.kernel.period_rad:.4g} rad: {1e3 * best.rmse_nm:.3g} mN m at held-out "
-            f"places, {1e3 * alone.rmse_nm:.3g} by speed alone."
+            f"{best.kernel.orders} waves over a turn of {best.kernel.period_rad:.4g} rad: "
+            f"{1e3 * best.rmse_nm:.3g} mN m at held-out places, {1e3 * alone.rmse_nm:.3g} by speed alone."
         )
 
 
@@ -101,8 +105,8 @@ def fit_places(
     Parameters
     ----------
     points
-        Rows with a `position_rad`, each of one place and speed (`rtctl identify` writes points_places.csv); `travel_rad` is the
-        way a row is the mean over.
+        Rows with a `position_rad`, each of one place and speed (`rtctl identify` writes points_places.csv);
+        `travel_rad` is the way a row is the mean over.
     period_rad
         One turn of whatever friction follows: 2 pi for the joint, 2 pi over the gear ratio for its motor.
     conservative
@@ -146,8 +150,9 @@ def _side(points: FrictionPoints, way: int, period_rad: float, conservative: Har
     places = len(np.unique(np.floor((x / period_rad) % 1.0 * 2 * _SECTORS)))
     if places < _PLACES_LEAST or not 2 * _PLACES_LEAST <= len(rows) <= POINTS_MAX:
         raise DataError(
-            f"{points.source}: direction {way:+d}: {len(rows)} rows at {places} places of a turn of {period_rad:.4g} rad; "
-            f"{_PLACES_LEAST} places and {2 * _PLACES_LEAST} to {POINTS_MAX} rows are needed: measure more places, or another period"
+            f"{points.source}: direction {way:+d}: {len(rows)} rows at {places} places of a turn of "
+            f"{period_rad:.4g} rad; {_PLACES_LEAST} places and {2 * _PLACES_LEAST} to {POINTS_MAX} rows are "
+            "needed: measure more places, or another period"
         )
     v = np.abs(points.velocity_rad_s[rows])
     friction = points.friction_nm[rows]
@@ -159,7 +164,7 @@ def _side(points: FrictionPoints, way: int, period_rad: float, conservative: Har
 
 
 def _levels(v: np.ndarray) -> np.ndarray:
-    """Speeds rounded to as many levels as the law has segments: rows of one level differ by noise of their speed alone."""
+    """Speeds rounded to as many levels as the law has segments: rows of one level differ by noise alone."""
     share = 1e-3
     while len(np.unique(v)) >= SPEEDS_MOST:
         grid = np.power(1 + share, np.round(np.log(np.maximum(v, 1e-9)) / math.log1p(share)))
@@ -199,7 +204,7 @@ def _held_out(kernel: PlaceKernel, ridge: float, side: _Side) -> list[np.ndarray
 
 
 def _errors_of(kernel: PlaceKernel, ridge: float, side: _Side, fold: np.ndarray) -> np.ndarray:
-    """Error of each row by what was learned without its fold, N m; 0 where that trains always, or is all there is."""
+    """Error of each row by what was learned without its fold, N m; 0 where that trains always."""
     errors = np.zeros(len(fold))
     for k in range(FOLDS):
         held = fold == k
@@ -253,9 +258,10 @@ def _with_bands(
 ) -> tuple[Branch, Branch]:
     """Both directions with their bands about the curve of speed and place.
 
-    What sessions differ by is in the band of the curve of speed, which is then wider by as much as the two curves are apart. Else the band is
-    of what the curve of speed and place errs by itself, at places or at speeds that were held out, whichever is more: the curve of speed is
-    learned from means over places that are never quite even, and what it is off by is no error of this one.
+    What sessions differ by is in the band of the curve of speed, which is then wider by as much as the two
+    curves are apart. Else the band is of what the curve of speed and place errs by itself, at places or at
+    speeds that were held out, whichever is more: the curve of speed is learned from means over places that
+    are never quite even, and what it is off by is no error of this one.
     """
     if any(branch.band is None for branch in before):
         return after
@@ -273,7 +279,7 @@ def _with_bands(
 def _errors(
     rung: PlaceRung, sides: list[_Side], folds: list[np.ndarray]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Speed, held-out error (N m) and block of every row that was held out, both directions one after the other."""
+    """Speed, held-out error (N m) and block of every held-out row, one direction after the other."""
     speed, errors, block = [], [], []
     for at, (side, fold) in enumerate(zip(sides, folds, strict=True)):
         held = fold != TRAINS
@@ -284,7 +290,7 @@ def _errors(
 
 
 def _band_about(before: Branch, after: Branch) -> Band | None:
-    """The band of the curve of speed, about the curve of speed and place: wider by as much as the two are apart."""
+    """The band of the curve of speed about that of speed and place: wider by what the two are apart."""
     if before.band is None:
         return None
     end = min(before.speed_max_rad_s, after.speed_max_rad_s)

@@ -1,4 +1,5 @@
-"""What is known beside the points a model was learned from: presliding length, the weakest place, single measurements, test points.
+"""What is known beside the points a model was learned from: presliding length, the weakest place, single
+measurements, test points.
 
 The columns are in `rtctl.friction.point_columns`; `rtctl identify` writes them.
 """
@@ -23,7 +24,9 @@ def with_evidence(
     presliding_rad: float | None = None,
     test: FrictionPoints | None = None,
 ) -> FrictionModel:
-    """Return the model with what its points, and test points, know beside them; a length given by hand (rad) goes first."""
+    """Return the model with what its points, and test points, know beside them; a length given by hand (rad)
+    goes first.
+    """
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
@@ -44,13 +47,17 @@ def with_evidence(
 
 
 def zero_doubt_nm(points: FrictionPoints) -> float:
-    """By how much the zero of the torque of these points may be off, N m: by the largest of the offsets that were taken out of their logs."""
+    """By how much the zero of the torque of these points may be off, N m: by the largest of the offsets that
+    were taken out of their logs.
+    """
     doubt = points.columns.get("zero_doubt_nm")
     return 0.0 if doubt is None else float(np.nanmax(doubt, initial=0.0))
 
 
 def _with_zero_in_doubt(branch: Branch, doubt_nm: float) -> Branch:
-    """The branch of measurements that may all be off by so much besides: friction in this direction may be less by it."""
+    """The branch of measurements that may all be off by so much besides: friction in this direction may be
+    less by it.
+    """
     if not doubt_nm:
         return branch
     return replace(branch, single_max_error_nm=branch.error_max_nm + doubt_nm)
@@ -72,13 +79,14 @@ def test_max_error_nm(branch: Branch, test: FrictionPoints, direction: int) -> f
 def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) -> float | None:
     """Largest error that the single measurements behind averaged points are expected to have, N m.
 
-    None where points are single measurements, do not tell their spread, or tell friction at the weakest place: that is known then, and
-    the rest of the spread is noise of the sensors.
+    None where points are single measurements, do not tell their spread, or tell friction at the weakest
+    place: that is known then, and the rest of the spread is noise of the sensors.
 
     Notes
     -----
-    A point of n measurements that is off by e with a spread s: e plus s times the largest of n normal numbers, and of all points the
-    largest. So the bound is about the same whether samples are averaged or not, and over how many.
+    A point of n measurements that is off by e with a spread s: e plus s times the largest of n normal
+    numbers, and of all points the largest. So the bound is about the same whether samples are averaged or
+    not, and over how many.
     """
     if "weakest_place_nm" in points.columns:
         return None
@@ -94,10 +102,11 @@ def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) 
 
 
 def sliding_doubt_nm(branch: Branch, points: FrictionPoints, direction: int) -> float | None:
-    """Most that the points, and their weakest places, are off the curve at speeds that surely slide, N m; None without weakest places.
+    """Most that the points, and their weakest places, are off the curve at speeds that surely slide, N m;
+    None without weakest places.
 
-    A joint that hardly moves may stick or creep, and soft bristles never slide there: what is off at the slowest points says
-    nothing of the motion that the drift watch counts.
+    A joint that hardly moves may stick or creep, and soft bristles never slide there: what is off at the
+    slowest points says nothing of the motion that the drift watch counts.
     """
     weakest = points.columns.get("weakest_place_nm")
     if weakest is None:
@@ -123,7 +132,9 @@ def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionM
 
 
 def presliding_of(points: FrictionPoints) -> Presliding | None:
-    """Presliding length over all break-away points of a file; None without the columns, or with empty ones."""
+    """Presliding length over all break-away points of a file; None without the columns, or with empty
+    ones.
+    """
     lengths, spreads, ramps = (
         points.columns.get(name) for name in ("presliding_rad", "presliding_spread_rad", "presliding_ramps")
     )
@@ -139,7 +150,9 @@ def presliding_of(points: FrictionPoints) -> Presliding | None:
 
 
 def place_spread_nm(model: FrictionModel, points: FrictionPoints) -> tuple[float | None, float | None]:
-    """Largest shortfall of the friction at any place below the curve, per branch, N m; None without the column."""
+    """Largest shortfall of the friction at any place below the curve, per branch, N m; None without the
+    column.
+    """
     weakest = points.columns.get("weakest_place_nm")
     if weakest is None:
         return None, None

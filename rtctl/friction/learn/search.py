@@ -30,7 +30,9 @@ BREAK_AWAY_WEIGHT = 3.0
 
 @dataclass(frozen=True)
 class Effort:
-    """What a round spends on a candidate: solver iterations, folds held out and points trained on, at most (None: all)."""
+    """What a round spends on a candidate: solver iterations, folds held out and points trained on, at most
+    (None: all).
+    """
 
     iterations: int = MAX_ITERATIONS
     folds: int | None = None
@@ -40,7 +42,8 @@ class Effort:
 ALL = Effort()
 
 ROUNDS = (Effort(5_000, 2, MANY), Effort(50_000, None, 2 * MANY), ALL)
-"""Rounds of successive halving: few iterations, folds and points for all candidates, everything for the best."""
+"""Rounds of successive halving: few iterations, folds and points for all candidates, everything for the
+best."""
 
 KEEP = 3
 """Each round keeps one in this many candidates of a family."""
@@ -125,8 +128,8 @@ def cross_validate(
 ) -> Score:
     """Score of one candidate on held-out folds.
 
-    A fit that fails gives a score that says so: "not finite", "not converged" (only in the last round: the early
-    ones stop early on purpose), "refused", or "more than N support vectors" when it has more than
+    A fit that fails gives a score that says so: "not finite", "not converged" (only in the last round: the
+    early ones stop early on purpose), "refused", or "more than N support vectors" when it has more than
     `max_terms` trained on all points; `n_terms` is then their number.
     """
     final = effort == ALL
@@ -245,7 +248,8 @@ def halving(
     *,
     max_terms: int | None = None,
 ) -> list[Score]:
-    """Successive halving, family by family and side by side: few folds, points and iterations for all, more for the best.
+    """Successive halving, family by family and side by side: few folds, points and iterations for all, more
+    for the best.
 
     What has converged early stays beside the most promising of the rest, so that a family whose best
     candidates never converge still has one. Returns the scores of the last round (all converged or failed),

@@ -1,8 +1,9 @@
 """Choose from the scores: the smallest error within one standard error, then the fewest numbers.
 
-A rung is one family of the ladder; a score is one candidate's held-out errors. Among the candidates of a rung, side by side, errors are
-compared as they are; among the rungs by what each is expected to err: a rung of a hundred candidates shows the luckiest, one of a formula
-has nothing to choose (decision 0037). Errors below the tolerance are not told apart either, however small their standard errors (decision 0012).
+A rung is one family of the ladder; a score is one candidate's held-out errors. Among the candidates of a
+rung, side by side, errors are compared as they are; among the rungs by what each is expected to err: a rung
+of a hundred candidates shows the luckiest, one of a formula has nothing to choose (decision 0037). Errors
+below the tolerance are not told apart either, however small their standard errors (decision 0012).
 """
 
 from __future__ import annotations
@@ -25,8 +26,9 @@ from rtctl.friction.learn.search import Score, Side
 class Rung:
     """One family: its chosen candidate per side, or why there is none.
 
-    `failures` counts the candidates lost, by reason, all sides together. `luck_nm2` is how much the mean square of the held-out errors is too
-    small for being the least of many (`luck`), N^2 m^2. `bends`: a formula whose v_s is beyond the range on some side, no Stribeck peak.
+    `failures` counts the candidates lost, by reason, all sides together. `luck_nm2` is how much the mean
+    square of the held-out errors is too small for being the least of many (`luck`), N^2 m^2. `bends`: a
+    formula whose v_s is beyond the range on some side, no Stribeck peak.
     """
 
     family: str
@@ -55,7 +57,9 @@ class Rung:
 
     @property
     def expected_nm(self) -> float:
-        """What the rung is expected to err, RMS: its held-out error without the luck of the choice, N m; infinite for a refused rung."""
+        """What the rung is expected to err, RMS: its held-out error without the luck of the choice, N m;
+        infinite for a refused rung.
+        """
         return float("inf") if self.refused else float(np.sqrt(self.rmse_nm**2 + self.luck_nm2))
 
     @property
@@ -88,7 +92,8 @@ class Choice:
     runner_up: Rung | None
     explanation: str
     of_formulas: str = ""
-    """The sentence of the explanation that says whether a formula is as good as a machine; "" where one of them is missing."""
+    """The sentence of the explanation that says whether a formula is as good as a machine; "" where one of
+    them is missing."""
 
 
 def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
@@ -149,11 +154,12 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
 
     Notes
     -----
-    The bias of the least error of a cross-validation [TT09]: over the folds, the mean square of the chosen one less that of the candidate
-    which is best there. Where folds agree on the best it is little; a candidate alone has none.
+    The bias of the least error of a cross-validation [TT09]: over the folds, the mean square of the chosen
+    one less that of the candidate which is best there. Where folds agree on the best it is little; a
+    candidate alone has none.
 
-    One that was chosen for its few numbers among errors that count as equal (decision 0012) has the luck of the least of them: what it errs
-    more is in its held-out error, and not counted again (decision 0046).
+    One that was chosen for its few numbers among errors that count as equal (decision 0012) has the luck of
+    the least of them: what it errs more is in its held-out error, and not counted again (decision 0046).
     """
     fold = data.fold[data.fold != TRAINS]
     same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
@@ -165,7 +171,9 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
 
 
 def _told_apart(rung: Rung, best: Rung) -> bool:
-    """Whether a rung is expected to err more than the best by more than one standard error of the difference, point by point."""
+    """Whether a rung is expected to err more than the best by more than one standard error of the difference,
+    point by point.
+    """
     if len(rung.errors) != len(best.errors):
         return rung.expected_nm > best.expected_nm + best.doubt_nm
     more, se = excess(rung.errors, best.errors, best.blocks)
@@ -214,7 +222,9 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
 
 
 def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
-    """Say why in a sentence; `among` says what the rungs it was chosen from have in common, "" one standard error."""
+    """Say why in a sentence; `among` says what the rungs it was chosen from have in common, "" one standard
+    error.
+    """
     said = f"Chosen: {_figures(chosen)}, "
     if near == 1:
         return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
@@ -239,7 +249,9 @@ def _figures(rung: Rung) -> str:
 
 
 def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
-    """Say whether a formula is as good as the best learned curve. `near` are the rungs to choose from, `among` as in `_why`."""
+    """Say whether a formula is as good as the best learned curve. `near` are the rungs to choose from,
+    `among` as in `_why`.
+    """
     formulas = [rung for rung in usable if rung.is_formula]
     learned = [rung for rung in usable if not rung.is_formula]
     if not formulas or not learned:
@@ -249,8 +261,14 @@ def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
     if formula.expected_nm <= machine.expected_nm:
         return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
     if not _told_apart(formula, machine):
-        return f"A parametric model is as good: {formula.family} errs more by less than one standard error of {machine.family}."
+        return (
+            f"A parametric model is as good: {formula.family} errs more by less than one standard error of "
+            f"{machine.family}."
+        )
     if formula in near and among:
-        return f"A parametric model is as good: {formula.family}, {1e3 * formula.expected_nm:.3g} mN m, is {among}."
+        return (
+            f"A parametric model is as good: {formula.family}, {1e3 * formula.expected_nm:.3g} mN m, is "
+            f"{among}."
+        )
     times = formula.expected_nm / machine.expected_nm
     return f"No parametric model is as good: the best, {formula.family}, errs {times:.2g} times as much."

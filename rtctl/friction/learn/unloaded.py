@@ -1,4 +1,6 @@
-"""From points under load to points of a gear without load, and the coefficients that a model carries for the law."""
+"""From points under load to points of a gear without load, and the coefficients that a model carries for the
+law.
+"""
 
 from __future__ import annotations
 
@@ -12,11 +14,13 @@ from rtctl.friction.load import COEFFICIENTS, Load
 from rtctl.friction.points import FrictionPoints
 
 LIGHT = 0.5
-"""Most of a light point's friction that is its load's: the curve without load is learned from light points, and held against them."""
+"""Most of a light point's friction that is its load's: the curve without load is learned from light points,
+and held against them."""
 
 
 def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
-    """The coefficients of the form that was chosen by what was held out; the law knows one of both directions, that of the one that rubs less.
+    """The coefficients of the form that was chosen by what was held out; the law knows one of both
+    directions, that of the one that rubs less.
 
     Raises
     ------
@@ -28,7 +32,8 @@ def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
     terms = verdict.chosen.terms
     if not terms.told:
         raise DataError(
-            f"{points.source}: over {verdict.span_nm:.3g} N m friction does not depend on load; leave --by-load out"
+            f"{points.source}: over {verdict.span_nm:.3g} N m friction does not depend on load; leave "
+            "--by-load out"
         )
     rows, _ = rows_of(points)
     most_nm = float(max(np.abs(rows.outside_nm).max(), np.abs(rows.motor_nm).max()))

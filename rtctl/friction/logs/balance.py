@@ -1,4 +1,6 @@
-"""The balance of torques on the sliding rows of logs, fitted with or without further causes (`rtctl.friction.logs.balance_faults`)."""
+"""The balance of torques on the sliding rows of logs, fitted with or without further causes
+(`rtctl.friction.logs.balance_faults`).
+"""
 
 from __future__ import annotations
 
@@ -14,12 +16,15 @@ ROWS_ALIKE = 5
 """Rows that say the same: they are a tenth of a period of the cut-off apart."""
 
 VISCOUS_LEAST = 0.1
-"""Most that viscous friction may come out negative, as torque at the usual speed, share of Coulomb friction."""
+"""Most that viscous friction may come out negative, as torque at the usual speed, share of Coulomb
+friction."""
 
 
 @dataclass(frozen=True)
 class Fit:
-    """A least-squares fit of the balance: inertia, viscous and Coulomb friction, the added coefficients, what is left over (RMS)."""
+    """A least-squares fit of the balance: inertia, viscous and Coulomb friction, the added coefficients, what
+    is left over (RMS).
+    """
 
     inertia: float
     viscous: float
@@ -28,7 +33,9 @@ class Fit:
     rest: float
 
     def is_joint(self, speed_rad_s: float) -> bool:
-        """Whether these are parameters of a joint that goes at that speed, RMS: a part of a log that hardly tells them has any."""
+        """Whether these are parameters of a joint that goes at that speed, RMS: a part of a log that hardly
+        tells them has any.
+        """
         return (
             self.inertia > 0
             and self.coulomb > 0
@@ -108,7 +115,9 @@ class Balance:
         )
 
     def inertia(self) -> tuple[float, float]:
-        """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the others."""
+        """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the
+        others.
+        """
         own = self.own_acceleration()
         found = self.fit()
         free = max(len(own) / ROWS_ALIKE, 1.0)
@@ -121,7 +130,9 @@ class Balance:
         motion: np.ndarray | None = None,
         rows: np.ndarray | slice = slice(None),
     ) -> Fit:
-        """Fit the balance: of another torque, with added columns (n, k), another reading of the motion (n, 3), on some rows."""
+        """Fit the balance: of another torque, with added columns (n, k), another reading of the motion (n,
+        3), on some rows.
+        """
         motion = self.motion if motion is None else motion
         more = np.zeros((len(motion), 0)) if added is None else added
         matrix = np.hstack([motion, more, self.nuisance])[rows]

@@ -1,8 +1,10 @@
-"""What is wrong with a log, by its balance of torques: each possible cause is let into the fit, and told if the parameters then differ.
+"""What is wrong with a log, by its balance of torques: each possible cause is let into the fit, and told if
+the parameters then differ.
 
-The balance is ``tau = J a + b v + F_c s + o`` (`rtctl.friction.logs.regression`). A cause (a torque that is late, a spring, a
-column in another unit, friction that changes) is one more column or another reading of one. It is told when it
-explains much that was left over *and* moves a parameter; so a log of which the parameters are right gives no alarm.
+The balance is ``tau = J a + b v + F_c s + o`` (`rtctl.friction.logs.regression`). A cause (a torque that is
+late, a spring, a column in another unit, friction that changes) is one more column or another reading of one.
+It is told when it explains much that was left over *and* moves a parameter; so a log of which the parameters
+are right gives no alarm.
 """
 
 from __future__ import annotations
@@ -23,10 +25,12 @@ TOLD_RATIO = 0.75
 """A cause is told when what is left over, RMS, falls to this share of it or less,"""
 
 TOLD_CHANGE = 0.08
-"""and inertia, viscous or Coulomb friction change by this share or more (viscous friction as torque, against Coulomb friction, too)."""
+"""and inertia, viscous or Coulomb friction change by this share or more (viscous friction as torque, against
+Coulomb friction, too)."""
 
 PLAIN_RATIO = 0.5
-"""A cause is told from this share on of much that was left over although the parameters hardly change: what is left over without a name looks like anything."""
+"""A cause is told from this share on of much that was left over although the parameters hardly change: what
+is left over without a name looks like anything."""
 
 REFUSED_RATIO, REFUSED_CHANGE = 0.7, 0.3
 """Both bounds for parameters that are not given out at all,"""
@@ -35,32 +39,38 @@ EXPLAINED = 0.1
 """Share of the torque left over without the cause below which parameters are given out all the same."""
 
 LEFT_LEAST = 0.025
-"""Share of the torque left over without a cause below which no cause is sought: friction that is not quite Coulomb + viscous leaves as much."""
+"""Share of the torque left over without a cause below which no cause is sought: friction that is not quite
+Coulomb + viscous leaves as much."""
 
 POSITION_SHARE = 0.04
 """Least size of a torque that depends on the position, share of the torque."""
 
 ALIKE = 1.5
-"""Causes that leave up to this many times as much over as the best do as well: the one tried first is told."""
+"""Causes that leave up to this many times as much over as the best do as well: the one tried first is
+told."""
 
 SMALL_SHARE = 0.1
 """Least size of a torque, share of the other, whose weight is looked at."""
 
 DOUBTFUL_SHARE, UNEXPLAINED_SHARE = 0.3, 0.5
-"""Share of the torque about its mean, RMS, that the motion does not explain: worth a word, and refused. Sound logs have .02 to .25."""
+"""Share of the torque about its mean, RMS, that the motion does not explain: worth a word, and refused. Sound
+logs have .02 to .25."""
 
 PARTS, PART_ROWS = 3, 150
 """Parts of a log that are compared, and fewest rows of one."""
 
 CHANGES_WITHIN = "changes within"
-"""Words of a warning that something differs between the parts of a log: `log_checks` tells no drift of a scale beside it."""
+"""Words of a warning that something differs between the parts of a log: `log_checks` tells no drift of a
+scale beside it."""
 
 CHANGES = 0.2
 """Share by which Coulomb friction or inertia differ between parts of a log that is told."""
 
 
 def changed(balance: Balance, before: Fit, after: Fit) -> float:
-    """Largest change of a parameter, share of what it is after; viscous friction against the whole friction where that is larger."""
+    """Largest change of a parameter, share of what it is after; viscous friction against the whole friction
+    where that is larger.
+    """
     viscous = max(abs(after.viscous), 0.25 * abs(after.coulomb) / balance.speed)
     return max(
         abs(before.inertia - after.inertia) / max(abs(after.inertia), 1e-12),
@@ -109,9 +119,10 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
 
 def _unexplained(source: str, left: float, most: float) -> str:
     return (
-        f"{source}: the motion explains too little of the torque: {100 * left:.0f} % of it, RMS about its mean, is something else "
-        f"(at most {100 * most:.0f} %); map the torque of the same axis and every torque on the joint, look at the sensor's zero, "
-        "and leave out what is not free motion; a hand, play, an elastic shaft and counts or torques that wrapped look like that, too"
+        f"{source}: the motion explains too little of the torque: {100 * left:.0f} % of it, RMS about its "
+        f"mean, is something else (at most {100 * most:.0f} %); map the torque of the same axis and every "
+        "torque on the joint, look at the sensor's zero, and leave out what is not free motion; a hand, "
+        "play, an elastic shaft and counts or torques that wrapped look like that, too"
     )
 
 
@@ -126,8 +137,9 @@ def _velocity_as_position(balance: Balance, plain: Fit) -> tuple[str, Fit] | Non
     if _position_fit(balance).rest < 1.5 * other.rest:
         return None
     return (
-        f"column position: looks like a velocity: read as one, {100 * other.rest / balance.spread:.0f} % of the torque is left over, read "
-        f"as a position {100 * as_it_is.rest / balance.spread:.0f} %; map the column with the angle",
+        f"column position: looks like a velocity: read as one, {100 * other.rest / balance.spread:.0f} % of "
+        f"the torque is left over, read as a position {100 * as_it_is.rest / balance.spread:.0f} %; map the "
+        "column with the angle",
         replace(other, rest=other.rest * plain.rest / as_it_is.rest),
     )
 
@@ -161,12 +173,19 @@ def _weight_text(names: tuple[str, str], weight: float, other: Fit) -> str:
         turned = large if other.inertia < 0 and other.coulomb < 0 else small
         return f"{turned}: its sign is turned: the torques balance if it is (scale -1)"
     if 0.7 < abs(weight) / 1000 < 1.4:
-        return f"{large}: is a thousand times too large against the {small}, as if in mN m; correct the unit of the {large}, or of the {small}"
+        return (
+            f"{large}: is a thousand times too large against the {small}, as if in mN m; correct the unit "
+            f"of the {large}, or of the {small}"
+        )
     if abs(weight) < 0.1:
-        return f"{small}: has no part in the balance (weight {weight:.2g}, 1 is wanted); map the column that was measured on this axis, or leave it out"
+        return (
+            f"{small}: has no part in the balance (weight {weight:.2g}, 1 is wanted); map the column that "
+            "was measured on this axis, or leave it out"
+        )
     return (
-        f"{small}: enters the balance with the weight {weight:.3g} against the {large}, 1 is wanted; correct the unit or the scale of one of them "
-        "(a current as N m? torque constant, gear ratio, lever?)"
+        f"{small}: enters the balance with the weight {weight:.3g} against the {large}, 1 is wanted; "
+        "correct the unit or the scale of one of them (a current as N m? torque constant, gear ratio, "
+        "lever?)"
     )
 
 
@@ -185,9 +204,10 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
     if np.std(part) < POSITION_SHARE * balance.spread:
         return None
     return (
-        f"the torque depends on the position ({float(np.std(part)):.3g} N m RMS: a spring, gravity, a cable, another hand, or friction that varies with the place); map that torque, "
-        "take it away, or balance the joint: without it "
-        f"inertia would be {other.inertia:.3g} kg m^2, viscous friction {other.viscous:.3g} N m s/rad and Coulomb friction {other.coulomb:.3g} N m",
+        f"the torque depends on the position ({float(np.std(part)):.3g} N m RMS: a spring, gravity, a "
+        "cable, another hand, or friction that varies with the place); map that torque, take it away, or "
+        f"balance the joint: without it inertia would be {other.inertia:.3g} kg m^2, viscous friction "
+        f"{other.viscous:.3g} N m s/rad and Coulomb friction {other.coulomb:.3g} N m",
         other,
     )
 
@@ -221,14 +241,17 @@ def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
             if max(values) - min(values) > CHANGES * usual and _needed(balance, furthest, of, usual):
                 times = ", ".join(f"{balance.time_s[part[0]]:.3g} s" for part in parts)
                 told.append(
-                    f"{name} {CHANGES_WITHIN} {source}: {', '.join(f'{value:.3g}' for value in values)} {unit} in the parts from {times} on "
-                    "(temperature, load, a part touched, two logs in one); cut the log there, or take the mean for what it is"
+                    f"{name} {CHANGES_WITHIN} {source}: {', '.join(f'{value:.3g}' for value in values)} "
+                    f"{unit} in the parts from {times} on (temperature, load, a part touched, two logs in "
+                    "one); cut the log there, or take the mean for what it is"
                 )
     return told
 
 
 def _needed(balance: Balance, rows: np.ndarray, of: int, usual: float) -> bool:
-    """Whether rows need a parameter of their own in place of the usual one: the slow part of a chirp hardly tells an inertia."""
+    """Whether rows need a parameter of their own in place of the usual one: the slow part of a chirp hardly
+    tells an inertia.
+    """
     motion = balance.motion
     given, motion[:, of] = usual * motion[:, of], 0.0
     without = balance.fit(torque=balance.torque - given, motion=motion, rows=rows)

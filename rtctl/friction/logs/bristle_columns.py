@@ -1,7 +1,8 @@
-"""Columns of a regression that describe friction around a turn: by speed, late speed, acceleration, stop operator, LuGre's bristle.
+"""Columns of a regression that describe friction around a turn: by speed, late speed, acceleration, stop
+operator, LuGre's bristle.
 
-Each is (rows, 2 + number of Stribeck peaks): the direction forwards, backwards, and times each peak, low-passed; by acceleration has each peak
-once more.
+Each is (rows, 2 + number of Stribeck peaks): the direction forwards, backwards, and times each peak,
+low-passed; by acceleration has each peak once more.
 """
 
 from __future__ import annotations
@@ -40,9 +41,11 @@ def _of_direction(part: TurningPart, direction: np.ndarray, peaks: Sequence[np.n
 
 
 def by_speed(part: TurningPart, which: float, lag_s: float = 0.0) -> np.ndarray:
-    """Friction by speed; its direction that of the filtered speed (`which` 0) or of the last movement seen (1).
+    """Friction by speed; its direction that of the filtered speed (`which` 0) or of the last movement seen
+    (1).
 
-    The filter moves a turn between two unlike strokes by some milliseconds, a coarse encoder shows it late: the log tells.
+    The filter moves a turn between two unlike strokes by some milliseconds, a coarse encoder shows it late:
+    the log tells.
     """
     late = round(lag_s * part.rate_hz)
     speed = np.abs(part.motion[:, 1])
@@ -61,10 +64,11 @@ def by_late_speed(which: float, part: TurningPart, lag_s: float) -> np.ndarray:
 
 
 def by_acceleration(which: float, part: TurningPart, _none: float = 0.0) -> np.ndarray:
-    """Friction by speed and, near rest, in proportion to how fast the speed changes: other when it rises than when it falls.
+    """Friction by speed and, near rest, in proportion to how fast the speed changes: other when it rises than
+    when it falls.
 
-    A regression over (|v|, a) with the kernel k(v, v')(1 + lambda a a') is a curve of speed plus a times another; here the peaks' shapes are the
-    other. A part of it that does not depend on speed is inertia.
+    A regression over (|v|, a) with the kernel k(v, v')(1 + lambda a a') is a curve of speed plus a times
+    another; here the peaks' shapes are the other. A part of it that does not depend on speed is inertia.
     """
     plain = by_speed(part, which)
     direction = (

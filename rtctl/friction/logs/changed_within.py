@@ -1,4 +1,6 @@
-"""A log that is of two parts: from some time on the torque has another zero or scale, the position another scale, or another joint moves."""
+"""A log that is of two parts: from some time on the torque has another zero or scale, the position another
+scale, or another joint moves.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +20,8 @@ SAME = 0.1
 """Share by which Coulomb friction may differ to be the same."""
 
 FACTOR_MOST = 5.0
-"""Largest change of the inertia that is told: more is that of a part whose strokes, each at one speed, hardly tell it."""
+"""Largest change of the inertia that is told: more is that of a part whose strokes, each at one speed, hardly
+tell it."""
 
 STILL = 0.75
 """What parts must leave over beside a friction that bends over speed, of what that leaves alone."""
@@ -28,7 +31,9 @@ ALIKE = 1.15
 
 
 def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
-    """The time from which on a log has other parameters, that leaves least over; the parameters told are those before it."""
+    """The time from which on a log has other parameters, that leaves least over; the parameters told are
+    those before it.
+    """
     n = len(balance.time_s)
     if len(balance.signals.sources) > 1 or n < 3 * PART_LEAST:
         return None
@@ -44,8 +49,9 @@ def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if not 1 / FACTOR_MOST < after.inertia / fit.inertia < FACTOR_MOST:
         return None
     return (
-        f"{what} changes within the log, at about {balance.time_s[row]:.3g} s: with that, {100 * fit.rest / balance.spread:.2g} % of the torque is left over "
-        f"instead of {100 * plain.rest / balance.spread:.2g} %; cut the log there",
+        f"{what} changes within the log, at about {balance.time_s[row]:.3g} s: with that, "
+        f"{100 * fit.rest / balance.spread:.2g} % of the torque is left over instead of "
+        f"{100 * plain.rest / balance.spread:.2g} %; cut the log there",
         fit,
     )
 
@@ -72,7 +78,9 @@ def _own(balance: Balance, row: int) -> np.ndarray:
 
 
 def _is_bent(balance: Balance, row: int) -> bool:
-    """Whether friction that is not Coulomb + viscous explains most of it: parts of other speeds then look like other parameters."""
+    """Whether friction that is not Coulomb + viscous explains most of it: parts of other speeds then look
+    like other parameters.
+    """
     bent = balance.bends()
     return (
         balance.fit(added=np.hstack([bent, _own(balance, row)])).rest > STILL * balance.fit(added=bent).rest
@@ -80,7 +88,9 @@ def _is_bent(balance: Balance, row: int) -> bool:
 
 
 def _what(balance: Balance, row: int) -> tuple[str, Fit]:
-    """What changes there: the least that leaves hardly more over than parameters of their own, and that fit."""
+    """What changes there: the least that leaves hardly more over than parameters of their own, and that
+    fit.
+    """
     since, whole = _since(balance, row), _parted(balance, row)
     zero = balance.fit(added=since)
     if zero.rest < ALIKE * whole.rest:
@@ -90,16 +100,19 @@ def _what(balance: Balance, row: int) -> tuple[str, Fit]:
     torque = balance.fit(added=since * np.column_stack([wanted, np.ones(len(wanted))]))
     if torque.rest < ALIKE * whole.rest:
         return (
-            f"the scale of the torque, by the factor {1 + torque.added[0]:.3g} (a range, a gain, a torque constant),",
+            f"the scale of the torque, by the factor {1 + torque.added[0]:.3g} (a range, a gain, a torque "
+            "constant),",
             torque,
         )
     inertia, viscous, coulomb = 1 + whole.added[:3] / before
     if abs(coulomb - 1) < SAME:
         return (
-            f"the inertia, by the factor {inertia:.3g}, and viscous friction, by {viscous:.3g}, but not Coulomb friction, (a load, a scale of the position, rows of another rate,)",
+            f"the inertia, by the factor {inertia:.3g}, and viscous friction, by {viscous:.3g}, but not "
+            "Coulomb friction, (a load, a scale of the position, rows of another rate,)",
             whole,
         )
     return (
-        f"what is moved, or how it rubs, (inertia by the factor {inertia:.3g}, Coulomb friction by {coulomb:.3g}: two logs in one, a load, a part that was touched)",
+        f"what is moved, or how it rubs, (inertia by the factor {inertia:.3g}, Coulomb friction by "
+        f"{coulomb:.3g}: two logs in one, a load, a part that was touched)",
         whole,
     )

@@ -1,7 +1,9 @@
-"""Whether a torque was cut off by its sensor or drive: it stays at its largest value although the balance wants more there.
+"""Whether a torque was cut off by its sensor or drive: it stays at its largest value although the balance
+wants more there.
 
-A torque may stay at one value for honest reasons: a joint that accelerates evenly, or slides at one speed, wants one. So equal values are no
-fault by themselves: the balance, fitted where the torque is smaller, must contradict them.
+A torque may stay at one value for honest reasons: a joint that accelerates evenly, or slides at one speed,
+wants one. So equal values are no fault by themselves: the balance, fitted where the torque is smaller, must
+contradict them.
 """
 
 from __future__ import annotations
@@ -25,7 +27,8 @@ TOP_SHARE = 0.8
 """Torques below this share of the largest are not clipped."""
 
 BEYOND_TOP, BEYOND_ROWS = 1.1, 0.01
-"""Without equal values, clipped is a torque that the motion wants further than its largest value by this factor, in this share of the rows."""
+"""Without equal values, clipped is a torque that the motion wants further than its largest value by this
+factor, in this share of the rows."""
 
 FLAT_SLOPE = 0.5
 """Slope of the recorded torque against the wanted one, near the largest value: 1 where it is not clipped."""
@@ -40,7 +43,8 @@ SURELY = 3.0
 """Standard errors of what is wanted by which it must be missing."""
 
 BETTER = 0.85
-"""Largest share of what the balance leaves over, RMS, that is left when what is wanted ends at the largest and the smallest torque."""
+"""Largest share of what the balance leaves over, RMS, that is left when what is wanted ends at the largest
+and the smallest torque."""
 
 FAR_BETTER = 0.3
 """The same from which on it is clipped although what is wanted there is hardly known."""
@@ -66,7 +70,9 @@ def plateaus(signal: np.ndarray, where: str) -> tuple[Plateau, ...]:
 
 @dataclass(frozen=True)
 class _Top:
-    """What the balance says of the largest torques of a column on one side: shares of the largest, but `slope` and `better`."""
+    """What the balance says of the largest torques of a column on one side: shares of the largest, but
+    `slope` and `better`.
+    """
 
     level_nm: float
     wanted_nm: float
@@ -81,7 +87,8 @@ class _Top:
 
 
 def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], source: str) -> None:
-    """Refuse a torque that stays near its largest values although the motion wants more: clipped, whatever noise is on top.
+    """Refuse a torque that stays near its largest values although the motion wants more: clipped, whatever
+    noise is on top.
 
     Parameters
     ----------
@@ -95,8 +102,9 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
 
     Notes
     -----
-    The balance is fitted on rows below `TOP_SHARE` of the largest torque. Rows of the largest are chosen by what was recorded: noise of it
-    is selected upwards, which looks like the contrary of a torque that was cut off.
+    The balance is fitted on rows below `TOP_SHARE` of the largest torque. Rows of the largest are chosen by
+    what was recorded: noise of it is selected upwards, which looks like the contrary of a torque that was cut
+    off.
     """
     for log, plateau in seen:
         found = _of_plateau(balance, log, plateau)
@@ -107,8 +115,9 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
                 else "hardly has a smaller torque"
             )
             raise DataError(
-                f"{plateau.where}: clipped at {plateau.level_nm:.4g} N m for {plateau.rows} samples from row {plateau.row} on: the motion {wants}; raise the range of the "
-                "sensor, or move less briskly"
+                f"{plateau.where}: clipped at {plateau.level_nm:.4g} N m for {plateau.rows} samples from "
+                f"row {plateau.row} on: the motion {wants}; raise the range of the sensor, or move less "
+                "briskly"
             )
     for name, column in columns(balance).items():
         for side in (1.0, -1.0):
@@ -116,8 +125,8 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
             if found is not None and found.judged and _contradicted(found, SHORT) and _is_flat(found):
                 raise DataError(
                     f"{source}: {name}: looks clipped at about {found.level_nm:.3g} N m: the motion wants "
-                    f"{found.wanted_nm:.3g} N m on average where it stays there; raise the range of the sensor or the limit of the drive, or move "
-                    "less briskly"
+                    f"{found.wanted_nm:.3g} N m on average where it stays there; raise the range of the "
+                    "sensor or the limit of the drive, or move less briskly"
                 )
 
 
@@ -155,7 +164,9 @@ def _at_top(balance: Balance, column: np.ndarray, side: float) -> _Top | None:
 def _compared(
     balance: Balance, column: np.ndarray, side: float, at_top: np.ndarray, top: float
 ) -> _Top | None:
-    """What the rows `at_top` lack of what is wanted there by all rows with a smaller torque; None where hardly any row is at the top."""
+    """What the rows `at_top` lack of what is wanted there by all rows with a smaller torque; None where
+    hardly any row is at the top.
+    """
     others, middle = balance.torque - column, float(np.median(column))
     signal = side * (column - middle)
     below = np.abs(signal) < TOP_SHARE * top
@@ -163,7 +174,8 @@ def _compared(
         return None
     if top <= 0 or below.sum() < max(ROWS_LEAST, BELOW_LEAST * len(below)):
         return _Top(
-            level_nm=side * top + middle, wanted_nm=math.nan, short=0.0, error=math.inf, beyond=0.0, slope=1.0, scatter=1.0, better=1.0, judged=False
+            level_nm=side * top + middle, wanted_nm=math.nan, short=0.0, error=math.inf, beyond=0.0,
+            slope=1.0, scatter=1.0, better=1.0, judged=False
         )  # fmt: skip
     matrix = np.hstack([balance.motion, balance.nuisance])
     found = np.linalg.lstsq(matrix[below], balance.torque[below], rcond=1e-9)[0]

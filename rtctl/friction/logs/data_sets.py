@@ -1,4 +1,6 @@
-"""Data on disk that models are judged by: a description (TOML) of sets of logs, of runs at one speed, or of points."""
+"""Data on disk that models are judged by: a description (TOML) of sets of logs, of runs at one speed, or of
+points.
+"""
 
 from __future__ import annotations
 
@@ -30,7 +32,9 @@ ROLES = {
 
 
 class DataSet(Table):
-    """One set: `logs` (each a session, for the balance of a joint in motion), `runs` (each at one speed), or `points`."""
+    """One set: `logs` (each a session, for the balance of a joint in motion), `runs` (each at one speed), or
+    `points`.
+    """
 
     name: str = Field(min_length=1, max_length=200, description="heading on the page")
     source: str = Field("", max_length=1000, description="where it is from, and what it is")

@@ -38,7 +38,9 @@ RANK_TOLERANCE = 1e-6
 
 @dataclass(frozen=True)
 class Plateau:
-    """A run of `rows` equal extreme values of a torque, from `row` on; `side` 1 at the largest, -1 at the smallest, `where` the file and the column."""
+    """A run of `rows` equal extreme values of a torque, from `row` on; `side` 1 at the largest, -1 at the
+    smallest, `where` the file and the column.
+    """
 
     where: str
     level_nm: float
@@ -52,10 +54,12 @@ class AxisLog:
     """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque.
 
     `external_nm` is the hand's part of it, None where only one of the two is mapped.
-    `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the first row of
-    its file, above 0 for a stretch behind a gap; `notes` say what was done to the file. `radian` is what stands for a radian in
-    every threshold of the logs: 1 of a rotary axis, so many m of a linear one (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
-    `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its bristles bend, 0 where that is not longer than usual.
+    `velocity_rad_s` is a recorded velocity, None where there is none. `start_s` is when it begins after the
+    first row of its file, above 0 for a stretch behind a gap; `notes` say what was done to the file. `radian`
+    is what stands for a radian in every threshold of the logs: 1 of a rotary axis, so many m of a linear one
+    (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
+    `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its
+    bristles bend, 0 where that is not longer than usual.
     """
 
     rate_hz: float

@@ -1,7 +1,9 @@
-"""What a motion at even speeds tells of a joint: its friction at these speeds, and of everything else how large it may be.
+"""What a motion at even speeds tells of a joint: its friction at these speeds, and of everything else how
+large it may be.
 
-To and fro at constant speeds the joint accelerates at the turns alone, where its bristles bend. So inertia, and with one speed the share of viscous friction, are not in
-the rows that slide: no least squares makes them of noise. Friction at the speeds is (docs/theory.md 9.8).
+To and fro at constant speeds the joint accelerates at the turns alone, where its bristles bend. So inertia,
+and with one speed the share of viscous friction, are not in the rows that slide: no least squares makes them
+of noise. Friction at the speeds is (docs/theory.md 9.8).
 """
 
 from __future__ import annotations
@@ -19,7 +21,8 @@ DROWNED = 0.9
 """Share of the acceleration, by power, that is noise of the position, from which on it tells no inertia."""
 
 SPEEDS_APART = 1.5
-"""Ratio of the speeds, the ninth tenth over the first, from which on Coulomb and viscous friction are told apart."""
+"""Ratio of the speeds, the ninth tenth over the first, from which on Coulomb and viscous friction are told
+apart."""
 
 
 class TooEvenError(DataError):
@@ -36,12 +39,15 @@ def require_acceleration(signals: Regressors) -> None:
     """
     if signals.inertia_short > DROWNED:
         raise TooEvenError(
-            f"{signals.source}: {100 * min(1.0, signals.inertia_short):.0f} % of the acceleration, by power, is noise of the position; record brisker motion, or more digits"
+            f"{signals.source}: {100 * min(1.0, signals.inertia_short):.0f} % of the acceleration, by "
+            "power, is noise of the position; record brisker motion, or more digits"
         )
 
 
 def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
-    """The columns that a motion at even speeds may tell, richest first: without the inertia, and without viscous friction."""
+    """The columns that a motion at even speeds may tell, richest first: without the inertia, and without
+    viscous friction.
+    """
     speed = np.abs(signals.velocity_rad_s[signals.sliding])
     low, high = np.quantile(speed, [0.1, 0.9])
     steady = {name: column for name, column in columns.items() if name != "inertia_kgm2"}
@@ -50,7 +56,9 @@ def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[
 
 
 def largest_inertia(signals: Regressors, friction: float) -> float:
-    """The most an inertia can be: the torque that there was, and `friction` (N m), moved it at its turns, (largest torque + friction)/largest acceleration."""
+    """The most an inertia can be: the torque that there was, and `friction` (N m), moved it at its turns,
+    (largest torque + friction)/largest acceleration.
+    """
     torque = np.abs(signals.torque_nm - np.median(signals.torque_nm))
     acceleration = np.abs(signals.acceleration_rad_s2)
     return (float(np.quantile(torque, 0.99)) + friction) / max(float(np.quantile(acceleration, 0.99)), 1e-12)
@@ -59,7 +67,8 @@ def largest_inertia(signals: Regressors, friction: float) -> float:
 def completed(
     found: Mapping[str, Estimate], names: tuple[str, ...], signals: Regressors
 ) -> dict[str, Estimate]:
-    """The parameters `names` in their order; what was not `found` is 0 with an interval up to the most it can be.
+    """The parameters `names` in their order; what was not `found` is 0 with an interval up to the most it can
+    be.
 
     All of the friction may be viscous.
     """
@@ -89,6 +98,7 @@ def said(signals: Regressors, found: Mapping[str, Estimate]) -> str:
     unknown = "the inertia" if viscous else "the inertia, and how much of the friction is viscous, are"
     rest = "is not told by it: 0 stands for it" if viscous else "not told by it: 0 stands for both"
     return (
-        f"{signals.source}: motion at even speeds: the friction at {speed.min():.3g} to {speed.max():.3g} rad/s is in this log, and its points are as good as any; {unknown} {rest}, and the "
-        "interval is all that it can be; record brisk motion of changing speed, and strokes of several speeds, besides"
+        f"{signals.source}: motion at even speeds: the friction at {speed.min():.3g} to {speed.max():.3g} "
+        f"rad/s is in this log, and its points are as good as any; {unknown} {rest}, and the interval is "
+        "all that it can be; record brisk motion of changing speed, and strokes of several speeds, besides"
     )

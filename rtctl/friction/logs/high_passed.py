@@ -1,7 +1,9 @@
-"""A torque without its slow part: AC-coupled (an oscilloscope's input, a charge amplifier of a piezo), or high-passed by a program.
+"""A torque without its slow part: AC-coupled (an oscilloscope's input, a charge amplifier of a piezo), or
+high-passed by a program.
 
-A high-pass of the first order leaves of a torque u the m with ``m' + w m = u'``, so ``u = m + w int m``: the balance of what was recorded has one more column,
-its own integral, and all other parameters are again those of the joint (docs/theory.md 9.5).
+A high-pass of the first order leaves of a torque u the m with ``m' + w m = u'``, so ``u = m + w int m``: the
+balance of what was recorded has one more column, its own integral, and all other parameters are again those
+of the joint (docs/theory.md 9.5).
 """
 
 from __future__ import annotations
@@ -27,8 +29,10 @@ def high_passed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if not (corner > 0 and other.inertia > 0 and other.coulomb > 0):
         return None
     return (
-        f"the torque looks AC-coupled: as behind a high-pass of {corner / 2 / math.pi:.2g} Hz, {100 * other.rest / balance.spread:.2g} % of it is left over instead of "
-        f"{100 * plain.rest / balance.spread:.2g} %, and its slow part, with the Coulomb friction, is missing; couple it DC, or map the torque before the filter",
+        f"the torque looks AC-coupled: as behind a high-pass of {corner / 2 / math.pi:.2g} Hz, "
+        f"{100 * other.rest / balance.spread:.2g} % of it is left over instead of "
+        f"{100 * plain.rest / balance.spread:.2g} %, and its slow part, with the Coulomb friction, is "
+        "missing; couple it DC, or map the torque before the filter",
         other,
     )
 

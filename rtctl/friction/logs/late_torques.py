@@ -1,4 +1,6 @@
-"""A torque that is not of the time of the position: late or early by one delay, or of a device whose clock runs at another rate."""
+"""A torque that is not of the time of the position: late or early by one delay, or of a device whose clock
+runs at another rate.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +14,8 @@ LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
 """Delays of the torque that are tried, and the least that is told."""
 
 CLOCK_MOST_S, CLOCK_STEP_S, CLOCK_FINE_S = 0.3, 0.03, 0.006
-"""Delays at the first and the last row that are tried of two clocks, with one step and then a finer one about the best."""
+"""Delays at the first and the last row that are tried of two clocks, with one step and then a finer one about
+the best."""
 
 CLOCKS_LEAVE = 0.05
 """Share of the torque that one delay must leave over for two clocks to be looked for."""
@@ -22,7 +25,9 @@ CLOCKS_BETTER = 0.75
 
 
 def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.ndarray:
-    """The torque as it was recorded so much later, at the first row of each log and at its last, on the sliding rows (every so many of them)."""
+    """The torque as it was recorded so much later, at the first row of each log and at its last, on the
+    sliding rows (every so many of them).
+    """
     signals = balance.signals
     rows = np.flatnonzero(signals.sliding)[::every]
     found = np.empty(len(rows))
@@ -60,9 +65,10 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if abs(delay) < LATE_TOLD_S or not _sound(one):
         return None
     return (
-        f"the torque looks {1e3 * abs(delay):.0f} ms {_word(delay)} against the position ({_instead(delay)}): with that, "
-        f"{_left(balance, one)} of it is left over instead of {_left(balance, plain)}; record both at one time, or "
-        f"put the column right by it (--torque-delay does, of the motor torque: {delay:+.3f} s besides what it is now)",
+        f"the torque looks {1e3 * abs(delay):.0f} ms {_word(delay)} against the position "
+        f"({_instead(delay)}): with that, {_left(balance, one)} of it is left over instead of "
+        f"{_left(balance, plain)}; record both at one time, or put the column right by it (--torque-delay "
+        f"does, of the motor torque: {delay:+.3f} s besides what it is now)",
         one,
     )
 
@@ -79,9 +85,11 @@ def _clocks(left: Callable[[float, float], float]) -> tuple[float, float]:
 
 def _two_clocks(balance: Balance, plain: Fit, two: Fit, first_s: float, last_s: float) -> str:
     return (
-        f"torque and position look as if they were stamped by two clocks: the torque is {1e3 * abs(first_s):.0f} ms {_word(first_s)} against the position at the first row and "
-        f"{1e3 * abs(last_s):.0f} ms {_word(last_s)} at the last; with that, {_left(balance, two)} of it is left over instead of {_left(balance, plain)}; stamp both by one clock, or "
-        "stretch the time of one of them by it"
+        "torque and position look as if they were stamped by two clocks: the torque is "
+        f"{1e3 * abs(first_s):.0f} ms {_word(first_s)} against the position at the first row and "
+        f"{1e3 * abs(last_s):.0f} ms {_word(last_s)} at the last; with that, {_left(balance, two)} of it is "
+        f"left over instead of {_left(balance, plain)}; stamp both by one clock, or stretch the time of one "
+        "of them by it"
     )
 
 

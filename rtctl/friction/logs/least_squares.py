@@ -1,4 +1,6 @@
-"""Least squares of the balance of torques on the sliding rows of logs: columns, solution and intervals (docs/theory.md 9.3)."""
+"""Least squares of the balance of torques on the sliding rows of logs: columns, solution and intervals
+(docs/theory.md 9.3).
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,9 @@
 """What a balance of torques leaves over that is no noise, and by how much it may have moved the parameters.
 
-A torque that is in the balance and not in its model (a hand that was not mapped, a shaft that twists, play, friction by place) goes into the parameters by as much as
-it looks like their columns; what of it does not is left over. Nothing tells how it was shared out, but of what is seen left over a bound follows (docs/theory.md 9.5).
+A torque that is in the balance and not in its model (a hand that was not mapped, a shaft that twists, play,
+friction by place) goes into the parameters by as much as it looks like their columns; what of it does not is
+left over. Nothing tells how it was shared out, but of what is seen left over a bound follows
+(docs/theory.md 9.5).
 """
 
 from __future__ import annotations
@@ -18,7 +20,8 @@ MOST_OFF = {"inertia": 0.15, "viscous friction": 0.5, "Coulomb friction": 0.15}
 """Largest share by which a parameter may be off before that is told."""
 
 HARDLY_KNOWN = 0.5
-"""Share by which the inertia may be off that is told however little is left over: it makes so little of the torque that a small error of the model is as large."""
+"""Share by which the inertia may be off that is told however little is left over: it makes so little of the
+torque that a small error of the model is as large."""
 
 LAGS = (1.0, 1.3, 1.7, 2.1)
 """Times over which what is left over is compared with itself, periods of the cut-off."""
@@ -31,12 +34,13 @@ NOISE_SHARE = 0.2
 
 
 def smooth_rest(balance: Balance) -> float:
-    """RMS of what is left over and still follows from itself a period of the cut-off later and more, in the same stroke, N m; noise does not.
+    """RMS of what is left over and still follows from itself a period of the cut-off later and more, in the
+    same stroke, N m; noise does not.
 
     Notes
     -----
-    Noise behind a low-pass is uncorrelated after a period of its cut-off, so the covariance over such times is of what is no noise. Several are tried, since a shaft that
-    swings crosses 0 at one of them.
+    Noise behind a low-pass is uncorrelated after a period of its cut-off, so the covariance over such times
+    is of what is no noise. Several are tried, since a shaft that swings crosses 0 at one of them.
     """
     rest = balance.residual()
     power = max(
@@ -46,7 +50,9 @@ def smooth_rest(balance: Balance) -> float:
 
 
 def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
-    """Covariance of what is left over on two rows of a stroke, `lag` rows apart; 0 where there are hardly such rows."""
+    """Covariance of what is left over on two rows of a stroke, `lag` rows apart; 0 where there are hardly
+    such rows.
+    """
     if len(rest) <= 2 * lag:
         return 0.0
     time, log, ahead = balance.time_s, balance.log, balance.velocity > 0
@@ -62,7 +68,9 @@ def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
 
 
 def bounds(balance: Balance, rest: float) -> dict[str, float]:
-    """Share by which each parameter is off when a torque of `rest` N m, RMS, looks wholly like what its column has beyond the others."""
+    """Share by which each parameter is off when a torque of `rest` N m, RMS, looks wholly like what its
+    column has beyond the others.
+    """
     fit = balance.fit()
     values = {"inertia": fit.inertia, "viscous friction": fit.viscous, "Coulomb friction": fit.coulomb}
     found = {}
@@ -87,7 +95,9 @@ def told(balance: Balance) -> tuple[str, ...]:
         f"{name} by {100 * by:.0f} %" if by < 1 else f"{name} wholly" for name, by in much.items()
     )
     return (
-        f"{balance.signals.source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand or another torque that is not mapped, an elastic shaft, play, counts that are lost, "
-        f"friction that varies with the place or is not Coulomb + viscous): what looks like it may have gone into the parameters, {named}; map every torque, or record "
-        "brisker strokes of many speeds with nothing else touching the joint",
+        f"{balance.signals.source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand "
+        "or another torque that is not mapped, an elastic shaft, play, counts that are lost, friction that "
+        "varies with the place or is not Coulomb + viscous): what looks like it may have gone into the "
+        f"parameters, {named}; map every torque, or record brisker strokes of many speeds with nothing else "
+        "touching the joint",
     )

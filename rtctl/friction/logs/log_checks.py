@@ -22,13 +22,15 @@ LOWER_CUTOFF = 0.4
 """Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
 
 BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
-"""Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up to twice what the steps of slow motion make."""
+"""Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up
+to twice what the steps of slow motion make."""
 
 COARSE_STEP = 2e-3
 """Share of the range of the position from which on its steps are those of lost digits, not of an encoder."""
 
 FEW_LEVELS = 0.01
-"""Step of a position without a velocity, share of its range, that is told whatever it makes of the inertia."""
+"""Step of a position without a velocity, share of its range, that is told whatever it makes of the
+inertia."""
 
 SURE = 0.05
 """Largest standard error of an inertia that another is compared with, share of it."""
@@ -69,7 +71,9 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
 def external_of(
     logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, speed_min_rad_s: float
 ) -> np.ndarray | None:
-    """The external torque alone, on the rows of the signals of both torques; None where only one is recorded."""
+    """The external torque alone, on the rows of the signals of both torques; None where only one is
+    recorded.
+    """
     if any(stretch.external_nm is None for stretches in logs for stretch in stretches):
         return None
     alone = [
@@ -83,12 +87,14 @@ def external_of(
 
 
 def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float) -> float:
-    """Share by which the steps of the position make the inertia too small, for the acceleration drowns in them; 0 to 1.
+    """Share by which the steps of the position make the inertia too small, for the acceleration drowns in
+    them; 0 to 1.
 
     Notes
     -----
-    Noise in a regressor makes its coefficient too small by the noise's share of the regressor's power (of what of it the others do not have). As much noise
-    as the steps make is made once more, and its power measured. Of a recorded velocity the steps of the position make no acceleration.
+    Noise in a regressor makes its coefficient too small by the noise's share of the regressor's power (of
+    what of it the others do not have). As much noise as the steps make is made once more, and its power
+    measured. Of a recorded velocity the steps of the position make no acceleration.
     """
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
@@ -109,8 +115,9 @@ def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> N
         step, range_rad = _step(stretch), float(np.ptp(stretch.position_rad))
         if step > COARSE_STEP * range_rad:
             raise DataError(
-                f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of {step:.3g} rad are all its range, so that it seems to rest between them; record "
-                "more digits, or a velocity too"
+                f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of "
+                f"{step:.3g} rad are all its range, so that it seems to rest between them; record more "
+                "digits, or a velocity too"
             )
 
 
@@ -121,8 +128,9 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         return _few_levels(logs, signals)
     step = max(_step(stretch) for stretches in logs for stretch in stretches)
     text = (
-        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in it (play that rattles, an encoder that interpolates), make the inertia {100 * short:.0f} % too small, or "
-        "more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
+        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in "
+        f"it (play that rattles, an encoder that interpolates), make the inertia {100 * short:.0f} % too "
+        "small, or more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
     lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)
     if lost and short > BIAS_REFUSED:
@@ -131,7 +139,9 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
 
 
 def _few_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
-    """What is to be said of a position of few levels although the inertia comes out of it: velocity and its sign are of the steps."""
+    """What is to be said of a position of few levels although the inertia comes out of it: velocity and its
+    sign are of the steps.
+    """
     stretches = [one for stretches in logs for one in stretches if one.velocity_rad_s is None]
     step, range_rad = max(
         ((_step(one), float(np.ptp(one.position_rad))) for one in stretches), default=(0.0, 0.0)
@@ -139,15 +149,18 @@ def _few_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[
     if step <= FEW_LEVELS * range_rad:
         return []
     return [
-        f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of {step:.3g} rad are all its range: viscous friction, and a delay, are those of the steps; record "
-        "more digits, or a velocity too"
+        f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of {step:.3g} rad "
+        "are all its range: viscous friction, and a delay, are those of the steps; record more digits, or "
+        "a velocity too"
     ]
 
 
 def _gained_by_lower_cutoff(
     logs: Sequence[Sequence[AxisLog]], balance: Balance, speed_min_rad_s: float
 ) -> float:
-    """Share that the inertia surely lacks against that of a lower cut-off, where the noise of an acceleration is far less, whatever makes it."""
+    """Share that the inertia surely lacks against that of a lower cut-off, where the noise of an acceleration
+    is far less, whatever makes it.
+    """
     cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
     try:
         lower = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
@@ -163,7 +176,9 @@ def _gained_by_lower_cutoff(
 
 
 def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:
-    """The log with as much noise of rounding again: rounded where the joint lingers on a step, else white noise, since even motion may pass its steps in time with the rows."""
+    """The log with as much noise of rounding again: rounded where the joint lingers on a step, else white
+    noise, since even motion may pass its steps in time with the rows.
+    """
     step = _step(log)
     if step == 0:
         return log

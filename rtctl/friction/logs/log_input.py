@@ -28,7 +28,9 @@ from rtctl.friction.logs.signal_shift import advanced
 
 @dataclass(frozen=True)
 class Gearing:
-    """What turns a motor current into a torque at the joint, and counts into an angle; of a linear axis as `hw.interface.Rig` has it."""
+    """What turns a motor current into a torque at the joint, and counts into an angle; of a linear axis as
+    `hw.interface.Rig` has it.
+    """
 
     torque_constant_nm_a: float = 1.0
     gear_ratio: float = 1.0
@@ -52,7 +54,9 @@ class Gearing:
         return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)), lead_m=lead_m)
 
     def of_screw(self) -> Gearing:
-        """Ratio and counts of a screw's turn, or of a metre where there is no lead, as those of the coordinate."""
+        """Ratio and counts of a screw's turn, or of a metre where there is no lead, as those of the
+        coordinate.
+        """
         ratio, counts = of_coordinate(self.motion, self.lead_m)
         return replace(self, gear_ratio=self.gear_ratio * ratio, counts_per_rev=self.counts_per_rev * counts)
 
@@ -71,7 +75,8 @@ def read_log(
     torque_delay_s: float | None = None,
     limits: Limits | None = None,
 ) -> tuple[AxisLog, ...]:
-    """One axis of a log, motor torque plus external torque, ready for the regression: a part for each stretch between gaps.
+    """One axis of a log, motor torque plus external torque, ready for the regression: a part for each stretch
+    between gaps.
 
     Parameters
     ----------
@@ -90,8 +95,9 @@ def read_log(
     Notes
     -----
     A current measured at slot k was held since slot k - 1, so on average it is half a period old. The
-    external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at the
-    ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there are others.
+    external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at
+    the ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there
+    are others.
     """
     rig = gearing.rig() if isinstance(gearing, Gearing) else gearing
     try:
@@ -109,10 +115,11 @@ def read_log(
 
 
 def _radian(stretches: Sequence[Recording], rig: Rig) -> float:
-    """What stands for a radian in the thresholds of the logs: of a linear axis half of the travel that its largest speed makes in 1 s.
+    """What stands for a radian in the thresholds of the logs: of a linear axis half of the travel that its
+    largest speed makes in 1 s.
 
-    Not a radian of its screw: a carriage at .2 m/s on a lead of 5 mm turns it at 250 rad/s, and what is slow for a joint, .03 rad/s,
-    would be 24 um/s, where bristles still bend.
+    Not a radian of its screw: a carriage at .2 m/s on a lead of 5 mm turns it at 250 rad/s, and what is slow
+    for a joint, .03 rad/s, would be 24 um/s, where bristles still bend.
     """
     if rig.moves(0)[0] != "linear":
         return 1.0
@@ -129,7 +136,9 @@ def of_one_radian(read: Sequence[Sequence[AxisLog]]) -> list[tuple[AxisLog, ...]
 def mend(
     path: Path, time_s: np.ndarray | None, position: np.ndarray, torques: dict[str, np.ndarray]
 ) -> tuple[str, ...]:
-    """Mend spikes, jumps and repeated rows of the first axis in place (`rtctl.friction.logs.row_faults`); what was done."""
+    """Mend spikes, jumps and repeated rows of the first axis in place (`rtctl.friction.logs.row_faults`);
+    what was done.
+    """
     rows = Rows(str(path), time_s, position[:, 0], {name: column[:, 0] for name, column in torques.items()})
     return tuple(mended(rows).notes)
 
@@ -189,7 +198,8 @@ def samples(
 ) -> FrictionSamples:
     """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift).
 
-    An offset that was removed may be a difference between the directions: unless `zero_known`, the samples carry it as `zero_doubt_nm`.
+    An offset that was removed may be a difference between the directions: unless `zero_known`, the samples
+    carry it as `zero_doubt_nm`.
     """
     found = fit.symmetric.parameters
     rows = signals.sliding
@@ -206,7 +216,8 @@ def samples(
 
 
 def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
-    """Options for the same columns in another file, read whole: window and repetition belong to the file they were set for.
+    """Options for the same columns in another file, read whole: window and repetition belong to the file they
+    were set for.
 
     Raises
     ------
@@ -224,7 +235,8 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
 def options_of(
     file: Path, columns: Mapping[str, Any], rate_hz: float | None, text: Mapping[str, Any] | None = None
 ) -> dict[str, Any]:
-    """Options of the playback reader for one file. `columns`: role -> option table; `text`: `delimiter` and `decimal`, if given.
+    """Options of the playback reader for one file. `columns`: role -> option table; `text`: `delimiter` and
+    `decimal`, if given.
 
     Raises
     ------

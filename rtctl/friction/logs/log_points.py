@@ -1,4 +1,6 @@
-"""Recordings of a joint in motion, looked at as `rtctl identify --log` does, and the friction points in them."""
+"""Recordings of a joint in motion, looked at as `rtctl identify --log` does, and the friction points in
+them.
+"""
 
 from __future__ import annotations
 
@@ -32,22 +34,25 @@ from rtctl.friction.points import FrictionPoints
 from rtctl.friction.presliding import Presliding
 
 SETTLE_LENGTHS = 5.0
-"""Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's do."""
+"""Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's
+do."""
 
 SPEED_MIN_RAD_S = 0.03
 """Slower rows are left out, times what stands for a radian of the axis."""
 
 MEASURED_TOGETHER = (
-    "the motor torque was measured at the instants of the position, and is taken so: put back by half a period, as a command that is held would "
-    "be, it looks that much early (--torque-delay says otherwise)"
+    "the motor torque was measured at the instants of the position, and is taken so: put back by half a "
+    "period, as a command that is held would be, it looks that much early (--torque-delay says otherwise)"
 )
 
 
 @dataclass(frozen=True)
 class InTime:
-    """Logs whose torques are of the instants of the position: stretches of each, all together, and how that was come by.
+    """Logs whose torques are of the instants of the position: stretches of each, all together, and how that
+    was come by.
 
-    `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell, `bent` the presliding length of all together.
+    `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell, `bent` the
+    presliding length of all together.
     """
 
     logs: tuple[tuple[AxisLog, ...], ...]
@@ -73,7 +78,8 @@ def read_in_time(
     Parameters
     ----------
     torque_delay_s
-        See `read_log`. None: half a period, or nothing where the motor torque was plainly measured with the position.
+        See `read_log`. None: half a period, or nothing where the motor torque was plainly measured with the
+        position.
     cutoff_hz
         None: what suits their rates.
     speed_min_rad_s
@@ -124,7 +130,9 @@ def read_in_time(
 def settled(
     logs: tuple[tuple[AxisLog, ...], ...], bent: Presliding | None
 ) -> tuple[tuple[AxisLog, ...], ...]:
-    """Logs whose rows count as sliding only where bristles as long as that are bent; the same where that is what is usual."""
+    """Logs whose rows count as sliding only where bristles as long as that are bent; the same where that is
+    what is usual.
+    """
     if (
         bent is None
         or not bent.spread_rad
@@ -149,7 +157,9 @@ def _shared(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str
 
 @dataclass(frozen=True)
 class Checked:
-    """Logs that can be used: stretches of each, signals and regression of all together, and what is to be said of them."""
+    """Logs that can be used: stretches of each, signals and regression of all together, and what is to be
+    said of them.
+    """
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
@@ -163,7 +173,8 @@ def checked(
     cutoff_hz: float | None = None,
     speed_min_rad_s: float = SPEED_MIN_RAD_S,
 ) -> Checked:
-    """Read logs (validated options of the reader, one axis each) and look for all that makes their friction wrong.
+    """Read logs (validated options of the reader, one axis each) and look for all that makes their friction
+    wrong.
 
     `cutoff_hz` None: what suits their rates.
 

@@ -1,7 +1,8 @@
 """Friction of one axis from a recorded log of free motion.
 
 The balance of the joint (docs/theory.md 1.1) is ``J a = tau_m + tau_h - F(v) - bias``, so torque
-minus inertia times acceleration is friction plus the bias of the torque sensor (`rtctl.friction.logs.dynamics`).
+minus inertia times acceleration is friction plus the bias of the torque sensor
+(`rtctl.friction.logs.dynamics`).
 """
 
 from __future__ import annotations
@@ -153,8 +154,9 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
     """Average friction samples by speed, so that a learner sees at most `levels` points per direction.
 
     Levels hold equally many samples each (at least `SAMPLES_PER_LEVEL`), so they are narrow where the hand
-    moved most. Each of several logs (column `log`) has levels of its own, so that whole logs can be held out. A point is the mean speed, the median friction, its standard deviation at one speed and the count, and of the other
-    columns what holds for the whole level: a mean that says something, or the one value there is.
+    moved most. Each of several logs (column `log`) has levels of its own, so that whole logs can be held out.
+    A point is the mean speed, the median friction, its standard deviation at one speed and the count, and of
+    the other columns what holds for the whole level: a mean that says something, or the one value there is.
 
     Raises
     ------
@@ -173,8 +175,8 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
             if not value > 0:
                 raise DataError(
                     f"{samples.source}: friction at {direction * speed[level].mean():.3g} rad/s is "
-                    f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia, and leave out what turns round or stands still "
-                    "(rtctl identify --log does all of it)"
+                    f"{value:.4g} N m: it does not oppose the motion; correct the bias or the inertia, and "
+                    "leave out what turns round or stands still (rtctl identify --log does all of it)"
                 )
             rows.append(
                 (
@@ -192,7 +194,9 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
 
 
 def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
-    """Standard deviation of friction about its line over speed, N m: what the width of a level adds to it is not its spread."""
+    """Standard deviation of friction about its line over speed, N m: what the width of a level adds to it is
+    not its spread.
+    """
     v = speed - speed.mean()
     slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
     rest = friction - friction.mean() - slope * v
@@ -221,7 +225,9 @@ def _of_level(name: str, values: np.ndarray) -> float:
 
 
 def pool(parts: list[FrictionSamples]) -> FrictionSamples:
-    """Samples of several logs as one set, each with its number as `log`; the checksum is that of their checksums."""
+    """Samples of several logs as one set, each with its number as `log`; the checksum is that of their
+    checksums.
+    """
     if len(parts) == 1:
         return parts[0]
     names = set.intersection(*(set(part.columns) for part in parts))

@@ -1,4 +1,6 @@
-"""A position that loses counts the faster the joint goes: above the highest frequency of an encoder or its counter."""
+"""A position that loses counts the faster the joint goes: above the highest frequency of an encoder or its
+counter.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +12,14 @@ SHARES = np.linspace(0.05, 1.0, 20)
 """Shares of the largest speed by which the true one is larger there, that are tried."""
 
 BETTER = 0.8
-"""What it may leave over, RMS, of what friction that bends over speed leaves: that makes no inertia grow with speed."""
+"""What it may leave over, RMS, of what friction that bends over speed leaves: that makes no inertia grow with
+speed."""
 
 
 def lost_counts(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
-    """The motion read as quicker the faster it is: w = v (1 + k q), q = (v/V)^2, and so an acceleration a (1 + 3 k q)."""
+    """The motion read as quicker the faster it is: w = v (1 + k q), q = (v/V)^2, and so an acceleration a
+    (1 + 3 k q).
+    """
     v, a = balance.velocity, balance.acceleration
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     q = np.minimum((v / largest) ** 2, 1.0)
@@ -30,8 +35,10 @@ def lost_counts(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if fits[best].rest > BETTER * bent.rest or not (fits[best].inertia > 0 and fits[best].coulomb > 0):
         return None
     return (
-        f"the joint looks heavier the faster it goes, as where counts of the position are lost at speed: were it {100 * SHARES[best]:.0f} % faster at {largest:.3g} rad/s than the position "
-        f"says, {100 * fits[best].rest / balance.spread:.2g} % of the torque is left over instead of {100 * plain.rest / balance.spread:.2g} %; look at the highest frequency of encoder, "
-        "filter and counter, or move slower",
+        "the joint looks heavier the faster it goes, as where counts of the position are lost at speed: "
+        f"were it {100 * SHARES[best]:.0f} % faster at {largest:.3g} rad/s than the position says, "
+        f"{100 * fits[best].rest / balance.spread:.2g} % of the torque is left over instead of "
+        f"{100 * plain.rest / balance.spread:.2g} %; look at the highest frequency of encoder, filter and "
+        "counter, or move slower",
         fits[best],
     )

@@ -1,10 +1,10 @@
 """The offset of the torque in the joint regression: one level for each log, and its slow drift.
 
 A force sensor's zero wanders while a log is taken. A constant would push that into the other parameters and
-leave an interval around a number the offset never had. So the offset of a log is its mean over the rows that are
-regressed on plus the first cosines of a period of the log, which are the principal components of a random walk
-about its mean. Only what is slower than the motion is modelled: a term that turned as fast as the joint does
-could not be told from friction.
+leave an interval around a number the offset never had. So the offset of a log is its mean over the rows that
+are regressed on plus the first cosines of a period of the log, which are the principal components of a random
+walk about its mean. Only what is slower than the motion is modelled: a term that turned as fast as the joint
+does could not be told from friction.
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ class Offset:
 
 @dataclass(frozen=True)
 class OffsetColumns:
-    """Columns of the regression: `logs` (n, logs) are 1 on the rows of each log, `drift` (n, terms) its cosines."""
+    """Columns of the regression: `logs` (n, logs) are 1 on the rows of each log, `drift` (n, terms) its
+    cosines.
+    """
 
     names: tuple[str, ...]
     logs: np.ndarray

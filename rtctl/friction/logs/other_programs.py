@@ -1,4 +1,6 @@
-"""Friction points from files as other programs write them: columns by name and unit, averaged by file or by speed."""
+"""Friction points from files as other programs write them: columns by name and unit, averaged by file or by
+speed.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,8 @@ BESIDE = {
 ROLES = ("velocity", "torque", "current", *BESIDE)
 
 QUARTERS, UNSTEADY = 4, 0.5
-"""Largest range of the mean velocities of the quarters of a file that is one point, share of its mean: encoders count whole steps."""
+"""Largest range of the mean velocities of the quarters of a file that is one point, share of its mean:
+encoders count whole steps."""
 
 OUTLIER_SCALES = 10.0
 """Rows of a run further from its median, robust standard deviations, are left out."""
@@ -77,7 +80,9 @@ class LogColumn(Column):
 
 
 class Columns(BaseModel):
-    """Which column is what; friction is a torque (N m at the joint), or a current with the torque it makes as scale (N m/A)."""
+    """Which column is what; friction is a torque (N m at the joint), or a current with the torque it makes as
+    scale (N m/A).
+    """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
     velocity: VelocityColumn = VelocityColumn(column="velocity_rad_s")
@@ -98,24 +103,27 @@ def read_mapped(
     text: Mapping[str, str | None],
     lead_m: float = 0.0,
 ) -> tuple[FrictionPoints, list[str]]:
-    """Points of several files and what was left out of them, columns by `tables` (role -> option table as of the playback reader).
+    """Points of several files and what was left out of them, columns by `tables` (role -> option table as of
+    the playback reader).
 
     Parameters
     ----------
     average
-        "file": each file is one run at one speed and becomes one point; "speed": all rows together, by levels of speed;
-        "none": each row is a point.
+        "file": each file is one run at one speed and becomes one point; "speed": all rows together, by levels
+        of speed; "none": each row is a point.
     text
         `delimiter` and `decimal` of text, None where they are to be found.
     lead_m
-        Of a screw, m a turn: its angle and torque become a place and a force. Units of these are of a linear axis without it, too.
+        Of a screw, m a turn: its angle and torque become a place and a force. Units of these are of a linear
+        axis without it, too.
 
     Raises
     ------
     ConfigError
         A table that cannot be.
     DataError
-        A file that cannot be read, friction that points against the motion, a run that is not steady, too few points.
+        A file that cannot be read, friction that points against the motion, a run that is not steady, too few
+        points.
     """
     columns = _columns(tables)
     motion = "linear" if lead_m else of_units(table.get("unit") for table in tables.values())
@@ -147,7 +155,9 @@ def read_mapped(
 
 
 def _columns(tables: Mapping[str, Any]) -> Columns:
-    """The map of columns, believed; friction is the column of our own name where none is mapped. Raises ConfigError."""
+    """The map of columns, believed; friction is the column of our own name where none is mapped. Raises
+    ConfigError.
+    """
     try:
         columns = Columns.model_validate(dict(tables))
     except ValidationError as error:
@@ -162,7 +172,9 @@ def _columns(tables: Mapping[str, Any]) -> Columns:
 
 @dataclass(frozen=True)
 class _Signals:
-    """Velocity (rad/s), friction torque (N m) and the other columns of the points, of one file. Arrays of one length."""
+    """Velocity (rad/s), friction torque (N m) and the other columns of the points, of one file. Arrays of one
+    length.
+    """
 
     velocity: np.ndarray
     torque: np.ndarray
@@ -192,7 +204,8 @@ def _signals(
             name, units = column["column"], known[role]
             if column["unit"] not in units:
                 raise DataError(
-                    f"{file}: column {name!r} is read in {column['unit']}, which this axis does not have: it has {', '.join(units)}"
+                    f"{file}: column {name!r} is read in {column['unit']}, which this axis does not have: "
+                    f"it has {', '.join(units)}"
                 )
             require_unit(file, name, table.units.get(name, ""), column, tuple(units))
             found[role] = column["scale"] * units[column["unit"]] * (table.columns[name] - column["offset"])
@@ -205,8 +218,8 @@ def _signals(
         wrong = np.flatnonzero(~((values >= bounds.low) & (values <= bounds.high)))
         if len(wrong):
             raise DataError(
-                f"{file}: row {wrong[0] + 1}: {name} {values[wrong[0]]:g} is not within {bounds.low:g} to {bounds.high:g}; correct "
-                "the column or its unit"
+                f"{file}: row {wrong[0] + 1}: {name} {values[wrong[0]]:g} is not within {bounds.low:g} to "
+                f"{bounds.high:g}; correct the column or its unit"
             )
     return _Signals(found["velocity"], torque, beside)
 
@@ -230,22 +243,25 @@ def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamp
 
 
 def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[float, ...], dict[str, float]]:
-    """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows far off are left out and told."""
+    """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows
+    far off are left out and told.
+    """
     velocity, torque = part.velocity, part.torque
     off = np.abs(torque - np.median(torque))
     far = off > OUTLIER_SCALES * 1.4826 * max(float(np.median(off)), quantum(torque))
     if far.any():
         row = int(np.argmax(off))
         notes.append(
-            f"{file}: {int(far.sum())} rows left out, the furthest row {row + 1} with {torque[row]:.4g} N m against {np.median(torque):.4g}"
+            f"{file}: {int(far.sum())} rows left out, the furthest row {row + 1} with {torque[row]:.4g} N m "
+            f"against {np.median(torque):.4g}"
         )
     velocity, torque = velocity[~far], torque[~far]
     mean, friction = float(velocity.mean()), float(torque.mean())
     quarters = [float(part.mean()) for part in np.array_split(velocity, min(QUARTERS, len(velocity)))]
     if not np.ptp(quarters) <= UNSTEADY * abs(mean):
         raise DataError(
-            f"{file}: not one speed: its quarters have {', '.join(f'{each:.3g}' for each in quarters)} rad/s; cut what is not steady, or use "
-            "--average speed"
+            f"{file}: not one speed: its quarters have {', '.join(f'{each:.3g}' for each in quarters)} "
+            "rad/s; cut what is not steady, or use --average speed"
         )
     _require_opposed(file, mean, friction)
     beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
@@ -255,8 +271,8 @@ def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[floa
 def _require_opposed(where: Path, velocity: float, friction: float) -> None:
     if velocity * friction <= 0:
         raise DataError(
-            f"{where}: the torque, {friction:.4g} N m, does not have the sign of the motion ({velocity:.4g} rad/s): turn the sign of one of them "
-            "(scale -1), take its offset away, or average (--average)"
+            f"{where}: the torque, {friction:.4g} N m, does not have the sign of the motion ({velocity:.4g} "
+            "rad/s): turn the sign of one of them (scale -1), take its offset away, or average (--average)"
         )
 
 

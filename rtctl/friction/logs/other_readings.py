@@ -1,9 +1,12 @@
-"""How far the parameters of a log depend on how its friction and its rows are read: the part of an interval that is not random.
+"""How far the parameters of a log depend on how its friction and its rows are read: the part of an interval
+that is not random.
 
-What is random in a log moves a parameter by its standard error. A model that is not quite that of the joint moves it the same way in every block, and
-no scatter tells. But another model, or other rows, are moved otherwise. So the balance is solved again with what joints do besides (`_readings`): a torque
-that is late, friction that bends over speed, that remembers a turn, that grows with the torque, a scale of the torque that bends, and with rows further from the turns. A parameter that changes by more than chance has
-changed by d; what is beyond chance of the largest d is its doubt (docs/theory.md 9.6).
+What is random in a log moves a parameter by its standard error. A model that is not quite that of the joint
+moves it the same way in every block, and no scatter tells. But another model, or other rows, are moved
+otherwise. So the balance is solved again with what joints do besides (`_readings`): a torque that is late,
+friction that bends over speed, that remembers a turn, that grows with the torque, a scale of the torque that
+bends, and with rows further from the turns. A parameter that changes by more than chance has changed by d;
+what is beyond chance of the largest d is its doubt (docs/theory.md 9.6).
 """
 
 from __future__ import annotations
@@ -31,22 +34,28 @@ ROWS_LEAST = 60
 """Fewest rows of another reading."""
 
 KNOWS_LESS = 3.0
-"""A reading whose standard error is so many times larger knows too little of a parameter to cast doubt on it."""
+"""A reading whose standard error is so many times larger knows too little of a parameter to cast doubt on
+it."""
 
 NOISE_MOST = 0.5
-"""Share of an acceleration that is noise from which on all of it may be: steps of slow motion make up to twice what white noise does. The inertia is bounded by the torque alone."""
+"""Share of an acceleration that is noise from which on all of it may be: steps of slow motion make up to
+twice what white noise does. The inertia is bounded by the torque alone."""
 
 SHORT_MOST = 0.98
-"""Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is known of it."""
+"""Largest share of an inertia that is taken to be lost in the steps of the position: beyond it nothing is
+known of it."""
 
 TIMES = 1.5
-"""What is not known of a model is taken for so many times what was seen of it. Of blind logs of foreign joints the 95 % intervals then held the inertia in 85 %, Coulomb friction in 94 % (65 and 88 % without); with what came after (docs/theory.md 9.7) 96 and 94 %."""
+"""What is not known of a model is taken for so many times what was seen of it. Of blind logs of foreign
+joints the 95 % intervals then held the inertia in 85 %, Coulomb friction in 94 % (65 and 88 % without); with
+what came after (docs/theory.md 9.7) 96 and 94 %."""
 
 
 def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     """Doubt of inertia, viscous and Coulomb friction, (3,), added to both sides of their intervals.
 
-    `late` is the delay that looks left in the torque, s; where it surely is not 0 the motion as it was so much earlier is another reading.
+    `late` is the delay that looks left in the torque, s; where it surely is not 0 the motion as it was so
+    much earlier is another reading.
     """
     rows, offset = signals.sliding, offset_columns(signals)
     nuisance = np.hstack([offset.logs, offset.drift, *signals.shares])
@@ -80,9 +89,11 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
 def _of_other_speeds(
     signals: Regressors, motion: np.ndarray, nuisance: np.ndarray, block: np.ndarray, free: int
 ) -> np.ndarray:
-    """By how much viscous and Coulomb friction, (2,), differ when the straight line through friction that bends is drawn through other speeds, beyond chance.
+    """By how much viscous and Coulomb friction, (2,), differ when the straight line through friction that
+    bends is drawn through other speeds, beyond chance.
 
-    The rows that are used have fewer slow ones than the motion, for those near turns are left out; a line through every speed alike has more.
+    The rows that are used have fewer slow ones than the motion, for those near turns are left out; a line
+    through every speed alike has more.
     """
     rows, v, s = signals.sliding, signals.velocity_rad_s, signals.direction
     bends = np.column_stack([v * np.abs(v), s * np.exp(-np.abs(v) / _peak_speed(signals))])
@@ -106,7 +117,9 @@ def _of_other_speeds(
 
 
 def _weights(signals: Regressors) -> Iterator[np.ndarray]:
-    """Weights of all rows (n,): those that are used; all that move as fast; the used ones with every speed alike."""
+    """Weights of all rows (n,): those that are used; all that move as fast; the used ones with every speed
+    alike.
+    """
     rows, speed = signals.sliding.astype(float), np.abs(signals.velocity_rad_s)
     yield rows
     used = speed[signals.sliding]
@@ -128,9 +141,11 @@ def _peak_speed(signals: Regressors) -> float:
 
 
 def _moved_by_half_a_period(signals: Regressors, columns: np.ndarray) -> np.ndarray:
-    """By how much inertia, viscous and Coulomb friction, (3,), change when a motor torque beside a hand's was measured with the position.
+    """By how much inertia, viscous and Coulomb friction, (3,), change when a motor torque beside a hand's was
+    measured with the position.
 
-    What a motor that damps gives late is acceleration: the balance does not tell by itself when it was measured.
+    What a motor that damps gives late is acceleration: the balance does not tell by itself when it was
+    measured.
     """
     if signals.external_nm is None or not signals.held_s:
         return np.zeros(3)
@@ -151,7 +166,9 @@ def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Est
 def _readings(
     signals: Regressors, motion: np.ndarray, wanted: np.ndarray, late: Estimate | None
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Columns of the motion, those that are added (the first of them no friction), and the rows; `wanted` is the torque that the plain one wants, (n,)."""
+    """Columns of the motion, those that are added (the first of them no friction), and the rows; `wanted` is
+    the torque that the plain one wants, (n,).
+    """
     v, s, rows = signals.velocity_rad_s, signals.direction, signals.sliding
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     x = signals.position_rad
@@ -182,7 +199,9 @@ def _solved(
     rows: np.ndarray,
     block: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Inertia, viscous and Coulomb friction with the columns `more`, of which what is friction is told as viscous and Coulomb, and what each block moved them by."""
+    """Inertia, viscous and Coulomb friction with the columns `more`, of which what is friction is told as
+    viscous and Coulomb, and what each block moved them by.
+    """
     matrix, torque = np.hstack([motion, more, nuisance])[rows], signals.torque_nm[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
     scale[scale == 0] = 1.0

@@ -1,4 +1,4 @@
-"""Whether a log can be what its map of columns says: units, sign, clipping, against the rig file if there is one."""
+"""Whether a log can be what its map of columns says: units, sign, clipping, the rig file if there is one."""
 
 from __future__ import annotations
 
@@ -36,7 +36,8 @@ COUNTS_LEAST = 50
 """Whole numbers over a range of twice as many are no radians."""
 
 INERTIA_FACTOR, INERTIA_SURELY = 1.5, 1.15
-"""An inertia further from that of the rig file is worth a word: whatever its interval, and where that leaves the rig file's out."""
+"""An inertia further from that of the rig file is worth a word: whatever its interval, and where that leaves
+the rig file's out."""
 
 
 HARDLY_KNOWN = 0.5
@@ -50,7 +51,8 @@ OFFSET_SHARE = 0.1
 
 
 FRICTION_SHARE = 0.42
-"""Friction at the largest speed below this share of the torque, RMS, is worth a word: that of geared joints is as large as it."""
+"""Friction at the largest speed below this share of the torque, RMS, is worth a word: that of geared joints
+is as large as it."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ ANY_LINEAR = Limits(
 def plausible(
     recording: Recording, log: AxisLog, motor_nm: np.ndarray | None, limits: Limits
 ) -> tuple[str, ...]:
-    """Refuse a log whose signals cannot be right, with the column and the remedy; warnings about those that are doubtful.
+    """Refuse a log whose signals cannot be right, with column and remedy; warnings about doubtful ones.
 
     Raises
     ------
@@ -131,8 +133,8 @@ def plausible(
         warnings += faults(signal, log.rate_hz, where, may_rest=off)
         if largest > limits.doubtful_nm:
             warnings.append(
-                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct its unit, or give --config RIG, "
-                "whose limits count then"
+                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct "
+                "its unit, or give --config RIG, whose limits count then"
             )
     warnings += _doubtful_velocity(log)
     if external is None and motor_nm is not None:
@@ -141,8 +143,8 @@ def plausible(
     if largest < limits.torque_least_nm:
         raise DataError(
             f"{log.source}: no torque above {largest:.3g} N m, which is not plausible (at least "
-            f"{limits.torque_least_nm:.3g} for {limits.source}); correct the unit of the torque, or map the one "
-            "that moved the joint"
+            f"{limits.torque_least_nm:.3g} for {limits.source}); correct the unit of the torque, or map the "
+            "one that moved the joint"
         )
     return tuple(warnings)
 
@@ -150,8 +152,9 @@ def plausible(
 def _require_rate(log: AxisLog) -> None:
     if not RATE_LEAST_HZ <= log.rate_hz <= RATE_MOST_HZ:
         raise DataError(
-            f"{log.source}: column time: one row every {1 / log.rate_hz:.3g} s is not plausible ({1 / RATE_MOST_HZ:.2g} to "
-            f"{1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, us, ns, min, h, days)"
+            f"{log.source}: column time: one row every {1 / log.rate_hz:.3g} s is not plausible "
+            f"({1 / RATE_MOST_HZ:.2g} to {1 / RATE_LEAST_HZ:.2g} s); correct the unit of the time (s, ms, "
+            "us, ns, min, h, days)"
         )
 
 
@@ -160,13 +163,14 @@ def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
     speed = largest_speed(log.position_rad, log.rate_hz)
     if speed > limits.doubtful_rad_s:
         told.append(
-            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is it in deg, or of the motor before the gear "
-            "(scale 1/ratio)? Correct it, or give --config RIG, whose limits count then"
+            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is "
+            "it in deg, or of the motor before the gear (scale 1/ratio)? Correct it, or give --config RIG, "
+            "whose limits count then"
         )
     if len(x) > 100 and np.ptp(x) > 2 * COUNTS_LEAST and np.all(x == np.round(x)):
         raise DataError(
-            f"{log.source}: column position: all values are whole numbers, {x.min():.0f} to {x.max():.0f} rad: they are counts, or deg; give the unit "
-            "(counts needs --counts-per-rev)"
+            f"{log.source}: column position: all values are whole numbers, {x.min():.0f} to {x.max():.0f} "
+            "rad: they are counts, or deg; give the unit (counts needs --counts-per-rev)"
         )
     return told
 
@@ -195,14 +199,15 @@ def _require_motion(log: AxisLog, limits: Limits) -> None:
     x, speed = log.position_rad, largest_speed(log.position_rad, log.rate_hz)
     if speed > limits.speed_rad_s:
         raise DataError(
-            f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most {limits.speed_rad_s:.4g} "
-            f"for {limits.source}); correct the unit of the position (deg, counts) or of the time"
+            f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most "
+            f"{limits.speed_rad_s:.4g} for {limits.source}); correct the unit of the position (deg, counts) "
+            "or of the time"
         )
     low, high = limits.travel_rad
     if x.min() < low or x.max() > high:
         raise DataError(
-            f"{log.source}: column position: {x.min():.4g} to {x.max():.4g} rad leaves the travel {low:.4g} to "
-            f"{high:.4g} rad of {limits.source}; correct the unit of the position, or its offset"
+            f"{log.source}: column position: {x.min():.4g} to {x.max():.4g} rad leaves the travel {low:.4g} "
+            f"to {high:.4g} rad of {limits.source}; correct the unit of the position, or its offset"
         )
 
 
@@ -214,44 +219,49 @@ def against_rig(fit: JointFit, axis: AxisTable, path: Path | str) -> tuple[str, 
     far = max(ratio, 1 / ratio) if ratio > 0 else np.inf
     if far > INERTIA_FACTOR or (far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)):
         notes.append(
-            f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit or a scale of the log "
-            "(torque, torque constant, gear ratio, position, time) or the rig file is wrong"
+            f"{path}: inertia_kgm2 = {axis.inertia_kgm2:g}, the log says {inertia.value:.3g}: a unit or a "
+            "scale of the log (torque, torque constant, gear ratio, position, time) or the rig file is "
+            "wrong"
         )
     if viscous.high <= 0.0:
         notes.append(
-            f"friction falls with speed in this log ({viscous.low:.3g} to {viscous.high:.3g} N m s/rad): its motion is on the flank of a Stribeck "
-            "peak, and tells neither viscous friction nor whether viscous_nms_rad is kept; record faster motion besides"
+            f"friction falls with speed in this log ({viscous.low:.3g} to {viscous.high:.3g} N m s/rad): "
+            "its motion is on the flank of a Stribeck peak, and tells neither viscous friction nor whether "
+            "viscous_nms_rad is kept; record faster motion besides"
         )
     elif viscous.high < axis.viscous_nms_rad:
         notes.append(
-            f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows (at most "
-            f"{viscous.high:.3g}); the stability proof rests on it: lower it"
+            f"{path}: viscous_nms_rad = {axis.viscous_nms_rad:g} promises more damping than the log shows "
+            f"(at most {viscous.high:.3g}); the stability proof rests on it: lower it"
         )
     return tuple(notes)
 
 
 def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
-    """An inertia that no hand would want to move: a unit of the log is wrong; and what the motion does not tell."""
+    """An inertia that no hand would want to move (a wrong unit), and what the motion does not tell."""
     found = fit.symmetric.parameters["inertia_kgm2"]
     inertia = found.value
     told: tuple[str, ...] = ()
     if found.high - inertia > HARDLY_KNOWN * inertia:
         told = (
-            f"this motion hardly tells the inertia ({found.low:.3g} to {found.high:.3g} kg m^2), as where a joint slides evenly; the friction points need the inertia little, "
-            "everything else does: record brisk motion of changing speed besides",
+            f"this motion hardly tells the inertia ({found.low:.3g} to {found.high:.3g} kg m^2), as where a "
+            "joint slides evenly; the friction points need the inertia little, everything else does: "
+            "record brisk motion of changing speed besides",
         )
     coulomb = fit.symmetric.parameters["coulomb_nm"]
     if coulomb.high - coulomb.value > HARDLY_KNOWN * abs(coulomb.value):
         told = (
             *told,
-            f"this log hardly tells the Coulomb friction ({coulomb.low:.3g} to {coulomb.high:.3g} N m), and the friction points may err by as much: record slower motion of longer strokes besides",
+            f"this log hardly tells the Coulomb friction ({coulomb.low:.3g} to {coulomb.high:.3g} N m), and "
+            "the friction points may err by as much: record slower motion of longer strokes besides",
         )
     if inertia <= limits.doubtful_kgm2:
         return told
     return (
         *told,
-        f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the torque (mN m?), of the position "
-        "(deg, rev, counts) or of the time, or give --config RIG, which counts then",
+        f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the "
+        "torque (mN m?), of the position (deg, rev, counts) or of the time, or give --config RIG, which "
+        "counts then",
     )
 
 
@@ -263,20 +273,28 @@ def doubtful_friction(fit: JointFit) -> tuple[str, ...]:
     if friction > FRICTION_SHARE * rms:
         return ()
     return (
-        f"little of the torque is friction ({friction:.3g} N m at {speed:.3g} rad/s, the torque is {rms:.3g} N m RMS): a joint on air, or a column that has the friction taken off "
-        "already (a drive that compensates it, an observer's torque of the load); map the current or the torque that the motor made",
+        f"little of the torque is friction ({friction:.3g} N m at {speed:.3g} rad/s, the torque is "
+        f"{rms:.3g} N m RMS): a joint on air, or a column that has the friction taken off already (a drive "
+        "that compensates it, an observer's torque of the load); map the current or the torque that the "
+        "motor made",
     )
 
 
 def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
-    """Offsets of a motor torque that are taken out as its zero, and may be a difference between the directions as well: nothing in a log tells."""
+    """Offsets of a motor torque that are taken out as its zero, and may be a difference between the
+    directions as well: nothing in a log tells.
+    """
     found, told = fit.symmetric.parameters, []
     coulomb = found["coulomb_nm"].value
     for each in fit.offsets:
         offset = found[each.parameter]
         if not offset.holds(0.0) and abs(offset.value) > OFFSET_SHARE * coulomb:
             told.append(
-                f"{each.source}: an offset of {offset.value:.3g} N m, {100 * abs(offset.value) / coulomb:.0f} % of the Coulomb friction, is taken out of the points as the zero of the "
-                "motor torque: where that zero is right, friction differs by so much between the directions (or a weight pulls): --keep-offset leaves it in; until --offset-is-zero says that it is the sensor's, the points tell a fit that friction may be less by it"
+                f"{each.source}: an offset of {offset.value:.3g} N m, "
+                f"{100 * abs(offset.value) / coulomb:.0f} % of the Coulomb friction, is taken out of the "
+                "points as the zero of the motor torque: where that zero is right, friction differs by so "
+                "much between the directions (or a weight pulls): --keep-offset leaves it in; until "
+                "--offset-is-zero says that it is the sensor's, the points tell a fit that friction may be "
+                "less by it"
             )
     return tuple(told)

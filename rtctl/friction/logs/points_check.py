@@ -16,21 +16,25 @@ UNEQUAL = 0.3
 """Share of the friction by which the directions differ, on the median over speed, that is worth a word."""
 
 SCATTER = 0.25
-"""Share of the friction by which rows of one speed scatter, on the median over speed, that is worth a word."""
+"""Share of the friction by which rows of one speed scatter, on the median over speed, that is worth a
+word."""
 
 
 REPEATS_LEAST = 3
 """Fewest points that repeat another one exactly that are worth a word."""
 
 DIGITS, UNEVEN = 0.02, 0.1
-"""Rounding error of the friction, and its scatter from point to point, shares of it, that are worth a word."""
+"""Rounding error of the friction, and its scatter from point to point, shares of it, that are worth a
+word."""
 
 
 def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
-    """What makes points of other programs' columns look like something else than friction, in sentences that name the cause.
+    """What makes points of other programs' columns look like something else than friction, in sentences that
+    name the cause.
 
-    A constant in the torque, gravity, a load or acceleration go into friction points unseen: nothing opposes them there, as the balance of
-    `rtctl identify --log` does. `known`: a rig file says what speeds and torques there may be.
+    A constant in the torque, gravity, a load or acceleration go into friction points unseen: nothing opposes
+    them there, as the balance of `rtctl identify --log` does. `known`: a rig file says what speeds and
+    torques there may be.
     """
     told = [*([] if known else _doubtful_units(points)), *_doubtful_rows(points)]
     (v, f), (w, g) = points.branch(1), points.branch(-1)
@@ -40,15 +44,17 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
         share = abs(apart) / float(np.mean(np.concatenate([f, g])))
         if share > UNEQUAL:
             told.append(
-                f"{points.source}: friction differs by {apart:.3g} N m between the directions, {share:.0%} of it: a torque whose zero is off by "
-                f"{apart / 2:.3g} N m, a payload or a slope of the axis looks the same; take the zero away (the torque at rest), or take it for the joint's"
+                f"{points.source}: friction differs by {apart:.3g} N m between the directions, {share:.0%} "
+                f"of it: a torque whose zero is off by {apart / 2:.3g} N m, a payload or a slope of the "
+                "axis looks the same; take the zero away (the torque at rest), or take it for the joint's"
             )
     rows = np.concatenate([points.rows_of(direction) for direction in (1, -1)])
     spread = points.std_nm[rows] / points.friction_nm[rows]
     if np.isfinite(spread).any() and (scatter := float(np.nanmedian(spread))) > SCATTER:
         told.append(
-            f"{points.source}: rows of one speed scatter by {scatter:.0%} of the friction: noise averages out, but acceleration, gravity, a load or a "
-            "drifting zero do not; use steady speeds, or rtctl identify --log, which parts friction from them or says what it cannot"
+            f"{points.source}: rows of one speed scatter by {scatter:.0%} of the friction: noise averages "
+            "out, but acceleration, gravity, a load or a drifting zero do not; use steady speeds, or rtctl "
+            "identify --log, which parts friction from them or says what it cannot"
         )
     return told
 
@@ -60,25 +66,29 @@ def _doubtful_rows(points: FrictionPoints) -> list[str]:
     again = len(pairs) - len(np.unique(pairs, axis=0))
     if again >= REPEATS_LEAST:
         told.append(
-            f"{points.source}: {again} of {len(pairs)} points repeat another one in speed and friction: they count as measured anew, and every interval is too narrow by it; "
-            "give each once"
+            f"{points.source}: {again} of {len(pairs)} points repeat another one in speed and friction: "
+            "they count as measured anew, and every interval is too narrow by it; give each once"
         )
     usual = float(np.median(points.friction_nm))
     step = quantum(points.friction_nm)
     if step / math.sqrt(12) > DIGITS * usual:
         told.append(
-            f"{points.source}: friction of few digits: steps of {step:.3g} N m, {step / usual:.0%} of it; give more digits"
+            f"{points.source}: friction of few digits: steps of {step:.3g} N m, {step / usual:.0%} of it; "
+            "give more digits"
         )
     elif not np.isfinite(points.std_nm).any() and (scatter := _scatter(points)) > UNEVEN:
         told.append(
-            f"{points.source}: the friction scatters by {scatter:.0%} from one speed to the next: average longer at each, or look for what else was in the torque "
-            "(acceleration, gravity, a load, other places)"
+            f"{points.source}: the friction scatters by {scatter:.0%} from one speed to the next: average "
+            "longer at each, or look for what else was in the torque (acceleration, gravity, a load, other "
+            "places)"
         )
     return told
 
 
 def _scatter(points: FrictionPoints) -> float:
-    """Robust standard deviation of a point about the line through its neighbours in speed, share of the friction."""
+    """Robust standard deviation of a point about the line through its neighbours in speed, share of the
+    friction.
+    """
     off = []
     for v, f in (points.branch(1), points.branch(-1)):
         wide = v[2:] - v[:-2]
@@ -94,13 +104,15 @@ def _doubtful_units(points: FrictionPoints) -> list[str]:
     told = []
     if speed > usual.doubtful_rad_s:
         told.append(
-            f"{points.source}: {speed:.3g} rad/s is quick for a joint that a hand moves: is the velocity in rpm or deg/s, or of the motor before the "
-            "gear? Correct its unit or scale, or give --config RIG, whose limits count then"
+            f"{points.source}: {speed:.3g} rad/s is quick for a joint that a hand moves: is the velocity in "
+            "rpm or deg/s, or of the motor before the gear? Correct its unit or scale, or give --config "
+            "RIG, whose limits count then"
         )
     if torque > usual.doubtful_nm:
         told.append(
-            f"{points.source}: {torque:.3g} N m of friction is much for a joint that a hand moves: is the torque in mN m, or a current? Correct its unit "
-            "or scale, or give --config RIG, whose limits count then"
+            f"{points.source}: {torque:.3g} N m of friction is much for a joint that a hand moves: is the "
+            "torque in mN m, or a current? Correct its unit or scale, or give --config RIG, whose limits "
+            "count then"
         )
     return told
 
@@ -140,7 +152,8 @@ def _refusal(points: FrictionPoints, limits: Limits, torque_limit_nm: float) -> 
     if speed > limits.speed_rad_s:
         return (
             f"{points.source}: column velocity_rad_s: {speed:.4g} rad/s is not plausible (at most "
-            f"{limits.speed_rad_s:.4g} for {limits.source}); is it in degrees, or of the motor's side of the gear?"
+            f"{limits.speed_rad_s:.4g} for {limits.source}); is it in degrees, or of the motor's side of "
+            "the gear?"
         )
     if torque > limits.motor_nm:
         return (
@@ -150,7 +163,8 @@ def _refusal(points: FrictionPoints, limits: Limits, torque_limit_nm: float) -> 
         )
     if torque < limits.torque_least_nm:
         return (
-            f"{points.source}: column friction_torque_nm: no friction above {torque:.3g} N m, which is not plausible "
-            f"(at least {limits.torque_least_nm:.3g} for {limits.source}); is it of the motor's side of the gear?"
+            f"{points.source}: column friction_torque_nm: no friction above {torque:.3g} N m, which is not "
+            f"plausible (at least {limits.torque_least_nm:.3g} for {limits.source}); is it of the motor's "
+            "side of the gear?"
         )
     return ""

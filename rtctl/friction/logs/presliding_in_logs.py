@@ -1,17 +1,19 @@
 """Presliding length of a joint from a log of its motion: what friction does where the motion turns back.
 
-Behind a turn the bristles bend the other way before they slide: friction goes from -F to F over the travel, and how far
-that takes is the presliding length L. Tried is, length by length over a grid, how well
+Behind a turn the bristles bend the other way before they slide: friction goes from -F to F over the travel,
+and how far that takes is the presliding length L. Tried is, length by length over a grid, how well
 
     tau = J a + b v + F_+ s_+ + F_- s_- + (the same with a Stribeck peak) + offset of the log
 
-explains the torque, s = s_+ - s_- being the stop operator s <- clip(s + dx/L, -1, 1) over the recorded path (docs/theory.md 5.6).
-Both sides pass the same zero-phase low-pass, hence a turn that the filter blurs is blurred alike. The length that leaves
-least is the one. Ruled out are lengths that leave so much more that it is no chance, one turn counted as one independent
-sample: left > (1 + SURE^2/turns) least, as in the test of a nested regression (F = t^2).
+explains the torque, s = s_+ - s_- being the stop operator s <- clip(s + dx/L, -1, 1) over the recorded path
+(docs/theory.md 5.6). Both sides pass the same zero-phase low-pass, hence a turn that the filter blurs is
+blurred alike. The length that leaves least is the one. Ruled out are lengths that leave so much more that it
+is no chance, one turn counted as one independent sample: left > (1 + SURE^2/turns) least, as in the test of a
+nested regression (F = t^2).
 
-LuGre's bristles approach sliding slowly, so that no stop operator is theirs. What is found is then the length of the stop
-operator that takes up as much work in a turn, which is what credit and direction of the feed-forward are about.
+LuGre's bristles approach sliding slowly, so that no stop operator is theirs. What is found is then the length
+of the stop operator that takes up as much work in a turn, which is what credit and direction of the
+feed-forward are about.
 """
 
 from __future__ import annotations
@@ -45,9 +47,10 @@ def presliding_of_logs(
     Returns
     -------
     Presliding or None
-        `length_rad` is the length that leaves least, `spread_rad` half the way from it to the first longer one that is ruled out, and
-        `ramps` the turns. Where all shorter lengths are as good, the length is the shortest that is told apart from
-        a longer one: at most so long. None: too few turns, or a motion that tells nothing.
+        `length_rad` is the length that leaves least, `spread_rad` half the way from it to the first longer
+        one that is ruled out, and `ramps` the turns. Where all shorter lengths are as good, the length is the
+        shortest that is told apart from a longer one: at most so long. None: too few turns, or a motion that
+        tells nothing.
     """
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     turns = sum(part.turns for part in parts)

@@ -1,8 +1,8 @@
 """A recorded velocity, checked against the position it belongs to and put on its instants.
 
 The position is the reference: the velocity of a drive or an estimator may be of another unit, turned in sign,
-late, low-passed by its program, or off by the zero of a tachometer. The derivative of a position of coarse steps is noise in most rows,
-so it is what is explained here, never what explains (docs/theory.md 9.7).
+late, low-passed by its program, or off by the zero of a tachometer. The derivative of a position of coarse
+steps is noise in most rows, so it is what is explained here, never what explains (docs/theory.md 9.7).
 """
 
 from __future__ import annotations
@@ -38,16 +38,19 @@ UNITS = {
 
 
 STEPS = 10.0
-"""Steps of the position over which a recorded velocity is held against its derivative: it is right to a tenth there."""
+"""Steps of the position over which a recorded velocity is held against its derivative: it is right to a tenth
+there."""
 
 SURELY = 3.0
 """Standard errors by which a delay, a scale or its change must differ from what is right."""
 
 BENT, BENT_REST = 0.05, 0.75
-"""Least share by which it bends against the position's derivative at its largest, and largest share of the rest, RMS, that is left with that, to be told."""
+"""Least share by which it bends against the position's derivative at its largest, and largest share of the
+rest, RMS, that is left with that, to be told."""
 
 CUT_REST, CUT_LEAST = 0.5, 0.02
-"""Largest share of the rest, RMS, that is left where the derivative is cut off at the largest velocity, and least share of it, RMS, that is cut off."""
+"""Largest share of the rest, RMS, that is left where the derivative is cut off at the largest velocity, and
+least share of it, RMS, that is cut off."""
 
 MORE_REST = 0.75
 """Largest share of the rest, RMS, that a second low-pass leaves to be told."""
@@ -64,7 +67,9 @@ TRIES = 4
 
 @dataclass(frozen=True)
 class _Read:
-    """A recorded velocity put on the instants of the position; with `scale` and `zero` still in it, and what of the position's it leaves over."""
+    """A recorded velocity put on the instants of the position; with `scale` and `zero` still in it, and what
+    of the position's it leaves over.
+    """
 
     velocity: np.ndarray
     late_s: float
@@ -84,7 +89,8 @@ def aligned_velocity(
     step_rad: float = 0.0,
     grain_rad_s: float = 0.0,
 ) -> tuple[np.ndarray, tuple[str, ...]]:
-    """The recorded velocity without its delay or low-pass and its zero, and what a reader should know of them.
+    """The recorded velocity without its delay or low-pass and its zero, and what a reader should know of
+    them.
 
     Parameters
     ----------
@@ -108,9 +114,9 @@ def aligned_velocity(
     bends = _bends(read, velocity, inside, grain_rad_s) if size else ""
     if not share <= RESIDUAL_MAX and not bends:
         raise DataError(
-            f"{where}: does not follow the position ({100 * share:.0f} % of the position's derivative is something else, at most "
-            f"{100 * RESIDUAL_MAX:.0f} %); map the velocity of the same axis, or leave it out: the position is "
-            "differentiated then"
+            f"{where}: does not follow the position ({100 * share:.0f} % of the position's derivative is "
+            f"something else, at most {100 * RESIDUAL_MAX:.0f} %); map the velocity of the same axis, or "
+            "leave it out: the position is differentiated then"
         )
     error = float(read.rest.std()) / max(size, 1e-300) / math.sqrt(free)
     told = _told(read)
@@ -135,7 +141,9 @@ def aligned_velocity(
 
 
 def _free(rows: int, rate_hz: float, cutoff_hz: float, step_s: float) -> float:
-    """Values that are independent of each other, of so many rows; `step_s` is the time of a step of the position, which is wrong by the same as long."""
+    """Values that are independent of each other, of so many rows; `step_s` is the time of a step of the
+    position, which is wrong by the same as long.
+    """
     return max(1.0, rows / rate_hz / max(1 / cutoff_hz, step_s))
 
 
@@ -150,12 +158,17 @@ def _best(recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside: sl
 
 
 def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float) -> str:
-    """What is said where the scale against the position's derivative is another one at large speeds; "" else."""
+    """What is said where the scale against the position's derivative is another one at large speeds; ""
+    else.
+    """
     v, x = read.velocity[inside], velocity[inside]
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     cut = np.clip(x, -largest, largest)
     if (cut - v).std() < CUT_REST * (x - v).std() and (x - cut).std() > CUT_LEAST * v.std():
-        return f"clipped at about {largest:.3g} rad/s: the position goes by up to {float(np.abs(x).max()):.3g} rad/s"
+        return (
+            f"clipped at about {largest:.3g} rad/s: the position goes by up to {float(np.abs(x).max()):.3g} "
+            "rad/s"
+        )
     matrix = np.column_stack([v, v**3 / largest**2, np.ones_like(v)])
     found = np.linalg.lstsq(matrix, x, rcond=1e-9)[0]
     more = float(found[1] / found[0]) if found[0] else 0.0
@@ -163,15 +176,21 @@ def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float)
     if abs(more) < max(BENT, grain_rad_s / largest) or rest.std() > BENT_REST * read.rest.std():
         return ""
     if more > 0:
-        return f"saturates: at its largest, {largest:.3g} rad/s, the position's derivative is {100 * more:.0f} % larger against it than at small speeds"
+        return (
+            f"saturates: at its largest, {largest:.3g} rad/s, the position's derivative is {100 * more:.0f} "
+            "% larger against it than at small speeds"
+        )
     return (
-        f"counts of the position are lost at speed: its derivative falls behind the velocity by {-100 * more:.0f} % at the largest, {largest:.3g} rad/s (an encoder's or a counter's "
-        "highest frequency), or the velocity is not linear"
+        "counts of the position are lost at speed: its derivative falls behind the velocity by "
+        f"{-100 * more:.0f} % at the largest, {largest:.3g} rad/s (an encoder's or a counter's highest "
+        "frequency), or the velocity is not linear"
     )
 
 
 def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float, grain_rad_s: float) -> str:
-    """What is said where its scale against the position's derivative changes over the log, of which `free` values are independent; "" else. A speed of few steps is off by up to half of one."""
+    """What is said where its scale against the position's derivative changes over the log, of which `free`
+    values are independent; "" else. A speed of few steps is off by up to half of one.
+    """
     parts = np.array_split(np.arange(*inside.indices(len(velocity))), PARTS)
     scales, errors = [], []
     for rows in parts:
@@ -184,8 +203,10 @@ def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float, gra
     if max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):
         return ""
     return (
-        f"the position's scale drifts against it: its derivative is {', '.join(f'{each:.3g}' for each in scales)} times the velocity in the thirds of the log "
-        "(a belt, a potentiometer, counts that are lost); inertia and friction are wrong by as much as the wrong one of the two"
+        "the position's scale drifts against it: its derivative is "
+        f"{', '.join(f'{each:.3g}' for each in scales)} times the velocity in the thirds of the log (a "
+        "belt, a potentiometer, counts that are lost); inertia and friction are wrong by as much as the "
+        "wrong one of the two"
     )
 
 
@@ -193,7 +214,10 @@ def _told(read: _Read) -> str:
     late = f"{1e3 * abs(read.late_s):.3g} ms {'late' if read.late_s > 0 else 'early'} against the position"
     if not read.passes:
         return late if read.late_s > 0 else f"{late}, as a set point is, which runs ahead of the joint"
-    return f"filtered, as by {'a low-pass' if read.passes == 1 else 'two low-passes'} of {0.5 * read.passes / math.pi / read.late_s:.3g} Hz ({late})"
+    return (
+        f"filtered, as by {'a low-pass' if read.passes == 1 else 'two low-passes'} of "
+        f"{0.5 * read.passes / math.pi / read.late_s:.3g} Hz ({late})"
+    )
 
 
 def _explained(
@@ -223,7 +247,9 @@ def _shifted(recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside:
 def _filtered(
     recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside: slice, passes: int
 ) -> _Read:
-    """The velocity taken for low-passed, by so many filters of the first order (of two the second need not be as the first)."""
+    """The velocity taken for low-passed, by so many filters of the first order (of two the second need not be
+    as the first).
+    """
     (z, c, *more), rest = _explained(recorded, velocity, rate_hz, inside, passes)
     lags = [float(each / c) if c else 0.0 for each in more]
     undone = recorded + sum(
@@ -238,7 +264,9 @@ def _inverse(c: float, z: float) -> tuple[float, float]:
 
 
 def _unexplained(read: _Read, velocity: np.ndarray, rate_hz: float, step_rad: float) -> float:
-    """Share of the position's derivative that the recorded velocity leaves over, RMS, both as means over the time of `STEPS` steps."""
+    """Share of the position's derivative that the recorded velocity leaves over, RMS, both as means over the
+    time of `STEPS` steps.
+    """
     explained = velocity - read.rest
     rows = round(rate_hz * STEPS * step_rad / max(float(explained.std()), 1e-12))
     window = np.ones(min(max(1, rows), max(1, len(velocity) // 10)))
@@ -255,12 +283,15 @@ def _require_scale(scale: float, share: float, most: float, where: str) -> None:
         )
     if share * FACTOR_REST > abs(scale - 1):
         raise DataError(
-            f"{where}: not of the same motion as the position: {scale:.4g} times its derivative, and {100 * share:.2g} % of that is something else: a set point in place of what was "
-            "measured, a velocity that is filtered, clipped or coarse, or of another axis; leave it out, or map what was measured of both"
+            f"{where}: not of the same motion as the position: {scale:.4g} times its derivative, and "
+            f"{100 * share:.2g} % of that is something else: a set point in place of what was measured, a "
+            "velocity that is filtered, clipped or coarse, or of another axis; leave it out, or map what "
+            "was measured of both"
         )
     guess = [name for name, factor in UNITS.items() if abs(abs(scale) / factor - 1) <= SCALE_MAX]
     unit = f", as if its unit were {guess[0]}" if guess else ""
     raise DataError(
-        f"{where}: {scale:.4g} times the derivative of the position{unit} (within {100 * SCALE_MAX:.0f} % of 1 "
-        f"is needed); correct the unit of the velocity, the position or the time, or give scale {1 / scale:.6g}"
+        f"{where}: {scale:.4g} times the derivative of the position{unit} (within {100 * SCALE_MAX:.0f} % "
+        "of 1 is needed); correct the unit of the velocity, the position or the time, or give scale "
+        f"{1 / scale:.6g}"
     )

@@ -12,9 +12,10 @@ Symmetric ``tau = J a + b v + F_c s + o``; per direction ``tau = J a + b+ v+ + b
 where offset and a difference of Coulomb friction cannot be told apart: both are in f+ and f-. In both the
 offset of each log drifts slowly (`rtctl.friction.logs.offsets`); o, f+ and f- are those of its mean.
 
-The intervals cover what is random in a log, and what other readings of it say (`rtctl.friction.logs.other_readings`). A torque recorded early
-or late against the position, or bristles that still bend, shift the parameters: d seconds of delay add J d w^2 to the viscous friction
-seen at the angular frequency w. Correct a known delay before (`rtctl.friction.logs.signal_shift.advanced`).
+The intervals cover what is random in a log, and what other readings of it say
+(`rtctl.friction.logs.other_readings`). A torque recorded early or late against the position, or bristles that
+still bend, shift the parameters: d seconds of delay add J d w^2 to the viscous friction seen at the angular
+frequency w. Correct a known delay before (`rtctl.friction.logs.signal_shift.advanced`).
 """
 
 from __future__ import annotations
@@ -44,7 +45,8 @@ DELAY_SAID_S = 0.5e-3
 class JointFit:
     """Both fits, the offset of each log, and what a reader of the numbers must know besides (`warnings`).
 
-    `speeds` are those of the rows forwards and backwards; `drift_nm` are the coefficients of the drift columns (`rtctl.friction.logs.offsets`).
+    `speeds` are those of the rows forwards and backwards; `drift_nm` are the coefficients of the drift
+    columns (`rtctl.friction.logs.offsets`).
     """
 
     symmetric: Regression
@@ -163,7 +165,8 @@ def _remaining_delay(
 
 
 def of_the_position(signals: Regressors, half_period_s: float) -> bool:
-    """Whether a torque that was put back by half a period, as a command that was held, was measured at the instants of the position instead.
+    """Whether a torque that was put back by half a period, as a command that was held, was measured at the
+    instants of the position instead.
 
     It then looks early by that half period: surely nearer to it than to none, or near it and surely not held.
     """
@@ -183,8 +186,8 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     word = "late" if late.value > 0 else "early"
     return (
         f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
-        f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous friction "
-        "and inertia are then wrong), or friction is not Coulomb + viscous",
+        f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous "
+        "friction and inertia are then wrong), or friction is not Coulomb + viscous",
     )
 
 
@@ -205,9 +208,9 @@ def _require_signs(fit: Regression, source: str) -> None:
 def _require_explained(fit: Regression, source: str) -> None:
     if fit.relative_error > UNEXPLAINED_MAX:
         raise DataError(
-            f"{source}: the motion explains too little of the torque ({100 * fit.relative_error:.0f} % of it, RMS, is "
-            f"something else, at most {100 * UNEXPLAINED_MAX:.0f} %); map the torque of the same axis, and every torque "
-            "on the joint"
+            f"{source}: the motion explains too little of the torque ({100 * fit.relative_error:.0f} % of "
+            f"it, RMS, is something else, at most {100 * UNEXPLAINED_MAX:.0f} %); map the torque of the "
+            "same axis, and every torque on the joint"
         )
 
 

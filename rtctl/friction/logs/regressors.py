@@ -1,4 +1,4 @@
-"""What the joint regression reads of a log: filtered, thinned-out signals, and which rows are true sliding."""
+"""What the joint regression reads of a log: filtered, thinned-out signals, and rows of true sliding."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CUTOFF_SHARE = 0.2
 """Highest cut-off, share of the rate."""
 
 SETTLE_RAD, SETTLE_SHARE, SETTLE_MOST_SHARE = 0.01, 0.05, 0.25
-"""Travel after a reversal before friction counts as that of sliding; at most that share of the range; the most of what is known to be longer."""
+"""Travel after a reversal before friction is that of sliding; its share of the range at most; most."""
 
 SPAN_MIN_RAD = 0.005
 """Least range of position that is called motion."""
@@ -48,8 +48,10 @@ FALLBACK_PERIODS = 0.5
 class Regressors:
     """Filtered, thinned-out signals of one log or several. Arrays of one length.
 
-    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of `AxisLog`, `inertia_short` the share by which the steps of the position make the
-    inertia too small (`log_checks.coarseness`), `share_nm` the torque that friction is a share of, where there is one (`torque_shape`). Of two torques `external_nm` is the hand's, `held_s` by how much the motor's was put back without being asked.
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of
+    `AxisLog`, `inertia_short` the share by which coarse positions make the inertia too small (`coarseness`),
+    `share_nm` the torque that friction is a share of, where there is one (`torque_shape`). Of two torques
+    `external_nm` is the hand's, `held_s` by what the motor's was put back.
     """
 
     time_s: np.ndarray
@@ -110,8 +112,7 @@ def regressors(
     Parameters
     ----------
     margin_periods
-        Periods of the cut-off left out beside a reversal. None: `MARGIN_PERIODS`, or `FALLBACK_PERIODS` with a
-        warning when that leaves no slow rows.
+        Periods of the cut-off left out beside a reversal; None: the usual, or fewer with a warning.
     torque_delay_s
         How late the torque is recorded against the position, s.
 
@@ -124,8 +125,8 @@ def regressors(
     Notes
     -----
     The direction is a column of the regression and is filtered too: around a reversal both sides of the
-    balance are then blurred alike. A recorded velocity takes the place of the first derivative. Rows within the margin, or `SETTLE_RAD` of travel (`settle_rad` of the log), of a reversal are not
-    `sliding`: there bristles bend before the contact slips.
+    balance are then blurred alike. A recorded velocity takes the place of the first derivative. Not `sliding`
+    are rows within margin or `settle_rad` of a reversal, where bristles bend.
     """
     edge, span = _checked(log, cutoff_hz)
     rate, n = log.rate_hz, len(log.position_rad)
@@ -170,18 +171,16 @@ def regressors(
 
 def _short_strokes(log: AxisLog, cutoff_hz: float) -> str:
     return (
-        f"{log.source}: strokes too short for the usual margin beside reversals: half a period of the cut-off "
-        f"({1e3 * FALLBACK_PERIODS / cutoff_hz:.3g} ms) is left out instead of a whole one; Coulomb friction may "
-        "be biased (by how much was not measured); slower, longer strokes avoid it"
+        f"{log.source}: strokes too short for the usual margin beside reversals: half a period of the "
+        f"cut-off ({1e3 * FALLBACK_PERIODS / cutoff_hz:.3g} ms) is left out; Coulomb friction may be biased "
+        "(by how much was not measured); slower, longer strokes avoid it"
     )
 
 
 def of_stretches(
     parts: Sequence[AxisLog], cutoff_hz: float = CUTOFF_HZ, speed_min_rad_s: float = SPEED_MIN_RAD_S
 ) -> Regressors:
-    """Rows of the stretches of one log, between its gaps, as one log with one offset; times are those of the log.
-
-    Stretches too short for the filter are left out, and that is said.
+    """Stretches of one log between its gaps as one log; too short ones are left out, and that is said.
 
     Raises
     ------
@@ -205,8 +204,8 @@ def of_stretches(
             sum(len(part.position_rad) for part in parts if len(part.position_rad) < need) / parts[0].rate_hz
         )
         more.append(
-            f"{parts[0].source}: {len(parts) - len(kept)} stretches between gaps are shorter than {need} rows, {lost_s:.3g} s in "
-            "all: left out"
+            f"{parts[0].source}: {len(parts) - len(kept)} stretches between gaps are shorter than {need} "
+            f"rows, {lost_s:.3g} s in all: left out"
         )
     return replace(found, warnings=(*found.warnings, *more))
 
@@ -260,8 +259,8 @@ def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
     edge = max(4, round(rate / cutoff_hz))
     if n < STRETCH_PERIODS * edge:
         raise DataError(
-            f"{log.source}: {n} samples{' between two gaps' if log.start_s else ''} are too few for a cut-off of {cutoff_hz:g} Hz; "
-            f"{STRETCH_PERIODS * edge} are needed"
+            f"{log.source}: {n} samples{' between two gaps' if log.start_s else ''} are too few for a "
+            f"cut-off of {cutoff_hz:g} Hz; {STRETCH_PERIODS * edge} are needed"
         )
     span = float(np.ptp(log.position_rad))
     if not span >= SPAN_MIN_RAD * log.radian:

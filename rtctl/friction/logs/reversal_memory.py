@@ -1,7 +1,8 @@
-"""How well memory of the turn explains friction near reversals: rungs from none to Maxwell-slip, on parts held out.
+"""How well memory of the turn explains friction near reversals: rungs from none to Maxwell-slip, on parts
+held out.
 
-A curve of speed says that friction turns over at once where the motion turns back; bristles say over a travel. Each rung
-is one linear balance
+A curve of speed says that friction turns over at once where the motion turns back; bristles say over a
+travel. Each rung is one linear balance
 
     tau = J a + b v + friction + (offset of the stretch)
 
@@ -10,14 +11,16 @@ with another friction (docs/theory.md 9.4):
 ============  ==========================================================================================
 speed         F_+ H(v) + F_- H(-v), and the same times a Stribeck peak: what a curve of speed can say
 lag           the same, its peaks a time tau late behind the speed (frictional lag, HS90)
-acceleration  that of speed, and the acceleration times each peak: other when the speed rises than when it falls
+acceleration  that of speed, and the acceleration times each peak: other when the speed rises than when it
+falls
 stop          the stop operator s <- clip(s + dx/L, -1, 1) over the recorded path in place of the sign
 lugre         LuGre's bristle, ds/dx = (1 - s sgn dx)/L, in place of the sign
 maxwell       a sum of stop operators of several lengths, each of weight >= 0 (Maxwell-slip, Iwa66)
 ============  ==========================================================================================
 
-Both sides pass one zero-phase low-pass, so a turn that the filter blurs is blurred alike. The stretches are cut into
-blocks of time; what is told is the error in each half of the blocks of what was fitted to the other, length and lag too.
+Both sides pass one zero-phase low-pass, so a turn that the filter blurs is blurred alike. The stretches are
+cut into blocks of time; what is told is the error in each half of the blocks of what was fitted to the other,
+length and lag too.
 """
 
 from __future__ import annotations
@@ -78,9 +81,11 @@ class Rung:
     near_nm, rms_nm
         Error (RMS, N m) within `NEAR_S` of a turn, and everywhere.
     gain, gain_standard_error
-        How much smaller `near_nm` is than that of `speed`, as a share, and the standard error of it over blocks.
+        How much smaller `near_nm` is than that of `speed`, as a share, and the standard error of it over
+        blocks.
     parameter
-        Length (rad; of `maxwell` the mean by weight) or lag (s) fitted to all rows; 0 for `speed` and `acceleration`.
+        Length (rad; of `maxwell` the mean by weight) or lag (s) fitted to all rows; 0 for `speed` and
+        `acceleration`.
     """
 
     name: str
@@ -93,7 +98,9 @@ class Rung:
 
 @dataclass(frozen=True)
 class Reversals:
-    """The rungs, simplest first, the number of turns, and the simplest rung that none beats by `WORTH` and beyond chance."""
+    """The rungs, simplest first, the number of turns, and the simplest rung that none beats by `WORTH` and
+    beyond chance.
+    """
 
     rungs: tuple[Rung, ...]
     turns: int
@@ -128,7 +135,9 @@ def reversals_of_logs(
 
 
 def tried_lengths(parts: Sequence[TurningPart]) -> np.ndarray:
-    """Lengths of bristles that are tried, rad; none where there are fewer than `TURNS_MIN` turns, or strokes too short to bend anything."""
+    """Lengths of bristles that are tried, rad; none where there are fewer than `TURNS_MIN` turns, or strokes
+    too short to bend anything.
+    """
     shortest, longest = shortest_length(parts), longest_length(parts)
     if sum(part.turns for part in parts) < TURNS_MIN or longest <= 2 * shortest:
         return np.zeros(0)
@@ -137,7 +146,9 @@ def tried_lengths(parts: Sequence[TurningPart]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TurnRows:
-    """Kept rows of all parts: torque (n,), columns of the motion, which are near a turn, their blocks and halves."""
+    """Kept rows of all parts: torque (n,), columns of the motion, which are near a turn, their blocks and
+    halves.
+    """
 
     parts: tuple[TurningPart, ...]
     torque_nm: np.ndarray
@@ -176,7 +187,9 @@ class TurnRows:
         return (odd, ~odd), (~odd, odd)
 
     def judged(self, columns: Columns, values: Sequence[float] | np.ndarray) -> _Found:
-        """Held-out residuals, the parameter chosen in the rows fitted to; and the parameter that fits all rows best."""
+        """Held-out residuals, the parameter chosen in the rows fitted to; and the parameter that fits all
+        rows best.
+        """
         designs = [
             np.hstack([self.motion, np.concatenate([columns(part, value) for part in self.parts])])
             for value in values
@@ -197,7 +210,9 @@ class TurnRows:
         return solution, float(left @ left)
 
     def judged_sum(self, lengths_rad: np.ndarray, peaks_at_rad: float) -> _Found:
-        """Held-out residuals of a sum of stop operators: weights >= 0 by direction, the peaks on the operator of one length."""
+        """Held-out residuals of a sum of stop operators: weights >= 0 by direction, the peaks on the operator
+        of one length.
+        """
         every = [np.concatenate([by_stop(part, length) for part in self.parts]) for length in lengths_rad]
         peaks = every[int(np.argmin(np.abs(lengths_rad - peaks_at_rad)))][:, 2:]
         free, bound = np.hstack([self.motion, peaks]), np.hstack([each[:, :2] for each in every])
@@ -228,7 +243,9 @@ def _bounded(bound: np.ndarray, free: np.ndarray, torque: np.ndarray) -> tuple[n
 
 
 def _compared(found: Mapping[str, _Found], rows: TurnRows, turns: int) -> Reversals:
-    """The rungs told, and the simplest that the best does not beat by `WORTH` and `SURE` standard errors over the blocks."""
+    """The rungs told, and the simplest that the best does not beat by `WORTH` and `SURE` standard errors over
+    the blocks.
+    """
     squares = {
         name: np.bincount(rows.block[rows.near], one.residual_nm[rows.near] ** 2, rows.block.max() + 1)
         for name, one in found.items()

@@ -1,4 +1,4 @@
-"""Faults of single rows of a log: spikes, jumps, an angle that starts over, rows that repeat. Found and mended before anything is filtered.
+"""Faults of single rows of a log: spikes, jumps, an angle that starts over, rows that repeat; found first.
 
 A spike leaves the position for a few rows and comes back; a jump does not come back. Both are outliers of the
 velocity from row to row against its running median, which motion, however brisk, is not: whatever moves keeps
@@ -59,7 +59,7 @@ TURN_TOLERANCE = 0.02
 
 @dataclass
 class Rows:
-    """Columns of a log, shape (n,), mended in place of copies: s (None without stamps), rad, N m; `notes` say what was done."""
+    """Columns of a log, shape (n,), mended: s (None without stamps), rad, N m; `notes` say what was done."""
 
     where: str
     time_s: np.ndarray | None
@@ -80,7 +80,7 @@ def mended(rows: Rows) -> Rows:
     Raises
     ------
     DataError
-        More spikes, lost or repeated rows than can be mended, with column, first row, how many and the remedy.
+        More spikes, lost or repeated rows than can be mended, with column, row, how many and the remedy.
     """
     if len(rows.position_rad) < 4 * WINDOW_MIN:
         return rows
@@ -99,13 +99,13 @@ def _mend_held(rows: Rows) -> None:
         return
     _interpolate(rows, repeats, torques=True)
     rows.notes.append(
-        f"{rows.where}: nearly every row stands {times} times, in every column: a slower log whose rows were held: straight lines between the first of each; give the log as "
-        "it was recorded, one row of each"
+        f"{rows.where}: nearly every row stands {times} times, in every column: a slower log whose rows "
+        "were held: straight lines between the first of each; give the log with one row of each"
     )
 
 
 def _mend_held_torques(rows: Rows) -> None:
-    """A torque of a slower bus beside a position that is new in every row: straight lines between its values, each of the time of its first row."""
+    """A torque of a slower bus beside a new position in every row: lines between its first values."""
     for name, torque in rows.torques.items():
         repeats, times = held([torque])
         if times < HELD_TOLD or len(np.unique(torque)) < LEVELS_MIN:
@@ -113,16 +113,15 @@ def _mend_held_torques(rows: Rows) -> None:
         at = np.cumsum(np.concatenate([[0.0], rows.step]))
         torque[repeats] = np.interp(at[repeats], at[~repeats], torque[~repeats])
         rows.notes.append(
-            f"{rows.where}: {name}: nearly every value stands for {times} rows while the position changes: it is of a slower bus, and held: straight lines between the first row of "
-            "each; it may be late besides"
+            f"{rows.where}: {name}: nearly every value stands for {times} rows while the position changes: "
+            "it is of a slower bus, and held: straight lines between the first of each; it may be late"
         )
 
 
 def _interpolate(rows: Rows, bad: np.ndarray, *, torques: bool) -> None:
     """Straight lines across the bad rows."""
     at = np.cumsum(np.concatenate([[0.0], rows.step]))
-    columns = [rows.position_rad, *(rows.torques.values() if torques else ())]
-    for column in columns:
+    for column in [rows.position_rad, *(rows.torques.values() if torques else ())]:
         column[bad] = np.interp(at[bad], at[~bad], column[~bad])
 
 
@@ -132,7 +131,7 @@ def _window(rows: Rows) -> int:
 
 
 def _deviation(rows: Rows) -> tuple[np.ndarray, np.ndarray, float]:
-    """Velocity of every step, its running median, and how far from it an outlier is. Per s, or per row without stamps."""
+    """Velocity of every step, its running median, how far an outlier is; per s, or per row without stamps."""
     from scipy.ndimage import median_filter
 
     velocity = np.diff(rows.position_rad) / rows.step
@@ -165,11 +164,12 @@ def _mend_repeats(rows: Rows) -> None:
     first = int(np.flatnonzero(same)[0])
     after = np.flatnonzero(same[:-1] & ~same[1:] & moves[1:]) + 1
     catches_up = float(np.median(velocity[after] / middle[after])) if len(after) else 2.0
-    what = f"{rows.where}: {count} rows repeat the row before them in every column though the joint moves, the first row {first + 2}"
+    told = f"{count} rows repeat the row before them in every column though the joint moves"
+    what = f"{rows.where}: {told}, the first row {first + 2}"
     if catches_up < 1.5:
         raise DataError(
-            f"{what}; the motion goes on after them as if no time had passed, so the time is wrong: remove the repeated rows, or "
-            "record with the stamps of the device"
+            f"{what}; the motion goes on after them as if no time had passed, so the time is wrong: remove "
+            "the repeated rows, or record with the stamps of the device"
         )
     if count > REPEATS_MOST * len(same):
         raise DataError(f"{what}; record every row once it is new, or thin the log to the rate of the device")
@@ -178,7 +178,7 @@ def _mend_repeats(rows: Rows) -> None:
 
 
 def _goes_on(same: np.ndarray, velocity: np.ndarray, middle: np.ndarray) -> np.ndarray:
-    """Marks of the steps whose next ones before and behind, that are not `same`, move; a joint that stops does not."""
+    """Marks of steps whose neighbours, that are not `same`, move; a joint that stops does not."""
     at, others = np.arange(len(same)), np.flatnonzero(~same)
     if not len(others):
         return np.zeros(len(same), bool)
@@ -236,11 +236,10 @@ def _mend_position(rows: Rows) -> None:
                 bad[begin + 1 : end + 1] = True
     if tallest:
         count = int(bad.sum())
-        what = f"{rows.where}: column position: {count} rows are spikes of up to {tallest:.3g} rad, the first row {first + 1}"
+        told = f"column position: {count} rows are spikes of up to {tallest:.3g} rad"
+        what = f"{rows.where}: {told}, the first row {first + 1}"
         if count > MOST_SPIKES * len(bad):
-            raise DataError(
-                f"{what}; look for the cause (wiring, a transfer that is torn, rows out of order), and record again"
-            )
+            raise DataError(f"{what}; look for the cause (wiring, rows out of order), and record again")
         rows.notes.append(f"{what}: interpolated")
     _bridge(rows, jumps)
     if bad.any():
@@ -248,7 +247,7 @@ def _mend_position(rows: Rows) -> None:
 
 
 def _is_turn(velocity: np.ndarray, begin: int, end: int, reach: int, bound: float) -> bool:
-    """Whether the velocity changes for good there and stays between what it is before and after: a turn too quick for the running median."""
+    """Whether the velocity changes for good there: a turn too quick for the running median."""
     before, after = velocity[max(0, begin - 2 * reach) : begin], velocity[end + 1 : end + 1 + 2 * reach]
     sides = float(np.median(before)), float(np.median(after))
     low, high = min(sides), max(sides)
@@ -267,25 +266,27 @@ def _bridge(rows: Rows, jumps: list[_Jump]) -> None:
     lost = [jump for jump in rest if jump.looks_lost()]
     if len(lost) > MOST_JUMPS and len(lost) >= 0.8 * len(rest):
         raise DataError(
-            f"{rows.where}: rows are missing at {len(lost)} places, the first after row {lost[0].row + 1} (the position goes on by "
-            f"{abs(lost[0].size_rad / lost[0].step_rad):.2g} rows' worth more there), and the stamps do not say so; record with the stamps of the device"
+            f"{rows.where}: rows are missing at {len(lost)} places, the first after row {lost[0].row + 1} "
+            f"(the position goes on by {abs(lost[0].size_rad / lost[0].step_rad):.2g} rows' worth more "
+            "there), and the stamps do not say so; record with the stamps of the device"
         )
     if over:
         rows.notes.append(
-            f"{rows.where}: column position: starts over {len(over)} times, by {abs(over[0].size_rad):.4g} rad, the first after row "
-            f"{over[0].row + 1}: put together to a continuous angle"
+            f"{rows.where}: column position: starts over {len(over)} times, by {abs(over[0].size_rad):.4g} "
+            f"rad, the first after row {over[0].row + 1}: put together to a continuous angle"
         )
     if len(rest) > MOST_JUMPS:
         rows.notes.append(
-            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the first after row {rest[0].row + 1}: too many to bridge, left "
-            "as they are; is it the angle of this joint?"
+            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the first after row "
+            f"{rest[0].row + 1}: too many to bridge, left as they are; is it the angle of this joint?"
         )
         jumps = over
     elif rest:
         largest = max(rest, key=lambda jump: abs(jump.size_rad))
         rows.notes.append(
-            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the largest {largest.size_rad:+.3g} rad after row "
-            f"{largest.row + 1} (rows lost, a sensor that was frozen, an index found, or two logs in one): bridged; cut the log there if more than the zero changed"
+            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the largest "
+            f"{largest.size_rad:+.3g} rad after row {largest.row + 1} (rows lost, a sensor that was frozen, "
+            "an index found, or two logs in one): bridged; cut the log there if more than the zero changed"
         )
     for jump in jumps:
         rows.position_rad[jump.row + 1 :] -= jump.size_rad

@@ -30,8 +30,9 @@ def few_slow(signals: Regressors) -> tuple[str, ...]:
     if slow >= SAMPLES_MIN // 2:
         return ()
     return (
-        f"{signals.source}: {slow} samples of slow motion only (below {below:.3g} rad/s): Coulomb and viscous "
-        "friction are told apart by the faster motion; record slow motion too, or lower --speed-min-rad-s",
+        f"{signals.source}: {slow} samples of slow motion only (below {below:.3g} rad/s): Coulomb and "
+        "viscous friction are told apart by the faster motion; record slow motion too, or lower "
+        "--speed-min-rad-s",
     )
 
 
@@ -58,8 +59,8 @@ def no_low_speed(signals: Regressors, both: tuple[Speeds, Speeds]) -> tuple[str,
         f"{each.low_speed_rows} {name}, slowest {each.lowest_rad_s:.3g} rad/s" for name, each in lacking
     )
     return (
-        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S * signals.radian:.3g} rad/s ({named}): break-away and a "
-        "Stribeck peak are not in this log, the Coulomb friction is what faster motion extrapolates to, and a "
-        "model of these points says nothing about lower speeds; for those record slow, steady strokes, or run "
-        "`rtctl identify CONFIG`",
+        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S * signals.radian:.3g} rad/s ({named}): "
+        "break-away and a Stribeck peak are not in this log, the Coulomb friction is what faster motion "
+        "extrapolates to, and a model of these points says nothing about lower speeds; for those record "
+        "slow, steady strokes, or run `rtctl identify CONFIG`",
     )

@@ -1,11 +1,15 @@
-"""Whether Coulomb friction is taken off a torque already, as by a drive that compensates it: told by the turns.
+"""Whether Coulomb friction is taken off a torque already, as by a drive that compensates it: told by the
+turns.
 
-Friction of bristles is continuous: behind a turn it goes from -F to F over the travel that bends them. A compensation knows the sign of
-the velocity and no bristles, so that what it takes off turns over at once, and the torque that is left jumps the wrong way at each turn. In the balance of `rtctl.friction.logs.reversal_memory`
+Friction of bristles is continuous: behind a turn it goes from -F to F over the travel that bends them. A
+compensation knows the sign of the velocity and no bristles, so that what it takes off turns over at once, and
+the torque that is left jumps the wrong way at each turn. In the balance of
+`rtctl.friction.logs.reversal_memory`
 
     tau = J a + b v + (friction of LuGre's bristles of length L, with Stribeck peaks) + c sgn(v) + offset
 
-c is 0 of a joint and -c_0 where c_0 is taken off (docs/theory.md 9.5). A joint whose friction turns over at once leaves both columns alike, and nothing is told.
+c is 0 of a joint and -c_0 where c_0 is taken off (docs/theory.md 9.5). A joint whose friction turns over at
+once leaves both columns alike, and nothing is told.
 """
 
 from __future__ import annotations
@@ -21,26 +25,32 @@ from rtctl.friction.logs.reversal_memory import TurnRows, tried_lengths
 from rtctl.friction.logs.turns import made_ready
 
 SHARE_LEAST, SHARE_MOST = 0.3, 1.2
-"""Shares of the friction that are told as taken off: sound joints of other laws showed .22 at most, and no drive takes off much more than there is."""
+"""Shares of the friction that are told as taken off: sound joints of other laws showed .22 at most, and no
+drive takes off much more than there is."""
 
 SURELY = 5.0
 """Standard errors by which what is taken off must differ from 0."""
 
 EXPLAINS = 0.6
-"""Share of what is left over without it, RMS, that may be left over with it: of 60 joints of other laws .66 and more was where nothing had been taken off."""
+"""Share of what is left over without it, RMS, that may be left over with it: of 60 joints of other laws
+.66 and more was where nothing had been taken off."""
 
 KNOWN = 0.25
-"""Share of the friction that is surely not taken off (two standard errors), from which down a log is said to tell that nothing was."""
+"""Share of the friction that is surely not taken off (two standard errors), from which down a log is said to
+tell that nothing was."""
 
 CANNOT = (
-    "whether a share of the friction is taken off the torque already, as by a drive that compensates it: the turns of this log do not show it (record brisk turns at 200 Hz and more); map "
-    "the current or the torque that the motor made"
+    "whether a share of the friction is taken off the torque already, as by a drive that compensates it: "
+    "the turns of this log do not show it (record brisk turns at 200 Hz and more); map the current or the "
+    "torque that the motor made"
 )
 
 
 @dataclass(frozen=True)
 class _Found:
-    """Torque of the sign, its standard error, friction of the bristles, N m; what is left over with and without it, squares."""
+    """Torque of the sign, its standard error, friction of the bristles, N m; what is left over with and
+    without it, squares.
+    """
 
     sign_nm: float
     error_nm: float
@@ -52,7 +62,9 @@ class _Found:
 def taken_off(
     logs: Sequence[AxisLog], cutoff_hz: float, speed_min_rad_s: float, source: str
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Warning that friction is taken off the torque of some logs (or of stretches of them), and what they cannot tell of it; each empty or of one text."""
+    """Warning that friction is taken off the torque of some logs (or of stretches of them), and what they
+    cannot tell of it; each empty or of one text.
+    """
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     lengths = tried_lengths(parts)
     if not len(lengths):
@@ -68,8 +80,11 @@ def taken_off(
     explains = best.left < EXPLAINS**2 * without
     if explains and SHARE_LEAST < share < SHARE_MOST and -best.sign_nm > SURELY * best.error_nm:
         text = (
-            f"{source}: {-best.sign_nm:.3g} N m of the Coulomb friction, {100 * min(share, 1):.0f} % of it, are taken off this torque already: it jumps the wrong way by as much where the joint turns, as no "
-            f"friction does (a drive that compensates friction, a command before it is added); Coulomb friction would be {best.friction_nm:.3g} N m; map the current or the torque that the motor made"
+            f"{source}: {-best.sign_nm:.3g} N m of the Coulomb friction, {100 * min(share, 1):.0f} % of it, "
+            "are taken off this torque already: it jumps the wrong way by as much where the joint turns, "
+            "as no friction does (a drive that compensates friction, a command before it is added); "
+            f"Coulomb friction would be {best.friction_nm:.3g} N m; map the current or the torque that the "
+            "motor made"
         )
         return (text,), ()
     known = abs(share) + 2 * best.error_nm / max(best.friction_nm, 1e-300) < KNOWN
@@ -77,7 +92,9 @@ def taken_off(
 
 
 def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
-    """The balance with friction columns (n, k), forwards and backwards first, with and without the sign of the velocity (n,)."""
+    """The balance with friction columns (n, k), forwards and backwards first, with and without the sign of
+    the velocity (n,).
+    """
     plain = np.hstack([rows.motion, friction])
     scale = np.sqrt((plain**2).mean(axis=0)) + np.finfo(float).tiny
     both = np.column_stack([sign, rows.torque_nm])

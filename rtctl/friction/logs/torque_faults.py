@@ -12,16 +12,20 @@ COARSE_SHARE = 0.15
 """Largest rounding error (RMS) of a torque, share of its own RMS."""
 
 FROZEN_S, FROZEN_SHARE, FROZEN_ROWS = 0.15, 0.02, 20
-"""A torque that otherwise changes with every row and stands still for so long, and so many rows, is told; for this share of the log, refused."""
+"""A torque that otherwise changes with every row and stands still for so long, and so many rows, is told; for
+this share of the log, refused."""
 
 OFF_SHARE, OFF_S, OFF_TRAVEL = 0.03, 0.5, 0.1
-"""A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by another if it goes this share of its range to and fro meanwhile."""
+"""A motor is off whose torque stays below this share of its usual largest for so long; the joint is moved by
+another if it goes this share of its range to and fro meanwhile."""
 
 DROPPED_SHARE, DROPPED_NOISE, DROPPED_MOST, DROPPED_LEAST = 0.1, 8.0, 50, 5
-"""Zeros between torques of one sign, both above this share of the usual largest and so many times the usual change of a row, in so many rows at most, are no torque; fewest that are told."""
+"""Zeros between torques of one sign, both above this share of the usual largest and so many times the usual
+change of a row, in so many rows at most, are no torque; fewest that are told."""
 
 SPIKE_SCALES, SPIKE_SHARE, SPIKES_MOST = 15.0, 1.0, 0.05
-"""Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of rows, else they are the signal."""
+"""Spikes are so many robust standard deviations off, and the usual largest torque; at most this share of
+rows, else they are the signal."""
 
 SPIKE_AROUND = 0.4
 """Largest range of the two rows before and after a spike, share of its height."""
@@ -50,7 +54,8 @@ def faults(
     Parameters
     ----------
     may_rest
-        Marks of the rows, (n,), in which standing still is nothing wrong: a motor that is off, a joint at one speed.
+        Marks of the rows, (n,), in which standing still is nothing wrong: a motor that is off, a joint at one
+        speed.
 
     Raises
     ------
@@ -59,7 +64,8 @@ def faults(
     """
     if np.ptp(signal) == 0:
         return [
-            f"{where}: constant at {signal[0]:.4g} {unit}; map the column that was measured, or leave it out if nothing was"
+            f"{where}: constant at {signal[0]:.4g} {unit}; map the column that was measured, or leave it "
+            "out if nothing was"
         ]
     return [
         *_dropouts(signal, where),
@@ -86,8 +92,9 @@ def _frozen(
     ):
         return []
     text = (
-        f"{where}: stands still at {signal[begin]:.4g} {unit} for {length / rate_hz:.3g} s from row {begin + 1} on, though it changes otherwise: "
-        "the sensor or its transfer was frozen; cut the log there"
+        f"{where}: stands still at {signal[begin]:.4g} {unit} for {length / rate_hz:.3g} s from row "
+        f"{begin + 1} on, though it changes otherwise: the sensor or its transfer was frozen; cut the log "
+        "there"
     )
     if length > FROZEN_SHARE * len(signal):
         raise DataError(text)
@@ -95,7 +102,8 @@ def _frozen(
 
 
 def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: str) -> None:
-    """Refuse a motor torque (N m), the only torque there is, that is 0 for a while in which the joint turns back: the motor was off, and something else moved it.
+    """Refuse a motor torque (N m), the only torque there is, that is 0 for a while in which the joint turns
+    back: the motor was off, and something else moved it.
 
     Raises
     ------
@@ -114,8 +122,9 @@ def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: s
     forth, back = float((there - low).max()), float((high - there).max())
     if min(forth, back) > least:
         raise DataError(
-            f"{where}: about 0 for {length / rate_hz:.3g} s from row {begin + 1} on, and the joint turns back meanwhile: the motor was off and something else moved it; map that "
-            "torque, or cut that part out"
+            f"{where}: about 0 for {length / rate_hz:.3g} s from row {begin + 1} on, and the joint turns "
+            "back meanwhile: the motor was off and something else moved it; map that torque, or cut that "
+            "part out"
         )
 
 
@@ -135,8 +144,9 @@ def _dropouts(signal: np.ndarray, where: str) -> list[str]:
     if count < DROPPED_LEAST:
         return []
     text = (
-        f"{where}: {count} rows are exactly 0 between rows that are far from it, the first row {before[holes][0] + 2}: no sample was there (a slower bus, a message that was lost); "
-        "leave these rows out, or fill them"
+        f"{where}: {count} rows are exactly 0 between rows that are far from it, the first row "
+        f"{before[holes][0] + 2}: no sample was there (a slower bus, a message that was lost); leave these "
+        "rows out, or fill them"
     )
     if count > FROZEN_SHARE * len(signal):
         raise DataError(text)
@@ -157,8 +167,8 @@ def _spikes(signal: np.ndarray, where: str, unit: str) -> list[str]:
     if not len(rows) or len(rows) > SPIKES_MOST * len(signal):
         return []
     return [
-        f"{where}: {len(rows)} rows are spikes of up to {off.max():.3g} {unit}, the first row {rows[0] + 1}; they count as measured: look for the "
-        "cause, or take them out"
+        f"{where}: {len(rows)} rows are spikes of up to {off.max():.3g} {unit}, the first row "
+        f"{rows[0] + 1}; they count as measured: look for the cause, or take them out"
     ]
 
 
@@ -171,6 +181,6 @@ def _coarse(signal: np.ndarray, where: str, unit: str) -> list[str]:
     if share <= COARSE_SHARE:
         return []
     return [
-        f"{where}: too coarse: {len(levels)} levels, steps of {step:.3g} {unit}, a rounding error of {100 * share:.0f} % of it; record more digits, "
-        "or lower the range of the sensor"
+        f"{where}: too coarse: {len(levels)} levels, steps of {step:.3g} {unit}, a rounding error of "
+        f"{100 * share:.0f} % of it; record more digits, or lower the range of the sensor"
     ]

@@ -1,9 +1,11 @@
-"""What the torque as a whole does to its balance: friction that is a share of it, a scale that bends, scales that drift.
+"""What the torque as a whole does to its balance: friction that is a share of it, a scale that bends, scales
+that drift.
 
-With u = J a + b v + F_c s, what the motion wants, a gear that rubs by the torque it transmits needs m = u + k s |m|, a sensor or a drive that saturates
-softly shows m = u (1 - c (u/U)^2), U the largest u, and a position whose scale drifts by d over a log shows J a + b v that grow by d. Each is one more column of the balance, made
-of what the balance itself wants: made of the recorded torque it would repeat that one's noise. It is told when it is surely there, alone and beside
-whatever else bends a balance (docs/theory.md 9.9).
+With u = J a + b v + F_c s, what the motion wants, a gear that rubs by the torque it transmits needs m = u + k
+s |m|, a sensor or a drive that saturates softly shows m = u (1 - c (u/U)^2), U the largest u, and a position
+whose scale drifts by d over a log shows J a + b v that grow by d. Each is one more column of the balance,
+made of what the balance itself wants: made of the recorded torque it would repeat that one's noise. It is
+told when it is surely there, alone and beside whatever else bends a balance (docs/theory.md 9.9).
 """
 
 from __future__ import annotations
@@ -33,7 +35,9 @@ BEND_LEAST = 0.06
 """Least share of the largest torque that is told to be missing."""
 
 EXPLAINS_MUCH = 0.6
-"""Largest share of what was left over that is left over with a bend or a drift that is told: sensors and drives that saturate leave .03 to .12, scales that drift .02 to .43, friction that is not quite Coulomb + viscous .54 and more."""
+"""Largest share of what was left over that is left over with a bend or a drift that is told: sensors and
+drives that saturate leave .03 to .12, scales that drift .02 to .43, friction that is not quite Coulomb +
+viscous .54 and more."""
 
 DRIFT_LEAST = 0.1
 """Least change of a scale over a log that is told."""
@@ -42,7 +46,8 @@ DRIFT_BESIDE = 0.05
 """The same beside other columns."""
 
 KNOWN, KNOWN_BESIDE = 0.02, 0.03
-"""Largest standard errors of the share of a gear that a log is said to tell, alone and beside other columns."""
+"""Largest standard errors of the share of a gear that a log is said to tell, alone and beside other
+columns."""
 
 OWN_LEAST = 1e-3
 """Share of a column, RMS, that the others must not have: below it nothing is known of it."""
@@ -56,7 +61,9 @@ PEAK_SHARE = 0.25
 
 @dataclass(frozen=True)
 class Effect:
-    """Coefficient of a column, on all rows (n,): alone and beside others, with standard errors; what is left over with it alone and without it, RMS."""
+    """Coefficient of a column, on all rows (n,): alone and beside others, with standard errors; what is left
+    over with it alone and without it, RMS.
+    """
 
     column: np.ndarray
     value: float
@@ -124,7 +131,9 @@ class PlainBalance:
         return matrix, found / scale
 
     def coefficient(self, column: np.ndarray, more: np.ndarray | None = None) -> tuple[float, float, float]:
-        """Coefficient of a column: value, standard error by blocks, what is left over; an infinite error where the others have all of it."""
+        """Coefficient of a column: value, standard error by blocks, what is left over; an infinite error
+        where the others have all of it.
+        """
         beside = [] if more is None else [more]
         matrix = np.hstack([self.motion, self.nuisance, *beside])[self.rows]
         matrix = matrix / np.maximum(np.sqrt((matrix**2).mean(axis=0)), 1e-300)
@@ -140,7 +149,9 @@ class PlainBalance:
     def effect(
         self, make: Callable[[np.ndarray, float], np.ndarray], more: np.ndarray | None = None
     ) -> Effect:
-        """The effect whose column `make` makes of what is wanted and of its coefficient so far; `more` beside the usual others."""
+        """The effect whose column `make` makes of what is wanted and of its coefficient so far; `more` beside
+        the usual others.
+        """
         u, value = self.wanted(None)
         column = make(u, 0.0)
         for _ in range(ROUNDS):
@@ -158,7 +169,9 @@ class PlainBalance:
         return Effect(column, value, error, beside, beside_error, rest, before)
 
     def is_explained(self, rest: float) -> bool:
-        """Whether so much that is left over, RMS, is far less than before, and than friction that bends over speed leaves."""
+        """Whether so much that is left over, RMS, is far less than before, and than friction that bends over
+        speed leaves.
+        """
         none = np.zeros(len(self.rows))
         over_speed = self.coefficient(none, self.others[:, 1:3])[2]
         return rest < min(EXPLAINS_MUCH * self.coefficient(none)[2], over_speed)
@@ -182,16 +195,20 @@ class PlainBalance:
 
 
 def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
-    """The signals of a single torque with the share of it that friction is as a column, where the log tells one; the warning about it; what the log cannot tell."""
+    """The signals of a single torque with the share of it that friction is as a column, where the log tells
+    one; the warning about it; what the log cannot tell.
+    """
     plain = PlainBalance(signals)
     bend = plain.bend()
     share = plain.share(bend)
     known = share.error <= KNOWN and share.beside_error <= KNOWN_BESIDE
     if known and share.sure() and share.alike() and not (bend.sure() and bend.rest < share.rest):
         text = (
-            f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- {2 * share.error:.1g}): it differs where the torque drives the joint and where it "
-            "brakes it, as through a gear or a screw; that share is fitted as torque_share, Coulomb and viscous friction are what is left without torque, and the points hold it at "
-            "the torques of this log; play between motor and load looks alike: turn the load by hand at rest"
+            f"{signals.source}: friction grows with the torque itself, by {share.value:.2g} of it (+- "
+            f"{2 * share.error:.1g}): it differs where the torque drives the joint and where it brakes it, "
+            "as through a gear or a screw; that share is fitted as torque_share, Coulomb and viscous "
+            "friction are what is left without torque, and the points hold it at the torques of this log; "
+            "play between motor and load looks alike: turn the load by hand at rest"
         )
         return replace(signals, share_nm=share.column), (text,), ()
     if known:
@@ -200,14 +217,17 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
         signals,
         (),
         (
-            "whether friction is a share of the torque, as in gears: the torque hardly brakes the joint in this log; of a gear that loses a share k all parameters are 1/(1 - k) "
-            "times too large (record quick stops)",
+            "whether friction is a share of the torque, as in gears: the torque hardly brakes the joint in "
+            "this log; of a gear that loses a share k all parameters are 1/(1 - k) times too large (record "
+            "quick stops)",
         ),
     )
 
 
 def bent(signals: Regressors) -> tuple[str, ...]:
-    """The warning that a single torque does not grow as the motion wants, where friction that bends over speed does not say it better."""
+    """The warning that a single torque does not grow as the motion wants, where friction that bends over
+    speed does not say it better.
+    """
     plain = PlainBalance(signals)
     found = plain.bend()
     if not (found.sure() and abs(found.value) > BEND_LEAST and plain.is_explained(found.rest)):
@@ -216,11 +236,13 @@ def bent(signals: Regressors) -> tuple[str, ...]:
     text = (
         "its sensor or drive saturates softly, or there is play"
         if short
-        else "the motor saturates, so that its current makes less torque than its constant says, or there is play"
+        else "the motor saturates, so that its current makes less torque than its constant says, or there "
+        "is play"
     )
     return (
-        f"{signals.source}: the torque is not proportional to what the motion wants: at its largest it is {100 * abs(found.value):.0f} % too {'small' if short else 'large'} against "
-        f"small torques ({text}); inertia and friction are off by up to as much: move less briskly, or raise the range",
+        f"{signals.source}: the torque is not proportional to what the motion wants: at its largest it is "
+        f"{100 * abs(found.value):.0f} % too {'small' if short else 'large'} against small torques "
+        f"({text}); inertia and friction are off by up to as much: move less briskly, or raise the range",
     )
 
 
@@ -246,11 +268,15 @@ def drifting(signals: Regressors) -> tuple[str, ...]:
     together = abs(friction[0] - motion[0]) < max(0.5 * abs(motion[0]), 2 * friction[1])
     amount = f"by {100 * abs(motion[0]):.0f} % from its first to its last row"
     if together and friction[0] * motion[0] > 0:
-        what = f"inertia and friction {_way(motion[0])} together {amount}: the scale of the torque drifts (a torque constant that warms, an amplifier)"
+        what = (
+            f"inertia and friction {_way(motion[0])} together {amount}: the scale of the torque drifts (a "
+            "torque constant that warms, an amplifier)"
+        )
     else:
         what = (
-            f"inertia and viscous friction {_way(motion[0])} together {amount}, Coulomb friction does not: the scale of the position drifts (a belt, a potentiometer, counts that "
-            "are lost), or what is moved changes"
+            f"inertia and viscous friction {_way(motion[0])} together {amount}, Coulomb friction does not: "
+            "the scale of the position drifts (a belt, a potentiometer, counts that are lost), or what is "
+            "moved changes"
         )
     return (
         f"{signals.source}: {what}; the parameters are of its mean: cut the log there, or mend the scale",

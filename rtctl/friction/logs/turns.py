@@ -1,4 +1,6 @@
-"""A log made ready to look at its turns, and the stop operator over its path: what presliding length and memory share."""
+"""A log made ready to look at its turns, and the stop operator over its path: what presliding length and
+memory share.
+"""
 
 from __future__ import annotations
 
@@ -18,14 +20,17 @@ LONGEST_SHARE = 0.2
 """Longest length that is tried, share of the range of the motion: strokes must be long enough to slide."""
 
 STRIBECK_RAD_S = (0.02, 0.1)
-"""Speeds of the Stribeck peaks beside the Coulomb friction: without them a peak at rest looks like shorter bristles."""
+"""Speeds of the Stribeck peaks beside the Coulomb friction: without them a peak at rest looks like shorter
+bristles."""
 
 
 @dataclass(frozen=True)
 class TurningPart:
-    """One stretch: acceleration and velocity (n, 2) and torque, filtered; Stribeck peaks (1 at rest); the path of its bristles.
+    """One stretch: acceleration and velocity (n, 2) and torque, filtered; Stribeck peaks (1 at rest); the
+    path of its bristles.
 
-    `rows` are the rows looked at, `turned` those in which the motion turns back while the joint moves; `radian` is that of `AxisLog`.
+    `rows` are the rows looked at, `turned` those in which the motion turns back while the joint moves;
+    `radian` is that of `AxisLog`.
     """
 
     motion: np.ndarray

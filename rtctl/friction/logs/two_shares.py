@@ -1,7 +1,9 @@
 """Friction as a share of two recorded torques: of what the motor gives, of what the hand gives, or of both.
 
-Beside a hand the motor's part of a torque is not what the motion wants, so the column is made of the record. Its noise is in the balance as well and would alone make a share; a column made of
-what the balance wants less the *other* record has the other one's noise, with the other sign. A share is told where both say so, and their mean is fitted (docs/theory.md 9.9).
+Beside a hand the motor's part of a torque is not what the motion wants, so the column is made of the record.
+Its noise is in the balance as well and would alone make a share; a column made of what the balance wants less
+the *other* record has the other one's noise, with the other sign. A share is told where both say so, and
+their mean is fitted (docs/theory.md 9.9).
 """
 
 from __future__ import annotations
@@ -48,8 +50,9 @@ def with_share_of_two(
     bend = plain.bend()
     shares = list(_shares(plain, external_nm, bend))
     untold = tuple(
-        f"whether friction is a share of {one.of}, as in gears: it hardly brakes the joint in this log; of a gear that loses a share k of what drives it all parameters are 1/(1 - k) times too "
-        "large (record quick stops, or the motor alone)"
+        f"whether friction is a share of {one.of}, as in gears: it hardly brakes the joint in this log; of "
+        "a gear that loses a share k of what drives it all parameters are 1/(1 - k) times too large "
+        "(record quick stops, or the motor alone)"
         for one in shares
         if not one.known
     )
@@ -63,8 +66,10 @@ def with_share_of_two(
     best = min(found, key=lambda one: one.recorded.rest)
     value, error = best.recorded.value, max(best.recorded.error, best.wanted.error)
     text = (
-        f"{signals.source}: friction grows with {best.of}, by {value:.2g} of it (+- {2 * error:.1g}): it differs where a torque drives the joint and where it brakes it, as through a "
-        "gear or a screw; that share is fitted as torque_share, Coulomb and viscous friction are what is left without torque, and the points hold it at the torques of this log"
+        f"{signals.source}: friction grows with {best.of}, by {value:.2g} of it (+- {2 * error:.1g}): it "
+        "differs where a torque drives the joint and where it brakes it, as through a gear or a screw; "
+        "that share is fitted as torque_share, Coulomb and viscous friction are what is left without "
+        "torque, and the points hold it at the torques of this log"
     )
     column = 0.5 * (best.recorded.column + best.wanted.column)
     return replace(signals, share_nm=column), (text,), ()

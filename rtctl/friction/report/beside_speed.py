@@ -1,4 +1,6 @@
-"""What fit and report say of load and temperature: judged by what was held out; load is deployed where that was asked for."""
+"""What fit and report say of load and temperature: judged by what was held out; load is deployed where that
+was asked for.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +16,9 @@ DEPLOYED = (
 
 
 def sentences(load: LoadVerdict, warmth: Warmth, *, deployed: bool = False) -> list[str]:
-    """One of load, one of temperature; each says why where nothing can be said. `deployed`: the model carries the load."""
+    """One of load, one of temperature; each says why where nothing can be said. `deployed`: the model carries
+    the load.
+    """
     return [
         f"Load: {load.reason}."
         if load.chosen is None
@@ -27,11 +31,15 @@ def _of_load(load: LoadVerdict, chosen: LoadRung, use: str) -> str:
     terms = chosen.terms
     plain = load.of("coulomb_viscous").rmse_nm
     if not terms.told:
-        return f"Load: over {load.span_nm:.3g} N m friction does not depend on it: {terms.rung} errs no more than any form with load."
+        return (
+            f"Load: over {load.span_nm:.3g} N m friction does not depend on it: {terms.rung} errs no more "
+            "than any form with load."
+        )
     told = ", ".join(f"{name} {value:.3g} +- {_error(error)}" for name, (value, error) in terms.told.items())
     return (
-        f"Load: friction grows with it by the form {terms.rung} ({told}), which errs {1e3 * chosen.rmse_nm:.3g} mN m held out, "
-        f"Coulomb + viscous {1e3 * plain:.3g} mN m ({100 * load.less_share:.0f} % less); {use}."
+        f"Load: friction grows with it by the form {terms.rung} ({told}), which errs "
+        f"{1e3 * chosen.rmse_nm:.3g} mN m held out, Coulomb + viscous {1e3 * plain:.3g} mN m "
+        f"({100 * load.less_share:.0f} % less); {use}."
     )
 
 
@@ -39,7 +47,10 @@ def _of_warmth(warmth: Warmth) -> str:
     parts = [f"dry friction {_per_k(warmth.dry_per_k)}"]
     if warmth.viscous_per_k is not None:
         parts.append(f"viscous {_per_k(warmth.viscous_per_k)}")
-    return f"Temperature: {' and '.join(parts)}, about {warmth.middle_c:.0f} degC over {warmth.span_k:.0f} K; {NOT_DEPLOYED}."
+    return (
+        f"Temperature: {' and '.join(parts)}, about {warmth.middle_c:.0f} degC over {warmth.span_k:.0f} K; "
+        f"{NOT_DEPLOYED}."
+    )
 
 
 def _per_k(scale: tuple[float, float]) -> str:

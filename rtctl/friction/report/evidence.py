@@ -72,8 +72,8 @@ class Learned:
 class Evidence:
     """Everything a report says. `boundary_rad_s` parts low from high speed.
 
-    `lost` names the families that could not be trained on all points, and why. `folds` is how points were held
-    out, of `hold_out.WAYS`. `beside` is what is known of load and temperature; None: not looked at.
+    `lost` names the families that could not be trained on all points, and why. `folds` is how points were
+    held out, of `hold_out.WAYS`. `beside` is what is known of load and temperature; None: not looked at.
     """
 
     points: FrictionPoints
@@ -105,7 +105,9 @@ class Evidence:
 
 
 def interval_nm(rung: Rung) -> tuple[float, float]:
-    """Confidence interval of a rung's held-out RMSE, N m, from its standard error: normal, of few blocks Student's t."""
+    """Confidence interval of a rung's held-out RMSE, N m, from its standard error: normal, of few blocks
+    Student's t.
+    """
     n = len(rung.errors) if rung.blocks is None else len(np.unique(rung.blocks))
     wide = _quantile(n) * rung.se_nm
     return max(0.0, rung.rmse_nm - wide), rung.rmse_nm + wide

@@ -22,9 +22,11 @@ NEAR = 1.1
 
 @dataclass(frozen=True)
 class Line:
-    """One rung: held-out RMSE with its 95 % interval, and the nested one, N m; None where there is none. `refused` says why.
+    """One rung: held-out RMSE with its 95 % interval, and the nested one, N m; None where there is none.
+    `refused` says why.
 
-    `covered` is the share of what was held out that lies in the band of the fit without it, 0 to 1; None: no band.
+    `covered` is the share of what was held out that lies in the band of the fit without it, 0 to 1; None: no
+    band.
     """
 
     family: str
@@ -40,10 +42,11 @@ class Line:
 
 @dataclass(frozen=True)
 class Found:
-    """One set. Errors in N m; `friction_nm` is the RMS of what was measured, `floor_nm` the scatter of points about a smooth curve of their own.
+    """One set. Errors in N m; `friction_nm` is the RMS of what was measured, `floor_nm` the scatter of points
+    about a smooth curve of their own.
 
-    `chosen_nm` is the nested error of whatever the ladder chose each time, `chosen_held_out_nm` what it then held out,
-    `chosen_covered` the share of it that lay in the band.
+    `chosen_nm` is the nested error of whatever the ladder chose each time, `chosen_held_out_nm` what it then
+    held out, `chosen_covered` the share of it that lay in the band.
     """
 
     name: str
@@ -128,8 +131,8 @@ def page(found: Sequence[Found], command: str) -> str:
     """Text of the page (Markdown); `command` is what makes it."""
     parts = [
         "# Evidence: which model errs how much, on which data",
-        f"This page is made by `{command}`; change nothing here by hand. The data are described in [evidence.toml](evidence.toml); recordings are "
-        "not in the repository.",
+        f"This page is made by `{command}`; change nothing here by hand. The data are described in "
+        "[evidence.toml](evidence.toml); recordings are not in the repository.",
         "## In short",
         _short(found),
         "## How to read it",
@@ -139,13 +142,18 @@ def page(found: Sequence[Found], command: str) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-_HOW = f"""- **Held out** is the RMS error of the ladder's own cross-validation, with its 95 % interval (docs/ladder.md): by blocks, of few
+_HOW = f"""- **Held out** is the RMS error of the ladder's own cross-validation, with its 95 % interval \
+(docs/ladder.md): by blocks, of few
   blocks Student's t. It is the least of many, so it is a little too small.
-- **Without it** is the generalisation error: everything is chosen and learned anew without each fold (a whole session where there are several), and
+- **Without it** is the generalisation error: everything is chosen and learned anew without each fold (a \
+whole session where there are several), and
   judged by that fold. Verdicts stand on it: up to {NEAR:g} times the least is as good.
-- **In the band** is how much of what was held out lies in the 95 % band of the fit without it (docs/friction.md); 90 to 99 % is as it should be.
-- **The floor** is the scatter of the points about a smooth curve of their own: no model of speed errs less on them.
-- **Refused** is what the points cannot tell, or what cannot be compiled, on all points; a dash in *without it*: without some fold."""
+- **In the band** is how much of what was held out lies in the 95 % band of the fit without it \
+(docs/friction.md); 90 to 99 % is as it should be.
+- **The floor** is the scatter of the points about a smooth curve of their own: no model of speed errs less \
+on them.
+- **Refused** is what the points cannot tell, or what cannot be compiled, on all points; a dash in *without \
+it*: without some fold."""
 
 
 def _short(found: Sequence[Found]) -> str:
@@ -156,7 +164,8 @@ def _short(found: Sequence[Found]) -> str:
             winner, words = formula_or_machine(_rows(one))
             if winner == who:
                 said.append(
-                    f"- **{one.name}**: {words or 'formulas alone, or machines alone, could be judged.'} {_agreement(one)}"
+                    f"- **{one.name}**: {words or 'formulas alone, or machines alone, could be judged.'} "
+                    f"{_agreement(one)}"
                 )
     return "\n".join(said)
 
@@ -179,8 +188,8 @@ def _agreement(one: Found) -> str:
     )
     best = "as good as the best rung" if share <= NEAR else f"{share:.2f} times the best rung"
     return (
-        f"What the ladder chooses errs {_mnm(one.chosen_nm)} mN m on what it did not see, {told} ({_mnm(one.chosen_held_out_nm)} mN m; "
-        f"{times:.2f} times), and is {best}. {_in_band(one)}"
+        f"What the ladder chooses errs {_mnm(one.chosen_nm)} mN m on what it did not see, {told} "
+        f"({_mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
     )
 
 
@@ -203,7 +212,8 @@ def _of_set(one: Found) -> list[str]:
         f"## {one.name[:1].upper()}{one.name[1:]}",
         *([f"**{words[:1].upper()}{words[1:]}**"] if words else []),
         f"{one.source}.",
-        f"{one.points} points, {what}; friction {_mnm(one.friction_nm)} mN m RMS, floor {_mnm(one.floor_nm)} mN m. {_agreement(one)}",
+        f"{one.points} points, {what}; friction {_mnm(one.friction_nm)} mN m RMS, floor "
+        f"{_mnm(one.floor_nm)} mN m. {_agreement(one)}",
         "\n".join(rows),
         *(["Told of the data:\n\n" + "\n".join(f"- {note}" for note in one.notes)] if one.notes else []),
     ]
@@ -215,7 +225,10 @@ def _cells(line: Line, one: Found) -> str:
     span = f"{_mnm(line.low_nm)} to {_mnm(line.high_nm)}"
     nested_nm = "-" if line.nested_nm is None else _mnm(line.nested_nm)
     covered = "-" if line.covered is None else f"{100 * line.covered:.1f}"
-    return f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | {_verdict(line, one)} | {covered} |"
+    return (
+        f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | "
+        f"{_verdict(line, one)} | {covered} |"
+    )
 
 
 def _verdict(line: Line, one: Found) -> str:

@@ -16,10 +16,11 @@ class Judgement:
     """One direction. Errors are model minus measurement, N m.
 
     `error_share` is the RMSE over the RMS of the measured friction. `outside` counts points faster than the
-    trained range, which count in no error. `over_bound` counts points within the range that the model misses by more
-    than its file states (`bound_nm`). `floor_rmse_nm` is the RMSE of Coulomb + viscous fitted to these very
-    points, `allowed_rmse_nm` what the model may err beside it: those two numbers have seen the points, and the model has not. `outside_band_share` is the share of points outside the model's band, 0 to 1 (None also without a band). None where
-    no point lies within the range.
+    trained range, which count in no error. `over_bound` counts points within the range that the model misses
+    by more than its file states (`bound_nm`). `floor_rmse_nm` is the RMSE of Coulomb + viscous fitted to
+    these very points, `allowed_rmse_nm` what the model may err beside it: those two numbers have seen the
+    points, and the model has not. `outside_band_share` is the share of points outside the model's band, 0 to
+    1 (None also without a band). None where no point lies within the range.
     """
 
     direction: int
@@ -41,14 +42,17 @@ BAND_SIGMAS = 1.96
 """Half width of a band of 95 %, standard deviations."""
 
 OUTSIDE_MOST = 0.1
-"""Share of a session beyond a band that is for 95 % of it, from which the band does not hold: twice what it allows."""
+"""Share of a session beyond a band that is for 95 % of it, from which the band does not hold: twice what it
+allows."""
 
 
 FAR_OVER = 2.0
-"""Times the stated bound, the largest error of the points learned from, that no single point may err: a little beyond the largest of so many is chance."""
+"""Times the stated bound, the largest error of the points learned from, that no single point may err: a
+little beyond the largest of so many is chance."""
 
 MOSTLY = 0.5
-"""Share of the points beyond the trained range from which it is another motion than the model's, or another unit."""
+"""Share of the points beyond the trained range from which it is another motion than the model's, or another
+unit."""
 
 UNEVEN_SURE = 2.0
 """Standard errors by which a mean over places may be off the mean over all places."""
@@ -57,8 +61,8 @@ UNEVEN_SURE = 2.0
 def judge(model: FrictionModel, points: FrictionPoints) -> tuple[Judgement, Judgement]:
     """Judge both directions, +1 first.
 
-    Of a model by place a point is a mean over places that are never quite even: it may be off by what its measurements scatter by, over the
-    root of their number, before it speaks against the curve of speed.
+    Of a model by place a point is a mean over places that are never quite even: it may be off by what its
+    measurements scatter by, over the root of their number, before it speaks against the curve of speed.
     """
     slack_nm = np.zeros(len(points.direction))
     if model.place is not None:
@@ -83,7 +87,8 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
         far = abs(one.worst_nm or 0.0) > FAR_OVER * one.bound_nm
         if one.over_bound > OUTSIDE_MOST * (one.points - one.outside) or (one.over_bound and far):
             said.append(
-                f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m, by up to {abs(one.worst_nm or 0.0):.4g} N m at {one.worst_at_rad_s:.3g} rad/s"
+                f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m, by up to "
+                f"{abs(one.worst_nm or 0.0):.4g} N m at {one.worst_at_rad_s:.3g} rad/s"
             )
         if one.outside_band_share is not None and one.outside_band_share > OUTSIDE_MOST:
             said.append(f"{at} {100 * one.outside_band_share:.0f} % of the points lie outside the 95 % band")
@@ -93,9 +98,12 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
 
 
 def not_judged(found: tuple[Judgement, ...]) -> list[str]:
-    """Which points nothing is said of: another session of the same joint is hardly ever just as quick, and help fades there."""
+    """Which points nothing is said of: another session of the same joint is hardly ever just as quick, and
+    help fades there.
+    """
     return [
-        f"direction {one.direction:+d}: {one.outside} of {one.points} points are faster than the trained range: not judged"
+        f"direction {one.direction:+d}: {one.outside} of {one.points} points are faster than the trained "
+        "range: not judged"
         for one in found
         if 0 < one.outside <= MOSTLY * one.points
     ]
@@ -137,8 +145,9 @@ def _of(
 def _allowed(branch: Branch, v: np.ndarray, f: np.ndarray, floor: np.ndarray) -> float:
     """RMSE up to which a model is as near to points as Coulomb + viscous fitted to them, N m.
 
-    Two numbers fitted to n points err by 2/n of the power less than those that are not; and between two sessions the model may be off by a
-    standard deviation of its band, or by what counts as equal where it is more (decision 0012).
+    Two numbers fitted to n points err by 2/n of the power less than those that are not; and between two
+    sessions the model may be off by a standard deviation of its band, or by what counts as equal where it is
+    more (decision 0012).
     """
     session = RESOLUTION_SHARE * float(np.abs(f).max())
     if branch.band is not None:

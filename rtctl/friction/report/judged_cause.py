@@ -1,4 +1,6 @@
-"""Why points that speak against a model do: the one reading of them under which the model fits, where there is one."""
+"""Why points that speak against a model do: the one reading of them under which the model fits, where there
+is one.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,9 @@ def cause(model: FrictionModel, points: FrictionPoints) -> str:
 
 
 def _error(model: FrictionModel, v: np.ndarray, f: np.ndarray, most: float = 0.5) -> float:
-    """RMS of model less friction (signed, N m) over the RMS of the friction, within the trained range; infinite where hardly a point lies in it."""
+    """RMS of model less friction (signed, N m) over the RMS of the friction, within the trained range;
+    infinite where hardly a point lies in it.
+    """
     inside = _inside(model, v)
     if inside.mean() < most:
         return math.inf
@@ -61,7 +65,8 @@ def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tu
         what = (
             "is it in mN m?"
             if 0.7 < factor / 1000 < 1.4
-            else "a unit, a torque constant, a gear, or friction that has changed as a whole (grease, temperature)"
+            else "a unit, a torque constant, a gear, or friction that has changed as a whole (grease, "
+            "temperature)"
         )
         yield (
             _error(model, v, f / factor),
@@ -71,10 +76,12 @@ def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tu
     if len(given) and abs(dry) > SCALE_LEAST * float(np.sqrt(np.mean(given**2))):
         yield (
             _error(model, v, f - np.sign(v) * dry),
-            f"the dry friction is {dry:+.3g} N m off at all speeds, and what grows with speed is as it was: the friction has changed (grease, load, wear), or it is another joint",
+            f"the dry friction is {dry:+.3g} N m off at all speeds, and what grows with speed is as it was: "
+            "the friction has changed (grease, load, wear), or it is another joint",
         )
     zero = float(np.mean(given - wanted)) if len(given) else 0.0
     yield (
         _error(model, v, f - zero),
-        f"the torque is {zero:.3g} N m off at all speeds and in both directions: its zero, a weight or a slope",
+        f"the torque is {zero:.3g} N m off at all speeds and in both directions: its zero, a weight or a "
+        "slope",
     )

@@ -18,9 +18,12 @@ from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.report.tables import Table
 
 _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
-figure{margin:1.5em 0}img{max-width:100%}figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
-table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
-pre{background:#f8f8f8;padding:.7em 1em;overflow-x:auto}th{text-align:left;background:#f4f4f4}td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}"""
+figure{margin:1.5em 0}img{max-width:100%}\
+figcaption,caption{color:#555;font-size:.9em;text-align:left;padding:.4em 0}
+table{border-collapse:collapse;margin:1.2em 0;font-size:.85em}\
+th,td{border-bottom:1px solid #ddd;padding:.2em .7em}
+pre{background:#f8f8f8;padding:.7em 1em;overflow-x:auto}th{text-align:left;background:#f4f4f4}\
+td{font-variant-numeric:tabular-nums}.key{background:#eef5ff;padding:.7em 1em}"""
 
 _IMAGE = re.compile(r'(src="data:[^"]*")')
 
@@ -87,13 +90,14 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
 
 def _gain(gains: Gains) -> str:
     model = (
-        f"Of the model alone: a gain (kappa) up to {gains.gain_model:.3f} of the whole curve stays below the true "
-        f"friction, as far as its known errors tell. The least dry friction is {gains.friction_min_nm:.4g} N m."
+        f"Of the model alone: a gain (kappa) up to {gains.gain_model:.3f} of the whole curve stays below "
+        "the true friction, as far as its known errors tell. The least dry friction is "
+        f"{gains.friction_min_nm:.4g} N m."
     )
     if not gains.axes:
         missing = (
-            " This leaves nothing for the coupling: period, coupling and encoder are in the rig file, which was not "
-            "given. Fit again with --config RIG.toml for the two-line test."
+            " This leaves nothing for the coupling: period, coupling and encoder are in the rig file, "
+            "which was not given. Fit again with --config RIG.toml for the two-line test."
         )
         return _paragraph(model + missing)
     words = []
@@ -105,8 +109,10 @@ def _gain(gains: Gains) -> str:
             )
         else:
             words.append(
-                f"Axis {axis.axis}: gain up to {axis.gain:.3f}, with the feed-forward capped at {axis.cap_nm:.4g} N m "
-                f"(gain times the least dry friction; cap_share = {axis.cap_share:.4g} in the rig file). At that gain the test has nothing left: stay below it."
+                f"Axis {axis.axis}: gain up to {axis.gain:.3f}, with the feed-forward capped at "
+                f"{axis.cap_nm:.4g} N m (gain times the least dry friction; cap_share = "
+                f"{axis.cap_share:.4g} in the rig file). At that gain the test has nothing left: stay below "
+                "it."
             )
     passing = [axis for axis in gains.axes if axis.margin_at_zero_nm >= 0]
     paste = "".join(f"<pre>{escape(axis.snippet('MODEL.json'))}</pre>" for axis in passing)
@@ -118,7 +124,10 @@ def _absent(evidence: Evidence) -> str:
     missing = [name for name in EXTRA_COLUMNS if name not in evidence.extra]
     if not missing:
         return ""
-    said = f"No residuals against {' and '.join(name.split('_')[0] for name in missing)}: the points have no column "
+    said = (
+        f"No residuals against {' and '.join(name.split('_')[0] for name in missing)}: the points have no "
+        "column "
+    )
     return f"<p>{escape(said + ' or '.join(missing))}.</p>"
 
 

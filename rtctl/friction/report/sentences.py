@@ -1,4 +1,6 @@
-"""What a report says in words: each sentence follows from the rows of the tables below it, and from nothing else."""
+"""What a report says in words: each sentence follows from the rows of the tables below it, and from nothing
+else.
+"""
 
 from __future__ import annotations
 
@@ -47,7 +49,10 @@ def of_formulas(held_out: Sequence[Row], chosen: str) -> list[str]:
     if mine is None or mine["refused"] or not formulas or chosen in FORMULAS:
         return []
     best = min(formulas, key=lambda row: float(row["held_out_rmse_nm"]))
-    figures = f"{best['family']}, {_mnm(best['held_out_rmse_nm'])} against {_mnm(mine['held_out_rmse_nm'])} mN m held out"
+    figures = (
+        f"{best['family']}, {_mnm(best['held_out_rmse_nm'])} against {_mnm(mine['held_out_rmse_nm'])} mN m "
+        "held out"
+    )
     if best["held_out_rmse_nm"] <= mine["held_out_rmse_nm"]:
         return [f"A formula errs no more: {figures}; compare them with --ladder."]
     return [f"No formula errs as little: the best is {figures}."]
@@ -69,13 +74,17 @@ def of_test(rows: Sequence[Row], chosen: str) -> str:
 
 
 def of_test_formulas(rows: Sequence[Row]) -> str:
-    """Whether a formula is as good as the best learned curve on the test points; empty where there is none of either."""
+    """Whether a formula is as good as the best learned curve on the test points; empty where there is none of
+    either.
+    """
     said = formula_or_machine(rows)[1]
     return f"There {said}" if said else ""
 
 
 def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
-    """Who errs less, "formula" (also where it is as good), "machine", or "" where one of them is missing; and that in words."""
+    """Who errs less, "formula" (also where it is as good), "machine", or "" where one of them is missing; and
+    that in words.
+    """
     formulas = [row for row in rows if row["family"] in FORMULAS]
     machines = [row for row in rows if is_machine(row["family"])]
     if not formulas or not machines:
@@ -90,7 +99,8 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
     times = f"{_test_nm(formula) / _test_nm(machine):.2g} times as much"
     return (
         "machine",
-        f"no formula is as good: the best, {formula['family']}, errs {times} as {machine['family']}, {figures}.",
+        f"no formula is as good: the best, {formula['family']}, errs {times} as {machine['family']}, "
+        f"{figures}.",
     )
 
 
@@ -102,18 +112,26 @@ def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> s
     times = _test_nm(mine) / before["held_out_rmse_nm"]
     said = f"That is {times:.2g} times its held-out error ({_mnm(before['held_out_rmse_nm'])} mN m)"
     if times > AGREES:
-        return f"{said}, which says too little of another session: trust the test points, and hold out whole logs."
+        return (
+            f"{said}, which says too little of another session: trust the test points, and hold out whole "
+            "logs."
+        )
     if times < 1 / AGREES:
         return f"{said}: the test points are easier than the points it was learned from."
     return f"{said}: the two agree."
 
 
 def of_verdict(model: FrictionModel, test: FrictionPoints) -> str:
-    """What `rtctl fit --judge` says of the model on the test points; empty where nothing speaks against it."""
+    """What `rtctl fit --judge` says of the model on the test points; empty where nothing speaks against
+    it.
+    """
     said = faults(judge(model, test))
     if not said:
         return ""
-    return f"The model does not hold on the test points (rtctl fit --judge): {cause(model, test) or '; '.join(said)}."
+    return (
+        "The model does not hold on the test points (rtctl fit --judge): "
+        f"{cause(model, test) or '; '.join(said)}."
+    )
 
 
 _BOUNDS = {
@@ -129,14 +147,20 @@ def of_bound(model: Mapping[str, Sequence[float | None]]) -> str:
     """The error that the recommended gain leaves room for, and what it was found on."""
     found = {name: max(known) for name in _BOUNDS if (known := _known(model.get(name, ())))}
     at = max(found, key=lambda name: found[name])
-    return f"The largest known error, which gain and bound leave room for, is {_mnm(found[at])} mN m, on {_BOUNDS[at]}."
+    return (
+        f"The largest known error, which gain and bound leave room for, is {_mnm(found[at])} mN m, on "
+        f"{_BOUNDS[at]}."
+    )
 
 
 def of_left_out(left_out: int, points: int) -> str:
     """How many points nothing was learned from; empty for none."""
     if not left_out:
         return ""
-    return f"{left_out} of {points} points {'is' if left_out == 1 else 'are'} left out: far from what the neighbours in speed say."
+    return (
+        f"{left_out} of {points} points {'is' if left_out == 1 else 'are'} left out: far from what the "
+        "neighbours in speed say."
+    )
 
 
 def _known(values: Sequence[float | None]) -> list[float]:

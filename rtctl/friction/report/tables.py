@@ -26,7 +26,9 @@ class Table:
 
 
 def error_rows(evidence: Evidence) -> list[dict[str, Any]]:
-    """Mean and largest absolute error (N m) per family, direction and regime; None where there is no point."""
+    """Mean and largest absolute error (N m) per family, direction and regime; None where there is no
+    point.
+    """
     return [
         {
             "family": one.family,
@@ -66,7 +68,9 @@ def ladder_rows(evidence: Evidence) -> list[dict[str, Any]]:
 
 
 def overall_rows(evidence: Evidence) -> list[dict[str, Any]]:
-    """Mean and largest absolute error (N m) per family over all speeds of both directions, and their ratio."""
+    """Mean and largest absolute error (N m) per family over all speeds of both directions, and their
+    ratio.
+    """
     rows: list[dict[str, Any]] = []
     for family in evidence.families:
         both = evidence.of(family)
@@ -96,8 +100,8 @@ def overall(evidence: Evidence) -> Table:
         cells.append(_mnm(row["prediction_rmse_nm"]))
         rows.append((row["family"], *cells, "-" if ratio is None else f"{ratio:.2f}"))
     caption = (
-        "Absolute errors over all speeds and both directions, mN m. A prediction error much above the training "
-        "error means that noise was learned."
+        "Absolute errors over all speeds and both directions, mN m. A prediction error much above the "
+        "training error means that noise was learned."
     )
     header = ("model", "train mean", "max", "predict mean", "max", "RMS", "predict / train")
     return Table(caption, header, rows)
@@ -152,8 +156,8 @@ def support_vectors(family: str, both: list[Learned], motion: str = "rotary") ->
     """Speed, dual coefficient and kind of each support vector of one family."""
     count = " and ".join(f"{len(one.limit)} (direction {one.direction:+d})" for one in both)
     caption = (
-        f"Support vectors of {family}: {count}. Bounded: the coefficient is at its limit, the point lies outside "
-        "the tube; free: on its edge. The rest of the points say nothing more."
+        f"Support vectors of {family}: {count}. Bounded: the coefficient is at its limit, the point lies "
+        "outside the tube; free: on its edge. The rest of the points say nothing more."
     )
     top = max((float(one.curve.support_vectors.max()) for one in both if len(one.limit)), default=1.0)
     unit, factor = speed_scale(motion, top)
@@ -246,9 +250,10 @@ def gains(found: Gains) -> Table:
         "margin at gain 0, N m",
     )
     caption = (
-        f"Recommended compensation with {found.config}: the largest gain, and the cap on the feed-forward, that pass "
-        "the two-line test, whatever sign or delay error the feed-forward has. Without the cap (a force gate "
-        "then has to exclude sign errors) and by the sampled-data test (whole curve) for comparison."
+        f"Recommended compensation with {found.config}: the largest gain, and the cap on the feed-forward, "
+        "that pass the two-line test, whatever sign or delay error the feed-forward has. Without the cap "
+        "(a force gate then has to exclude sign errors) and by the sampled-data test (whole curve) for "
+        "comparison."
     )
     return Table(caption, header, rows)
 

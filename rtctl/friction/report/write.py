@@ -130,9 +130,10 @@ def _pictures(evidence: Evidence) -> list[Picture]:
     found = [
         Picture(
             f"curve_{name}",
-            f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against speed in "
-            f"{unit}, points, learned curve{', epsilon tube and support vectors' if is_machine(name) else ''}. Left: "
-            f"every speed; right: below {evidence.boundary_rad_s:.3g} rad/s.{measured_range.said(evidence.points)}",
+            f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against "
+            f"speed in {unit}, points, learned "
+            f"curve{', epsilon tube and support vectors' if is_machine(name) else ''}. Left: every speed; "
+            f"right: below {evidence.boundary_rad_s:.3g} rad/s.{measured_range.said(evidence.points)}",
             report_figures.curves(evidence, name),
         )
         for name in families
