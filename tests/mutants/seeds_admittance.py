@@ -167,8 +167,8 @@ SEEDS = (
     ),
     Seed(
         "the account does not bound the torque of an admittance", "rtctl/control/law.py",
-        "    if not in_program(s, axis):\n        allowed =",
-        "    if not in_program(s, axis) and not is_admittance(s, axis):\n        allowed =",
+        "    if not in_program(s, axis):\n        left =",
+        "    if not in_program(s, axis) and not is_admittance(s, axis):\n        left =",
         (f"{LOOP}"
          "::test_a_grip_four_times_as_stiff_as_it_bears_ends_in_a_fault_with_the_torque_bounded_by_what_is_left",),
     ),

@@ -214,17 +214,18 @@ SEEDS = (
     ),
     Seed(
         "energy is banked without end", "rtctl/control/passivity.py",
-        "s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + cost_to_take_back(p, axis, held))",
+        "s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + kept)",
         "s.energy_port_j[axis] = energy", PASSIVITY,
     ),
     Seed(
         "more torque is held than the account can pay for", "rtctl/control/law.py",
-        "        allowed = min(allowed, torque_to_take_back(p, axis, s.energy_port_j[axis]))", "        pass",
+        "        allowed = min(allowed, torque_to_take_back(p, axis, left))", "        pass",
         TAKE_BACK,
     ),
     Seed(
         "what taking back costs is forgotten while the torque is held", "rtctl/control/passivity.py",
-        " + cost_to_take_back(p, axis, held))", ")", TAKE_BACK,
+        "kept = cost_to_take_back(p, axis, s.torque_applied_nm[axis]) + in_flight", "kept = in_flight",
+        TAKE_BACK,
     ),
     Seed(
         "taking back is thought to take half as long", "rtctl/control/take_back.py",
