@@ -34,9 +34,8 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
 
     if raw.startswith(HDF) or raw[:8] == b"\x89HDF\r\n\x1a\n":
         return read_hdf(path, raw, names, most)
-    if 0 not in raw[:4] and _unpacks_beyond(
-        raw, most
-    ):  # a file of version 4 begins with a zero, and packs nothing
+    packs = 0 not in raw[:4]  # a file of version 4 has a zero there, and packs nothing
+    if packs and _unpacks_beyond(raw, most):
         raise BackendError(f"{path}: unpacks to more than {most} bytes, which no log does; cut it into parts")
     found: dict[str, Any] = {}
     objects = False

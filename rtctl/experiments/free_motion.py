@@ -12,7 +12,7 @@ from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.same_path import Way
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
-from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Run, Variant
+from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Run, Variant, both, with_feedback
 from rtctl.friction.report.page import Picture
 from rtctl.friction.report.tables import Table
 
@@ -22,16 +22,16 @@ LOW, HIGH = 0.75, 1.25
 HUNTS_RAD_S = 1e-3
 """A joint that was let go hunts or runs above this speed."""
 
-WITH, ALSO = virtual.with_feedback, virtual.both
-LOW_BY, HIGH_BY = virtual.with_model_scaled(LOW), virtual.with_model_scaled(HIGH)
+TOO_LOW, TOO_HIGH = virtual.with_model_scaled(LOW), virtual.with_model_scaled(HIGH)
+NO_OBSERVER = virtual.with_observer(0.0)
 OFF = Variant("off", 0.0)
 ON = Variant("default")
 """As the rig file says: the learned feed-forward, and the disturbance observer on what it leaves."""
-ALONE = Variant("feed-forward alone", 1.0, virtual.with_observer(0.0))
-FEEDBACK = Variant("default + force feedback", 1.0, virtual.with_feedback)
-LOW_MODEL = Variant("model 25 % too low", 1.0, LOW_BY)
-LOW_ALONE = Variant("feed-forward alone, model 25 % too low", 1.0, ALSO(LOW_BY, virtual.with_observer(0.0)))
-HIGH_MODEL = Variant("model 25 % too high", 1.0, HIGH_BY)
+ALONE = Variant("feed-forward alone", 1.0, NO_OBSERVER)
+FEEDBACK = Variant("default + force feedback", 1.0, with_feedback)
+LOW_MODEL = Variant("model 25 % too low", 1.0, TOO_LOW)
+LOW_ALONE = Variant("feed-forward alone, model 25 % too low", 1.0, both(TOO_LOW, NO_OBSERVER))
+HIGH_MODEL = Variant("model 25 % too high", 1.0, TOO_HIGH)
 STRONG = virtual.with_gain(STRONG_GAIN, STRONG_VISCOUS)
 
 VARIANTS = (
@@ -40,16 +40,16 @@ VARIANTS = (
     ALONE,
     Variant("default, force low-pass", 1.0, virtual.with_force_lowpass),
     FEEDBACK,
-    Variant("feed-forward alone + force feedback", 1.0, ALSO(virtual.with_observer(0.0), WITH)),
-    Variant("default + force feedback, force low-pass", 1.0, ALSO(virtual.with_force_lowpass, WITH)),
-    Variant("force feedback alone", 1.0, ALSO(virtual.with_gain(0.0), virtual.with_observer(0.0), WITH)),
+    Variant("feed-forward alone + force feedback", 1.0, both(NO_OBSERVER, with_feedback)),
+    Variant("default + force feedback, force low-pass", 1.0, both(virtual.with_force_lowpass, with_feedback)),
+    Variant("force feedback alone", 1.0, both(virtual.with_gain(0.0), NO_OBSERVER, with_feedback)),
     LOW_MODEL,
     LOW_ALONE,
-    Variant("model 25 % too low + force feedback", 1.0, ALSO(LOW_BY, WITH)),
+    Variant("model 25 % too low + force feedback", 1.0, both(TOO_LOW, with_feedback)),
     HIGH_MODEL,
-    Variant("model 25 % too high + force feedback", 1.0, ALSO(HIGH_BY, WITH)),
+    Variant("model 25 % too high + force feedback", 1.0, both(TOO_HIGH, with_feedback)),
     Variant("strong feed-forward + observer", 1.0, STRONG),
-    Variant("strong feed-forward + observer, model 25 % too low", 1.0, ALSO(STRONG, LOW_BY)),
+    Variant("strong feed-forward + observer, model 25 % too low", 1.0, both(STRONG, TOO_LOW)),
 )  # fmt: skip
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 FIGURES = ("hand_rms_nm", "sensor_rms_nm", "hand_max_nm", "hand_energy_min_j", "port_energy_min_j")
