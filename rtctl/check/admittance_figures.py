@@ -200,6 +200,14 @@ def hunting_of(loop: AdmittanceLoop, held: bool) -> Hunting:
     return max(found, key=lambda one: one.counts_1_s)
 
 
+@lru_cache(maxsize=64)
+def creeping_of(loop: AdmittanceLoop) -> Hunting:
+    """The fastest ringing of a joint that creeps from count to count, of every mass that may be asked for."""
+    from rtctl.control.proofs.admittance_counts import creeping
+
+    return max((creeping(one) for one in (loop, *heavier(loop))), key=lambda one: one.counts_1_s)
+
+
 def calming_hunt(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
     """Damping at rest with which no mass hunts faster where a flicker is held, N m s/rad; 0: none that is
     tried.

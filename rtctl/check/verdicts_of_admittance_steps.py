@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from rtctl.check.admittance_figures import calming_hunt, hunting_of, loop_of
+from rtctl.check.admittance_figures import calming_hunt, creeping_of, hunting_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.check.verdicts_of_loop import SHAKE_RAD_S
 from rtctl.friction.guarantee import holding_friction_nm, holds_flicker, own
@@ -119,7 +119,7 @@ def creeping(s: Subject) -> list[Verdict]:
     """
     if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
         return []
-    found = hunting_of(loop_of(s.axis, s.table, s.joint, s.period_s), held=False)
+    found = creeping_of(loop_of(s.axis, s.table, s.joint, s.period_s))
     speed, bound = found.counts_1_s * s.axis.count_rad, own(SHAKE_RAD_S, "shake_rad_s", s.table)
     outcome = Outcome.PASS if speed <= bound else Outcome.NOT_PROVED
     meaning = (

@@ -70,10 +70,15 @@ SEEDS = (
         ),
     ),
     Seed(
-        "a joint that creeps is taken to be held", "rtctl/check/verdicts_of_admittance_steps.py",
-        "s.period_s), held=False)\n", "s.period_s), held=True)\n",
+        "a joint that creeps is taken to be held", "rtctl/control/proofs/admittance_counts.py",
+        "max(hunting(loop, held=False), _crept(loop), key", "max((hunting(loop, held=True),), key",
         ("tests/unit/cli/test_check_force_sensor.py"
          "::test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered",),
+    ),
+    Seed(
+        "the edges that a creeping joint crosses are left out", "rtctl/control/proofs/admittance_counts.py",
+        "_CREPT_COUNTS = 1.0 / math.pi", "_CREPT_COUNTS = 0.0",
+        (f"{COUNTS}::test_a_reading_that_errs_by_a_sawtooth_moves_the_joint_as_fast_as_is_told",),
     ),
     Seed(
         "a joint that is not seen is answered at once", MASS,

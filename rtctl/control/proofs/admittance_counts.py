@@ -67,6 +67,13 @@ _SLOWEST_RAD_S = 2 * math.pi
 _DAMPINGS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Damping at rest that is tried, in velocity gains."""
 
+_CREPT_COUNTS = 1.0 / math.pi
+"""What the readings of a joint that creeps err by as each edge is crossed: the first harmonic of a sawtooth
+of half a count to either side."""
+_EDGES_HZ = (5.0, 200.0)
+_EDGES = 24
+"""Edges a second that are tried, and how many of such speeds."""
+
 
 @dataclass(frozen=True)
 class Hunting:
@@ -91,6 +98,34 @@ def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
         tried = [one for one in tried if one[-1] > FLICKER_COUNTS]
         tried += [(_blind(loop), bristle, 0.0, HELD_COUNTS) for bristle in stuck]
     return max((_fastest(*one) for one in tried), key=lambda one: one.counts_1_s)
+
+
+def creeping(loop: AdmittanceLoop) -> Hunting:
+    """How fast a joint rings at most that creeps from count to count: by itself where no flicker is held, or
+    by the edges that it crosses (docs/theory.md 2.17).
+    """
+    return max(hunting(loop, held=False), _crept(loop), key=lambda one: one.counts_1_s)
+
+
+def _crept(loop: AdmittanceLoop) -> Hunting:
+    """What the loop that sees its joint makes of the error of its readings, on the stiffest bristles: those
+    answer fastest.
+    """
+    at, blind, sight = _seeing(loop, loop.bristles_to * loop.bristle_nm_rad)
+    turns = 2 * math.pi * np.geomspace(_EDGES_HZ[0], min(_EDGES_HZ[1], 0.4 / loop.period_s), _EDGES)
+    speeds = _answered(loop, blind, sight, turns)
+    quickest, worst = np.unravel_index(np.argmax(speeds), speeds.shape)
+    near = turns[quickest] * np.geomspace(turns[0] / turns[1], turns[1] / turns[0], 2 * _EDGES)
+    speed = float(_answered(loop, blind[worst : worst + 1], sight[worst : worst + 1], near).max())
+    return Hunting(_CREPT_COUNTS * speed / math.sqrt(2.0), at.words(loop, int(worst)))
+
+
+def _answered(loop: AdmittanceLoop, blind: np.ndarray, sight: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Speed of the joint for a reading that errs by 1: for each of these turns (rad/s) and points."""
+    z = np.exp(1j * turns * loop.period_s)[:, None, None, None]
+    error = np.broadcast_to(sight[:, :, :1].astype(complex), (len(turns), *sight.shape[:2], 1))
+    answer = np.linalg.solve(z * np.eye(sight.shape[1]) - blind - sight, error)[:, :, 0, 0]
+    return np.nan_to_num(np.abs(answer) * turns[:, None], nan=math.inf)
 
 
 def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:

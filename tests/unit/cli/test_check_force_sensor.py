@@ -175,7 +175,7 @@ def test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered(
     row = rows("admittance", **coarser)[HUNTS]
     assert row.outcome == Outcome.FAIL
     assert "encoder_counts_per_rev" in row.refusal
-    assert row.figure == creeps.figure
+    assert float(row.figure.split()[0]) <= float(creeps.figure.split()[0])
 
 
 def test_a_slow_sensor_narrows_the_intent_that_settles():

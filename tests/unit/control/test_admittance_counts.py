@@ -90,3 +90,20 @@ def test_a_loop_that_sees_a_part_of_the_joint_lies_between_one_that_is_blind_and
     none = np.zeros(at.size)
     part = matrices(HEAVY, at, Swing(none, none, none, np.full(at.size, share)))
     np.testing.assert_allclose(blind + share * sight, part, rtol=1e-12, atol=1e-9)
+
+
+def test_a_reading_that_errs_by_a_sawtooth_moves_the_joint_as_fast_as_is_told():
+    """The loop in time, at the point of the proof and at its speed: first harmonic of what the joint does."""
+    loop, turns = replace(HEAVY, rest_damping_nms_rad=0.3), 2 * math.pi * 25.0
+    at, blind, sight = admittance_counts._seeing(loop, loop.bristles_to * loop.bristle_nm_rad)
+    sees, y, speeds = blind[0] + sight[0], np.zeros(sight.shape[1]), []
+    ticks = round(2.0 / loop.period_s)
+    for k in range(ticks):
+        crept = turns * k * loop.period_s / (2 * math.pi)
+        before, y = y[0], sees @ y + sight[0][:, 0] * (math.floor(crept) + 0.5 - crept)
+        speeds.append((y[0] - before) / loop.period_s)
+    angle = turns * loop.period_s * np.arange(ticks // 2)
+    first = np.abs(np.mean(np.array(speeds[ticks // 2 :]) * np.exp(-1j * angle))) * math.sqrt(2.0)
+    told = admittance_counts._answered(loop, blind[:1], sight[:1], np.array([turns]))[0, 0]
+    assert first == pytest.approx(admittance_counts._CREPT_COUNTS * told / math.sqrt(2.0), rel=0.03)
+    assert first <= admittance_counts.creeping(loop).counts_1_s
