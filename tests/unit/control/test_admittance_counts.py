@@ -95,7 +95,7 @@ def test_a_loop_that_sees_a_part_of_the_joint_lies_between_one_that_is_blind_and
 def test_a_reading_that_errs_by_a_sawtooth_moves_the_joint_as_fast_as_is_told():
     """The loop in time, at the point of the proof and at its speed: first harmonic of what the joint does."""
     loop, turns = replace(HEAVY, rest_damping_nms_rad=0.3), 2 * math.pi * 25.0
-    at, blind, sight = admittance_counts._seeing(loop, loop.bristles_to * loop.bristle_nm_rad)
+    _at, blind, sight = admittance_counts._seeing(loop, loop.bristles_to * loop.bristle_nm_rad)
     sees, y, speeds = blind[0] + sight[0], np.zeros(sight.shape[1]), []
     ticks = round(2.0 / loop.period_s)
     for k in range(ticks):
