@@ -21,11 +21,6 @@ import zmq
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
 from rtctl.errors import LoopDiedError, StabilityError
-from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.freed_memory import Heap
-from rtctl.host.access.intruders import Resident
-from rtctl.host.access.openings import Openings
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import Compiling, LoopProcess
@@ -39,6 +34,11 @@ from rtctl.host.waiting_loop import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
+from rtctl.wire.endpoints import RuntimeDirectory
+from rtctl.wire.entrances import Access
+from rtctl.wire.freed_memory import Heap
+from rtctl.wire.intruders import Resident
+from rtctl.wire.openings import Openings
 
 if TYPE_CHECKING:
     from rtctl.host.telemetry.rig_description import RigDescription
@@ -86,7 +86,7 @@ class Host:
     observers
         Called in order with every batch of ticks.
     runtime_dir
-        Where sockets and lock live; default see `rtctl.host.access.endpoints`.
+        Where sockets and lock live; default see `rtctl.wire.endpoints`.
     record_to
         Record into this folder, whatever the rig file says.
     model

@@ -13,9 +13,9 @@ from pathlib import Path
 
 from hw import registry
 from rtctl.errors import ConfigError
-from rtctl.host.access.unix_group import group_id
 from rtctl.machine.service_files import named_files, rig_file
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.wire.unix_group import group_id
 
 UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"

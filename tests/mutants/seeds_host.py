@@ -28,7 +28,7 @@ EXITS = ("tests/unit/host/test_late_exits.py",)
 
 SEEDS = (
     Seed(
-        "the ring that the loop fills is laid at the clients' door", "rtctl/host/access/intruders.py",
+        "the ring that the loop fills is laid at the clients' door", "rtctl/wire/intruders.py",
         "return (resident - shared) * self._page", "return resident * self._page",
         (f"{HOST}/test_intruders.py"
          "::test_memory_that_others_fill_too_is_not_counted_and_what_the_process_has_alone_is",),
@@ -159,7 +159,7 @@ SEEDS = (
         ("tests/attacks/test_two_daemons_one_drive.py",),
     ),
     Seed(
-        "one process may take every place", "rtctl/host/access/connections.py",
+        "one process may take every place", "rtctl/wire/connections.py",
         "SHARE = 0.5\n", "SHARE = 1.0\n",
         ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
     ),

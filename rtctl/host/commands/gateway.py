@@ -12,10 +12,6 @@ import numpy as np
 import zmq
 
 from rtctl.control.vocabulary import State
-from rtctl.host.access.authenticator import Caller
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.long_messages import Frames, Message
-from rtctl.host.access.sockets import user_id
 from rtctl.host.commands.messages import Refusal, Request, decode, decode_target
 from rtctl.host.commands.request_rates import RateLimit
 from rtctl.host.commands.requests import LatestRow, Requests
@@ -26,8 +22,12 @@ from rtctl.host.telemetry.fault_book import FaultBook
 from rtctl.host.telemetry.friction_watch import FrictionWatch
 from rtctl.host.telemetry.rig_description import RigDescription, describe
 from rtctl.rt.shared_memory import CommandWriter
+from rtctl.wire.authenticator import Caller
 from rtctl.wire.encoding import encode
+from rtctl.wire.entrances import Access
+from rtctl.wire.long_messages import Frames, Message
 from rtctl.wire.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, Endpoints
+from rtctl.wire.sockets import user_id
 
 if TYPE_CHECKING:
     from rtctl.rig_file.config import LoadedConfig

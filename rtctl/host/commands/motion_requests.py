@@ -7,11 +7,11 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import PARAMETERS, Display, Environment, State
-from rtctl.host.access.authenticator import Caller
 from rtctl.host.commands.lease import LeaseDesk
 from rtctl.host.commands.messages import Refusal, Request
 from rtctl.host.commands.newest_command import CommandSlot
 from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.wire.authenticator import Caller
 
 Result = dict[str, Any]
 

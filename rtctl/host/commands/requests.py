@@ -15,7 +15,6 @@ import numpy as np
 
 from rtctl import tick
 from rtctl.control.vocabulary import State
-from rtctl.host.access.authenticator import Caller
 from rtctl.host.commands.lease import LeaseDesk
 from rtctl.host.commands.messages import Refusal, Request
 from rtctl.host.commands.motion_requests import CLOSED, Steering
@@ -27,6 +26,7 @@ from rtctl.host.telemetry.motor_temperature import temperature_warnings
 from rtctl.host.telemetry.rig_description import RigDescription
 from rtctl.host.telemetry.timing_watch import measured_in
 from rtctl.rt.shared_memory import CommandWriter
+from rtctl.wire.authenticator import Caller
 from rtctl.wire.fault_words import sentence
 from rtctl.wire.protocol import PROTOCOL_VERSION, Endpoints, schema_sha256
 

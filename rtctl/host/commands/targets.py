@@ -12,9 +12,9 @@ from dataclasses import asdict, dataclass
 
 import zmq
 
-from rtctl.host.access.authenticator import Caller
-from rtctl.host.access.long_messages import Frames
-from rtctl.host.access.sockets import user_id
+from rtctl.wire.authenticator import Caller
+from rtctl.wire.long_messages import Frames
+from rtctl.wire.sockets import user_id
 
 FRAMES_PER_CALL = 256
 """Most messages read in one turn from one door."""

@@ -24,8 +24,8 @@ from typing import Protocol
 
 import zmq
 
-from rtctl.host.access.authenticator import VIEWER
-from rtctl.host.access.sockets import descriptor_of, user_id
+from rtctl.wire.authenticator import VIEWER
+from rtctl.wire.sockets import descriptor_of, user_id
 
 WRONG_TOPICS = 8
 """So many subscriptions of one connection to topics that do not exist are forgiven as mistakes of its

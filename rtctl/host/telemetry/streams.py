@@ -14,8 +14,6 @@ from typing import Any
 import numpy as np
 import zmq
 
-from rtctl.host.access.endpoints import private_umask
-from rtctl.host.access.entrances import LINGER_MS, Access
 from rtctl.host.telemetry import publisher
 from rtctl.host.telemetry.device_words import DeviceWords
 from rtctl.host.telemetry.events import EventDetector
@@ -30,6 +28,8 @@ from rtctl.host.telemetry.samples import Decimator, state_samples, tick_columns
 from rtctl.host.telemetry.veiled_leases import veil_leases
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.wire.encoding import encode
+from rtctl.wire.endpoints import private_umask
+from rtctl.wire.entrances import LINGER_MS, Access
 from rtctl.wire.protocol import (
     PROTOCOL_VERSION,
     TOPIC_COMMAND,

@@ -13,9 +13,9 @@ from hw import registry
 from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Words
 from rtctl.cli.probe import _lines as lines_of
 from rtctl.errors import ConfigError
-from rtctl.host.access.endpoints import RuntimeDirectory
 from rtctl.machine.device_readings import devices, watch
 from rtctl.rig_file.config import load
+from rtctl.wire.endpoints import RuntimeDirectory
 
 MOCK = Path(__file__).parents[3] / "configs" / "mock.toml"
 MADE = []

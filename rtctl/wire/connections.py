@@ -20,8 +20,8 @@ from collections import deque
 
 import zmq
 
-from rtctl.host.access.traffic import local_peer
 from rtctl.wire.protocol import CONNECTIONS, HANDSHAKE_MS
+from rtctl.wire.traffic import local_peer
 
 RESERVED = 4
 """Places of an endpoint that only an operator gets, so that other clients cannot lock an operator out."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rtctl.host.access.unix_group import group_id
+from rtctl.wire.unix_group import group_id
 
 if TYPE_CHECKING:
     from rtctl.rig_file.config import LoadedConfig

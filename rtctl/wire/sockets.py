@@ -21,14 +21,14 @@ from dataclasses import dataclass
 import zmq
 
 from rtctl.errors import BusyError
-from rtctl.host.access.authenticator import Authenticator, Entry
-from rtctl.host.access.connections import Connections
-from rtctl.host.access.endpoints import private_umask
-from rtctl.host.access.spare_descriptors import Reserve
-from rtctl.host.access.traffic import Traffic
-from rtctl.host.access.turnstile import Turnstile
-from rtctl.host.access.unix_group import give
+from rtctl.wire.authenticator import Authenticator, Entry
+from rtctl.wire.connections import Connections
+from rtctl.wire.endpoints import private_umask
 from rtctl.wire.protocol import CONNECTIONS, HANDSHAKE_MS, MAX_REQUEST_BYTES
+from rtctl.wire.spare_descriptors import Reserve
+from rtctl.wire.traffic import Traffic
+from rtctl.wire.turnstile import Turnstile
+from rtctl.wire.unix_group import give
 
 Options = Mapping[int, int] | Mapping[zmq.SocketOption, int]
 """Integer options of a socket."""

@@ -13,11 +13,11 @@ from enum import IntEnum
 
 import zmq
 
-from rtctl.host.access.authenticator import VIEWER, Authenticator, Notice
-from rtctl.host.access.freed_memory import Heap
-from rtctl.host.access.sockets import Door, descriptor_of, user_id
-from rtctl.host.access.traffic import bytes_taken, hang_up, local_peer, unread
+from rtctl.wire.authenticator import VIEWER, Authenticator, Notice
+from rtctl.wire.freed_memory import Heap
 from rtctl.wire.protocol import MAX_OUTSTANDING_REQUESTS, MAX_REQUEST_BYTES
+from rtctl.wire.sockets import Door, descriptor_of, user_id
+from rtctl.wire.traffic import bytes_taken, hang_up, local_peer, unread
 
 LOOK_S = 0.005
 

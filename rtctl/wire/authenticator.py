@@ -18,7 +18,7 @@ import zmq
 from zmq.utils import z85
 
 from rtctl.errors import BusyError
-from rtctl.host.access.connections import Connections
+from rtctl.wire.connections import Connections
 from rtctl.wire.keys import Key
 
 ZAP_ADDRESS = "inproc://zeromq.zap.01"

@@ -13,13 +13,13 @@ from collections.abc import Callable
 import zmq
 
 from rtctl.errors import RtctlError
-from rtctl.host.access.authenticator import Authenticator, Caller, Notice
-from rtctl.host.access.intruders import SPARED, Intruders
-from rtctl.host.access.openings import NOTHING_OPENED, Openings
-from rtctl.host.access.sockets import Binding, Door, Options, allow_descriptors, tcp_binding, user_id
-from rtctl.host.access.spare_descriptors import Reserve
+from rtctl.wire.authenticator import Authenticator, Caller, Notice
+from rtctl.wire.intruders import SPARED, Intruders
 from rtctl.wire.keys import KeyStore
+from rtctl.wire.openings import NOTHING_OPENED, Openings
 from rtctl.wire.protocol import Endpoints, tcp_endpoints
+from rtctl.wire.sockets import Binding, Door, Options, allow_descriptors, tcp_binding, user_id
+from rtctl.wire.spare_descriptors import Reserve
 
 LOOK_S = 0.5
 """How often the folder of keys is looked at."""

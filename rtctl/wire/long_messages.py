@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import zmq
 
-from rtctl.host.access.sockets import Door
+from rtctl.wire.sockets import Door
 
 MOST_FRAMES = 4
 """Most frames of a message, identity not counted; a request has at most two."""

@@ -17,10 +17,10 @@ from pathlib import Path
 from typing import Self
 
 from rtctl.errors import BusyError, ConfigError
-from rtctl.host.access.unix_group import give
 from rtctl.standard_streams import above_standard_streams
 from rtctl.wire.private_folder import REMEDY, objection, open_to_others
 from rtctl.wire.protocol import LOCK_NAME, Endpoints, endpoints_in, rig_directory
+from rtctl.wire.unix_group import give
 
 _OF_THE_GROUP = 0o750
 """Mode of a runtime folder that a group may enter."""
