@@ -7,8 +7,8 @@ import zmq
 
 from hw import registry
 from rtctl.check import law_plan as plan
-from rtctl.host.telemetry.rig_description import describe
-from rtctl.host.telemetry.streams import Telemetry
+from rtctl.host.exchange.rig_description import describe
+from rtctl.host.exchange.streams import Telemetry
 from rtctl.rig_file import config
 from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop, warm_up

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from rtctl.check.stability_report import examine
-from rtctl.host.commands.messages import decode
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.messages import decode
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.view import world

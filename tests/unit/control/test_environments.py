@@ -16,7 +16,7 @@ from rtctl.control.environments.kind import SHARED, STIFFNESS, KindFile
 from rtctl.control.environments.table import NAMES, OWN, PARAMETERS, Environment, meaning, using
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
-from rtctl.host.commands.operations import OPERATIONS
+from rtctl.host.exchange.operations import OPERATIONS
 from rtctl.rig_file.axis_tables import EnvironmentTable
 from rtctl.view import world
 

@@ -13,7 +13,7 @@ import zmq
 from patience import PATIENCE_S, until
 
 from rtctl.errors import RtctlError
-from rtctl.host.telemetry.publisher import Publisher
+from rtctl.host.exchange.publisher import Publisher
 from rtctl.wire import connections, traffic
 from rtctl.wire import entrances as access_module
 from rtctl.wire import intruders as module

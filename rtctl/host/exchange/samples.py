@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.tick import FIELDS
 
 STATE_FIELDS = tuple(field.name for field in FIELDS if field.name != "seal")

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.host.telemetry.fault_book import FaultBook
+from rtctl.host.exchange.fault_book import FaultBook
 from rtctl.tick import joined
 
 PHASES = ("wakeup", "read", "law", "write", "record", "cycle")

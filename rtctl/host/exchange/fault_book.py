@@ -7,9 +7,9 @@ import numpy as np
 from hw.interface import LinkFault
 from hw.motion import words
 from rtctl.control.vocabulary import Fault, State
-from rtctl.host.telemetry.device_words import DeviceWords, Voice, words_of
-from rtctl.host.telemetry.fault_origin import NOWHERE, Scene, Where, locate
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.device_words import DeviceWords, Voice, words_of
+from rtctl.host.exchange.fault_origin import NOWHERE, Scene, Where, locate
+from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.wire.fault_names import cause_bit, fault_entries
 from rtctl.wire.fault_words import PLACE, Entry
 

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import PARAMETERS, Display, Environment, State
-from rtctl.host.commands.lease import LeaseDesk
-from rtctl.host.commands.messages import Refusal, Request
-from rtctl.host.commands.newest_command import CommandSlot
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.lease import LeaseDesk
+from rtctl.host.exchange.messages import Refusal, Request
+from rtctl.host.exchange.newest_command import CommandSlot
+from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.wire.authenticator import Caller
 
 Result = dict[str, Any]

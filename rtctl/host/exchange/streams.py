@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 import zmq
 
-from rtctl.host.telemetry import publisher
-from rtctl.host.telemetry.device_words import DeviceWords
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.friction_watch import FrictionWatch
-from rtctl.host.telemetry.health import HealthWindow
-from rtctl.host.telemetry.late_watch import LateWatch
-from rtctl.host.telemetry.motor_temperature import temperature_warnings
-from rtctl.host.telemetry.publisher import HasSocket, Publisher
-from rtctl.host.telemetry.rig_description import RigDescription, describe
-from rtctl.host.telemetry.samples import Decimator, state_samples, tick_columns
-from rtctl.host.telemetry.veiled_leases import veil_leases
+from rtctl.host.exchange import publisher
+from rtctl.host.exchange.device_words import DeviceWords
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.friction_watch import FrictionWatch
+from rtctl.host.exchange.health import HealthWindow
+from rtctl.host.exchange.late_watch import LateWatch
+from rtctl.host.exchange.motor_temperature import temperature_warnings
+from rtctl.host.exchange.publisher import HasSocket, Publisher
+from rtctl.host.exchange.rig_description import RigDescription, describe
+from rtctl.host.exchange.samples import Decimator, state_samples, tick_columns
+from rtctl.host.exchange.veiled_leases import veil_leases
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.wire.encoding import encode
 from rtctl.wire.endpoints import private_umask
@@ -93,7 +93,7 @@ class Telemetry:
     ----------
     published, dropped : int
         Messages published, and those that found a subscriber's queue full (see
-        `rtctl.host.telemetry.publisher`).
+        `rtctl.host.exchange.publisher`).
     """
 
     def __init__(

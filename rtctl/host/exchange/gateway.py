@@ -12,15 +12,15 @@ import numpy as np
 import zmq
 
 from rtctl.control.vocabulary import State
-from rtctl.host.commands.messages import Refusal, Request, decode, decode_target
-from rtctl.host.commands.request_rates import RateLimit
-from rtctl.host.commands.requests import LatestRow, Requests
-from rtctl.host.commands.target_latency import TargetLatency
-from rtctl.host.commands.targets import OPTIONS as TARGET_OPTIONS
-from rtctl.host.commands.targets import TargetInbox
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.friction_watch import FrictionWatch
-from rtctl.host.telemetry.rig_description import RigDescription, describe
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.friction_watch import FrictionWatch
+from rtctl.host.exchange.messages import Refusal, Request, decode, decode_target
+from rtctl.host.exchange.request_rates import RateLimit
+from rtctl.host.exchange.requests import LatestRow, Requests
+from rtctl.host.exchange.rig_description import RigDescription, describe
+from rtctl.host.exchange.target_latency import TargetLatency
+from rtctl.host.exchange.targets import OPTIONS as TARGET_OPTIONS
+from rtctl.host.exchange.targets import TargetInbox
 from rtctl.rt.shared_memory import CommandWriter
 from rtctl.wire.authenticator import Caller
 from rtctl.wire.encoding import encode

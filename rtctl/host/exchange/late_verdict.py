@@ -7,8 +7,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from rtctl.host.telemetry.late_tasks import Ran
-from rtctl.host.telemetry.late_ticks import LateTick
+from rtctl.host.exchange.late_tasks import Ran
+from rtctl.host.exchange.late_ticks import LateTick
 
 EXPLAINS = 0.5
 """Least share of the lateness that a cause must explain."""

@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
-from rtctl.host.telemetry.late_tasks import Ran, Tasks
-from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
-from rtctl.host.telemetry.late_verdict import CAUSES, Verdict, judge
+from rtctl.host.exchange.late_counters import Counters, Reading, rates, rise
+from rtctl.host.exchange.late_tasks import Ran, Tasks
+from rtctl.host.exchange.late_ticks import LateTick, bound_ns, late_ticks
+from rtctl.host.exchange.late_verdict import CAUSES, Verdict, judge
 from rtctl.tick import joined
 
 EVENT = "late"

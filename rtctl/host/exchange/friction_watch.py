@@ -17,7 +17,7 @@ from rtctl.friction import drift_state as state
 from rtctl.friction.drift_recorded import told
 from rtctl.friction.drift_verdict import NAME, STOPPED
 from rtctl.friction.drift_watch import AxisWatch, RigWatch
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.rig_file.friction_tables import DriftTable
 
 KEEP_NS = 60_000_000_000

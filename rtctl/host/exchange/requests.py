@@ -15,16 +15,16 @@ import numpy as np
 
 from rtctl import tick
 from rtctl.control.vocabulary import State
-from rtctl.host.commands.lease import LeaseDesk
-from rtctl.host.commands.messages import Refusal, Request
-from rtctl.host.commands.motion_requests import CLOSED, Steering
-from rtctl.host.commands.newest_command import CommandSlot
-from rtctl.host.commands.operations import OPERATIONS, allowed
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.friction_watch import CANNOT_FOLLOW, FrictionWatch
-from rtctl.host.telemetry.motor_temperature import temperature_warnings
-from rtctl.host.telemetry.rig_description import RigDescription
-from rtctl.host.telemetry.timing_watch import measured_in
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.friction_watch import CANNOT_FOLLOW, FrictionWatch
+from rtctl.host.exchange.lease import LeaseDesk
+from rtctl.host.exchange.messages import Refusal, Request
+from rtctl.host.exchange.motion_requests import CLOSED, Steering
+from rtctl.host.exchange.motor_temperature import temperature_warnings
+from rtctl.host.exchange.newest_command import CommandSlot
+from rtctl.host.exchange.operations import OPERATIONS, allowed
+from rtctl.host.exchange.rig_description import RigDescription
+from rtctl.host.exchange.timing_watch import measured_in
 from rtctl.rt.shared_memory import CommandWriter
 from rtctl.wire.authenticator import Caller
 from rtctl.wire.fault_words import sentence

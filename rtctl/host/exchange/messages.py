@@ -14,8 +14,8 @@ from typing import Any, TypeGuard
 
 import msgpack
 
-from rtctl.host.commands.operations import OPERATIONS, Key, Operation
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.operations import OPERATIONS, Key, Operation
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.wire.protocol import MAX_REQUEST_BYTES
 
 Id = int | str

@@ -6,7 +6,7 @@ from collections import deque
 
 import numpy as np
 
-from rtctl.host.telemetry.health import percentiles_us
+from rtctl.host.exchange.health import percentiles_us
 
 _MOST_WAITING = 4096
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.rig_description import RigDescription
 
 NAME = "TEMPERATURE"
 

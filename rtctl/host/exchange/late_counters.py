@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.host.telemetry.late_core import NAN, CoreClock, Interruptions, core_clock, number
-from rtctl.host.telemetry.late_verdict import Rise
+from rtctl.host.exchange.late_core import NAN, CoreClock, Interruptions, core_clock, number
+from rtctl.host.exchange.late_verdict import Rise
 
 _STATE, _MINOR, _MAJOR, _CORE, _PRIORITY = 0, 7, 9, 36, 37
 """Places in /proc/PID/stat behind the name of the task (proc(5): fields 3, 10, 12, 39 and 40)."""

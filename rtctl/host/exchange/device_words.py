@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from hw.interface import LinkFault
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.rig_description import RigDescription
 
 KEPT = 16
 """Utterances of one device that are kept: a fault that lasts one tick is laid at what was said in that

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
-from rtctl.host.telemetry.late_exits import Exits
+from rtctl.host.exchange.late_exits import Exits
 
 _CORE, _PRIORITY, _POLICY = 36, 37, 38
 """Places in /proc/PID/stat behind the name of a task: core where it last ran, real-time priority, policy

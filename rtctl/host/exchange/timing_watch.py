@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.host.telemetry.rig_description import RigDescription
+from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.rig_file.measured_timing import AxisTiming, plausible
 
 EVENT = "measured"

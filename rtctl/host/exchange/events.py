@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.vocabulary import State
-from rtctl.host.telemetry.device_words import DeviceWords, Voice
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.friction_watch import FrictionNews, FrictionWatch
-from rtctl.host.telemetry.late_watch import LateNews
-from rtctl.host.telemetry.motor_temperature import TemperatureWatch
-from rtctl.host.telemetry.rig_description import RigDescription
-from rtctl.host.telemetry.timing_watch import EVENT, TimingWatch
+from rtctl.host.exchange.device_words import DeviceWords, Voice
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.friction_watch import FrictionNews, FrictionWatch
+from rtctl.host.exchange.late_watch import LateNews
+from rtctl.host.exchange.motor_temperature import TemperatureWatch
+from rtctl.host.exchange.rig_description import RigDescription
+from rtctl.host.exchange.timing_watch import EVENT, TimingWatch
 from rtctl.wire.fault_names import cause_bit, fault_entries
 
 _STOPPED = (State.STOPPING, State.FAULT, State.ESTOP, State.LOCKOUT)

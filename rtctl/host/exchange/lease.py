@@ -12,8 +12,8 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from rtctl.host.commands.messages import Refusal
-from rtctl.host.telemetry.veiled_leases import NUMBER_BITS
+from rtctl.host.exchange.messages import Refusal
+from rtctl.host.exchange.veiled_leases import NUMBER_BITS
 
 SILENCE_S = 1.0
 """A holder that neither renews nor sends targets for this long loses the lease."""
