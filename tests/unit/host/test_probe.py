@@ -13,7 +13,7 @@ from hw import registry
 from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Words
 from rtctl.cli.probe import _lines as lines_of
 from rtctl.errors import ConfigError
-from rtctl.machine.device_readings import devices, watch
+from rtctl.host.probe_device_readings import devices, watch
 from rtctl.rig_file.config import load
 from rtctl.wire.endpoints import RuntimeDirectory
 

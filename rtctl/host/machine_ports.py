@@ -11,7 +11,7 @@ from pathlib import Path
 
 from hw.device_holders import holders
 from hw.outside import real
-from rtctl.machine.line import Line, text
+from rtctl.host.machine_line import Line, text
 
 NOT_ROOT = "do not run rtctl as root instead"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rtctl.machine.line import Line, text
+from rtctl.host.machine_line import Line, text
 from rtctl.rt import early
 
 GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page", "riscv_clocksource")

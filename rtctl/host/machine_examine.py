@@ -11,9 +11,16 @@ from typing import Any
 from hw import registry
 from hw.interface import BackendError
 from hw.member import Member
-from rtctl.machine import kernel as machine
-from rtctl.machine import network, ports, rights, software, wakeup, wiring
-from rtctl.machine.line import Line
+from rtctl.host import machine_kernel as machine
+from rtctl.host import (
+    machine_network,
+    machine_ports,
+    machine_rights,
+    machine_software,
+    machine_wakeup,
+    machine_wiring,
+)
+from rtctl.host.machine_line import Line
 from rtctl.rig_file.rig_tables import LoopTable
 
 
@@ -22,7 +29,7 @@ class Report:
     """All lines, and the wake-ups where they were measured."""
 
     lines: tuple[Line, ...]
-    wakeups: wakeup.Wakeups | None = None
+    wakeups: machine_wakeup.Wakeups | None = None
 
     @property
     def ok(self) -> bool:
@@ -43,10 +50,10 @@ def examine(
     seconds: float,
     *,
     root: Path = Path("/"),
-    ask: wiring.Run = wiring.run,
+    ask: machine_wiring.Run = machine_wiring.run,
     say: Callable[[Line], None] = lambda _line: None,
     measuring: Callable[[float], None] = lambda _seconds: None,
-    install: str = rights.INSTALL,
+    install: str = machine_rights.INSTALL,
 ) -> Report:
     """Look at everything; nothing is changed, opened or armed.
 
@@ -72,14 +79,14 @@ def examine(
         for line in more:
             say(line)
 
-    _add(software.installed())
+    _add(machine_software.installed())
     loaded = None
     if config is not None:
-        loaded, more = software.rig_file(config)
+        loaded, more = machine_software.rig_file(config)
         _add(more)
     loop = loaded.config.loop if loaded else LoopTable()
     if loaded is not None:
-        _add(software.model(loaded))
+        _add(machine_software.model(loaded))
         members = loaded.members()
         kinds = [registry.lookup(member.kind) for member in members]
         wired = {
@@ -88,24 +95,24 @@ def examine(
             if not (info.simulated or info.doctor)
         }
         devices = list(zip(members, (loaded.options, *loaded.more_options), strict=True))
-        _add(wiring.check(root, [(member.label, options) for member, options in devices], ask, wired))
+        _add(machine_wiring.check(root, [(member.label, options) for member, options in devices], ask, wired))
         for member, options in devices:
             _add(_own_findings(member, options))
-        _add(list(network.gateway(root, loaded.config.gateway.bind, loaded.config.gateway.port)))
+        _add(list(machine_network.gateway(root, loaded.config.gateway.bind, loaded.config.gateway.port)))
     elif config is None:
-        _add(ports.usb_adapters(root))
+        _add(machine_ports.usb_adapters(root))
     core = machine.loop_core(loop.cpu, os.sched_getaffinity(0))
     _add(machine.check(root, core))
     _add([machine.early_look(root, loop.early_us, loop.rate_hz, len(os.sched_getaffinity(0)))])
-    _add(rights.check(root, loaded.config.rig.name if loaded else "", loop.priority, install))
+    _add(machine_rights.check(root, loaded.config.rig.name if loaded else "", loop.priority, install))
     found = None
     if seconds:
         measuring(seconds)
-        found = wakeup.measure(seconds, round(1e9 / loop.rate_hz), loop.priority, loop.cpu)
+        found = machine_wakeup.measure(seconds, round(1e9 / loop.rate_hz), loop.priority, loop.cpu)
         if found is None:
-            again = "python -m rtctl.machine.wakeup 1 1000000 80 -1 shows why"
+            again = "python -m rtctl.host.machine_wakeup 1 1000000 80 -1 shows why"
             _add([Line("wake-up", "warn", "could not be measured", again)])
         else:
             real = loaded is not None and not loaded.config.simulated
-            _add(wakeup.judge(found, core, real=real, required=loop.realtime == "require"))
+            _add(machine_wakeup.judge(found, core, real=real, required=loop.realtime == "require"))
     return Report(tuple(lines), found)

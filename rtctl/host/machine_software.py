@@ -7,7 +7,7 @@ import sys
 from rtctl.check import law_plan as plan
 from rtctl.check import stability_report
 from rtctl.errors import ConfigError, ModelError
-from rtctl.machine.line import Line
+from rtctl.host.machine_line import Line
 from rtctl.rig_file.config import LoadedConfig, load
 
 PYTHON_LEAST = (3, 11)

@@ -1,4 +1,4 @@
-"""How late the loop's core wakes up: `python -m rtctl.machine.wakeup SECONDS PERIOD_NS PRIORITY CPU`.
+"""How late the loop's core wakes up: `python -m rtctl.host.machine_wakeup SECONDS PERIOD_NS PRIORITY CPU`.
 
 A process of its own, because it asks for the loop's rights: SCHED_FIFO, locked memory, its core. It sleeps on
 the loop's own absolute grid with the loop's own clock and does nothing in between. Prints one JSON line.
@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.machine.line import Line
+from rtctl.host.machine_line import Line
 
 EDGES_US = (5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
 """Upper edges of the histogram's cells; a last one takes the rest."""
@@ -104,7 +104,7 @@ def measure(seconds: float, period_ns: int, priority: int, cpu: int) -> Wakeups 
     command = [
         sys.executable,
         "-m",
-        "rtctl.machine.wakeup",
+        "rtctl.host.machine_wakeup",
         str(seconds),
         str(period_ns),
         str(priority),

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from hw import registry
 from rtctl.errors import ConfigError
-from rtctl.machine.service_files import named_files, rig_file
+from rtctl.host.service_files import named_files, rig_file
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.wire.unix_group import group_id
 

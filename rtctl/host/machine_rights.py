@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from rtctl.machine.line import Line, text
+from rtctl.host.machine_line import Line, text
 
 UNIT = "rtctl@.service"
 UNIT_FOLDERS = (

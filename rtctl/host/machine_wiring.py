@@ -10,8 +10,8 @@ from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from rtctl.machine.line import Line, text
-from rtctl.machine.ports import serial_port, usb_adapters, usb_device
+from rtctl.host.machine_line import Line, text
+from rtctl.host.machine_ports import serial_port, usb_adapters, usb_device
 
 Run = Callable[[Sequence[str]], str]
 """Runs a command and returns what it printed, empty when it failed."""

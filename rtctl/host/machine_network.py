@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from hw.device_holders import command_of
-from rtctl.machine.line import Line, text
+from rtctl.host.machine_line import Line, text
 
 _LISTENS = "0A"
 PORTS = 3

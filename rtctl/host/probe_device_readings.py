@@ -31,7 +31,7 @@ from hw.interface import (
 from hw.member import Member
 from hw.rig_words import subset
 from rtctl.errors import ConfigError
-from rtctl.machine.force_zero import Tare
+from rtctl.host.probe_force_zero import Tare
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.tick import FIELD, new_ticks
 
