@@ -115,7 +115,7 @@ class ViewProcess:
         order = json.dumps({**self._order, "key": self._key}) + "\n"
         try:
             process = subprocess.Popen(
-                [sys.executable, "-m", "rtctl.view"],
+                [sys.executable, "-m", "rtctl.client.view"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

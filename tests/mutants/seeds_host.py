@@ -164,11 +164,11 @@ SEEDS = (
         ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
     ),
     Seed(
-        "any crowd may wait at the page's port", "rtctl/view/guests.py",
+        "any crowd may wait at the page's port", "rtctl/client/view_guests.py",
         "while len(self._waiting) > self._most:", "while False:", PAGE_CROWD,
     ),
     Seed(
-        "who looks at the page may be cut off for who comes", "rtctl/view/guests.py",
+        "who looks at the page may be cut off for who comes", "rtctl/client/view_guests.py",
         "        self.go(guest)\n        try:", "        try:", PAGE_CROWD,
     ),
     Seed(

@@ -1,6 +1,7 @@
-"""The live view as the daemon runs it: `python -m rtctl.view`, ordered by one line of JSON on its input.
+"""The live view as the daemon runs it: `python -m rtctl.client.view`, ordered by one line of JSON on its
+input.
 
-It ends with its input, that is with the daemon. `rtctl view` is the same for a person at a terminal.
+The view ends with its input, that is with the daemon. `rtctl view` is the same for a person at a terminal.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ from io import RawIOBase
 from pathlib import Path
 
 from rtctl.client import RigClient
+from rtctl.client.view_server import ViewServer
 from rtctl.errors import NoReplyError, RtctlError
-from rtctl.view.server import ViewServer
 from rtctl.wire.protocol import endpoints_in
 
 NICENESS = 5

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from hw.motion import name as own_name
+from rtctl.client.view_feed import Signal
 from rtctl.tick import FIELD
-from rtctl.view.feed import Signal
 
 ALWAYS = ("tick", "time_ns")
 """The first columns, whatever is shown: a gap in `tick` is a tick that is missing."""

@@ -12,11 +12,11 @@ from hw.motion import name as own_name
 from hw.motion import unit
 from hw.outside import shown
 from rtctl.client import RigClient
+from rtctl.client.view_feed import Feed
+from rtctl.client.view_guidance import hindrances, next_step, taken_apart
+from rtctl.client.view_world import World
 from rtctl.control.vocabulary import Display, Environment, Fault, Program, State
 from rtctl.tick import FIELDS
-from rtctl.view.feed import Feed
-from rtctl.view.guidance import hindrances, next_step, taken_apart
-from rtctl.view.world import World
 from rtctl.wire.event_words import device_line
 from rtctl.wire.fault_words import Entry, sentence
 

@@ -19,14 +19,13 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
-from rtctl.client import RigClient
+from rtctl.client import RigClient, view_record
+from rtctl.client.view_feed import Feed, Follower, Signal, columns
+from rtctl.client.view_guests import Guests, Request
+from rtctl.client.view_pages import FILES, PAGES, STATIC
+from rtctl.client.view_panel import ACTIONS, shown_table, signals_of, status
+from rtctl.client.view_world import World, offered
 from rtctl.errors import RefusedError, RtctlError
-from rtctl.view import record
-from rtctl.view.feed import Feed, Follower, Signal, columns
-from rtctl.view.guests import Guests, Request
-from rtctl.view.pages import FILES, PAGES, STATIC
-from rtctl.view.panel import ACTIONS, shown_table, signals_of, status
-from rtctl.view.world import World, offered
 from rtctl.wire.event_words import line_of
 
 MOST_STREAMS = 8
@@ -267,11 +266,11 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _send_ticks(self, follower: Follower, signals: list[Signal]) -> None:
         """CSV: every tick."""
-        self.wfile.write(record.head(signals, shown_table(self.server.hello)).encode())
+        self.wfile.write(view_record.head(signals, shown_table(self.server.hello)).encode())
         while not self.server.closing.wait(MESSAGE_S):
             rows, _events = follower.take()
             if rows is not None:
-                self.wfile.write(record.body(rows, signals).encode())
+                self.wfile.write(view_record.body(rows, signals).encode())
             self.wfile.flush()
 
     def _event(self, name: str, data: Mapping[str, Any]) -> None:
