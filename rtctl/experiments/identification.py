@@ -17,12 +17,10 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate, estimate
 from rtctl.friction import truth
-from rtctl.friction.learn import ladder
+from rtctl.friction.learn import ladder, report_evidence, report_tables
 from rtctl.friction.learn.pool import workers
+from rtctl.friction.learn.report_tables import Table
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import evidence as report_evidence
-from rtctl.friction.report import tables as report_tables
-from rtctl.friction.report.tables import Table
 from rtctl.identify.bias import Bias
 from rtctl.identify.measurement_order import Known, Task
 from rtctl.identify.place_rows import Row

@@ -262,7 +262,7 @@ SEEDS = (
     ),
     Seed(
         "means over uneven places speak against a model by place",
-        "rtctl/friction/report/judge.py",
+        "rtctl/friction/learn/report_judge.py",
         "if model.place is not None:",
         "if False:",
         PLACES,

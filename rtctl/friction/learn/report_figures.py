@@ -11,8 +11,8 @@ import numpy as np
 from hw.motion import speed_scale, words
 from rtctl import pictures
 from rtctl.friction.band import Band
-from rtctl.friction.report import measured_range
-from rtctl.friction.report.evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
+from rtctl.friction.learn import report_measured_range
+from rtctl.friction.learn.report_evidence import EXTRA_COLUMNS, Errors, Evidence, Learned, interval_nm
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,7 +60,7 @@ def _curve(plot: Axes, one: Learned, v: np.ndarray, speed: np.ndarray) -> None:
             linewidth=0,
             label="epsilon tube",
         )
-    measured_range.draw(plot, v, curve, speed, linewidth=1.3, label="learned friction")
+    report_measured_range.draw(plot, v, curve, speed, linewidth=1.3, label="learned friction")
 
 
 def _band(plot: Axes, one: Learned, band: Band | None, v: np.ndarray) -> None:

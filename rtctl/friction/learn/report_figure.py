@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rtctl import pictures
+from rtctl.friction.learn import report_measured_range
+from rtctl.friction.learn.report_figures import speak
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import measured_range
-from rtctl.friction.report.figures import speak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -67,7 +67,7 @@ def _draw_branch(
         at_both = sign * np.concatenate([v, [np.nan], v])
         plot.plot(at_both, sign * outer, ":", color="tab:blue", linewidth=1, label=label)
     plot.plot(sign * speed, sign * friction_nm, ".", color="tab:gray", label=names("points"))
-    measured_range.draw(plot, sign * v, sign * curve, speed, label=names("learned friction"))
+    report_measured_range.draw(plot, sign * v, sign * curve, speed, label=names("learned friction"))
     at = branch.support_vectors
     if not len(at):
         return

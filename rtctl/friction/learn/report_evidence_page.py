@@ -11,10 +11,10 @@ import numpy as np
 from rtctl.friction.kinds.table import FORMULAS, is_machine
 from rtctl.friction.learn import hold_out, ladder, nested
 from rtctl.friction.learn.grids import noise_nm
+from rtctl.friction.learn.report_evidence import interval_nm
+from rtctl.friction.learn.report_sentences import AGREES, formula_or_machine
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report.evidence import interval_nm
-from rtctl.friction.report.sentences import AGREES, formula_or_machine
 
 NEAR = 1.1
 """Error over the least one, up to which a rung is called as good as the best."""

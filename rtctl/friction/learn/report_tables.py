@@ -13,7 +13,7 @@ from rtctl.friction.gain import Gains
 from rtctl.friction.learn.certainty import standard_error
 from rtctl.friction.learn.fit import compile_error_nm
 from rtctl.friction.learn.hold_out import HELD_OUT
-from rtctl.friction.report.evidence import REGIMES, Errors, Evidence, Learned, interval_nm
+from rtctl.friction.learn.report_evidence import REGIMES, Errors, Evidence, Learned, interval_nm
 
 
 @dataclass(frozen=True)

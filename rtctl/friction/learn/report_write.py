@@ -27,14 +27,16 @@ from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.gain import Gains
 from rtctl.friction.kinds.table import is_machine
+from rtctl.friction.learn import (
+    report_figures,
+    report_measured_range,
+    report_page,
+    report_sentences,
+    report_tables,
+)
 from rtctl.friction.learn.hold_out import HELD_OUT
-from rtctl.friction.report import figures as report_figures
-from rtctl.friction.report import measured_range
-from rtctl.friction.report import page as report_page
-from rtctl.friction.report import sentences as report_sentences
-from rtctl.friction.report import tables as report_tables
-from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
-from rtctl.friction.report.page import Picture
+from rtctl.friction.learn.report_evidence import EXTRA_COLUMNS, Evidence
+from rtctl.friction.learn.report_page import Picture
 
 if TYPE_CHECKING:
     from rtctl.rig_file.config import LoadedConfig
@@ -133,7 +135,7 @@ def _pictures(evidence: Evidence) -> list[Picture]:
             f"{name}{' (the reported model)' if name == evidence.chosen else ''}: friction in N m against "
             f"speed in {unit}, points, learned "
             f"curve{', epsilon tube and support vectors' if is_machine(name) else ''}. Left: every speed; "
-            f"right: below {evidence.boundary_rad_s:.3g} rad/s.{measured_range.said(evidence.points)}",
+            f"right: below {evidence.boundary_rad_s:.3g} rad/s.{report_measured_range.said(evidence.points)}",
             report_figures.curves(evidence, name),
         )
         for name in families

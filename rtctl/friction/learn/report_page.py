@@ -11,11 +11,9 @@ from typing import Any
 
 from hw.motion import words
 from rtctl.friction.gain import Gains
-from rtctl.friction.learn import hold_out
-from rtctl.friction.report import sentences as report_sentences
-from rtctl.friction.report import tables as report_tables
-from rtctl.friction.report.evidence import EXTRA_COLUMNS, Evidence
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn import hold_out, report_sentences, report_tables
+from rtctl.friction.learn.report_evidence import EXTRA_COLUMNS, Evidence
+from rtctl.friction.learn.report_tables import Table
 
 _STYLE = """body{font:15px/1.5 sans-serif;max-width:66em;margin:2em auto;padding:0 1em;color:#222}
 figure{margin:1.5em 0}img{max-width:100%}\

@@ -8,12 +8,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from rtctl.friction.kinds.table import FORMULAS, is_machine
+from rtctl.friction.learn import report_beside_speed, report_tables
+from rtctl.friction.learn.report_evidence import Evidence
+from rtctl.friction.learn.report_judge import faults, judge
+from rtctl.friction.learn.report_judged_cause import cause
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import beside_speed, tables
-from rtctl.friction.report.evidence import Evidence
-from rtctl.friction.report.judge import faults, judge
-from rtctl.friction.report.judged_cause import cause
 
 AGREES = 1.5
 """Factor within which an error on the test points is what the held-out error said."""
@@ -23,22 +23,22 @@ Row = Mapping[str, Any]
 
 def headline(evidence: Evidence) -> list[str]:
     """Everything the page says first: how the model was chosen, and what the test points say of it."""
-    held_out, chosen = tables.ladder_rows(evidence), evidence.chosen
+    held_out, chosen = report_tables.ladder_rows(evidence), evidence.chosen
     if evidence.model.selection:
         said = [evidence.model.selection]
     else:
         said = [f"One {chosen} per direction, not compared by a search.", *of_formulas(held_out, chosen)]
     if evidence.test is not None:
-        rows = tables.overall_rows(evidence)
+        rows = report_tables.overall_rows(evidence)
         said += [of_test(rows, chosen), of_test_formulas(rows), of_agreement(rows, held_out, chosen)]
         said.append(of_verdict(evidence.model, evidence.test))
     left_out = evidence.points.left_out
     said += [
-        of_bound(tables.model_rows(evidence)),
+        of_bound(report_tables.model_rows(evidence)),
         of_left_out(0 if left_out is None else int(left_out.sum()), len(evidence.points.direction)),
     ]
     if evidence.beside is not None:
-        said += beside_speed.sentences(*evidence.beside, deployed=evidence.model.load is not None)
+        said += report_beside_speed.sentences(*evidence.beside, deployed=evidence.model.load is not None)
     return [sentence for sentence in said if sentence]
 
 
