@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.friction import truth
-from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
+from rtctl.friction.kind_table import FAMILIES, FORMULAS, KERNELS
 from rtctl.friction.learn import grids, ladder, machines, search
 from rtctl.friction.learn.hold_out import TRAINS
 from rtctl.friction.learn.search import Side

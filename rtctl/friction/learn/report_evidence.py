@@ -11,9 +11,9 @@ from statistics import NormalDist
 
 import numpy as np
 
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.spline import UNIT
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_spline import UNIT
+from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn import fit, search
 from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth, judge
 from rtctl.friction.learn.hold_out import TRAINS, folds_of

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.kinds.table import FORMULAS, is_machine
+from rtctl.friction.kind_table import FORMULAS, is_machine
 from rtctl.friction.learn import hold_out, ladder, nested
 from rtctl.friction.learn.grids import noise_nm
 from rtctl.friction.learn.report_evidence import interval_nm

@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from rtctl.friction.kinds.table import FORMULAS, is_machine
+from rtctl.friction.kind_table import FORMULAS, is_machine
 from rtctl.friction.learn import report_beside_speed, report_tables
 from rtctl.friction.learn.report_evidence import Evidence
 from rtctl.friction.learn.report_judge import faults, judge

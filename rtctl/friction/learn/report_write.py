@@ -26,7 +26,7 @@ from hw.outside import MOST_TABLE_BYTES, json_of, read_bounded
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.gain import Gains
-from rtctl.friction.kinds.table import is_machine
+from rtctl.friction.kind_table import is_machine
 from rtctl.friction.learn import (
     report_figures,
     report_measured_range,

@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from rtctl.cli.evidence import command
 from rtctl.errors import ConfigError
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn import ladder, report_evidence_page
 from rtctl.friction.learn.report_evidence_page import Found, Line, judge_set, page
 from rtctl.friction.logs.data_sets import read_description, read_set

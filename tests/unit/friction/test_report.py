@@ -13,7 +13,7 @@ import pytest
 
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn import fit, ladder, report_evidence
 from rtctl.friction.learn import report_write as report
 from rtctl.friction.learn.machines import FailedFitError

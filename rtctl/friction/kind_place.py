@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.control.records import PLACE_ORDERS, PLACE_SEGMENTS
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.spline import compile_spline, spline
+from rtctl.friction.kind_cubic import PiecewiseCubic
+from rtctl.friction.kind_spline import compile_spline, spline
 
 WAVES_MOST = PLACE_ORDERS
 """Most waves a turn that the law has room for."""

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.kind import Kernel, Parameter
+from rtctl.friction.kind import Kernel, Parameter
+from rtctl.friction.kind_cubic import PiecewiseCubic
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 
 UNIT = "unit_rad_s"

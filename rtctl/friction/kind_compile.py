@@ -12,8 +12,8 @@ import numpy as np
 
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.errors import ModelError
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kind_cubic import PiecewiseCubic
+from rtctl.friction.kind_curve import Curve
 
 TOLERANCE_SHARE = 1e-6
 """Largest proved error of a table, share of the largest friction."""

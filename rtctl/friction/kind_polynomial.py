@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.kind import Kernel, Parameter
+from rtctl.friction.kind import Kernel, Parameter
+from rtctl.friction.kind_cubic import PiecewiseCubic
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 DEGREES = (2.0, 3.0, 4.0, 5.0)
 DEGREE_MAX = 12

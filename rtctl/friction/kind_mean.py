@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.friction.kinds.kind import Kind
+from rtctl.friction.kind import Kind
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 
 class Mean(Kind):

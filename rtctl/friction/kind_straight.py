@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.kind import Formula, Parameter
+from rtctl.friction.kind import Formula, Parameter
+from rtctl.friction.kind_cubic import PiecewiseCubic
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 COULOMB_NM, VISCOUS = Parameter("coulomb_nm"), Parameter("viscous_nms_rad")
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.friction.kinds.kind import Kernel, Parameter
+from rtctl.friction.kind import Kernel, Parameter
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 RANGE_RAD = (1.0, 2.0)
 """Phases tried over the trained range, rad."""

@@ -4,13 +4,13 @@ and documents take theirs from.
 
 from __future__ import annotations
 
-from rtctl.friction.kinds.kind import Formula, Kernel, Kind
-from rtctl.friction.kinds.mean import Mean
-from rtctl.friction.kinds.polynomial import Polynomial
-from rtctl.friction.kinds.rbf import Rbf
-from rtctl.friction.kinds.spline import Spline
-from rtctl.friction.kinds.straight import Coulomb, CoulombViscous
-from rtctl.friction.kinds.stribeck import Gaussian, Lorentzian, Tustin
+from rtctl.friction.kind import Formula, Kernel, Kind
+from rtctl.friction.kind_mean import Mean
+from rtctl.friction.kind_polynomial import Polynomial
+from rtctl.friction.kind_rbf import Rbf
+from rtctl.friction.kind_spline import Spline
+from rtctl.friction.kind_straight import Coulomb, CoulombViscous
+from rtctl.friction.kind_stribeck import Gaussian, Lorentzian, Tustin
 
 FORMULAS: dict[str, Formula] = {
     kind.name: kind for kind in (Coulomb(), CoulombViscous(), Tustin(), Gaussian(), Lorentzian())

@@ -10,8 +10,8 @@ import math
 import numpy as np
 from numpy.polynomial.hermite import hermval
 
-from rtctl.friction.kinds.kind import Formula, Parameter
-from rtctl.friction.kinds.straight import COULOMB_NM, VISCOUS
+from rtctl.friction.kind import Formula, Parameter
+from rtctl.friction.kind_straight import COULOMB_NM, VISCOUS
 
 _CRAMER = 1.0865
 """|H_n(y)| exp(-y^2/2) <= 1.0865 sqrt(2^n n!) for every y and n (Cramer's inequality)."""

@@ -20,10 +20,10 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.kind_cubic import PiecewiseCubic
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 
 @dataclass(frozen=True)

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.friction.kinds.kind import Kernel, Parameter
-from rtctl.friction.kinds.stribeck import gaussian_bound, gaussian_derivative
+from rtctl.friction.kind import Kernel, Parameter
+from rtctl.friction.kind_stribeck import gaussian_bound, gaussian_derivative
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.curve import Curve
+    from rtctl.friction.kind_curve import Curve
 
 SIGMA_SHARE = (0.05, 0.1, 0.2)
 """Widths tried, share of the trained range; a Stribeck speed is about .05 of it, the gap of fast points

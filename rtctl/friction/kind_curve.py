@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.kind import Kind
-from rtctl.friction.kinds.table import KINDS, MEAN
+from rtctl.friction.kind import Kind
+from rtctl.friction.kind_cubic import PiecewiseCubic
+from rtctl.friction.kind_table import KINDS, MEAN
 
 
 @dataclass(frozen=True)
