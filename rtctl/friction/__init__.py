@@ -1,7 +1,7 @@
 """Friction models, offline: measured points in, a verified model file out. Where to look:
 
     points     friction as it was measured; point_reader, point_columns: its files; outliers, presliding:
-               what is in it; mock_points: measured on the simulated rig
+               what is in it
     logs/      from a recording to friction samples and rigid-body parameters, and what is wrong with a log
     kind_*     what can be learned: one file per kind of curve (a new one: a file, a row); how it is compiled
     learn/     folds, machines, formulas, search, choice: from points to a model, and its report (`report_*`)

@@ -8,11 +8,11 @@ import pytest
 from hw.mock.bristles import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
-from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder
 from rtctl.friction.point_reader import read_points
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import load
+from rtctl.simulation import mock_points
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FORMULAS = ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian")

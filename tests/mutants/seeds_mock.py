@@ -99,11 +99,11 @@ SEEDS = (
         ("tests/unit/test_family.py::test_what_the_law_is_told_is_true_of_the_plant",),
     ),
     Seed(
-        "a campaign's law is promised the damping of the link", "rtctl/campaign/plants.py",
+        "a campaign's law is promised the damping of the link", "rtctl/simulation/campaign_plants.py",
         'plant["viscous_nms_rad"][axis] /= 1 - viscous', 'plant["viscous_nms_rad"][axis] /= 1.0', PLANTS,
     ),
     Seed(
-        "a campaign's law is promised friction that a wave takes away", "rtctl/campaign/plants.py",
+        "a campaign's law is promised friction that a wave takes away", "rtctl/simulation/campaign_plants.py",
         "up = friction / ((1 - dry) * (1 - waves))", "up = friction / (1 - dry)", PLANTS,
     ),
 )  # fmt: skip

@@ -10,9 +10,10 @@ import pytest
 from hw.mock.bristles import static_friction
 from hw.mock.jit import records
 from hw.mock.records import plant_records
-from rtctl.friction import artefact, mock_points
+from rtctl.friction import artefact
 from rtctl.friction.point_reader import read_points
 from rtctl.rig_file.config import load
+from rtctl.simulation import mock_points
 from rtctl.simulation.family import with_plant
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")

@@ -11,9 +11,9 @@ from functools import cache
 
 import numpy as np
 
-from rtctl.campaign.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Fault, Program, State
+from rtctl.simulation.jit import compiled
 
 _IDLE, _ARMING, _ACTIVE = int(State.IDLE), int(State.ARMING), int(State.ACTIVE)
 _HOLD, _STOPPING, _FAULT = int(State.HOLD), int(State.STOPPING), int(State.FAULT)

@@ -24,10 +24,10 @@ from typing import Any
 import numpy as np
 
 from hw.mock.records import Hand
-from rtctl.campaign import workers
-from rtctl.campaign.certified_pairs import PAIRS, TRIES, Pair, Rig, drawn, pair
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
+from rtctl.simulation import campaign_workers
+from rtctl.simulation.campaign_certified_pairs import PAIRS, TRIES, Pair, Rig, drawn, pair
 from rtctl.simulation.closed_loop import Simulation
 
 QUIET_RAD_S = 0.002
@@ -212,7 +212,7 @@ def run(
     many were done since.
     """
     findings = Findings()
-    for rig, found in workers.results(run_rig, [seed] * rigs, range(first, first + rigs), jobs=jobs):
+    for rig, found in campaign_workers.results(run_rig, [seed] * rigs, range(first, first + rigs), jobs=jobs):
         findings.add(rig, found)
         progress(1)
     return findings

@@ -7,11 +7,11 @@ import math
 import numpy as np
 
 from hw.generator import uniform
-from rtctl.campaign.jit import compiled
 from rtctl.control.environments.laws import PASSIVE, set_own
 from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
+from rtctl.simulation.jit import compiled
 
 _IDLE, _FAULT, _ESTOP = int(State.IDLE), int(State.FAULT), int(State.ESTOP)
 _KINDS = len(Environment)

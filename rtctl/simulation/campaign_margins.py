@@ -14,11 +14,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.campaign.draws import log_uniform
-from rtctl.campaign.linear_rig import Case, Law, Plant, behind_a_joint, grows, network, regular
-from rtctl.campaign.worst_rig import Loop, with_stiffness, worst_elastic, worst_place, worst_rig
 from rtctl.control.proofs import stability
 from rtctl.control.proofs.stability import Between
+from rtctl.simulation.campaign_draws import log_uniform
+from rtctl.simulation.campaign_linear_rig import Case, Law, Plant, behind_a_joint, grows, network, regular
+from rtctl.simulation.campaign_worst_rig import Loop, with_stiffness, worst_elastic, worst_place, worst_rig
 
 PART = 20
 """Rigs that a process makes before it reports."""

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from rtctl.campaign.linear_rig import Law, Plant, behind_a_joint, network
+from rtctl.simulation.campaign_linear_rig import Law, Plant, behind_a_joint, network
 
 MODES = 9
 _ALIASES = 60

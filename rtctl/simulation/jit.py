@@ -1,4 +1,4 @@
-"""The compiler of the campaign."""
+"""The compiler of the simulation."""
 
 from __future__ import annotations
 

@@ -25,10 +25,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hw.mock.records import Hand
-from rtctl.campaign import workers
-from rtctl.campaign.still_cases import PERIOD_S, PERIODS, POLICIES, Case, drawn, rig
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
+from rtctl.simulation import campaign_workers
+from rtctl.simulation.campaign_still_cases import PERIOD_S, PERIODS, POLICIES, Case, drawn, rig
 from rtctl.simulation.closed_loop import Simulation
 
 QUIET_RAD_S = 0.002
@@ -210,7 +210,7 @@ def run(order: Order, jobs: int = 0, progress: Callable[[int], None] = lambda _c
     """Run them all on `jobs` processes (0: one per core); `progress` is told how many were done since."""
     findings = Findings()
     parts = list(_parts(order.cases))
-    for found in workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
+    for found in campaign_workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
         findings.add(found, order.hold_s)
         progress(len(found))
     return findings

@@ -1,6 +1,6 @@
 """Measures friction points on the simulated rig as a laboratory would: from its sensors alone.
 
-    python -m rtctl.friction.mock_points OUT.csv [RIG.toml]
+    python -m rtctl.simulation.mock_points OUT.csv [RIG.toml]
 
 The hand is off. With the motor off the bias of the Hall sensor is read. Then, for each direction: after a
 warm-up, the current is ramped open loop until the joint moves (break-away, the point at zero speed), and
@@ -287,9 +287,9 @@ def _cell(column: str, value: float | None) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    """Entry point of `python -m rtctl.friction.mock_points OUT.csv [RIG.toml]`."""
+    """Entry point of `python -m rtctl.simulation.mock_points OUT.csv [RIG.toml]`."""
     if len(arguments) not in (1, 2):
-        sys.exit("usage: python -m rtctl.friction.mock_points OUT.csv [RIG.toml]")
+        sys.exit("usage: python -m rtctl.simulation.mock_points OUT.csv [RIG.toml]")
     shipped = Path(__file__).parents[3] / "configs" / "mock.toml"
     loaded = load(arguments[1] if len(arguments) == 2 else shipped)
     write_csv(measure(loaded), Path(arguments[0]))

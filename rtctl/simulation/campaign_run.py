@@ -11,14 +11,14 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.campaign import workers
-from rtctl.campaign.drive import drive
-from rtctl.campaign.jit import records
-from rtctl.campaign.monitor import INVARIANTS
-from rtctl.campaign.rigs import Rig, make
 from rtctl.control.vocabulary import Fault, Program, State
 from rtctl.rig_file import config
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation import campaign_workers
+from rtctl.simulation.campaign_drive import drive
+from rtctl.simulation.campaign_monitor import INVARIANTS
+from rtctl.simulation.campaign_rigs import Rig, make
+from rtctl.simulation.jit import records
 from rtctl.simulation.shipped_files import shipped_config
 from rtctl.whole_files import whole
 
@@ -169,7 +169,7 @@ def run(order: Order, jobs: int = 0, progress: Callable[[int], None] = lambda _r
     """
     began, total = time.monotonic(), Result()
     parts = list(_parts(order))
-    for part in workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
+    for part in campaign_workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
         total.add(part)
         progress(part.rigs)
     total.seconds = time.monotonic() - began

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from hw import registry
-from rtctl.campaign.draws import log_uniform
 from rtctl.friction.policies import STANDINGS
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.campaign_draws import log_uniform
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import merged
 from rtctl.simulation.shipped_files import shipped_config

@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.campaign.draws import log_uniform
 from rtctl.check import stability_report
 from rtctl.control.environments.table import Environment
 from rtctl.control.proofs import admittance_help, admittance_margin, admittance_sticking
@@ -18,6 +17,7 @@ from rtctl.control.proofs.admittance_loop import AdmittanceLoop
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.campaign_draws import log_uniform
 from rtctl.simulation.family import FAMILY, with_plant
 from rtctl.simulation.shipped_files import shipped_config
 

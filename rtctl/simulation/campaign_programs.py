@@ -11,10 +11,10 @@ import math
 import numpy as np
 
 from hw.generator import uniform
-from rtctl.campaign.events import between, broken, chance
-from rtctl.campaign.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Program, Shape, State
+from rtctl.simulation.campaign_events import between, broken, chance
+from rtctl.simulation.jit import compiled
 
 _ACTIVE = int(State.ACTIVE)
 _OFF = int(Program.OFF)

@@ -9,13 +9,20 @@ import numpy as np
 from hw.entry_points import Address, call, call_for_int
 from hw.fault_kinds import Channel, Effect
 from hw.scripted_faults import due_ticks
-from rtctl.campaign.events import change_display, change_world, operate, render, slots_missed, stream_world
-from rtctl.campaign.jit import compiled
-from rtctl.campaign.monitor import watch, watch_hand
-from rtctl.campaign.programs import ask_for_programs
-from rtctl.campaign.pursuit import pursue
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
+from rtctl.simulation.campaign_events import (
+    change_display,
+    change_world,
+    operate,
+    render,
+    slots_missed,
+    stream_world,
+)
+from rtctl.simulation.campaign_monitor import watch, watch_hand
+from rtctl.simulation.campaign_programs import ask_for_programs
+from rtctl.simulation.campaign_pursuit import pursue
+from rtctl.simulation.jit import compiled
 
 _SHUTDOWN, _LOCKOUT = int(State.SHUTDOWN), int(State.LOCKOUT)
 _ACTUATOR, _HOLD = int(Channel.ACTUATOR), int(Effect.HOLD)

@@ -16,11 +16,6 @@ import numpy as np
 from hw.fault_kinds import KINDS, Channel, Kind
 from hw.generator import seed_words
 from hw.mock.records import Hand
-from rtctl.campaign import plants
-from rtctl.campaign.draws import log_uniform
-from rtctl.campaign.jit import records
-from rtctl.campaign.monitor import memory_dtype
-from rtctl.campaign.pursuit import FOE, foe_record
 from rtctl.control.environments.kind import DAMPING, STIFFNESS
 from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.proofs import stability
@@ -28,7 +23,12 @@ from rtctl.control.proofs.delay_cover import delay_covered_ticks
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import LENGTH_FACTOR, bank_j
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation import campaign_plants
+from rtctl.simulation.campaign_draws import log_uniform
+from rtctl.simulation.campaign_monitor import memory_dtype
+from rtctl.simulation.campaign_pursuit import FOE, foe_record
 from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.jit import records
 
 _FEEDBACK_STREAM = 7
 _RENDERER_STREAM = 11
@@ -88,7 +88,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     p["soft_start_ticks"] = draw.integers(50, 600)
     p["late_limit_ticks"] = 3
     plant["estop_from_s"] = plant["estop_to_s"] = 0.0
-    name = plants.drawn(np.random.default_rng((seed, index, _PLANT_STREAM)))
+    name = campaign_plants.drawn(np.random.default_rng((seed, index, _PLANT_STREAM)))
     for axis in range(made.plan.n_axes):
         _device(p, plant, made.model[axis], axis, draw)
         _plant(loaded, name, p, plant, axis)
@@ -121,12 +121,12 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
 
 def _plant(loaded: LoadedConfig, name: str, p: np.void, plant: np.void, axis: int) -> None:
     """Put a plant of the family in place of the plain joint; the law is told what is late in it."""
-    if name == plants.AS_DRAWN:
+    if name == campaign_plants.AS_DRAWN:
         return
-    like, delay_ticks = plants.reference(loaded, name)
-    usual, _ = plants.reference(loaded, next(iter(plants.NAMES)))
-    plants.put_plant(plant, like, usual, axis)
-    plants.put_timing(p, plant, like, delay_ticks)
+    like, delay_ticks = campaign_plants.reference(loaded, name)
+    usual, _ = campaign_plants.reference(loaded, next(iter(campaign_plants.NAMES)))
+    campaign_plants.put_plant(plant, like, usual, axis)
+    campaign_plants.put_timing(p, plant, like, delay_ticks)
 
 
 def _presliding(p: np.void, plant: np.void, axis: int) -> None:

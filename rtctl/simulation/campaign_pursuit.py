@@ -10,9 +10,9 @@ from enum import IntEnum
 import numpy as np
 
 from hw.generator import uniform
-from rtctl.campaign.jit import compiled
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import Environment
+from rtctl.simulation.jit import compiled
 
 LEASE = 7
 _REMOTE = int(Environment.REMOTE)
