@@ -4,7 +4,7 @@ plant's truth.
 
 import numpy as np
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Environment, Program, State
 from rtctl.rig_file import config
 from rtctl.simulation.campaign_drive import drive

@@ -13,8 +13,8 @@ import math
 
 import numpy as np
 
-from hw.mock.effects import effect_fields
-from hw.mock.records import plant_records
+from hw.simulators.mock_effects import effect_fields
+from hw.simulators.mock_records import plant_records
 from rtctl.check import lateness
 from rtctl.control.proofs.stability import late_ticks
 from rtctl.rig_file.config import LoadedConfig

@@ -15,7 +15,7 @@ import numpy as np
 
 from hw.fault_kinds import KINDS, Channel, Kind
 from hw.generator import seed_words
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.environments.kind import DAMPING, STIFFNESS
 from rtctl.control.environments.table import OWN, Environment
 from rtctl.control.proofs import stability

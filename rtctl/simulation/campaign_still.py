@@ -24,7 +24,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
 from rtctl.simulation import campaign_workers

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hw.mock.bristles import modulation, static_friction, waves
-from hw.mock.load import load_levels
-from hw.mock.records import plant_records
+from hw.simulators.mock_bristles import modulation, static_friction, waves
+from hw.simulators.mock_load import load_levels
+from hw.simulators.mock_records import plant_records
 from rtctl.friction.model import FrictionModel
 from rtctl.rig_file.config import LoadedConfig
 

@@ -19,10 +19,11 @@ from pathlib import Path
 import numpy as np
 
 from hw.jit import compiled, records
-from hw.mock.plant import plant_read, plant_write
-from hw.mock.records import plant_records
+from hw.simulators.mock_plant import plant_read, plant_write
+from hw.simulators.mock_records import plant_records
 from rtctl.friction.presliding import Presliding, Ramp, presliding, ramp_of
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation.shipped_files import shipped_config
 from rtctl.tick import new_ticks
 
 LEVELS = 54
@@ -290,8 +291,7 @@ def main(arguments: list[str]) -> None:
     """Entry point of `python -m rtctl.simulation.mock_points OUT.csv [RIG.toml]`."""
     if len(arguments) not in (1, 2):
         sys.exit("usage: python -m rtctl.simulation.mock_points OUT.csv [RIG.toml]")
-    shipped = Path(__file__).parents[3] / "configs" / "mock.toml"
-    loaded = load(arguments[1] if len(arguments) == 2 else shipped)
+    loaded = load(arguments[1] if len(arguments) == 2 else shipped_config("mock.toml"))
     write_csv(measure(loaded), Path(arguments[0]))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from amounts import asked_often, some_of
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config
 from rtctl.simulation import campaign_still

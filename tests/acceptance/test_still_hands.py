@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Fault, State
 from rtctl.friction.guarantee import LENGTH_FACTOR
 from rtctl.rig_file.config import load

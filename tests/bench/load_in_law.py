@@ -19,7 +19,7 @@ from typing import Any
 import click
 import numpy as np
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.control.vocabulary import State

@@ -13,7 +13,7 @@ from observed_run import observed_run
 from random_lives import axis_column
 from watched_rig import POWERED, WatchedRig
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from hw.simulators.serial_firmware import Board
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config

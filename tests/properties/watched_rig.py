@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
-from hw.mock.plant import plant_read, plant_write
-from hw.mock.records import Hand
+from hw.simulators.mock_plant import plant_read, plant_write
+from hw.simulators.mock_records import Hand
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
 from rtctl.control.vocabulary import Environment, Fault, State

@@ -53,7 +53,7 @@ def effect_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("friction_wave", "<f8", (n_axes, WAVES, 3)),
         ("ripple_wave_count", "<i8", axis),
         ("ripple_wave", "<f8", (n_axes, WAVES, 3)),
-        # load-dependent friction (hw.mock.load)
+        # load-dependent friction (hw.simulators.mock_load)
         ("load_kind", "<i8", axis),  # 0: none
         ("load_outside", "<f8", axis),
         ("load_motor", "<f8", axis),
@@ -61,7 +61,7 @@ def effect_fields(n_axes: int) -> list[tuple[Any, ...]]:
         ("load_motor_peak", "<f8", axis),
         ("load_outside_square_nm", "<f8", axis),  # 1 / (N m)
         ("load_motor_square_nm", "<f8", axis),
-        # drift (hw.mock.drift)
+        # drift (hw.simulators.mock_drift)
         ("drift_count", "<i8", axis),
         ("drift_s", "<f8", (n_axes, POINTS)),
         ("drift_dry", "<f8", (n_axes, POINTS)),  # factor of the dry friction

@@ -9,8 +9,8 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from hw.mock.effects import POINTS, WAVES
 from hw.option_tables import Table, number
+from hw.simulators.mock_effects import POINTS, WAVES
 
 Seconds = Annotated[float, Field(ge=0, le=1e9)]
 Celsius = Annotated[float, Field(ge=-40, le=200)]
@@ -73,7 +73,7 @@ class WavesOptions(Table):
 
 
 class LoadOptions(Table):
-    """[device.options.axis.load]: what the torque through the gear adds to the friction (`hw.mock.load`)."""
+    """[device.options.axis.load]: what the torque through the gear adds to the friction (`mock_load`)."""
 
     outside: float = number(0, 0.95, "load_friction_external: share added to F_c", 0.0)
     motor: float = number(0, 0.95, "load_friction_motor", 0.0)

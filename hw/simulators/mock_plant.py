@@ -13,13 +13,13 @@ import math
 import numpy as np
 
 from hw import scripted_faults as faults
-from hw.mock import hand
-from hw.mock.bristles import coupled_step, implicit_share
-from hw.mock.force_filter import advance_force
-from hw.mock.jit import compiled, inlined
-from hw.mock.joint import advance_detailed, is_detailed
-from hw.mock.records import DELAY_LINE
-from hw.mock.sensors import hold_sample, sense_axes, sense_force
+from hw.simulators import mock_hand
+from hw.simulators.jit import compiled, inlined
+from hw.simulators.mock_bristles import coupled_step, implicit_share
+from hw.simulators.mock_force_filter import advance_force
+from hw.simulators.mock_joint import advance_detailed, is_detailed
+from hw.simulators.mock_records import DELAY_LINE
+from hw.simulators.mock_sensors import hold_sample, sense_axes, sense_force
 
 CATCH_UP_TICKS = 50
 """Up to so many missed periods are simulated one by one. What remains of a longer gap is simulated in one go,
@@ -38,10 +38,10 @@ def _advance_axis(
     h = duration_s / steps
     rate = 1.0 / h
     x, v, z = s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis]
-    k_h, b_h, m_h = hand.hold(time_s, p, axis)
+    k_h, b_h, m_h = mock_hand.hold(time_s, p, axis)
     # the hand's wish, linear over the duration: 4e-7 rad off at 1 kHz on the fast sine
     x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]
-    x_end, v_end = hand.wanted(time_s + duration_s, p, axis)
+    x_end, v_end = mock_hand.wanted(time_s + duration_s, p, axis)
     dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
     inertia = p.inertia_kgm2[axis] + m_h
     motor, friction = s.motor_torque_nm[axis], s.friction_torque_nm[axis]
@@ -134,7 +134,7 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
         s.first_tick = tick
         s.tick = tick
         for axis in range(len(s.position_rad)):
-            s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = hand.wanted(0.0, p, axis)
+            s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = mock_hand.wanted(0.0, p, axis)
     for _ in range(min(tick - s.tick, CATCH_UP_TICKS)):
         advance(s, p, 1, p.substeps)
     rest = tick - s.tick

@@ -17,9 +17,9 @@ from hw.encoder import ENCODER_STATE
 from hw.fault_script import FAULT_STREAM, fill_schedule
 from hw.generator import seed_words
 from hw.interface import BackendError, Options, Rig
-from hw.mock.effects import effect_fields, effect_state_fields, fill_effects, fill_timing
-from hw.mock.force_filter import fill_force_filter, force_filter_fields, force_filter_state_fields
 from hw.scripted_faults import memory_fields, schedule_fields
+from hw.simulators.mock_effects import effect_fields, effect_state_fields, fill_effects, fill_timing
+from hw.simulators.mock_force_filter import fill_force_filter, force_filter_fields, force_filter_state_fields
 
 SINES = 4
 """Most components of the hand's sum of sines."""
@@ -71,7 +71,7 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             ("force_bias_n", "<f8", (3,)),
             ("force_crosstalk", "<f8", (3, 3)),  # measured = matrix @ true
             ("tip_per_joint", "<f8", (3, n_axes)),  # tip force = matrix @ joint torque
-            # its moments, and what is mounted on it (hw.mock.tip)
+            # its moments, and what is mounted on it (hw.simulators.mock_tip)
             ("moment_sensor", "<i8"),  # 1: there are moments
             ("moment_resolution_nm", "<f8"),
             ("moment_range_nm", "<f8"),

@@ -12,11 +12,11 @@ import numpy as np
 from hw.encoder import unwrap, wrap
 from hw.interface import Options
 from hw.kept_readings import keep, show
-from hw.mock.drift import temperature
-from hw.mock.force_filter import shown_torque
-from hw.mock.jit import compiled
-from hw.mock.noise import normal
-from hw.mock.tip import weigh
+from hw.simulators.jit import compiled
+from hw.simulators.mock_drift import temperature
+from hw.simulators.mock_force_filter import shown_torque
+from hw.simulators.mock_noise import normal
+from hw.simulators.mock_tip import weigh
 
 SENSORS: dict[str, tuple[str, ...]] = {
     "position": (),

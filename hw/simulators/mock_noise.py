@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from hw.generator import uniform
-from hw.mock.jit import compiled
+from hw.simulators.jit import compiled
 
 
 @compiled

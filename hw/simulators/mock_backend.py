@@ -7,10 +7,10 @@ import numpy as np
 from hw.fault_script import raise_in_write, raise_or_stall
 from hw.interface import CompiledCycle, Options, Rig
 from hw.jit import bound
-from hw.mock.jit import records
-from hw.mock.plant import plant_read, plant_write
-from hw.mock.records import plant_records
-from hw.mock.sensors import measured
+from hw.simulators.jit import records
+from hw.simulators.mock_plant import plant_read, plant_write
+from hw.simulators.mock_records import plant_records
+from hw.simulators.mock_sensors import measured
 
 
 class MockBackend:
@@ -19,7 +19,7 @@ class MockBackend:
     Attributes
     ----------
     params, state : ndarray
-        One-row structured arrays (`hw.mock.records`). `state` is the truth, for tests and reports.
+        One-row structured arrays (`hw.simulators.mock_records`). `state` is the truth, for tests and reports.
     """
 
     consumes = frozenset({"current_command"})

@@ -10,8 +10,8 @@ import math
 
 import numpy as np
 
-from hw.mock.jit import compiled
-from hw.mock.records import SINES, Hand
+from hw.simulators.jit import compiled
+from hw.simulators.mock_records import SINES, Hand
 
 _NONE, _SINES, _TRIANGLE, _PUSH = int(Hand.NONE), int(Hand.SINES), int(Hand.TRIANGLE), int(Hand.PUSH)
 

@@ -12,7 +12,8 @@ from pydantic import Field, field_validator, model_validator
 
 from hw.channels import READING
 from hw.fault_options import Faults
-from hw.mock.effect_options import (
+from hw.option_tables import Table, number
+from hw.simulators.mock_effect_options import (
     CurrentLoopOptions,
     DriftOptions,
     ElasticOptions,
@@ -21,11 +22,10 @@ from hw.mock.effect_options import (
     TimingOptions,
     WavesOptions,
 )
-from hw.mock.effects import ELEMENTS
-from hw.mock.force_filter import FORCE_LINE
-from hw.mock.records import DELAY_LINE, GRIPS, SINES
-from hw.mock.sensors import SENSORS, measured
-from hw.option_tables import Table, number
+from hw.simulators.mock_effects import ELEMENTS
+from hw.simulators.mock_force_filter import FORCE_LINE
+from hw.simulators.mock_records import DELAY_LINE, GRIPS, SINES
+from hw.simulators.mock_sensors import SENSORS, measured
 
 T = TypeVar("T")
 

@@ -18,9 +18,9 @@ import math
 
 import numpy as np
 
-from hw.mock.bristles import bristle_gains, direction_scale, plastic_share, sliding_level, viscous
-from hw.mock.elements import element_torque, settle_elements
-from hw.mock.jit import compiled
+from hw.simulators.jit import compiled
+from hw.simulators.mock_bristles import bristle_gains, direction_scale, plastic_share, sliding_level, viscous
+from hw.simulators.mock_elements import element_torque, settle_elements
 
 MOTOR, LINK = 0, 1
 """Rows of `sides`; a rigid joint has the first only."""
@@ -51,7 +51,7 @@ def prepare(
     """Read the static curve for this step, and bring one bristle into the form offset + slope w.
 
     `level` is what the load adds to Coulomb and peak, `factor` the drift of dry and viscous friction. The
-    formulas are those of `hw.mock.bristles.coupled_step`, with the side's share of everything.
+    formulas are those of `hw.simulators.mock_bristles.coupled_step`, with the side's share of everything.
     """
     ahead, size = (1.0 - share) * h, row[SIZE]
     v_mid = row[V] + ahead * row[A]

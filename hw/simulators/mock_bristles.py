@@ -21,7 +21,7 @@ import math
 
 import numpy as np
 
-from hw.mock.jit import compiled, inlined
+from hw.simulators.jit import compiled, inlined
 
 _FAR = 40.0
 """Multiple of the Stribeck speed beyond which the Stribeck peak is nil (and powers would overflow)."""

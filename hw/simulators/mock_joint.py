@@ -1,9 +1,8 @@
 """The simulated joint in detail: one or two masses, several friction models, a motor current that lags.
 
-`advance_detailed` takes the place of the plain joint's loop (`hw.mock.plant`) wherever one of the effects in
-`hw.mock.effects` is on. Torques within a step as in `hw.mock.sides`; with k and c stiffness and damping of
-the joint and x, v the motor side's angle and velocity over the link's, the joint drives the link with k x + c
-v.
+`advance_detailed` takes the place of the plain joint's loop (`mock_plant`) wherever one of the effects in
+`mock_effects` is on. Torques within a step as in `mock_sides`; with k and c stiffness and damping of the
+joint and x, v the motor side's angle and velocity over the link's, the joint drives the link with k x + c v.
 """
 
 from __future__ import annotations
@@ -12,12 +11,29 @@ import math
 
 import numpy as np
 
-from hw.mock import hand
-from hw.mock.bristles import implicit_share, waves
-from hw.mock.drift import drifted
-from hw.mock.jit import compiled
-from hw.mock.load import load_levels
-from hw.mock.sides import COLUMNS, DRAG, LINK, MOTOR, SIZE, A, B, J, V, W, X, Z, hold, prepare, settle, solve
+from hw.simulators import mock_hand
+from hw.simulators.jit import compiled
+from hw.simulators.mock_bristles import implicit_share, waves
+from hw.simulators.mock_drift import drifted
+from hw.simulators.mock_load import load_levels
+from hw.simulators.mock_sides import (
+    COLUMNS,
+    DRAG,
+    LINK,
+    MOTOR,
+    SIZE,
+    A,
+    B,
+    J,
+    V,
+    W,
+    X,
+    Z,
+    hold,
+    prepare,
+    settle,
+    solve,
+)
 
 
 @compiled
@@ -199,9 +215,9 @@ def advance_detailed(
     ampere.
     """
     h = duration_s / steps
-    k_h, b_h, m_h = hand.hold(time_s, p, axis)
+    k_h, b_h, m_h = mock_hand.hold(time_s, p, axis)
     x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]
-    x_end, v_end = hand.wanted(time_s + duration_s, p, axis)
+    x_end, v_end = mock_hand.wanted(time_s + duration_s, p, axis)
     dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
     factor = drifted(s, p, axis, time_s)
     lag_keep, lag_mean = _lag(p.current_lag_s[axis], h)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.mock.jit import compiled
+from hw.simulators.jit import compiled
 
 LEAST, MOST = 0.05, 20.0
 """Bounds of both factors, whatever a script says."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hw.interface import Options
-from hw.mock.jit import compiled
+from hw.simulators.jit import compiled
 
 FORCE_LINE = 17
 """Length of the line of what has not been shown yet: delays of 0 to 16 periods."""

@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from hw.mock.jit import compiled
+from hw.simulators.jit import compiled
 
 
 @compiled

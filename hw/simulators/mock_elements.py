@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.mock.jit import compiled
+from hw.simulators.jit import compiled
 
 
 @compiled
