@@ -115,7 +115,7 @@ docs: $(VENV)/.ready-dev
 
 # The friction model of the mock rig: measured on the mock through its sensors, then learned.
 model: $(VENV)/.ready
-	$(BIN)/python -m rtctl.friction.mock_points configs/friction/mock_points.csv
+	$(BIN)/python -m rtctl.simulation.mock_points configs/friction/mock_points.csv
 	$(BIN)/rtctl fit configs/friction/mock_points.csv --rig mock --epsilon 0.002 --out configs/friction/mock.json
 
 # What the law gives, written down; `make test` holds the law to it.

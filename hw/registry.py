@@ -44,13 +44,13 @@ DISTRIBUTIONS = {
 
 BUILT_IN = {
     "mock": BackendInfo(
-        factory="hw.mock.backend:MockBackend",
-        options="hw.mock.options:MockOptions",
+        factory="hw.simulators.mock_backend:MockBackend",
+        options="hw.simulators.mock_options:MockOptions",
         simulated=True,
         summary="simulated rig: motor, gearbox, friction, sensors, a hand",
-        timing="hw.mock.declared:timing",
-        joint="hw.mock.declared:joint",
-        force="hw.mock.declared:force",
+        timing="hw.simulators.mock_declared:timing",
+        joint="hw.simulators.mock_declared:joint",
+        force="hw.simulators.mock_declared:force",
     ),
     "playback": BackendInfo(
         factory="hw.playback.backend:PlaybackBackend",

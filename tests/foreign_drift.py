@@ -1,4 +1,4 @@
-"""A joint of another make than `hw.mock` whose friction, loads and sensors change by a script: what the watch
+"""A joint of another make than the mock whose friction, loads and sensors change by a script: what the watch
 over the friction is judged by.
 
 By first principles, no line shared with the mock: Dahl's bristles of any exponent under a Stribeck curve with

@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl.check import stability_report
 from rtctl.friction import artefact
-from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kind_curve import Curve
 from rtctl.friction.learn.fit import assemble, describe_branch
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import Config, load

@@ -1,4 +1,4 @@
-"""Joints and hands of another make than `hw.mock`: what the law meets in a laboratory that nobody here
+"""Joints and hands of another make than the mock: what the law meets in a laboratory that nobody here
 modelled.
 
 One file from first principles, small explicit steps, no line shared with the mock but its sensors: a motor
@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hw.entry_points import call
-from hw.mock.sensors import sense_axes, sense_force
+from hw.simulators.mock_sensors import sense_axes, sense_force
 from rtctl.control.jit import compiled
 from rtctl.control.vocabulary import State
 from rtctl.simulation.closed_loop import Simulation

@@ -1,4 +1,4 @@
-"""Whole rigs of another make than `hw.mock`: several axes, rotary or linear, their sensors, hands and
+"""Whole rigs of another make than the mock: several axes, rotary or linear, their sensors, hands and
 renderers, by first principles.
 
 Complements `tests/foreign_joint.py`, which has one rotary axis. Nothing here is shared with the mock: joints

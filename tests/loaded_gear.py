@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.mock.load import load_levels
+from hw.simulators.mock_load import load_levels
 from rtctl.friction.learn.load_terms import NAMES
 from rtctl.friction.load import COEFFICIENTS
 from rtctl.friction.points import FrictionPoints

@@ -4,7 +4,7 @@ does.
 
 import numpy as np
 
-from hw.mock.backend import MockBackend
+from hw.simulators.mock_backend import MockBackend
 from rtctl.check.law_plan import build
 from rtctl.control import law
 from rtctl.control.jit import records

@@ -4,14 +4,14 @@ plant's truth.
 
 import numpy as np
 
-from hw.mock.records import Hand
-from rtctl.campaign.drive import drive
-from rtctl.campaign.jit import records
-from rtctl.campaign.monitor import memory_dtype
-from rtctl.campaign.pursuit import FOE
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Environment, Program, State
 from rtctl.rig_file import config
+from rtctl.simulation.campaign_drive import drive
+from rtctl.simulation.campaign_monitor import memory_dtype
+from rtctl.simulation.campaign_pursuit import FOE
 from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.jit import records
 from rtctl.simulation.shipped_files import shipped_config
 
 

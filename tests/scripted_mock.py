@@ -7,11 +7,11 @@ import numpy as np
 from hw.channels import QUANTITIES
 from hw.fault_kinds import KINDS, Effect
 from hw.interface import Rig
-from hw.mock.backend import MockBackend
-from hw.mock.jit import records
-from hw.mock.options import MockOptions
-from hw.mock.sensors import SENSORS
 from hw.scripted_faults import FAULTS
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
+from hw.simulators.mock_sensors import SENSORS
 from rtctl.tick import new_ticks
 
 N, AT, FOR, T = 60, 20, 5, 1e-3

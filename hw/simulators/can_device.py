@@ -140,7 +140,9 @@ class DriveSim:
 def _plant(name: str, n_axes: int) -> Plant:
     if name == "inertia":
         return Inertia(n_axes, TORQUE_CONSTANT_NM_A)
-    from hw.mock.options import MockOptions  # the simulator is its own process: pydantic is allowed here
+    from hw.simulators.mock_options import (
+        MockOptions,  # the simulator is its own process: pydantic is allowed here
+    )
 
     lever = np.array([[0.0, 0.1, 0.0], [0.0, 0.0, 0.1], [0.1, 0.0, 0.0]])[:n_axes]
     rig = Rig(

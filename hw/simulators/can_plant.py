@@ -58,10 +58,10 @@ class Inertia:
 
 
 class MockRig:
-    """The mock rig of `hw.mock`, seen from its motors: `options` are a dumped `MockOptions`."""
+    """The mock rig (`mock_backend`), seen from its motors: `options` are a dumped `MockOptions`."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
-        from hw.mock.backend import MockBackend
+        from hw.simulators.mock_backend import MockBackend
 
         self._mock, self._rig = MockBackend(options, rig), rig
         told = [("tick", "<i8"), ("enabled", "<i8"), ("current_command_a", "<f8", (rig.n_axes,))]

@@ -1,6 +1,6 @@
 """A board that is not there: `python -m hw.simulators.serial_board --link PATH`, a process behind a pty.
 
-It runs the reference firmware (`hw.simulators.serial_firmware`) around the simulated rig (`hw.mock`), either
+It runs the reference firmware (`serial_firmware`) around the simulated rig (`mock_backend`), either
 on its own clock or, with `--step`, one cycle per command packet. On standard input (`--control`) it takes one
 order per line and answers each with one line, `ok ...` or `error ...`:
 

@@ -15,10 +15,10 @@ import numpy as np
 from hw.channels import device_fields
 from hw.interface import Rig
 from hw.jit import records
-from hw.mock.backend import MockBackend
-from hw.mock.options import MockOptions
 from hw.serial.described_options import DescribedOptions
 from hw.serial.lines_options import LinesOptions
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from hw.simulators.serial_described_board import DescribedBoard
 from hw.simulators.serial_firmware import Board, Taken
 from hw.simulators.serial_line import Line

@@ -15,7 +15,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
-    from rtctl.campaign.run import Order, Result
+    from rtctl.simulation.campaign_run import Order, Result
 
 Bar = Callable[[int, str], AbstractContextManager[Callable[[int], None]]]
 Told = tuple[str, dict[str, Any], Sequence[object]]
@@ -116,7 +116,7 @@ def command(
     elif admittance:
         text, result, broken = _admittance(rigs, seed, jobs, first, index, bar)
     else:
-        from rtctl.campaign import run as campaign
+        from rtctl.simulation import campaign_run as campaign
 
         order = campaign.Order(seed, rigs, ticks, faults, passive)
         if index is not None:
@@ -139,47 +139,49 @@ def _bar(length: int, label: str, *, quiet: bool) -> Iterator[Callable[[int], No
 
 
 def _margins(rigs: int, seed: int, jobs: int, bar: Bar) -> Told:
-    from rtctl.campaign import margins
+    from rtctl.simulation import campaign_margins
 
     with bar(rigs, "rigs") as done:
-        found = margins.run(rigs, seed, jobs, done)
+        found = campaign_margins.run(rigs, seed, jobs, done)
     return found.text(), found.as_dict(), found.shaking
 
 
 def _admittance(rigs: int, seed: int, jobs: int, first: int, index: int | None, bar: Bar) -> Told:
-    from rtctl.campaign import in_hands
+    from rtctl.simulation import campaign_in_hands
 
     if index is not None:
-        found = in_hands.Findings()
-        found.add(*in_hands.run_rig(seed, index))
+        found = campaign_in_hands.Findings()
+        found.add(*campaign_in_hands.run_rig(seed, index))
     else:
         with bar(rigs, "rigs") as done:
-            found = in_hands.run(rigs, seed, jobs, done, first)
+            found = campaign_in_hands.run(rigs, seed, jobs, done, first)
     return found.text(seed), found.as_dict(), found.shaking
 
 
 def _still(
     cases: int, seed: int, jobs: int, index: int | None, policies: tuple[str, ...], hold_s: float, bar: Bar
 ) -> Told:
-    from rtctl.campaign import still, still_cases
     from rtctl.control.vocabulary import Policy
+    from rtctl.simulation import campaign_still, campaign_still_cases
 
     for name in policies:
         if name.upper() not in Policy.__members__:
             known = ", ".join(policy.name.lower() for policy in Policy)
             raise click.BadParameter(f"no policy {name!r}; there are: {known}", param_hint="--policy")
-    order = still.Order(seed, cases, hold_s, policies or still_cases.POLICIES)
+    order = campaign_still.Order(seed, cases, hold_s, policies or campaign_still_cases.POLICIES)
     if index is not None:
-        found = still.Findings()
-        found.add([still.run_case(still_cases.drawn(seed, index, order.policies), hold_s)], hold_s)
+        found = campaign_still.Findings()
+        found.add(
+            [campaign_still.run_case(campaign_still_cases.drawn(seed, index, order.policies), hold_s)], hold_s
+        )
     else:
         with bar(cases, "hands") as done:
-            found = still.run(order, jobs, done)
+            found = campaign_still.run(order, jobs, done)
     return found.text(seed), found.as_dict(), found.loud
 
 
 def _one(order: Order, index: int, trace: Path | None) -> Result:
-    from rtctl.campaign import run as campaign
+    from rtctl.simulation import campaign_run as campaign
 
     result, rig, last = campaign.run_traced(order, index)
     for name in rig.faults:

@@ -15,7 +15,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import connect, runtime_option
 
 if TYPE_CHECKING:
-    from rtctl.machine.line import Line
+    from rtctl.host.machine_line import Line
 
 _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 
@@ -58,9 +58,9 @@ def command(
         with connect(None if config is None else str(config), runtime_dir, None, None) as client:
             follow(client, watch_s, as_json=as_json)
         return
-    from rtctl.machine import wakeup
-    from rtctl.machine.examine import examine
-    from rtctl.machine.service_steps import install_command
+    from rtctl.host import machine_wakeup
+    from rtctl.host.machine_examine import examine
+    from rtctl.host.service_steps import install_command
 
     def _say(line: Line) -> None:
         click.echo(
@@ -84,7 +84,7 @@ def command(
         }
         click.echo(json_text(body))
     else:
-        for line in wakeup.histogram(report.wakeups) if report.wakeups else []:
+        for line in machine_wakeup.histogram(report.wakeups) if report.wakeups else []:
             click.echo(f"      {line}")
         failed = sum(line.status == "fail" for line in report.lines)
         warned = sum(line.status == "warn" for line in report.lines)

@@ -266,9 +266,9 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
 
 def _draw(plot: Path | None, model: FrictionModel, measured: FrictionPoints) -> None:
     if plot is not None:
-        from rtctl.friction.report import figure
+        from rtctl.friction.learn import report_figure
 
-        figure.draw(model, measured, plot)
+        report_figure.draw(model, measured, plot)
 
 
 def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -> str:

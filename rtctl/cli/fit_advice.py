@@ -16,8 +16,8 @@ from hw.outside import real
 if TYPE_CHECKING:
     from rtctl.friction.gain import AxisGain
     from rtctl.friction.model import FrictionModel
-    from rtctl.friction.truth import Deviation
     from rtctl.rig_file.config import LoadedConfig
+    from rtctl.simulation.friction_truth import Deviation
 
 
 def body(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> dict[str, Any]:
@@ -106,7 +106,7 @@ def _named(out: Path, loaded: LoadedConfig) -> str:
 
 def _truth(model: FrictionModel, loaded: LoadedConfig) -> tuple[Deviation, ...]:
     """Deviation from the friction law of the mock, when the rig file is of one with a single axis."""
-    from rtctl.friction import truth
+    from rtctl.simulation import friction_truth
 
-    known = truth.is_known(loaded) and loaded.config.n_axes == 1
-    return truth.of_model(loaded, 0, model) if known else ()
+    known = friction_truth.is_known(loaded) and loaded.config.n_axes == 1
+    return friction_truth.of_model(loaded, 0, model) if known else ()

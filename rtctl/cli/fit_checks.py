@@ -8,7 +8,7 @@ import re
 import click
 
 from rtctl.errors import ConfigError
-from rtctl.friction.kinds.table import KERNELS
+from rtctl.friction.kind_table import KERNELS
 
 KERNEL = click.option(
     "--kernel",

@@ -55,8 +55,8 @@ def require_alone(context: click.Context) -> None:
 def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     """Print table and verdict; exit code 1 when something speaks against the model."""
     from rtctl.friction import artefact
-    from rtctl.friction.report.judge import faults, judge, not_judged
-    from rtctl.friction.report.judged_cause import cause
+    from rtctl.friction.learn.report_judge import faults, judge, not_judged
+    from rtctl.friction.learn.report_judged_cause import cause
 
     model = artefact.load(path)
     artefact.require_rig(model, model.rig, path, points.motion)

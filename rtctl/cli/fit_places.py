@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from rtctl.friction.kinds.harmonics import Harmonics
+    from rtctl.friction.kind_harmonics import Harmonics
     from rtctl.friction.learn.cogging import Sweep
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points import FrictionPoints

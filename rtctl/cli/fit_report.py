@@ -42,7 +42,7 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
     if folder is None and test is not None:
         raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.errors import DataError
-    from rtctl.friction.report import write as report
+    from rtctl.friction.learn import report_write as report
     from rtctl.rig_file.config import load
 
     if folder is not None:
@@ -96,8 +96,8 @@ def write(
     """Write the report; returns its page, None when none is wanted."""
     if plan.folder is None:
         return None
-    from rtctl.friction.report import evidence as report_evidence
-    from rtctl.friction.report import write as report
+    from rtctl.friction.learn import report_evidence
+    from rtctl.friction.learn import report_write as report
 
     evidence = report_evidence.gather(measured, model, ladder, plan.test, folds, beside)
     report.write(plan.folder, evidence, options, plan.loaded)

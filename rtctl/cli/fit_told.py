@@ -43,7 +43,7 @@ class Learned:
 
     def faults(self) -> list[str]:
         """What speaks against the model on the very points that it was learned from, as `--judge` says it."""
-        from rtctl.friction.report.judge import faults, judge
+        from rtctl.friction.learn.report_judge import faults, judge
 
         return faults(judge(self.model, self.measured))
 
@@ -51,7 +51,7 @@ class Learned:
 def tell_json(learned: Learned) -> None:
     """Every figure, in one object."""
     from rtctl.cli import fit_advice, ladder_report
-    from rtctl.friction.report import beside_speed as report_beside
+    from rtctl.friction.learn import report_beside_speed as report_beside
 
     model, measured = learned.model, learned.measured
     body: dict[str, Any] = {"model": str(learned.out), "rig": model.rig, "data_sha256": model.data_sha256}
@@ -72,7 +72,7 @@ def tell(learned: Learned) -> None:
     """The ladder, the curve, what it rests on, and the advice for the rig file."""
     from rtctl.cli import fit_advice, ladder_report
     from rtctl.friction.learn import hold_out
-    from rtctl.friction.report import beside_speed as report_beside
+    from rtctl.friction.learn import report_beside_speed as report_beside
 
     model, plot, page = learned.model, learned.plot, learned.page
     with in_units_of(learned.measured.motion):

@@ -207,8 +207,8 @@ def _simulated(
     loaded: LoadedConfig, rig: Rig, settings: Settings, dataset: Dataset, progress: _Bar, _folder: str | None
 ) -> bool:
     from rtctl.errors import HandOnRigError
+    from rtctl.experiments.simulated_identification import drive
     from rtctl.identify.session import identify
-    from rtctl.identify.simulated import drive
     from rtctl.simulation.closed_loop import Simulation
 
     simulation = Simulation(loaded)

@@ -11,23 +11,23 @@ from rtctl.cli.invocation import as_run, shown
 
 if TYPE_CHECKING:
     from rtctl.friction.presliding import Presliding
-    from rtctl.friction.truth import Deviation
     from rtctl.identify.dataset import Dataset
     from rtctl.rig_file.config import LoadedConfig
+    from rtctl.simulation.friction_truth import Deviation
 
 
 def true_deviations(loaded: LoadedConfig, axis: int, dataset: Dataset) -> tuple[Deviation, ...]:
     """How far the points are from the simulated rig's own friction law; empty where none is known."""
-    from rtctl.friction import truth
+    from rtctl.simulation import friction_truth
 
-    if not truth.is_known(loaded):
+    if not friction_truth.is_known(loaded):
         return ()
     points = dataset.document["points"]
     # a break-away is measured at rest, whatever the last counts say
     velocities = [point["target_rad_s"] and point["velocity_rad_s"] for point in points]
     torques = [point["friction_torque_nm"] for point in points]
     directions = [point["direction"] for point in points]
-    return truth.of_points(loaded, axis, zip(velocities, torques, directions, strict=True))
+    return friction_truth.of_points(loaded, axis, zip(velocities, torques, directions, strict=True))
 
 
 def summary_of(dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...]) -> dict[str, Any]:

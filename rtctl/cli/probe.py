@@ -46,12 +46,12 @@ def command(
     6 when a device cannot be opened, is lost, or shows no sample.
     """
     from rtctl.errors import DeviceError
-    from rtctl.host.access.endpoints import RuntimeDirectory
-    from rtctl.machine.actuator_delays import actuators
-    from rtctl.machine.device_readings import devices, watch
+    from rtctl.host.probe_actuator_delays import actuators
+    from rtctl.host.probe_device_readings import devices, watch
     from rtctl.recording.as_columns import register
     from rtctl.recording.state_folder import written_folder
     from rtctl.rig_file.config import load
+    from rtctl.wire.endpoints import RuntimeDirectory
 
     register()
     loaded = load(config)

@@ -48,7 +48,7 @@ def install(
     """
     from rtctl.check import stability_report
     from rtctl.errors import StabilityError
-    from rtctl.machine import service_steps as service
+    from rtctl.host import service_steps as service
     from rtctl.rig_file.config import load
 
     loaded = load(config)
@@ -77,7 +77,7 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
 
     With the last rig the unit, the udev rules and the compiled cache go too.
     """
-    from rtctl.machine import service_steps as service
+    from rtctl.host import service_steps as service
 
     if root == Path("/") and not dry_run:
         _require_root()
@@ -132,7 +132,7 @@ def _run(command: list[str], *, check: bool = True) -> None:
     if shutil.which(command[0]) is None:
         click.echo(f"  {command[0]} is not there: left out", err=True)
         return
-    from rtctl.machine.service_steps import COMPILER
+    from rtctl.host.service_steps import COMPILER
 
     if command[0] == COMPILER:
         _compile(command)

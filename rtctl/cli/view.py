@@ -83,8 +83,8 @@ def _serve(
     as_json: bool,
 ) -> None:
     from rtctl.client import RigClient
+    from rtctl.client.view_server import ViewServer
     from rtctl.errors import ClientError
-    from rtctl.view.server import ViewServer
 
     name = "" if address and not rig else rig_of(rig, runtime_dir)
     if port is None:

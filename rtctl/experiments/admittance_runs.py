@@ -11,7 +11,7 @@ from enum import StrEnum
 
 import numpy as np
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Environment, State
 from rtctl.errors import FaultError
 from rtctl.rig_file.config import Config, LoadedConfig

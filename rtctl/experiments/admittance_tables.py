@@ -25,8 +25,8 @@ from rtctl.experiments.report import Target
 from rtctl.experiments.stability_map import Device, proven
 from rtctl.experiments.statistics import Estimate
 from rtctl.experiments.virtual import FAST_SINE
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 from rtctl.rig_file.config import LoadedConfig
 
 

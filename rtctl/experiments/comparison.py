@@ -14,8 +14,8 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Found, over_cases
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate, estimate
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 
 Figures = Mapping[str, tuple[str, float]]
 """Key of a figure -> its words with unit, and the scale to that unit."""

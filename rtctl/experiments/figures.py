@@ -9,7 +9,7 @@ import numpy as np
 
 from rtctl import pictures
 from rtctl.experiments.statistics import Estimate
-from rtctl.friction.report.figures import speak
+from rtctl.friction.learn.report_figures import speak
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

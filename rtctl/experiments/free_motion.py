@@ -13,8 +13,8 @@ from rtctl.experiments.same_path import Way
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Run, Variant, both, with_feedback
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 
 TITLE = "Free motion"
 STRONG_GAIN, STRONG_VISCOUS = 0.97, 0.2

@@ -10,17 +10,15 @@ from rtctl.experiments import identification, models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
-from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder as climbing
+from rtctl.friction.learn import report_evidence, report_figures, report_tables
 from rtctl.friction.learn.pool import workers
+from rtctl.friction.learn.report_evidence import Evidence
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import evidence as report_evidence
-from rtctl.friction.report import figures as report_figures
-from rtctl.friction.report import tables as report_tables
-from rtctl.friction.report.evidence import Evidence
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation import mock_points
 
 TITLE = "Friction models"
 SHOWN = ("epsilon-rbf", "epsilon-spline", "nu-rbf")

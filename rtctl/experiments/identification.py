@@ -15,22 +15,20 @@ from typing import Any
 from rtctl.errors import DataError
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
+from rtctl.experiments.simulated_identification import drive
 from rtctl.experiments.statistics import Estimate, estimate
-from rtctl.friction import truth
-from rtctl.friction.learn import ladder
+from rtctl.friction.learn import ladder, report_evidence, report_tables
 from rtctl.friction.learn.pool import workers
+from rtctl.friction.learn.report_tables import Table
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import evidence as report_evidence
-from rtctl.friction.report import tables as report_tables
-from rtctl.friction.report.tables import Table
 from rtctl.identify.bias import Bias
 from rtctl.identify.measurement_order import Known, Task
 from rtctl.identify.place_rows import Row
 from rtctl.identify.session import Point, identify
 from rtctl.identify.settings import Settings, rig_of, settings_of, without_feedforward
-from rtctl.identify.simulated import drive
 from rtctl.identify.tick_readings import Measurement
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation import friction_truth
 from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Identification, repeated"
@@ -168,7 +166,7 @@ def repeat(
     for row in report_tables.overall_rows(evidence):
         family = row["family"]
         one = ladder.learn(train, climbed, rig=name, rung=rungs[family])
-        off = truth.of_model(loaded, 0, one)
+        off = friction_truth.of_model(loaded, 0, one)
         vectors = [branch.source.n_support_vectors for branch in one.branches]
         more = {"support_vectors": vectors, "off_share": max(deviation.rms_share for deviation in off)}
         rows.append({**row, **more, "seed": seed})

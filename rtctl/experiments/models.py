@@ -13,12 +13,12 @@ from rtctl.control.records import MODEL
 from rtctl.errors import DataError
 from rtctl.experiments.identification import measured
 from rtctl.experiments.order import Order
-from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.ladder import Ladder
 from rtctl.friction.point_reader import read_points
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation import mock_points
 
 COMPARED = {
     "Coulomb": "coulomb",

@@ -15,8 +15,8 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.real_run import Columns
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import estimate, rms
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 
 Runs = dict[str, Columns]
 

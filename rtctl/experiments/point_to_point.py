@@ -12,7 +12,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Case, Followed, Found, Look
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import rms
-from rtctl.friction.report.page import Picture
+from rtctl.friction.learn.report_page import Picture
 
 TITLE = "Point-to-point positioning"
 STEPS_RAD = (0.01, 0.03, 0.1, 0.2, -0.03, -0.1)

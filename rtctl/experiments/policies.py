@@ -23,8 +23,8 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
 from rtctl.experiments.still_hand import Still
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Policies of friction compensation"

@@ -17,7 +17,7 @@ from rtctl.experiments.report import Part
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_tables import Table
 from rtctl.simulation.family import FAMILY, with_plant
 
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)

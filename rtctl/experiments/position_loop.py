@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from hw.mock.plant import plant_read, plant_write
+from hw.simulators.mock_plant import plant_read, plant_write
 from rtctl.control.gate import gate_torque
 from rtctl.control.jit import compiled
 from rtctl.control.position import friction_toward

@@ -19,8 +19,8 @@ from typing import Any, cast
 from hw.motion import named, words
 from rtctl import __version__
 from rtctl.experiments.statistics import Estimate
-from rtctl.friction.report.page import Picture, figure, rows_of, table_of
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture, figure, rows_of, table_of
+from rtctl.friction.learn.report_tables import Table
 from rtctl.plain_data import as_data
 from rtctl.whole_files import write_together
 

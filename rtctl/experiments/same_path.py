@@ -17,7 +17,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, rms
 from rtctl.experiments.virtual import Change, Motion, Variant
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_tables import Table
 from rtctl.simulation.closed_loop import Simulation
 
 STIFF_NM_RAD = 1000.0

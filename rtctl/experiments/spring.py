@@ -15,8 +15,8 @@ from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import PUSH, Run, Variant
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 from rtctl.simulation.closed_loop import Simulation
 
 FED_J = 1e-6

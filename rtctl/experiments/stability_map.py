@@ -15,8 +15,8 @@ from rtctl.experiments import figures, worst_delay, worst_hand
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.statistics import Estimate
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 
 TITLE = "Stability map"
 SHARES = (0.0, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import State
 from rtctl.experiments import sizes, virtual
 from rtctl.experiments.order import Order

@@ -14,7 +14,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Case, Followed, Found, Look
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import rms
-from rtctl.friction.report.page import Picture
+from rtctl.friction.learn.report_page import Picture
 
 TITLE = "Tracking"
 SINE_RAD, SINES_HZ = 0.3, (0.1, 0.25, 0.5, 1.0)

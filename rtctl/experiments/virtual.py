@@ -13,8 +13,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hw.mock.energy import stored_j
-from hw.mock.records import Hand
+from hw.simulators.mock_energy import stored_j
+from hw.simulators.mock_records import Hand
 from rtctl.control.velocity import lowpass_alpha
 from rtctl.control.vocabulary import Policy, State, state_and_cause
 from rtctl.errors import DataError

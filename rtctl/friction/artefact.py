@@ -35,7 +35,7 @@ from rtctl.friction.document import (
     checksum,
     render,
 )
-from rtctl.friction.kinds.cubic import PiecewiseCubic
+from rtctl.friction.kind_cubic import PiecewiseCubic
 from rtctl.friction.load import Load
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.rig_file.tiny_numbers import LEAST_COMPUTED, too_small

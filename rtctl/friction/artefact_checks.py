@@ -15,9 +15,9 @@ from rtctl.friction import band_document, mean_document
 from rtctl.friction.document import (
     BranchDocument,
 )
-from rtctl.friction.kinds.compile import TOLERANCE_SHARE, sampled_error
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import KINDS
+from rtctl.friction.kind_compile import TOLERANCE_SHARE, sampled_error
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_table import KINDS
 from rtctl.friction.model import Branch, FrictionModel
 
 _REMEDY = "fit the model again (rtctl fit) or restore the file from its source"

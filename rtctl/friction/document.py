@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from rtctl.control.records import MAX_SEGMENTS, PLACE_ORDERS
-from rtctl.friction.kinds.harmonics import ORDER_MAX, ORDERS_MOST
-from rtctl.friction.kinds.table import KINDS
+from rtctl.friction.kind_harmonics import ORDER_MAX, ORDERS_MOST
+from rtctl.friction.kind_table import KINDS
 from rtctl.friction.model import SELF_TEST_VECTORS
 from rtctl.friction.presliding import LENGTH_MAX_RAD
 from rtctl.rig_file.fields import Name, Table
@@ -52,7 +52,7 @@ class BandDocument(Table):
 
 
 class PartDocument(Table):
-    """One curve of a mean: its share, and the fields of `rtctl.friction.kinds.curve.Curve`."""
+    """One curve of a mean: its share, and the fields of `rtctl.friction.kind_curve.Curve`."""
 
     share: float = Field(gt=0, le=1)
     kind: Kind
@@ -98,7 +98,7 @@ class BranchDocument(Table):
 
 
 class PlaceDocument(Table):
-    """Kernel of place: the fields of `rtctl.friction.kinds.place.PlaceKernel`."""
+    """Kernel of place: the fields of `rtctl.friction.kind_place.PlaceKernel`."""
 
     period_rad: Period
     orders: int = Field(ge=1, le=PLACE_ORDERS)
@@ -107,7 +107,7 @@ class PlaceDocument(Table):
 
 
 class ConservativeDocument(Table):
-    """The conservative part: the fields of `rtctl.friction.kinds.harmonics.Harmonics`."""
+    """The conservative part: the fields of `rtctl.friction.kind_harmonics.Harmonics`."""
 
     period_rad: Period
     orders: list[Annotated[int, Field(ge=1, le=ORDER_MAX)]] = Field(min_length=1, max_length=ORDERS_MOST)

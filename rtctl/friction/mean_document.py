@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from rtctl.friction.document import PartDocument
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import MEAN
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_table import MEAN
 
 SHARES_OFF = 1e-9
 """Most that the shares together may differ from 1."""

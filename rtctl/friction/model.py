@@ -11,11 +11,11 @@ import numpy as np
 
 from rtctl.control.records import LOOKUP_CELLS, MODEL
 from rtctl.friction.band import Band
-from rtctl.friction.kinds.compile import error_bound
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.harmonics import Harmonics
-from rtctl.friction.kinds.place import PlaceKernel, PlaceTables, compile_place
+from rtctl.friction.kind_compile import error_bound
+from rtctl.friction.kind_cubic import PiecewiseCubic
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_harmonics import Harmonics
+from rtctl.friction.kind_place import PlaceKernel, PlaceTables, compile_place
 from rtctl.friction.load import Load
 
 SELF_TEST_VECTORS = 64
@@ -61,7 +61,7 @@ class Branch:
     support_places: np.ndarray = field(default_factory=lambda: np.zeros(0))
     """Position of each support vector, rad, of a model with a kernel of place; else empty."""
     parts: tuple[tuple[float, Curve], ...] = ()
-    """Curves that a mean is of, each with its share (`kinds.mean`); else empty."""
+    """Curves that a mean is of, each with its share (`kind_mean`); else empty."""
     band: Band | None = None
     """Within it lie 95 % of what a session measures that was not learned from; None: not known."""
 

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from rtctl.friction.document import ModelDocument
-from rtctl.friction.kinds.harmonics import Harmonics
-from rtctl.friction.kinds.place import PlaceKernel
-from rtctl.friction.kinds.spline import UNIT
+from rtctl.friction.kind_harmonics import Harmonics
+from rtctl.friction.kind_place import PlaceKernel
+from rtctl.friction.kind_spline import UNIT
 from rtctl.friction.model import FrictionModel
 
 

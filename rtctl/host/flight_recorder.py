@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
+from rtctl.host.exchange.device_words import DeviceWords
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.friction_watch import FrictionWatch
+from rtctl.host.exchange.late_watch import LateWatch
+from rtctl.host.exchange.rig_description import RigDescription
+from rtctl.host.exchange.timing_watch import EVENT, timing_of
 from rtctl.host.repeated_events import ChatterFilter
-from rtctl.host.telemetry.device_words import DeviceWords
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.friction_watch import FrictionWatch
-from rtctl.host.telemetry.late_watch import LateWatch
-from rtctl.host.telemetry.rig_description import RigDescription
-from rtctl.host.telemetry.timing_watch import EVENT, timing_of
 from rtctl.recording.event_log import Event, EventLog
 from rtctl.recording.incident import FOLDER, Capture, Incident, write_incident
 from rtctl.rig_file import measured_timing as timing

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from rtctl.host.command_trace import CommandTrace
+from rtctl.host.exchange.device_words import DeviceWords
+from rtctl.host.exchange.friction_watch import FrictionWatch
+from rtctl.host.exchange.rig_description import RigDescription
+from rtctl.host.exchange.samples import tick_columns
+from rtctl.host.exchange.streams import Telemetry
+from rtctl.host.exchange.veiled_leases import veil_leases
 from rtctl.host.flight_recorder import FlightRecorder
-from rtctl.host.telemetry.device_words import DeviceWords
-from rtctl.host.telemetry.friction_watch import FrictionWatch
-from rtctl.host.telemetry.rig_description import RigDescription
-from rtctl.host.telemetry.samples import tick_columns
-from rtctl.host.telemetry.streams import Telemetry
-from rtctl.host.telemetry.veiled_leases import veil_leases
 from rtctl.recording.event_log import Event
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.limits import Limits

@@ -21,11 +21,7 @@ import zmq
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
 from rtctl.errors import LoopDiedError, StabilityError
-from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.freed_memory import Heap
-from rtctl.host.access.intruders import Resident
-from rtctl.host.access.openings import Openings
+from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
 from rtctl.host.loop_process import Compiling, LoopProcess
@@ -34,14 +30,18 @@ from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
-from rtctl.host.telemetry.run_statistics import RunStatistics
 from rtctl.host.waiting_loop import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
+from rtctl.wire.endpoints import RuntimeDirectory
+from rtctl.wire.entrances import Access
+from rtctl.wire.freed_memory import Heap
+from rtctl.wire.intruders import Resident
+from rtctl.wire.openings import Openings
 
 if TYPE_CHECKING:
-    from rtctl.host.telemetry.rig_description import RigDescription
+    from rtctl.host.exchange.rig_description import RigDescription
 
 FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
 """When a person who waits for the start is told why, and how often."""
@@ -86,7 +86,7 @@ class Host:
     observers
         Called in order with every batch of ticks.
     runtime_dir
-        Where sockets and lock live; default see `rtctl.host.access.endpoints`.
+        Where sockets and lock live; default see `rtctl.wire.endpoints`.
     record_to
         Record into this folder, whatever the rig file says.
     model
@@ -187,13 +187,13 @@ class Host:
 
     def _attach(self) -> None:
         """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
-        from rtctl.host.commands.gateway import Gateway
+        from rtctl.host.exchange.device_words import DeviceWords
+        from rtctl.host.exchange.friction_watch import FrictionWatch
+        from rtctl.host.exchange.gateway import Gateway
+        from rtctl.host.exchange.rig_description import describe_run
+        from rtctl.host.exchange.streams import Telemetry
         from rtctl.host.preparation import Preparation
         from rtctl.host.run_record import RunRecord
-        from rtctl.host.telemetry.device_words import DeviceWords
-        from rtctl.host.telemetry.friction_watch import FrictionWatch
-        from rtctl.host.telemetry.rig_description import describe_run
-        from rtctl.host.telemetry.streams import Telemetry
         from rtctl.recording.law_arrays import LawArrays
         from rtctl.recording.state_folder import state_folder
 
@@ -254,10 +254,10 @@ class Host:
 
     def _watch_late(self) -> None:
         """Follow late ticks and their causes; on a virtual clock there are none."""
-        from rtctl.host.telemetry.late_counters import Counters
-        from rtctl.host.telemetry.late_exits import exits
-        from rtctl.host.telemetry.late_tasks import Tasks
-        from rtctl.host.telemetry.late_watch import LateWatch
+        from rtctl.host.exchange.late_counters import Counters
+        from rtctl.host.exchange.late_exits import exits
+        from rtctl.host.exchange.late_tasks import Tasks
+        from rtctl.host.exchange.late_watch import LateWatch
 
         pid, core = self.loop.pid, self.loaded.config.loop.cpu
         seen = self.loaded.config.loop.clock != "virtual"
@@ -300,7 +300,7 @@ class Host:
         Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
         """
         from rtctl.host import reload
-        from rtctl.host.commands.gateway import PAUSE_S
+        from rtctl.host.exchange.gateway import PAUSE_S
 
         poller = zmq.Poller()
         self.gateway.register(poller)

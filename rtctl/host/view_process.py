@@ -16,8 +16,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from rtctl.host.access.endpoints import RuntimeDirectory, private_umask
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.wire.endpoints import RuntimeDirectory, private_umask
 from rtctl.wire.protocol import VIEW_NAME
 
 HOST = "127.0.0.1"
@@ -115,7 +115,7 @@ class ViewProcess:
         order = json.dumps({**self._order, "key": self._key}) + "\n"
         try:
             process = subprocess.Popen(
-                [sys.executable, "-m", "rtctl.view"],
+                [sys.executable, "-m", "rtctl.client.view"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,

@@ -15,8 +15,8 @@ import numpy as np
 from hw.entry_points import Address, call, call_for_int, entry_point
 from hw.fault_options import read_faults
 from hw.fault_script import fill_schedule
-from hw.mock.plant import next_slot, plant_read, plant_write
-from hw.mock.records import plant_records
+from hw.simulators.mock_plant import next_slot, plant_read, plant_write
+from hw.simulators.mock_records import plant_records
 from rtctl.check.law_plan import Plan, build
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
@@ -53,7 +53,7 @@ def simulate(
         Records of the law (`rtctl.control.records`): tick, state, parameters, command, model. The tick
         carries the slot to run next, so that a run can be continued.
     plant_arguments
-        Tick, and state and parameters of the rig (`hw.mock.records`).
+        Tick, and state and parameters of the rig (`hw.simulators.mock_records`).
     trace, truth : array, shape (n,)
         Ticks, and states of the rig at the end of each one's period.
     """
@@ -80,7 +80,7 @@ class Simulation:
     state, command, tick
         The law's other records.
     plant_params, plant_state
-        The rig's (`hw.mock.records`); the state is the truth.
+        The rig's (`hw.simulators.mock_records`); the state is the truth.
     """
 
     def __init__(self, loaded: LoadedConfig) -> None:

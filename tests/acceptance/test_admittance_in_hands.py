@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from rtctl.campaign import certified_pairs, in_hands
 from rtctl.check import stability_report
 from rtctl.check.verdict import Outcome
 from rtctl.cli.campaign import command
 from rtctl.control.environments.table import Environment
 from rtctl.experiments.admittance_runs import Shown, displayed, hold
 from rtctl.rig_file.config import Config, load
+from rtctl.simulation import campaign_certified_pairs, campaign_in_hands
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.shipped_files import shipped_config
 
@@ -23,14 +23,18 @@ from rtctl.simulation.shipped_files import shipped_config
 @pytest.fixture(scope="module")
 def rigs():
     # of rig 1 the first hands swing the joint beyond its velocity limit
-    return [certified_pairs.drawn(7, index) for index in (0, 2, 3)]
+    return [campaign_certified_pairs.drawn(7, index) for index in (0, 2, 3)]
 
 
 def test_certified_rigs_come_to_rest_in_the_hands_of_their_box(rigs):
-    findings = in_hands.Findings()
+    findings = campaign_in_hands.Findings()
     for rig in rigs:
         findings.add(
-            rig, [in_hands.run_pair(rig, certified_pairs.pair(rig, 7, number), 7) for number in range(4)]
+            rig,
+            [
+                campaign_in_hands.run_pair(rig, campaign_certified_pairs.pair(rig, 7, number), 7)
+                for number in range(4)
+            ],
         )
     assert findings.rigs == 3
     assert findings.pairs == 12
@@ -41,9 +45,9 @@ def test_an_observer_does_not_hunt_about_a_joint_that_sticks():
     """Rig 358 of seed 41, every row passed: it leapt by 12 and 17 mrad in hands of .5 N m/rad, at 21 and 25
     mrad/s.
     """
-    rig = certified_pairs.drawn(41, 358)
+    rig = campaign_certified_pairs.drawn(41, 358)
     for number in (10, 11):
-        found = in_hands.run_pair(rig, certified_pairs.pair(rig, 41, number), 41)
+        found = campaign_in_hands.run_pair(rig, campaign_certified_pairs.pair(rig, 41, number), 41)
         assert found.rests
         assert found.speed_rad_s < 1e-3
 
@@ -59,23 +63,25 @@ LEAPS = {
 
 def helped(share):
     """A mass on stiff bristles, behind a force that is 4 ticks late, with this share of the learned help."""
-    base = certified_pairs._with("lugre-stiff")
+    base = campaign_certified_pairs._with("lugre-stiff")
     table = base.config.model_dump(mode="json", by_alias=True)
     table["axis"][0] |= {"display": "admittance"}
     table["axis"][0]["force_feedback"]["gain"] = 0.0
     table["axis"][0]["admittance"] |= LEAPS | {"compensation_share": share}
     options = {**base.options, "force": {**base.options["force"], "delay_ticks": 4}}
     loaded = base.model_copy(update={"config": Config.model_validate(table), "options": options})
-    return certified_pairs.Rig(0, "lugre-stiff", 1.0, loaded, stability_report.admittance_loop(loaded, 0))
+    return campaign_certified_pairs.Rig(
+        0, "lugre-stiff", 1.0, loaded, stability_report.admittance_loop(loaded, 0)
+    )
 
 
 def test_help_that_keeps_a_hand_swinging_is_refused_with_a_share_that_does_not():
     """Rig 47 of seed 41, as it passed while no row knew of help, with .9 of it: with .7 it leapt until the
     observer went by gears (0071).
     """
-    held = certified_pairs.Pair(89.78, 0.0, 0.00643, Environment.FREE, 1.0, 0.0)
+    held = campaign_certified_pairs.Pair(89.78, 0.0, 0.00643, Environment.FREE, 1.0, 0.0)
     rig = helped(0.9)
-    assert in_hands.run_pair(rig, held, 41).speed_rad_s > 0.1
+    assert campaign_in_hands.run_pair(rig, held, 41).speed_rad_s > 0.1
     report = stability_report.examine(rig.loaded)
     row = {one.name: one for one in report.axes[0].verdicts}["admittance, help with friction"]
     assert row.outcome == Outcome.FAIL
@@ -85,16 +91,18 @@ def test_help_that_keeps_a_hand_swinging_is_refused_with_a_share_that_does_not()
     calm = helped(share)
     refused = {one.name for one in stability_report.examine(calm.loaded).axes[0].verdicts if one.refusal}
     assert refused <= {"admittance, hunting about a count"}  # by 2.5 mrad/s at most
-    assert in_hands.run_pair(calm, held, 41).speed_rad_s < in_hands.QUIET_RAD_S
+    assert campaign_in_hands.run_pair(calm, held, 41).speed_rad_s < campaign_in_hands.QUIET_RAD_S
 
 
 def test_hands_in_worlds_that_are_not_linear_are_counted_by_themselves(rigs):
     worlds = {
-        kind: certified_pairs.Pair(1.0, 0.0, 0.0, kind, 1.0, 0.0)
+        kind: campaign_certified_pairs.Pair(1.0, 0.0, 0.0, kind, 1.0, 0.0)
         for kind in (Environment.DETENTS, Environment.SPRING)
     }
-    moves = {kind: in_hands.Found(0, "", 0.0, held, 0.1, 0.1, 0.1, -1) for kind, held in worlds.items()}
-    findings = in_hands.Findings()
+    moves = {
+        kind: campaign_in_hands.Found(0, "", 0.0, held, 0.1, 0.1, 0.1, -1) for kind, held in worlds.items()
+    }
+    findings = campaign_in_hands.Findings()
     findings.add(rigs[0], list(moves.values()))
     assert (findings.shaking, findings.told) == ([moves[Environment.SPRING]], [moves[Environment.DETENTS]])
     assert "in walls and detents, which are not proved, 1" in findings.text(7)
@@ -107,24 +115,28 @@ def test_a_rig_that_bears_no_such_hand_is_seen_to_shake(rigs):
     """
     rig = rigs[0]
     light = replace(rig, friction=0.01, loaded=displayed(rig.loaded, Shown(0.003, 0.02, 2.0, 5.0)))
-    held = certified_pairs.Pair(600.0, 0.0, 0.0, Environment.FREE, 0.0, 0.0)
-    found = in_hands.run_pair(light, held, 7)
+    held = campaign_certified_pairs.Pair(600.0, 0.0, 0.0, Environment.FREE, 0.0, 0.0)
+    found = campaign_in_hands.run_pair(light, held, 7)
     assert not found.rests
-    findings = in_hands.Findings()
+    findings = campaign_in_hands.Findings()
     findings.add(light, [found])
     assert f"--seed 7 --rig {rig.index}" in findings.text(7)
 
 
 def test_a_case_follows_from_seed_and_number_alone(rigs):
-    again = certified_pairs.drawn(7, 0)
+    again = campaign_certified_pairs.drawn(7, 0)
     assert again.loop == rigs[0].loop
-    assert certified_pairs.pair(again, 7, 5) == certified_pairs.pair(rigs[0], 7, 5)
+    assert campaign_certified_pairs.pair(again, 7, 5) == campaign_certified_pairs.pair(rigs[0], 7, 5)
 
 
 def test_a_run_goes_on_where_another_ended(monkeypatch):
     asked = []
-    monkeypatch.setattr(in_hands, "run_rig", lambda seed, index: (None, asked.append((seed, index)) or []))
-    monkeypatch.setattr(in_hands.workers, "results", lambda work, *given, jobs: map(work, *given))
+    monkeypatch.setattr(
+        campaign_in_hands, "run_rig", lambda seed, index: (None, asked.append((seed, index)) or [])
+    )
+    monkeypatch.setattr(
+        campaign_in_hands.campaign_workers, "results", lambda work, *given, jobs: map(work, *given)
+    )
     shown = CliRunner().invoke(command, ["--admittance", "--seed", "7", "--first", "5", "--rigs", "2"])
     assert shown.exit_code == 0
     assert asked == [(7, 5), (7, 6)]

@@ -5,8 +5,8 @@ times as many ticks as that.
 import pytest
 from amounts import asked_often, some_of
 
-from rtctl.campaign.run import Order, run, run_traced
 from rtctl.control.vocabulary import Fault, Program, State
+from rtctl.simulation.campaign_run import Order, run, run_traced
 
 NEVER = {
     Fault.END_OF_LOG, Fault.REALTIME, Fault.DEVICE, Fault.HOST_SILENT, Fault.GATE, Fault.OVERTORQUE,

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.campaign import margins
-from rtctl.campaign.linear_rig import Case, Law, grows, largest_pole, network, regular
-from rtctl.campaign.worst_rig import Loop, worst_elastic, worst_place, worst_rig
 from rtctl.control.proofs.stability import Between, k_max_between, k_max_sampled_data
+from rtctl.simulation import campaign_margins
+from rtctl.simulation.campaign_linear_rig import Case, Law, grows, largest_pole, network, regular
+from rtctl.simulation.campaign_worst_rig import Loop, worst_elastic, worst_place, worst_rig
 
 
 def test_two_hundred_certified_rigs_in_the_worst_hands_do_not_shake_and_the_bound_is_close():
-    found = margins.run(200, seed=1)
+    found = campaign_margins.run(200, seed=1)
     assert found.shaking == []
     assert set(found.certified) == {"worst", "elastic", "worst_elastic", "old", "jittery"}
     assert np.quantile(found.distances, 0.5, method="lower") <= 0.15
@@ -25,7 +25,7 @@ def test_two_hundred_certified_rigs_in_the_worst_hands_do_not_shake_and_the_boun
 @pytest.mark.slow
 @pytest.mark.timeout(3600)
 def test_ten_thousand_certified_rigs_do_not_shake():
-    assert margins.run(10_000, seed=2, jobs=2).shaking == []
+    assert campaign_margins.run(10_000, seed=2, jobs=2).shaking == []
 
 
 def _rig(k, delay=0.0, tau=0.0, n=1, b=0.05, b_c=0.01, T=1e-3, w_hz=30.0, J=0.012):
@@ -70,7 +70,7 @@ def test_an_elastic_joint_shakes_a_little_above_what_its_own_damping_allows(dela
     unstable = [
         share
         for share in shares
-        if grows(Case(T, 0.0, regular(1, delay), plant, margins.with_stiffness(law, share * k)))
+        if grows(Case(T, 0.0, regular(1, delay), plant, campaign_margins.with_stiffness(law, share * k)))
     ]
     assert unstable  # the damping of joint and link that is left out could be cancelled indeed
     assert unstable[0] < sum(dampings) / left
@@ -78,7 +78,7 @@ def test_an_elastic_joint_shakes_a_little_above_what_its_own_damping_allows(dela
 
 def test_the_eigenvalues_are_those_of_a_run_in_time():
     case = _rig(75.0, delay=1.0)
-    from rtctl.campaign.linear_rig import frame
+    from rtctl.simulation.campaign_linear_rig import frame
 
     step = frame(case)
     state = np.ones(len(step))

@@ -5,14 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.bristles import static_friction
-from hw.mock.jit import records
-from hw.mock.records import plant_records
-from rtctl.friction import mock_points
+from hw.simulators.jit import records
+from hw.simulators.mock_bristles import static_friction
+from hw.simulators.mock_records import plant_records
 from rtctl.friction.learn import ladder
 from rtctl.friction.point_reader import read_points
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import load
+from rtctl.simulation import mock_points
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FORMULAS = ("coulomb", "coulomb_viscous", "tustin", "gaussian", "lorentzian")

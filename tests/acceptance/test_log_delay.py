@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from hw.interface import Rig
-from hw.mock.backend import MockBackend
-from hw.mock.jit import records
-from hw.mock.options import MockOptions
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from amounts import asked_often, some_of
 
-from hw.mock.records import Hand
-from rtctl.campaign import still
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config
+from rtctl.simulation import campaign_still
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import FAMILY, with_plant
 from rtctl.simulation.shipped_files import shipped_config
@@ -33,17 +33,17 @@ WORLDS = {
 @pytest.mark.compiled
 @pytest.mark.timeout(1800)
 def test_of_many_hands_that_hold_still_none_feels_anything_of_the_default_policy():
-    found = still.run(still.Order(seed=1, cases=CASES, policies=("hybrid",)))
+    found = campaign_still.run(campaign_still.Order(seed=1, cases=CASES, policies=("hybrid",)))
     assert not found.loud, found.text(1)
     assert found.cases == CASES
     assert found.own <= CASES / 100, "joints that ring by themselves are the exception"
-    assert 0 < found.worst_rad_s <= still.OWN_RING * still.QUIET_RAD_S
-    assert found.most_fed_j <= still.FED_J
+    assert 0 < found.worst_rad_s <= campaign_still.OWN_RING * campaign_still.QUIET_RAD_S
+    assert found.most_fed_j <= campaign_still.FED_J
 
 
 @pytest.mark.compiled
 def test_the_judge_hears_a_policy_that_shakes():
-    found = still.run(still.Order(seed=1, cases=40, policies=("dither",)))
+    found = campaign_still.run(campaign_still.Order(seed=1, cases=40, policies=("dither",)))
     assert len(found.loud) >= 4, "a square wave shakes a third of the hands"
 
 

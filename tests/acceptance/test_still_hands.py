@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.records import Hand
-from rtctl.campaign.still_cases import drawn
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Fault, State
 from rtctl.friction.guarantee import LENGTH_FACTOR
 from rtctl.rig_file.config import load
+from rtctl.simulation.campaign_still_cases import drawn
 from rtctl.simulation.closed_loop import Simulation
 from tests.bench.slow_hands import swung
 

@@ -11,8 +11,8 @@ from foreign_foes import SWING
 from foreign_rig import DEVICE, HAND, JOINT, Rig, axis
 from pursued import Pursued
 
-from rtctl.campaign.pursuit import foe_record
 from rtctl.control.vocabulary import Environment, State
+from rtctl.simulation.campaign_pursuit import foe_record
 
 TICKS = 5000
 

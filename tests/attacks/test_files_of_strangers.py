@@ -25,7 +25,7 @@ from rtctl.errors import ConfigError, DataError, ModelError, RtctlError
 from rtctl.experiments.kept_runs import NAME, KeptRuns
 from rtctl.friction import artefact
 from rtctl.friction.point_reader import read_points
-from rtctl.machine import service_steps as service
+from rtctl.host import service_steps as service
 from rtctl.recording.incident import read_incident
 from rtctl.recording.reader import RecordingReader
 from rtctl.rig_file.config import load

@@ -13,8 +13,8 @@ from besieged import Daemon
 from patience import PATIENCE_S
 
 from rtctl.errors import ConfigError
-from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.access.unix_group import group_id
+from rtctl.wire.endpoints import RuntimeDirectory
+from rtctl.wire.unix_group import group_id
 
 ROOT = Path(__file__).parents[2]
 STRANGER = 12345

@@ -14,11 +14,11 @@ import pytest
 from patience import PATIENCE_S, until
 
 from rtctl.errors import BusyError
-from rtctl.host.access.endpoints import RuntimeDirectory
 from rtctl.host.loop_process import LoopProcess, is_dying
 from rtctl.rig_file.config import load
 from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.rt.shared_memory import Memory
+from rtctl.wire.endpoints import RuntimeDirectory
 
 ROOT = Path(__file__).parents[2]
 MOCK = ROOT / "configs" / "mock.toml"
@@ -27,7 +27,7 @@ NOBODY = "1"  # as the number of a host: no test is started by init
 SHORT_LIVED_HOST = """
 import os, signal, sys, time
 from rtctl.rig_file.config import load
-from rtctl.host.access.endpoints import RuntimeDirectory
+from rtctl.wire.endpoints import RuntimeDirectory
 from rtctl.host.loop_process import LoopProcess
 from rtctl.rt.shared_memory import Memory
 held = RuntimeDirectory.acquire("mock", sys.argv[2])
@@ -95,7 +95,7 @@ def test_what_a_terminal_sends_never_reaches_the_loop_from_its_first_moment_on()
 
 def test_shared_memory_and_lock_never_take_the_number_of_a_standard_stream():
     code = (
-        "import os, sys; from rtctl.rt.shared_memory import Memory; from rtctl.host.access.endpoints "
+        "import os, sys; from rtctl.rt.shared_memory import Memory; from rtctl.wire.endpoints "
         "import RuntimeDirectory\n"
         "held = RuntimeDirectory.acquire('mock', sys.argv[1])\n"
         "os._exit(0 if Memory.create(1, 8, 1000000).fd > 2 and held.lock_fd > 2 else 1)"

@@ -15,9 +15,9 @@ from ports import free_ports
 from hw.claims import Claims, claims_on
 from hw.interface import BackendError
 from rtctl.errors import DeviceError
+from rtctl.host import probe_device_readings as probe
 from rtctl.host.safe_stop import SafeStop
 from rtctl.host.supervisor import Host
-from rtctl.machine import device_readings as probe
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
 

@@ -36,10 +36,10 @@ READS_IT = re.compile(
 READERS = {
     "rtctl/experiments/report.py": "the date of a report",
     "rtctl/friction/learn/fit.py": "the date of a model",
-    "rtctl/friction/report/write.py": "the date of a report",
-    "rtctl/host/telemetry/rig_description.py": "the wall time of the start, once, to be told beside "
+    "rtctl/friction/learn/report_write.py": "the date of a report",
+    "rtctl/host/exchange/rig_description.py": "the wall time of the start, once, to be told beside "
     "monotonic times",
-    "rtctl/host/telemetry/streams.py": "the same of a virtual clock, in each message",
+    "rtctl/host/exchange/streams.py": "the same of a virtual clock, in each message",
     "rtctl/identify/dataset.py": "the date of a data set",
     "rtctl/wire/keys.py": "the date of a key",
     "rtctl/recording/parts.py": "the date of a part",

@@ -19,7 +19,7 @@ import click
 import numpy as np
 
 from rtctl.errors import RtctlError
-from rtctl.friction.kinds.table import MEAN
+from rtctl.friction.kind_table import MEAN
 from rtctl.friction.learn import grids, ladder
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.outliers import without_outliers

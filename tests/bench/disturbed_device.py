@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from hw.interface import BackendInfo, Options, Rig
-from hw.mock.backend import MockBackend
+from hw.simulators.mock_backend import MockBackend
 
 KIND = "bench-mock"
 
@@ -34,11 +34,11 @@ MADV_DONTNEED_LOCKED = 24
 
 INFO = BackendInfo(
     factory="tests.bench.disturbed_device:DisturbedMock",
-    options="hw.mock.options:MockOptions",
+    options="hw.simulators.mock_options:MockOptions",
     simulated=True,
     summary="the mock, which blocks or faults on order",
-    timing="hw.mock.declared:timing",
-    joint="hw.mock.declared:joint",
+    timing="hw.simulators.mock_declared:timing",
+    joint="hw.simulators.mock_declared:joint",
 )
 
 

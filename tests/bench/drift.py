@@ -17,9 +17,9 @@ from pathlib import Path
 import numpy as np
 
 from rtctl.control.vocabulary import Fault
-from rtctl.friction import truth
 from rtctl.friction.drift_deployed import Deployed
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation import friction_truth
 from rtctl.simulation.family import FAMILY
 from tests.bench.drift_plants import (
     BY_PLACE,
@@ -230,4 +230,4 @@ def _dry_share(plant: LoadedConfig, by: Deployed, velocity: np.ndarray) -> float
     alone = plant.model_copy(update={"options": {**plant.options, "axis": axes}})
     v = velocity[np.abs(velocity) > by.speed_min_rad_s][::20]
     model = by.dry_nm(v)
-    return float(model @ truth.true_friction_nm(alone, 0, v) / (model @ model))
+    return float(model @ friction_truth.true_friction_nm(alone, 0, v) / (model @ model))

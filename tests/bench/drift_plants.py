@@ -13,12 +13,13 @@ import numpy as np
 
 from hw import registry
 from rtctl.control.vocabulary import Environment
-from rtctl.friction import artefact, mock_points
+from rtctl.friction import artefact
 from rtctl.friction.drift_watch import RigWatch
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.point_reader import read_points
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation import mock_points
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import FAMILY, with_plant
 from tests.bench.learned_by_place import learned_by_place, replace_axis

@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.friction import truth
-from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
+from rtctl.friction.kind_table import FAMILIES, FORMULAS, KERNELS
 from rtctl.friction.learn import grids, ladder, machines, search
 from rtctl.friction.learn.hold_out import TRAINS
 from rtctl.friction.learn.search import Side
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import load
+from rtctl.simulation import friction_truth
 from tests.bench.row import Row
 
 SAMPLES = 2500
@@ -34,7 +34,7 @@ def samples(config: Path, n: int = SAMPLES, seed: int = 1) -> FrictionPoints:
     v = 1.2 * np.sin(1.44 * t) + 0.5 * np.sin(3.83 * t + 1) + 0.2 * np.sin(8.6 * t + 2)
     v = np.where(np.abs(v) < 1e-3, 1e-3, v)
     noise = np.random.default_rng(seed).normal(0, NOISE_NM, n)
-    friction = np.abs(truth.true_friction_nm(load(config), 0, v)) + noise
+    friction = np.abs(friction_truth.true_friction_nm(load(config), 0, v)) + noise
     rows = [(x, y, np.sign(x), np.nan, np.nan) for x, y in zip(v, friction, strict=True)]
     return FrictionPoints.from_rows(rows, "simulated log", "0" * 64, {"time_s": t})
 

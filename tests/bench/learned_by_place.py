@@ -8,6 +8,7 @@ import math
 from pathlib import Path
 
 from rtctl.cli.fit_places import learn
+from rtctl.experiments.simulated_identification import drive
 from rtctl.friction import artefact
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.point_evidence import with_evidence
@@ -15,7 +16,6 @@ from rtctl.friction.point_reader import read_points
 from rtctl.identify.dataset import Dataset
 from rtctl.identify.session import identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
-from rtctl.identify.simulated import drive
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.closed_loop import Simulation
 

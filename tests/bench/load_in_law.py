@@ -19,13 +19,12 @@ from typing import Any
 import click
 import numpy as np
 
-from hw.mock.records import Hand
-from rtctl.campaign import still_cases
+from hw.simulators.mock_records import Hand
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.control.vocabulary import State
 from rtctl.experiments.still_hand import SHAKES_RAD_S
-from rtctl.friction import artefact, mock_points
+from rtctl.friction import artefact
 from rtctl.friction.gain import of_axis
 from rtctl.friction.learn import beside_speed
 from rtctl.friction.learn.fit import fit_points
@@ -36,6 +35,7 @@ from rtctl.friction.point_reader import read_points
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation import campaign_still_cases, mock_points
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import merged, with_plant
 from tests.bench.drift_plants import moved
@@ -132,7 +132,7 @@ def left_nm(loaded: LoadedConfig, compensation: float) -> float:
     return float(np.sqrt(np.mean(rest**2)))
 
 
-def shaken_rad_s(case: still_cases.Case, model: Path, load_gain: float) -> float:
+def shaken_rad_s(case: campaign_still_cases.Case, model: Path, load_gain: float) -> float:
     """RMS speed two to five seconds after a drawn hand has begun to hold still, rad/s; 0 where a fault
     stopped the run.
     """
@@ -143,7 +143,7 @@ def shaken_rad_s(case: still_cases.Case, model: Path, load_gain: float) -> float
         "damping_nms_rad": case.hand_damping_nms_rad,
         "inertia_kgm2": case.hand_inertia_kgm2,
         "amplitude_rad": case.amplitude_rad,
-        "frequency_hz": 1 / still_cases.PERIOD_S,
+        "frequency_hz": 1 / campaign_still_cases.PERIOD_S,
     }
     loaded = rig(model, load_gain, world, hand, 0.9 if case.index % 8 < 4 else 0.0)
     axis, options = loaded.config.axis[0], dict(loaded.options)
@@ -161,9 +161,9 @@ def shaken_rad_s(case: still_cases.Case, model: Path, load_gain: float) -> float
     simulation.arm(compensation=1.0)
     p = simulation.plant_params
     begin_s = float(p["hand_start_s"][0, 0])
-    moved_s = begin_s + still_cases.PERIODS * still_cases.PERIOD_S
+    moved_s = begin_s + campaign_still_cases.PERIODS * campaign_still_cases.PERIOD_S
     while moved_s <= simulation.time_s:
-        moved_s += still_cases.PERIOD_S
+        moved_s += campaign_still_cases.PERIOD_S
     simulation.run(moved_s - simulation.time_s)
     p["hand_kind"] = int(Hand.REST)
     simulation.run(2.0)
@@ -183,7 +183,7 @@ def main(folder: Path, hands: int) -> None:
     if not all(path.is_file() for path in models.values()):
         models = learned(folder)
     for load_gain in (0.0, LOAD_GAIN) if hands else ():
-        cases = [still_cases.drawn(17, index) for index in range(hands)]
+        cases = [campaign_still_cases.drawn(17, index) for index in range(hands)]
         # no hand without stiffness holds a joint still against a load
         cases = [one for one in cases if one.hand_stiffness_nm_rad > 0 or one.index % len(WORLDS) < 2]
         speeds = [shaken_rad_s(case, models["by load"], load_gain) for case in cases]

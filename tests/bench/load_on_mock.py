@@ -14,12 +14,12 @@ from pathlib import Path
 import click
 import numpy as np
 
-from rtctl.friction import mock_points
 from rtctl.friction.learn.beside_speed import judge_load, rows_of
 from rtctl.friction.learn.load_terms import Rows, fit_terms
 from rtctl.friction.load import COEFFICIENTS
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation import mock_points
 from rtctl.simulation.family import FAMILY, with_plant
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"

@@ -1,7 +1,7 @@
 """Held-out error against the error on the session after: the simulated joint drifts by a script,
 `python -m tests.bench.next_session`.
 
-Each session is measured from the joint's sensors as a laboratory would (`rtctl.friction.mock_points`), on a
+Each session is measured from the joint's sensors as a laboratory would (`rtctl.simulation.mock_points`), on a
 joint whose dry friction moves by a script: it warms up within each session, and is another one each day. The
 ladder learns from all sessions so far, holding out whole sessions, and is judged by the one after.
 """
@@ -16,11 +16,11 @@ from pathlib import Path
 import click
 import numpy as np
 
-from rtctl.friction import mock_points
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.hold_out import folds_of
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.simulation import mock_points
 from rtctl.simulation.family import merged
 
 SHIPPED = Path(__file__).parents[2] / "configs" / "mock.toml"

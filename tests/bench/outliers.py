@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import click
 import numpy as np
 
-from rtctl.friction.kinds.table import FAMILIES
+from rtctl.friction.kind_table import FAMILIES
 from rtctl.friction.learn import ladder
 from rtctl.friction.outliers import without_outliers
 from rtctl.friction.points import FrictionPoints

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import click
 import numpy as np
 
-from rtctl.campaign.still_cases import Case, drawn, rig
+from rtctl.simulation.campaign_still_cases import Case, drawn, rig
 
 SWINGS_HZ = {0.03: 0.1, 0.08: 0.1, 0.3: 0.25, 0.8: 0.5, 1.6: 0.8}
 """Swings a second of a hand whose largest speed is this, rad/s."""

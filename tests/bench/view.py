@@ -135,7 +135,7 @@ def _view_of(host: int, port: int) -> int:
             answers = probe.connect_ex(("127.0.0.1", port)) == 0
         children = Path(f"/proc/{host}/task/{host}/children").read_text().split()
         lines = {int(pid): Path(f"/proc/{pid}/cmdline").read_bytes() for pid in children}
-        found = [pid for pid, line in lines.items() if b"rtctl.view" in line]
+        found = [pid for pid, line in lines.items() if b"rtctl.client.view" in line]
         if answers and found:
             return found[0]
         time.sleep(0.05)

@@ -10,7 +10,7 @@ from rtctl.control import faults
 from rtctl.control.environments import table as environments
 from rtctl.control.states import TRANSITIONS
 from rtctl.control.vocabulary import Fault, State
-from rtctl.friction.kinds import table as friction_kinds
+from rtctl.friction import kind_table as friction_kinds
 from rtctl.friction.point_columns import COLUMNS
 from rtctl.tick import FIELDS
 from tests.documents import client_reference, rig_file_keys

@@ -21,13 +21,13 @@ import numpy as np
 
 from rtctl.control.environments.table import OWN, PARAMETERS
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.access.authenticator import Caller
-from rtctl.host.commands.messages import Refusal, decode, decode_target
-from rtctl.host.commands.operations import OPERATIONS, allowed
-from rtctl.host.commands.requests import Requests
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.messages import Refusal, decode, decode_target
+from rtctl.host.exchange.operations import OPERATIONS, allowed
+from rtctl.host.exchange.requests import Requests
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.authenticator import Caller
 from rtctl.wire.encoding import encode
 from rtctl.wire.protocol import ROLES, Endpoints
 

@@ -4,7 +4,7 @@ import command_fuzzer
 import pytest
 from command_fuzzer import Bench, run
 
-from rtctl.host.commands import messages
+from rtctl.host.exchange import messages
 
 
 def test_nothing_a_client_can_send_raises_or_gets_past_its_bounds():

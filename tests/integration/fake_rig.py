@@ -21,14 +21,14 @@ from rtctl.control import mailbox
 from rtctl.control.jit import records
 from rtctl.control.records import command_dtype
 from rtctl.control.vocabulary import Environment, Fault, State
-from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.openings import Openings
-from rtctl.host.commands.gateway import PAUSE_S, Gateway
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.host.telemetry.streams import Telemetry
+from rtctl.host.exchange.gateway import PAUSE_S, Gateway
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.streams import Telemetry
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader, words
 from rtctl.tick import new_ticks
+from rtctl.wire.endpoints import RuntimeDirectory
+from rtctl.wire.entrances import Access
+from rtctl.wire.openings import Openings
 
 IPC_ONLY = Openings()
 BOUNDS = {**AXIS, **DISPLAY}

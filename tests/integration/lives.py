@@ -36,12 +36,12 @@ from rtctl.rt.loop import warm_up
 from rtctl.rt.shared_memory import Memory
 
 FOLLOWING = (
-    "rtctl.host.commands.gateway", "rtctl.host.preparation", "rtctl.host.run_record", "rtctl.host.reload",
-    "rtctl.host.telemetry.device_words", "rtctl.host.telemetry.friction_watch",
-    "rtctl.host.telemetry.late_counters",
-    "rtctl.host.telemetry.late_tasks", "rtctl.host.telemetry.late_watch",
-    "rtctl.host.telemetry.rig_description",
-    "rtctl.host.telemetry.streams", "rtctl.host.view_process", "rtctl.recording.setup",
+    "rtctl.host.exchange.gateway", "rtctl.host.preparation", "rtctl.host.run_record", "rtctl.host.reload",
+    "rtctl.host.exchange.device_words", "rtctl.host.exchange.friction_watch",
+    "rtctl.host.exchange.late_counters",
+    "rtctl.host.exchange.late_tasks", "rtctl.host.exchange.late_watch",
+    "rtctl.host.exchange.rig_description",
+    "rtctl.host.exchange.streams", "rtctl.host.view_process", "rtctl.recording.setup",
     "rtctl.recording.state_folder",
 )  # fmt: skip
 """What a host imports only once its loop has begun; here it is there before the fork."""

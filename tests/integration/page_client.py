@@ -9,7 +9,7 @@ import pytest
 from made_up_rig import Rig
 from patience import PATIENCE_S
 
-from rtctl.view.server import ViewServer
+from rtctl.client.view_server import ViewServer
 
 OURS = {"X-Rtctl": "view"}
 

@@ -9,8 +9,8 @@ from patience import PATIENCE_S
 
 from rtctl.client import RigClient
 from rtctl.errors import NoReplyError
-from rtctl.host.access.openings import Openings
 from rtctl.wire.keys import KeyStore
+from rtctl.wire.openings import Openings
 from rtctl.wire.protocol import ROLES
 
 

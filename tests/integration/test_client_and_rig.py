@@ -173,7 +173,7 @@ def _quiet(call):
 
 
 def test_a_late_reply_is_never_taken_for_another(root):
-    from rtctl.host.access.endpoints import RuntimeDirectory
+    from rtctl.wire.endpoints import RuntimeDirectory
 
     with RuntimeDirectory.acquire("mock", root) as runtime, zmq.Context() as context:
         slow = context.socket(zmq.ROUTER)

@@ -10,9 +10,9 @@ from patience import PATIENCE_S, until
 from tcp_rig import answers
 
 from rtctl.errors import BusyError, ConfigError, NoReplyError
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.openings import Openings
+from rtctl.wire.entrances import Access
 from rtctl.wire.keys import KeyStore
+from rtctl.wire.openings import Openings
 from rtctl.wire.protocol import Endpoints
 
 

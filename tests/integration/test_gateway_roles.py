@@ -4,7 +4,7 @@ import pytest
 from patience import until
 
 from rtctl.errors import RefusedError
-from rtctl.host.commands.operations import OPERATIONS
+from rtctl.host.exchange.operations import OPERATIONS
 from rtctl.wire.protocol import ROLES
 
 

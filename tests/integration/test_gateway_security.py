@@ -11,7 +11,7 @@ from tcp_rig import answers
 from rtctl.client import RigClient
 from rtctl.client.connection import Connection, remote_endpoints
 from rtctl.errors import NoReplyError, RefusedError
-from rtctl.host.access.entrances import Access
+from rtctl.wire.entrances import Access
 from rtctl.wire.keys import ClientKey
 from rtctl.wire.protocol import Endpoints
 

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from patience import PATIENCE_S, until
 
-from rtctl.friction.truth import true_friction_nm
 from rtctl.rig_file.config import load
+from rtctl.simulation.friction_truth import true_friction_nm
 
 CONFIG = Path(__file__).parents[2] / "configs" / "mock-identify.toml"
 SHORT = [

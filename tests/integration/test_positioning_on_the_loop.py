@@ -15,9 +15,9 @@ from rtctl.experiments import point_to_point, positioning, positioning_on_rig, t
 from rtctl.experiments.kept_runs import KeptRuns
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
+from rtctl.experiments.simulated_identification import drive
 from rtctl.friction import artefact
 from rtctl.identify.settings import without_feedforward
-from rtctl.identify.simulated import drive
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
 

@@ -244,7 +244,7 @@ def test_the_examples_are_byte_exact():
 
 def test_every_operation_key_topic_state_fault_and_code_is_documented():
     from rtctl.control.vocabulary import Environment, Fault, State
-    from rtctl.host.commands.operations import OPERATIONS
+    from rtctl.host.exchange.operations import OPERATIONS
     from rtctl.wire import protocol
 
     text = DOCUMENT.read_text()
@@ -272,8 +272,8 @@ def test_the_document_names_every_key_that_is_sent(client, rig):
 
 
 def test_the_document_names_every_refusal_code_in_the_source():
-    from rtctl.host.commands import gateway, lease, messages, requests
-    from rtctl.host.commands import motion_requests as steering
+    from rtctl.host.exchange import gateway, lease, messages, requests
+    from rtctl.host.exchange import motion_requests as steering
 
     modules = (gateway, lease, messages, requests, steering)
     source = "".join(Path(module.__file__).read_text() for module in modules)

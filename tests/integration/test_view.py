@@ -8,9 +8,9 @@ import pytest
 from page_client import OURS, connection, get, get_stream_status, press, served
 from patience import PATIENCE_S, until
 
-from rtctl.view.guests import MOST_GUESTS
-from rtctl.view.pages import FILES, SCRIPTS, STATIC
-from rtctl.view.server import MOST_STREAMS
+from rtctl.client.view_guests import MOST_GUESTS
+from rtctl.client.view_pages import FILES, SCRIPTS, STATIC
+from rtctl.client.view_server import MOST_STREAMS
 
 
 @pytest.fixture

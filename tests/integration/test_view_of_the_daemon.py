@@ -86,7 +86,7 @@ def children(pid):
 
 
 def view_of(pid):
-    return until(lambda: next((c for line, c in children(pid).items() if "rtctl.view" in line), None))
+    return until(lambda: next((c for line, c in children(pid).items() if "rtctl.client.view" in line), None))
 
 
 def is_gone(pid):
@@ -105,7 +105,11 @@ def test_the_page_comes_with_the_rig_comes_back_when_it_dies_and_goes_with_it(ri
         assert (folder / "mock/view").read_text().strip() in told.output
         first = view_of(process.pid)
         os.kill(first, signal.SIGKILL)
-        until(lambda: [c for line, c in children(process.pid).items() if "rtctl.view" in line and c != first])
+        until(
+            lambda: [
+                c for line, c in children(process.pid).items() if "rtctl.client.view" in line and c != first
+            ]
+        )
         assert page(port)[0] == 200
         assert client.latest_state().faults == ()
     process.send_signal(signal.SIGTERM)

@@ -9,10 +9,10 @@ from made_up_rig import Rig
 from page_client import OURS, events, get, get_stream_status, recorded, served
 from patience import until
 
+from rtctl.client.view_feed import EDGES_US, KEPT_BATCHES, Feed, Histogram, Signal, columns
+from rtctl.client.view_server import MOST_RECORDINGS, MOST_STREAMS
 from rtctl.control.vocabulary import Fault, State
 from rtctl.tick import new_ticks
-from rtctl.view.feed import EDGES_US, KEPT_BATCHES, Feed, Histogram, Signal, columns
-from rtctl.view.server import MOST_RECORDINGS, MOST_STREAMS
 
 
 @pytest.fixture

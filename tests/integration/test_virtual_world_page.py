@@ -11,8 +11,8 @@ from patience import until
 from slow_rig import daemon
 
 from rtctl.client import State
+from rtctl.client.view_world import World
 from rtctl.errors import ClientError, RefusedError
-from rtctl.view.world import World
 
 PAGE = Path(__file__).parents[2] / "docs" / "virtual-world.md"
 API = PAGE.with_name("api.md")

@@ -17,12 +17,12 @@ from rtctl_process import CONFIGS, children, finish, start
 
 from rtctl.client import RigClient
 from rtctl.errors import BusyError, DeviceError, LoopDiedError, ModelError, StabilityError
-from rtctl.host.access.endpoints import RuntimeDirectory
 from rtctl.host.loop_process import LoopProcess, order_of
 from rtctl.host.waiting_loop import WaitingLoop
 from rtctl.rig_file.config import load
 from rtctl.rt.process import _told
 from rtctl.rt.shared_memory import Memory
+from rtctl.wire.endpoints import RuntimeDirectory
 
 LISTENING = """
 import os, sys

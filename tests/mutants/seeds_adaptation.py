@@ -18,7 +18,7 @@ SEEDS = (
         " or not self.following", "", ("tests/unit/host/test_friction_watch.py",),
     ),
     Seed(
-        "an axis that was judged as learned is told to follow", "rtctl/host/commands/requests.py",
+        "an axis that was judged as learned is told to follow", "rtctl/host/exchange/requests.py",
         "if why and on:", "if False:", ("tests/unit/host/test_adapt_request.py",),
     ),
     Seed(
@@ -130,11 +130,11 @@ SEEDS = (
         " / (1.0 + p.friction_raise[axis])", "", LAW,
     ),
     Seed(
-        "the law is asked for nothing", "rtctl/host/telemetry/friction_watch.py",
+        "the law is asked for nothing", "rtctl/host/exchange/friction_watch.py",
         "        self._asked = asked\n        return asked\n", "        return None\n", HOST,
     ),
     Seed(
-        "friction beyond the bounds is not told", "rtctl/host/telemetry/friction_watch.py",
+        "friction beyond the bounds is not told", "rtctl/host/exchange/friction_watch.py",
         "(adaptation.BOUND, bound)", '(adaptation.BOUND, "")', HOST,
     ),
     Seed(

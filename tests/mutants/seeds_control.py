@@ -257,11 +257,11 @@ SEEDS = (
         "    t.feedforward_torque_nm[axis] *= share\n", "", ASSISTANCE,
     ),
     Seed(
-        "the monitor judges the feed-forward alone", "rtctl/campaign/monitor.py",
+        "the monitor judges the feed-forward alone", "rtctl/simulation/campaign_monitor.py",
         " or abs(value + observer) > cap:", ":", MONITOR,
     ),
     Seed(
-        "the monitor lets the observer go beyond the trained range", "rtctl/campaign/monitor.py",
+        "the monitor lets the observer go beyond the trained range", "rtctl/simulation/campaign_monitor.py",
         "value != 0.0 or (learned and observer != 0.0)", "value != 0.0", MONITOR,
     ),
 )  # fmt: skip

@@ -81,7 +81,7 @@ SEEDS = (
     ),
     Seed(
         "the simulated sensor's low-pass is half a period early",
-        "hw/mock/force_filter.py",
+        "hw/simulators/mock_force_filter.py",
         "    ahead = (1.0 - kept) / -math.log(kept) if kept > 0.0 else 0.0\n",
         "    ahead = kept\n",
         (f"{FILTER}::test_the_low_pass_answers_a_ramp_as_one_in_continuous_time",),

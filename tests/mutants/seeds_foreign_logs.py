@@ -87,7 +87,7 @@ SEEDS = (
     ),
     Seed(
         "a point of a new session must lie within the largest error of the old one",
-        "rtctl/friction/report/judge.py",
+        "rtctl/friction/learn/report_judge.py",
         "FAR_OVER = 2.0",
         "FAR_OVER = 1.0",
         JUDGED,

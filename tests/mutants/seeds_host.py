@@ -28,107 +28,107 @@ EXITS = ("tests/unit/host/test_late_exits.py",)
 
 SEEDS = (
     Seed(
-        "the ring that the loop fills is laid at the clients' door", "rtctl/host/access/intruders.py",
+        "the ring that the loop fills is laid at the clients' door", "rtctl/wire/intruders.py",
         "return (resident - shared) * self._page", "return resident * self._page",
         (f"{HOST}/test_intruders.py"
          "::test_memory_that_others_fill_too_is_not_counted_and_what_the_process_has_alone_is",),
     ),
     Seed(
-        "a number of NaN is within its bounds", "rtctl/host/commands/messages.py",
+        "a number of NaN is within its bounds", "rtctl/host/exchange/messages.py",
         "if not math.isfinite(value) or not low <= value <= high:", "if value < low or value > high:",
         MESSAGES,
     ),
     Seed(
-        "true is a number", "rtctl/host/commands/messages.py",
+        "true is a number", "rtctl/host/exchange/messages.py",
         "if isinstance(value, bool) or not isinstance(value, int | float):",
         "if not isinstance(value, int | float):", MESSAGES,
     ),
     Seed(
-        "the last of two equal keys wins", "rtctl/host/commands/messages.py",
+        "the last of two equal keys wins", "rtctl/host/exchange/messages.py",
         "        if key in unique:\n", "        if False:\n", MESSAGES,
     ),
     Seed(
-        "a request needs no epoch", "rtctl/host/commands/messages.py",
+        "a request needs no epoch", "rtctl/host/exchange/messages.py",
         "_epoch(message, required=operation.needs_epoch)", "_epoch(message, required=False)", MESSAGES,
     ),
     Seed(
-        "unknown keys are ignored", "rtctl/host/commands/messages.py",
+        "unknown keys are ignored", "rtctl/host/exchange/messages.py",
         'if name not in known and name not in ("id", "op", "epoch"):', "if False:", MESSAGES,
     ),
     Seed(
-        "any role may do anything", "rtctl/host/commands/requests.py",
+        "any role may do anything", "rtctl/host/exchange/requests.py",
         "if not allowed(request.op, caller.role):", "if False:", REQUESTS,
     ),
     Seed(
-        "an observer may arm", "rtctl/host/commands/operations.py",
+        "an observer may arm", "rtctl/host/exchange/operations.py",
         'Operation("enable the actuator: IDLE to ARMING to ACTIVE", "operator", needs_epoch=True)',
         'Operation("enable the actuator: IDLE to ARMING to ACTIVE", "observer", needs_epoch=True)', REQUESTS,
     ),
     Seed(
-        "a request of an older epoch is carried out", "rtctl/host/commands/requests.py",
+        "a request of an older epoch is carried out", "rtctl/host/exchange/requests.py",
         'if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:',
         'if request.epoch is not None and request.op != "stop" and request.epoch > row["epoch"]:', REQUESTS,
     ),
     Seed(
-        "a stop of an older epoch is refused", "rtctl/host/commands/requests.py",
+        "a stop of an older epoch is refused", "rtctl/host/exchange/requests.py",
         'if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:',
         'if request.epoch is not None and request.epoch != row["epoch"]:', REQUESTS,
     ),
     Seed(
-        "a rig arms while a stop is on its way", "rtctl/host/commands/requests.py",
+        "a rig arms while a stop is on its way", "rtctl/host/exchange/requests.py",
         "if self._slot.stop_pending(row):", "if False:", REQUESTS,
     ),
     Seed(
-        "a loop that stands still is armed", "rtctl/host/commands/requests.py",
+        "a loop that stands still is armed", "rtctl/host/exchange/requests.py",
         'if row["time_ns"] == 0 or (not self._rig.virtual and age_s > STALLED_S):', 'if row["time_ns"] == 0:',
         REQUESTS,
     ),
     Seed(
-        "a reset is passed on while the rig moves", "rtctl/host/commands/requests.py",
+        "a reset is passed on while the rig moves", "rtctl/host/exchange/requests.py",
         "if state not in (State.FAULT, State.ESTOP):", "if state is State.IDLE:",
         REQUESTS,
     ),
     Seed(
-        "the force is tared under torque", "rtctl/host/commands/requests.py",
+        "the force is tared under torque", "rtctl/host/exchange/requests.py",
         "if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):", "if state is State.ACTIVE:",
         REQUESTS,
     ),
     Seed(
-        "a stop leaves the arm request and the target in the slot", "rtctl/host/commands/newest_command.py",
+        "a stop leaves the arm request and the target in the slot", "rtctl/host/exchange/newest_command.py",
         '        command["epoch"] = command["target_epoch"] = _VOID\n        command["target_lease"] = 0\n',
         "", TARGETS,
     ),
     Seed(
-        "a lease's number is enough for anybody", "rtctl/host/commands/lease.py",
+        "a lease's number is enough for anybody", "rtctl/host/exchange/lease.py",
         "if lease.text != text or lease.user_id != user_id:", "if lease.text != text:", LEASE,
     ),
     Seed(
-        "a lease outlives its epoch", "rtctl/host/commands/lease.py",
+        "a lease outlives its epoch", "rtctl/host/exchange/lease.py",
         "if self._lease is not None and self._lease.epoch != epoch:", "if False:", LEASE,
     ),
     Seed(
-        "a silent holder keeps the lease", "rtctl/host/commands/lease.py",
+        "a silent holder keeps the lease", "rtctl/host/exchange/lease.py",
         "elif self._lease is not None and self._clock_s() > self._until_s:", "elif False:", LEASE,
     ),
     Seed(
-        "two may hold the lease", "rtctl/host/commands/lease.py",
+        "two may hold the lease", "rtctl/host/exchange/lease.py",
         "        if lease is not None:\n            return Refusal(\n",
         "        if False:\n            return Refusal(\n", LEASE,
     ),
     Seed(
-        "the lease is given while the loop follows the last holder", "rtctl/host/commands/lease.py",
+        "the lease is given while the loop follows the last holder", "rtctl/host/exchange/lease.py",
         "        if loop_holds:\n", "        if False:\n", LEASE,
     ),
     Seed(
-        "a stop may come too often", "rtctl/host/commands/gateway.py",
+        "a stop may come too often", "rtctl/host/exchange/gateway.py",
         ' and request.op != "stop":', ":", TARGETS,
     ),
     Seed(
-        "targets have no rate", "rtctl/host/commands/gateway.py",
+        "targets have no rate", "rtctl/host/exchange/gateway.py",
         "        if not self._target_rate.allows(caller.user_id):\n            return False\n", "", TARGETS,
     ),
     Seed(
-        "of targets that wait the oldest is taken", "rtctl/host/commands/targets.py",
+        "of targets that wait the oldest is taken", "rtctl/host/exchange/targets.py",
         "newest[sender] = (user_id(frame), frame.bytes)",
         "newest.setdefault(sender, (user_id(frame), frame.bytes))", TARGETS,
     ),
@@ -137,7 +137,7 @@ SEEDS = (
         "    if state == State.ESTOP:\n", "    if False:\n", BOOK,
     ),
     Seed(
-        "a fault is laid at the newest words", "rtctl/host/telemetry/device_words.py",
+        "a fault is laid at the newest words", "rtctl/host/exchange/device_words.py",
         "if tick is None or one.tick <= tick", "if True", BOOK,
     ),
     Seed(
@@ -159,16 +159,16 @@ SEEDS = (
         ("tests/attacks/test_two_daemons_one_drive.py",),
     ),
     Seed(
-        "one process may take every place", "rtctl/host/access/connections.py",
+        "one process may take every place", "rtctl/wire/connections.py",
         "SHARE = 0.5\n", "SHARE = 1.0\n",
         ("tests/unit/host/test_intruders.py::test_one_process_gets_half_of_the_places_of_a_door",),
     ),
     Seed(
-        "any crowd may wait at the page's port", "rtctl/view/guests.py",
+        "any crowd may wait at the page's port", "rtctl/client/view_guests.py",
         "while len(self._waiting) > self._most:", "while False:", PAGE_CROWD,
     ),
     Seed(
-        "who looks at the page may be cut off for who comes", "rtctl/view/guests.py",
+        "who looks at the page may be cut off for who comes", "rtctl/client/view_guests.py",
         "        self.go(guest)\n        try:", "        try:", PAGE_CROWD,
     ),
     Seed(
@@ -177,90 +177,90 @@ SEEDS = (
         ("tests/attacks/test_files_of_strangers.py::test_a_link_to_itself_is_refused_by_name",),
     ),
     Seed(
-        "a task that may not preempt the loop rules a softirq out", "rtctl/host/telemetry/late_verdict.py",
+        "a task that may not preempt the loop rules a softirq out", "rtctl/host/exchange/late_verdict.py",
         "if one.may_preempt and not one.name", "if not one.name", VERDICT,
     ),
     Seed(
-        "the kernel's task for softirqs is another task", "rtctl/host/telemetry/late_verdict.py",
+        "the kernel's task for softirqs is another task", "rtctl/host/exchange/late_verdict.py",
         "one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)", "one.may_preempt", VERDICT,
     ),
     Seed(
         "a task that can have run rules a softirq out as one that is likely to",
-        "rtctl/host/telemetry/late_verdict.py",
+        "rtctl/host/exchange/late_verdict.py",
         "sum(one.likely_ns for one in known)", "sum(one.likely_ns + one.ran_ns for one in known)", VERDICT,
     ),
     Seed(
-        "who ran evenly comes before who filled the wait", "rtctl/host/telemetry/late_tasks.py",
+        "who ran evenly comes before who filled the wait", "rtctl/host/exchange/late_tasks.py",
         "-(one.ran_ns + one.likely_ns)", "-one.likely_ns", TASKS,
     ),
     Seed(
-        "of two tasks that have ended the first is named", "rtctl/host/telemetry/late_verdict.py",
+        "of two tasks that have ended the first is named", "rtctl/host/exchange/late_verdict.py",
         "if len(ended) == 1:", "if ended:", VERDICT,
     ),
     Seed(
-        "a slow clock is the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "a slow clock is the device's fault", "rtctl/host/exchange/late_verdict.py",
         "late.cycle_ns * rise.slower >= EXPLAINS * late.own_ns", "False", VERDICT,
     ),
     Seed(
-        "an SMI in the cycle is the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "an SMI in the cycle is the device's fault", "rtctl/host/exchange/late_verdict.py",
         "rise.steal_ns, rise.smis * SMI_NS, *counted)", "rise.steal_ns, *counted)", VERDICT,
     ),
     Seed(
-        "softirqs in the middle of the cycle are the device's fault", "rtctl/host/telemetry/late_verdict.py",
+        "softirqs in the middle of the cycle are the device's fault", "rtctl/host/exchange/late_verdict.py",
         "rise.smis * SMI_NS, *counted)", "rise.smis * SMI_NS)", VERDICT,
     ),
     Seed(
-        "all that a task ran for counts, whenever that was", "rtctl/host/telemetry/late_tasks.py",
+        "all that a task ran for counts, whenever that was", "rtctl/host/exchange/late_tasks.py",
         "min(b.ran_ns - a.ran_ns, shared)", "b.ran_ns - a.ran_ns", TASKS,
     ),
     Seed(
-        "a task ran evenly since it was first seen", "rtctl/host/telemetry/late_tasks.py",
+        "a task ran evenly since it was first seen", "rtctl/host/exchange/late_tasks.py",
         "known.add(known.samples[-1]._replace(at_ns=at_ns))", "pass", TASKS,
     ),
     Seed(
-        "a task counts on the core where it is now only", "rtctl/host/telemetry/late_tasks.py",
+        "a task counts on the core where it is now only", "rtctl/host/exchange/late_tasks.py",
         "core in (a.core, b.core)", "core == b.core", TASKS,
     ),
     Seed(
-        "a task that has ended is forgotten", "rtctl/host/telemetry/late_tasks.py",
+        "a task that has ended is forgotten", "rtctl/host/exchange/late_tasks.py",
         "if not one.gone_ns and self._exits is None:", "if False:", TASKS,
     ),
     Seed(
-        "a task whose parent has not heard of its end runs on", "rtctl/host/telemetry/late_tasks.py",
+        "a task whose parent has not heard of its end runs on", "rtctl/host/exchange/late_tasks.py",
         "            if known.gone_ns:\n                return\n", "", TASKS,
     ),
     Seed(
-        "a task that ended during a look began in it", "rtctl/host/telemetry/late_tasks.py",
+        "a task that ended during a look began in it", "rtctl/host/exchange/late_tasks.py",
         "sample, self._scans_ns[:1])", "sample, self._scans_ns[-1:])", TASKS,
     ),
     Seed(
-        "tasks that have ended are kept for ever", "rtctl/host/telemetry/late_tasks.py",
+        "tasks that have ended are kept for ever", "rtctl/host/exchange/late_tasks.py",
         "now_ns - one.gone_ns > KEPT_NS", "False", TASKS,
     ),
     Seed(
-        "SCHED_DEADLINE has no priority", "rtctl/host/telemetry/late_tasks.py",
+        "SCHED_DEADLINE has no priority", "rtctl/host/exchange/late_tasks.py",
         "HIGHEST if int(words[_POLICY]) == _DEADLINE else", "", TASKS,
     ),
     Seed(
-        "the host reads of ends for ever", "rtctl/host/telemetry/late_exits.py",
+        "the host reads of ends for ever", "rtctl/host/exchange/late_exits.py",
         "for _ in range(MOST):", "while True:", EXITS,
     ),
     Seed(
-        "a softirq of many packets is one", "rtctl/host/telemetry/late_counters.py",
+        "a softirq of many packets is one", "rtctl/host/exchange/late_counters.py",
         "found[NET_RX] += int(words[_PACKETS], 16)", "found[NET_RX] += 0", LATE,
     ),
     Seed(
-        "packets are those of the line, not of the core", "rtctl/host/telemetry/late_counters.py",
+        "packets are those of the line, not of the core", "rtctl/host/exchange/late_counters.py",
         "int(words[_PACKETS_CORE], 16) if len(words) > _PACKETS_CORE else index", "index", LATE,
     ),
     Seed(
-        "the time another control group was held is the loop's", "rtctl/host/telemetry/late_counters.py",
+        "the time another control group was held is the loop's", "rtctl/host/exchange/late_counters.py",
         "after.throttled_ns - before.throttled_ns if after.group == before.group else NAN",
         "after.throttled_ns - before.throttled_ns", LATE,
     ),
     Seed(
         "a driver that does not know how long a change takes is believed",
-        "rtctl/host/telemetry/late_core.py",
+        "rtctl/host/exchange/late_core.py",
         "latency if latency < _ETERNAL_NS else NAN", "latency", CORE,
     ),
 )  # fmt: skip

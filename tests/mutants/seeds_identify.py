@@ -61,7 +61,7 @@ SEEDS = (
     ),
     Seed(
         "the table of a mean has no knot where a spline in it bends",
-        "rtctl/friction/kinds/mean.py",
+        "rtctl/friction/kind_mean.py",
         "found.append(part.of.breaks(part) if exact is None else exact.knots)",
         "found.append(part.of.breaks(part))",
         MEAN,

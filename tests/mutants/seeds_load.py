@@ -108,14 +108,14 @@ SEEDS = (
     ),
     Seed(
         "soft bristles are measured while they bend",
-        "rtctl/friction/mock_points.py",
+        "rtctl/simulation/mock_points.py",
         "rig.settle_rad = max(rig.settle_rad, SETTLE_LENGTHS * (points[-1].presliding_rad or 0.0))",
         "pass",
         ("tests/unit/hw/test_mock_points.py::test_so_many_presliding_lengths_pass_before_a_measurement",),
     ),
     Seed(
         "a swing that dies away is a break-away",
-        "rtctl/friction/mock_points.py",
+        "rtctl/simulation/mock_points.py",
         "if max(seen) - min(seen) <= REST_COUNTS * rig.count_rad:",
         "if True:",
         ("tests/unit/hw/test_mock_points.py::test_a_joint_that_swings_on_is_waited_for",),
@@ -262,7 +262,7 @@ SEEDS = (
     ),
     Seed(
         "means over uneven places speak against a model by place",
-        "rtctl/friction/report/judge.py",
+        "rtctl/friction/learn/report_judge.py",
         "if model.place is not None:",
         "if False:",
         PLACES,

@@ -261,7 +261,7 @@ SEEDS = (
     ),
     Seed(
         "a line that has seen the points is as blind as the model",
-        "rtctl/friction/report/judge.py",
+        "rtctl/friction/learn/report_judge.py",
         "return float(np.hypot(np.sqrt(fitted), session))",
         "return float(np.sqrt(np.mean(floor**2)))",
         TRUTH,

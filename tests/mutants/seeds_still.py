@@ -9,21 +9,21 @@ JUDGE = ("tests/unit/test_campaign_still.py",)
 SEEDS = (
     Seed(
         "the judge takes another angle than the hand's",
-        "rtctl/campaign/still.py",
+        "rtctl/simulation/campaign_still.py",
         'simulation.truth["position_rad"][:, 0])',
         'simulation.truth["position_rad"][:, 0] - simulation.truth["joint_twist_rad"][:, 0])',
         (f"{JUDGE[0]}::test_of_an_elastic_joint_the_hand_holds_the_link",),
     ),
     Seed(
         "a joint that goes farther without help excuses what rings with it",
-        "rtctl/campaign/still.py",
+        "rtctl/simulation/campaign_still.py",
         "if farther > 1.0 and not alone.swing_rad <= found.swing_rad:",
         "if False:",
         JUDGE,
     ),
     Seed(
         "a ring that does not die away is the joint's own",
-        "rtctl/campaign/still.py",
+        "rtctl/simulation/campaign_still.py",
         "alone.speed_rad_s and as_long:",
         "alone.speed_rad_s:",
         JUDGE,

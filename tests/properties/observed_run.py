@@ -7,14 +7,14 @@ import zmq
 
 from hw import registry
 from rtctl.check import law_plan as plan
-from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.host.telemetry.rig_description import describe
-from rtctl.host.telemetry.streams import Telemetry
+from rtctl.host.exchange.rig_description import describe
+from rtctl.host.exchange.streams import Telemetry
 from rtctl.rig_file import config
 from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop, warm_up
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
 from rtctl.simulation.shipped_files import shipped_config
+from rtctl.wire.endpoints import RuntimeDirectory
 
 
 class Scripted(VirtualClock):

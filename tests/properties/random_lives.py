@@ -1,8 +1,8 @@
-"""Every tick of some random rigs that live through random faults, requests and targets (`rtctl.campaign`)."""
+"""Every tick of some random rigs that live through random faults, requests and targets (`campaign_run`)."""
 
 import numpy as np
 
-from rtctl.campaign.run import TWO_AXES_OF, Order, run_traced
+from rtctl.simulation.campaign_run import TWO_AXES_OF, Order, run_traced
 
 SEED, RIGS, TICKS, FAULTS = 20, 40, 8000, 16
 

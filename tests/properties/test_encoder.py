@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from hw.encoder import ENCODER_STATE, unwrap, wrap
 from hw.interface import Rig
-from hw.mock.backend import MockBackend
-from hw.mock.jit import records
-from hw.mock.options import MockOptions
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from rtctl.tick import new_ticks
 
 WIDTHS = (8, 12, 14, 16, 24, 32)

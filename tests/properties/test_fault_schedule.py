@@ -13,11 +13,11 @@ from hw.fault_kinds import Channel, Effect, campaign_table
 from hw.generator import seed_words, uniform
 from hw.interface import Rig
 from hw.jit import compiled
-from hw.mock.backend import MockBackend
-from hw.mock.jit import records
-from hw.mock.options import MockOptions
-from hw.mock.plant import next_slot, plant_read, plant_write
 from hw.scripted_faults import FAULTS
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
+from hw.simulators.mock_plant import next_slot, plant_read, plant_write
 from rtctl.tick import new_ticks
 
 RIG = Rig(

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rtctl.errors import ModelError
 from rtctl.friction import artefact
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.spline import compile_spline
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_spline import compile_spline
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.points import FrictionPoints
 

@@ -6,13 +6,13 @@ from axis_bounds import BOUNDS
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rtctl.host.access.authenticator import Caller
-from rtctl.host.commands.messages import Refusal, Request, decode
-from rtctl.host.commands.operations import OPERATIONS
-from rtctl.host.commands.requests import Requests
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.messages import Refusal, Request, decode
+from rtctl.host.exchange.operations import OPERATIONS
+from rtctl.host.exchange.requests import Requests
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.authenticator import Caller
 from rtctl.wire.protocol import Endpoints
 
 RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", BOUNDS)), 1000.0)

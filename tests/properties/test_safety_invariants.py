@@ -20,13 +20,13 @@ from hw.jit import records
 from hw.serial import frame
 from rtctl.control.faults import TABLE
 from rtctl.control.vocabulary import Environment, Fault, Reaction, State
-from rtctl.host.access.authenticator import Caller
-from rtctl.host.commands.messages import Refusal, decode
-from rtctl.host.commands.requests import Requests
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.messages import Refusal, decode
+from rtctl.host.exchange.requests import Requests
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
+from rtctl.wire.authenticator import Caller
 from rtctl.wire.protocol import Endpoints
 
 CUT = sum(int(row.fault) for row in TABLE if row.reaction in (Reaction.CUT, Reaction.ESTOP, Reaction.LOCKOUT))

@@ -13,11 +13,11 @@ from observed_run import observed_run
 from random_lives import axis_column
 from watched_rig import POWERED, WatchedRig
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from hw.simulators.serial_firmware import Board
-from rtctl.campaign.run import TWO_AXES_OF, Order, run_traced
 from rtctl.control.vocabulary import Environment, State
 from rtctl.rig_file import config
+from rtctl.simulation.campaign_run import TWO_AXES_OF, Order, run_traced
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.shipped_files import shipped_config
 

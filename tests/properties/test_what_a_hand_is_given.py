@@ -8,7 +8,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from pursued import Pursued
 
-from rtctl.campaign.pursuit import Pursuit, foe_record
+from rtctl.simulation.campaign_pursuit import Pursuit, foe_record
 
 BUDGETS_J = 0.03
 SEED = st.integers(0, 2**32 - 1)

@@ -6,13 +6,13 @@ import math
 
 import numpy as np
 
-from hw.mock.plant import plant_read, plant_write
-from hw.mock.records import Hand
-from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch
+from hw.simulators.mock_plant import plant_read, plant_write
+from hw.simulators.mock_records import Hand
 from rtctl.control import law
 from rtctl.control.jit import compiled, records
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.rig_file import config
+from rtctl.simulation.campaign_monitor import INVARIANTS, memory_dtype, watch
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.shipped_files import shipped_config
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hw.mock.options import VelocityOptions
+from hw.simulators.mock_options import VelocityOptions
 from rtctl.control.vocabulary import Environment, Program
 from rtctl.rig_file.config import Config, LoadedConfig, load
 from rtctl.simulation.closed_loop import Simulation

@@ -8,8 +8,8 @@ import pytest
 from made_up_rig import HELLO, MovingRig
 from page_in_chromium import Page
 
+from rtctl.client.view_server import ViewServer
 from rtctl.control.vocabulary import Fault, State
-from rtctl.view.server import ViewServer
 from tests.bench.browser import browser, installed
 
 ONE_AXIS = {**HELLO, "rig": "mock", "axes": [{"name": "joint"}]}

@@ -7,8 +7,8 @@ from page_in_chromium import Page
 from page_rig import ONE_AXIS, asked, held_back, served, serving
 from patience import until
 
+from rtctl.client.view_server import ViewServer
 from rtctl.control.vocabulary import State
-from rtctl.view.server import ViewServer
 
 pytestmark = [pytest.mark.system, pytest.mark.timeout(200)]
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rtctl.campaign import plants, rigs
 from rtctl.rig_file import config
+from rtctl.simulation import campaign_plants, campaign_rigs
 from rtctl.simulation.shipped_files import shipped_config
 
 
@@ -14,18 +14,21 @@ def loaded():
 
 
 def rig(loaded, index, name, monkeypatch):
-    monkeypatch.setattr(plants, "drawn", lambda _draw: name)
-    made = rigs.make(loaded, 5, index, passive=True, faults=0, ticks=1000)
+    monkeypatch.setattr(campaign_plants, "drawn", lambda _draw: name)
+    made = campaign_rigs.make(loaded, 5, index, passive=True, faults=0, ticks=1000)
     assert made.plant == name
     return made.simulation
 
 
-@pytest.mark.parametrize("name", plants.NAMES)
+@pytest.mark.parametrize("name", campaign_plants.NAMES)
 @pytest.mark.parametrize("index", [1, 2, 3])
 def test_friction_from_below_damping_of_the_motor_and_all_that_is_late_are_true(
     loaded, name, index, monkeypatch
 ):
-    plain, put = rig(loaded, index, plants.AS_DRAWN, monkeypatch), rig(loaded, index, name, monkeypatch)
+    plain, put = (
+        rig(loaded, index, campaign_plants.AS_DRAWN, monkeypatch),
+        rig(loaded, index, name, monkeypatch),
+    )
     p, drawn, told = put.plant_params[0], plain.plant_params[0], put.params[0]
     elastic = p["joint_stiffness_nm_rad"][0] > 0
     dry, viscous = ((1 - p[f"link_{kind}_share"][0]) if elastic else 1.0 for kind in ("dry", "viscous"))
@@ -57,7 +60,7 @@ def test_an_elastic_joint_keeps_its_resonance_in_every_size(loaded, monkeypatch)
 
 
 def test_half_of_the_rigs_are_as_they_were_and_all_plants_come():
-    names = [plants.drawn(np.random.default_rng((1, k, 17))) for k in range(1000)]
-    assert 0.45 < names.count(plants.AS_DRAWN) / 1000 < 0.55
-    assert set(names) == {plants.AS_DRAWN, *plants.NAMES}
-    assert all(name in names for name in plants.NAMES)
+    names = [campaign_plants.drawn(np.random.default_rng((1, k, 17))) for k in range(1000)]
+    assert 0.45 < names.count(campaign_plants.AS_DRAWN) / 1000 < 0.55
+    assert set(names) == {campaign_plants.AS_DRAWN, *campaign_plants.NAMES}
+    assert all(name in names for name in campaign_plants.NAMES)

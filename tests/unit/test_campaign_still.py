@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.campaign import still
-from rtctl.campaign.still_cases import Case, rig
+from rtctl.simulation import campaign_still
+from rtctl.simulation.campaign_still_cases import Case, rig
 
 CASE = Case(
     index=3,
@@ -24,7 +24,7 @@ CASE = Case(
     ends="middle",
     stop_s=0.0,
 )
-LOUD = still.Found(CASE, 0.006, 0.0, -1, 0.003, 0.2)
+LOUD = campaign_still.Found(CASE, 0.006, 0.0, -1, 0.003, 0.2)
 
 
 def test_of_an_elastic_joint_the_hand_holds_the_link():
@@ -32,7 +32,7 @@ def test_of_an_elastic_joint_the_hand_holds_the_link():
     simulation.plant_params["hand_start_s"] = 0.0
     simulation.run(0.5)
     truth = simulation.truth
-    bent_rad = truth["hand_position_rad"][:, 0] - still._held_rad(simulation)
+    bent_rad = truth["hand_position_rad"][:, 0] - campaign_still._held_rad(simulation)
     assert np.ptp(truth["joint_twist_rad"]) > 1e-3, "the other mass is somewhere else"
     assert truth["hand_torque_nm"][:, 0] == pytest.approx(CASE.hand_stiffness_nm_rad * bent_rad, abs=0.01)
 
@@ -42,11 +42,11 @@ def alone(monkeypatch, by_wish):
 
     def run(case, hold_s):
         assert case.policy == "off"
-        assert hold_s == still.JUDGED_S
+        assert hold_s == campaign_still.JUDGED_S
         speed, late, swing = by_wish[round(case.amplitude_rad / CASE.amplitude_rad, 3)]
-        return still.Found(case, speed, 0.0, -1, late, swing)
+        return campaign_still.Found(case, speed, 0.0, -1, late, swing)
 
-    monkeypatch.setattr(still, "run_case", run)
+    monkeypatch.setattr(campaign_still, "run_case", run)
 
 
 STUCK = (0.001, 0.0005, 0.01)
@@ -61,26 +61,28 @@ STUCK = (0.001, 0.0005, 0.01)
         ({1.0: STUCK, 1.2: (0.005, 0.0025, 0.21)}, False),  # went farther than with help
         ({1.0: STUCK, 1.2: (0.0047, 0.0025, 0.2), 1.5: (0.1, 0.1, 0.3)}, False),
         ({1.0: (0.02, 0.002, 0.01), 1.2: (0.1, 0.1, 0.3)}, False),  # with help it does not die away
-        (dict.fromkeys(still.FARTHER, STUCK), False),
+        (dict.fromkeys(campaign_still.FARTHER, STUCK), False),
     ],
 )
 def test_a_ring_is_the_joints_own_if_it_rings_so_without_help_and_goes_no_farther(monkeypatch, by_wish, own):
     alone(monkeypatch, by_wish)
-    assert still.rings_by_itself(LOUD, still.JUDGED_S) is own
+    assert campaign_still.rings_by_itself(LOUD, campaign_still.JUDGED_S) is own
 
 
 def test_what_is_quiet_at_the_end_has_died_away(monkeypatch):
     alone(monkeypatch, {1.0: (0.005, 1e-6, 0.01)})
-    assert still.rings_by_itself(replace(LOUD, late_rad_s=still.QUIET_RAD_S), still.JUDGED_S)
+    assert campaign_still.rings_by_itself(
+        replace(LOUD, late_rad_s=campaign_still.QUIET_RAD_S), campaign_still.JUDGED_S
+    )
 
 
 @pytest.mark.parametrize("loud", [{"fault": 4}, {"fed_j": 0.002}, {"fed_j": math.nan}])
 def test_a_fault_and_energy_are_never_a_joints_own(loud):
-    assert not still.rings_by_itself(replace(LOUD, **loud), still.JUDGED_S)
+    assert not campaign_still.rings_by_itself(replace(LOUD, **loud), campaign_still.JUDGED_S)
 
 
 @pytest.mark.compiled
 def test_swing_and_the_last_second_are_those_of_the_run():
-    found = still.run_case(replace(CASE, policy="off", hand_damping_nms_rad=1.0, joint_hz=0.0))
+    found = campaign_still.run_case(replace(CASE, policy="off", hand_damping_nms_rad=1.0, joint_hz=0.0))
     assert 0.1 < found.swing_rad < 2 * CASE.amplitude_rad
-    assert 0 <= found.late_rad_s <= still.QUIET_RAD_S
+    assert 0 <= found.late_rad_s <= campaign_still.QUIET_RAD_S

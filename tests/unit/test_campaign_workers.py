@@ -9,11 +9,11 @@ import sys
 import time
 from pathlib import Path
 
-from rtctl.campaign.workers import results
+from rtctl.simulation.campaign_workers import results
 
 WORK = r"""
 import os, time
-from rtctl.campaign.workers import results
+from rtctl.simulation.campaign_workers import results
 def work(i):
     os.write(1, b"%d\n" % os.getpid())
     time.sleep(600)

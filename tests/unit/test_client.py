@@ -9,8 +9,8 @@ import pytest
 from rtctl.client import Fault, RigClient, State, streams
 from rtctl.client.samples import rig_state, tick_rows
 from rtctl.errors import ClientError, ConfigError, NoReplyError
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.host.telemetry.samples import state_samples, tick_columns
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.samples import state_samples, tick_columns
 from rtctl.tick import new_ticks
 
 RIG = RigDescription("mock", (AxisDescription("a", {}), AxisDescription("b", {})), 1000.0, session=7)

@@ -27,7 +27,7 @@ HEAD = '[rig]\nname = "bench"\n'
 def _info(provides, consumes, simulated=False):
     return BackendInfo(
         factory="none:none",
-        options="hw.mock.options:MockOptions",
+        options="hw.simulators.mock_options:MockOptions",
         simulated=simulated,
         summary="",
         channels=Channels(frozenset(provides.split()), frozenset(consumes.split())),

@@ -2,8 +2,8 @@ import msgpack
 import pytest
 
 from rtctl.errors import ClientError
-from rtctl.host.commands.messages import Refusal, Request, decode, decode_target
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.messages import Refusal, Request, decode, decode_target
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from tests.bench import flooder
 
 RIG = RigDescription("mock", (AxisDescription("a", {"position_rad": (-1.0, 1.0)}),), 1000.0)

@@ -9,8 +9,8 @@ import pytest
 
 from rtctl.check import stability_report
 from rtctl.control.vocabulary import State
-from rtctl.friction import truth
 from rtctl.rig_file import config
+from rtctl.simulation import friction_truth
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import FAMILY, with_plant
 
@@ -64,7 +64,7 @@ def test_friction_is_nowhere_below_what_the_controller_is_told_of_it(name):
         loaded.options["axis"][0]["friction"]["coulomb_nm"] + loaded.config.axis[0].viscous_nms_rad * speed
     )
     for sign in (1, -1):
-        assert (truth.true_friction_nm(loaded, 0, sign * speed) >= least).all()
+        assert (friction_truth.true_friction_nm(loaded, 0, sign * speed) >= least).all()
 
 
 def test_the_shipped_joint_has_neither_one_peak_nor_linear_viscous_friction():

@@ -11,7 +11,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.monitor_text import Shown, line, table
 from rtctl.client.samples import rig_state
 from rtctl.control.vocabulary import Fault, State
-from rtctl.host.telemetry.samples import state_samples
+from rtctl.host.exchange.samples import state_samples
 
 HELLO = {"rig": "mock", "rate_hz": 1000.0, "version": "0", "axes": [{"name": "base"}, {"name": "tip"}]}
 LATENCY = {"p50": 3.0, "p99": 40.0, "p99.9": 50.0, "max": 60.0}

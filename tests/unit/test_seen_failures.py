@@ -13,8 +13,8 @@ import pytest
 from rtctl.control.environments import detents
 from rtctl.control.jit import plain
 from rtctl.control.mailbox import publish
-from rtctl.host.commands.messages import Refusal, decode
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.messages import Refusal, decode
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rt.shared_memory import Memory
 
 ROOT = Path(__file__).parents[2]

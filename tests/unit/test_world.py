@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from patience import until
 
-from rtctl.view.world import FRAME_S, Ball, World
+from rtctl.client.view_world import FRAME_S, Ball, World
 
 
 def test_a_ball_left_alone_stays():

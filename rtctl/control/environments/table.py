@@ -1,7 +1,7 @@
 """The table of environments: rig files, messages, clients, reports, pages, campaigns, records and documents
 read it.
 
-A new kind is a file beside this one and a row here, and a drawing in `rtctl/view/static/drawings.js`.
+A new kind is a file beside this one and a row here, and a drawing in `rtctl/client/view_static/drawings.js`.
 """
 
 from __future__ import annotations

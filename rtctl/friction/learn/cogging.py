@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.kinds.harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
+from rtctl.friction.kind_harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
 
 COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 """How many harmonics are tried."""

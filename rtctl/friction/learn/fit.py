@@ -15,9 +15,9 @@ import numpy as np
 from hw.motion import at_handle
 from rtctl import __version__
 from rtctl.errors import DataError, ModelError
-from rtctl.friction.kinds.compile import compile_curve
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.spline import UNIT
+from rtctl.friction.kind_compile import compile_curve
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_spline import UNIT
 from rtctl.friction.learn import bands, machines
 from rtctl.friction.learn.grids import unit_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_of

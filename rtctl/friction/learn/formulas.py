@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rtctl.errors import UnidentifiableError
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.kind import Formula
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kind import Formula
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_table import FORMULAS
 
 STRIBECK_STARTS_RAD_S = (0.05, 0.1, 0.2)
 """Stribeck speeds first tried; a grid over the measured range follows."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.kinds.table import KERNELS
+from rtctl.friction.kind_table import KERNELS
 
 MANY = 300
 """Points from which a machine is trained by its factor; fewer are quick whatever the method."""

@@ -12,8 +12,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.friction.kinds.spline import UNIT
-from rtctl.friction.kinds.table import FAMILIES, FORMULAS, KERNELS
+from rtctl.friction.kind_spline import UNIT
+from rtctl.friction.kind_table import FAMILIES, FORMULAS, KERNELS
 from rtctl.friction.learn.machines import Candidate
 
 EPSILON = (1.0, 1.5, 2.0, 3.0, 4.0)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.kinds.table import FAMILIES, MACHINES
+from rtctl.friction.kind_table import FAMILIES, MACHINES
 from rtctl.friction.learn import bands, fit, foretold, grids, mean, pool, search, sharing
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Score, Side

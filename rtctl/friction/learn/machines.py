@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import FORMULAS, MEAN
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_table import FORMULAS, MEAN
 from rtctl.friction.learn import interior
 from rtctl.friction.learn.formulas import fit_formula
 from rtctl.friction.learn.gram import FINE, Gram, pivoted

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rtctl.friction.kinds.table import MEAN
+from rtctl.friction.kind_table import MEAN
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score
 from rtctl.friction.learn.selection import Rung

@@ -1,7 +1,7 @@
 """Rungs of place: how many waves a turn friction has, cross-validated over places, and that model.
 
 Rows are measurements at one place and speed each. The machine is least squares with the product kernel of
-`rtctl.friction.kinds.place` (a ridge in its space): with so many rows at the same speeds an epsilon-SVR took
+`rtctl.friction.kind_place` (a ridge in its space): with so many rows at the same speeds an epsilon-SVR took
 a hundred times as long, and no better. Without a wave it is the spline of speed alone, which is the rung to
 beat.
 """
@@ -16,10 +16,10 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.band import Band
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.harmonics import Harmonics
-from rtctl.friction.kinds.place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
-from rtctl.friction.kinds.spline import UNIT
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_harmonics import Harmonics
+from rtctl.friction.kind_place import SPEEDS_MOST, WAVES_MOST, PlaceKernel, compile_place
+from rtctl.friction.kind_spline import UNIT
 from rtctl.friction.learn.bands import of_errors, with_band
 from rtctl.friction.learn.fit import describe_branch
 from rtctl.friction.learn.grids import unit_of

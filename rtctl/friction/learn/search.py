@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rtctl.errors import UnidentifiableError
-from rtctl.friction.kinds.table import KERNELS
+from rtctl.friction.kind_table import KERNELS
 from rtctl.friction.learn.certainty import doubt, standard_error
 from rtctl.friction.learn.gram import MANY, Gram
 from rtctl.friction.learn.grids import in_scale_of

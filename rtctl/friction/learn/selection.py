@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn.certainty import doubt, excess, standard_error
 from rtctl.friction.learn.formulas import fit_formula, is_bend, require_told
 from rtctl.friction.learn.hold_out import TRAINS

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.options import MockOptions
-from rtctl.host.telemetry.samples import tick_columns
+from hw.simulators.mock_options import MockOptions
+from rtctl.host.exchange.samples import tick_columns
 from rtctl.recording.export import export
 from rtctl.recording.limits import Limits
 from rtctl.recording.parts import Parts

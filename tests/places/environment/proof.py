@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from rtctl.check.stability_report import examine
-from rtctl.host.commands.messages import decode
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.client import view_world
+from rtctl.host.exchange.messages import decode
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
-from rtctl.view import world
 
 CONFIGS = Path("configs")
 K, REACH, COUPLING = 3.0, 0.05, 60.0
@@ -60,5 +60,5 @@ def test_a_message_asks_for_it_within_its_bounds():
 
 
 def test_the_page_offers_it_with_its_slider():
-    assert "groove" in world.offered()["worlds"]
-    assert world.offered()["sliders"]["reach_rad"]["label"] == "reach"
+    assert "groove" in view_world.offered()["worlds"]
+    assert view_world.offered()["sliders"]["reach_rad"]["label"] == "reach"

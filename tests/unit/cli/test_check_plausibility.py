@@ -186,7 +186,7 @@ def test_json_carries_the_rows_of_the_table(rig, monkeypatch, capsys):
 
 @pytest.mark.parametrize("given", [[Timing(float("nan"))], [Timing(-1.0)], [], ["soon"]])
 def test_a_declaration_that_is_none_is_refused(monkeypatch, given):
-    monkeypatch.setattr("hw.mock.declared.timing", lambda options, rig: given)
+    monkeypatch.setattr("hw.simulators.mock_declared.timing", lambda options, rig: given)
     with pytest.raises(BackendError, match="finite numbers"):
         registry.timing("mock", {}, SimpleNamespace(n_axes=1, period_s=1e-3))
 

@@ -15,8 +15,8 @@ from click.testing import CliRunner
 from rtctl.cli import bench, cli, main
 from rtctl.cli.json_text import json_text
 from rtctl.control.vocabulary import State
-from rtctl.machine.examine import Report
-from rtctl.machine.line import Line
+from rtctl.host.machine_examine import Report
+from rtctl.host.machine_line import Line
 from rtctl.plain_data import as_data
 from tests.bench.row import Row
 
@@ -119,7 +119,7 @@ def test_wrong_usage_is_json_too(monkeypatch, capsys, tmp_path):
 
 @pytest.mark.parametrize(("no_color", "coloured"), [("", True), ("1", False)])
 def test_no_color_is_honoured(no_color, coloured, monkeypatch):
-    monkeypatch.setattr("rtctl.machine.examine.examine", _examined)
+    monkeypatch.setattr("rtctl.host.machine_examine.examine", _examined)
     done = CliRunner().invoke(cli, ["doctor", "--no-timing"], color=True, env={"NO_COLOR": no_color})
     assert ("\x1b[" in done.stdout) is coloured
 

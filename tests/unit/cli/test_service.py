@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from hw import registry
 from rtctl.cli import service as cli
 from rtctl.cli.service import command
-from rtctl.machine import service_steps as service
+from rtctl.host import service_steps as service
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
 

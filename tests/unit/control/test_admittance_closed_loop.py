@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation

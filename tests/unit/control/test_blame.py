@@ -9,8 +9,8 @@ import pytest
 from law_rig import LawRig
 
 from rtctl.control.vocabulary import Fault
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.rig_description import AxisDescription, DeviceDescription, RigDescription
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.rig_description import AxisDescription, DeviceDescription, RigDescription
 
 BOTH = {
     "follow_kind": 1, "follow_delay_ticks": 1, "arming_torque_nm": 0.1, "temperature_kind": 1,

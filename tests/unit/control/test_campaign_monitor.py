@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from law_rig import LawRig
 
-from hw.mock.records import params_dtype, state_dtype
-from rtctl.campaign.monitor import INVARIANTS, memory_dtype, watch, watch_hand
+from hw.simulators.mock_records import params_dtype, state_dtype
 from rtctl.control.jit import records
 from rtctl.control.vocabulary import Fault, Program, State
+from rtctl.simulation.campaign_monitor import INVARIANTS, memory_dtype, watch, watch_hand
 
 
 class Watched:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.records import Hand
+from hw.simulators.mock_records import Hand
 from rtctl.check.admittance_figures import fading
 from rtctl.control.display import CHANGE_S
 from rtctl.control.proofs import admittance_margin

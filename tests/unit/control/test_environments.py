@@ -10,15 +10,15 @@ import pytest
 
 from hw.code_cache import CodeCache
 from hw.jit import JIT_DISABLED
+from rtctl.client import view_world
 from rtctl.client.worlds import Worlds
 from rtctl.control.environments import detents, laws
 from rtctl.control.environments.kind import SHARED, STIFFNESS, KindFile
 from rtctl.control.environments.table import NAMES, OWN, PARAMETERS, Environment, meaning, using
 from rtctl.control.jit import records
 from rtctl.control.records import new_records
-from rtctl.host.commands.operations import OPERATIONS
+from rtctl.host.exchange.operations import OPERATIONS
 from rtctl.rig_file.axis_tables import EnvironmentTable
-from rtctl.view import world
 
 ROOT = Path(__file__).parents[3]
 LOCAL = [kind for kind in Environment if not kind.about.active]
@@ -111,20 +111,20 @@ def test_messages_records_and_pages_have_the_kinds_and_parameters_of_the_table()
     keys = {key.name: key for key in OPERATIONS["environment"].keys}
     assert keys["kind"].choices == NAMES
     _, state, command, _ = new_records(2)
-    sliders = world.offered()["sliders"]
+    sliders = view_world.offered()["sliders"]
     for one in PARAMETERS:
         assert keys[one.name].meaning == meaning(one)
         kind = "i" if one.sign else "f"
         assert command.dtype[f"environment_{one.name}"].base.kind == kind
         assert state.dtype[f"world_{one.name}"].base.kind == kind
         assert (one.name in sliders) == (one.slider is not None)
-    assert {kind.word for kind in LOCAL} <= world.offered()["worlds"].keys()
+    assert {kind.word for kind in LOCAL} <= view_world.offered()["worlds"].keys()
 
 
 def test_a_page_draws_every_world_that_is_felt():
-    text = (ROOT / "rtctl" / "view" / "static" / "drawings.js").read_text()
+    text = (ROOT / "rtctl" / "client" / "view_static" / "drawings.js").read_text()
     drawn = set(re.findall(r"^  (\w+): \{", text, re.MULTILINE))
-    assert drawn == world.offered()["worlds"].keys() - {"free", "drag"}
+    assert drawn == view_world.offered()["worlds"].keys() - {"free", "drag"}
 
 
 def test_a_parameter_that_is_a_kinds_own_has_a_kind():

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from law_rig import LEVER, LawRig, T
 
-from hw.mock.load import load_levels
+from hw.simulators.mock_load import load_levels
 from rtctl.control.force_doubt import _average
 from rtctl.control.load_friction import load_friction, load_gain, load_magnitude, motor_through_gear
 from rtctl.control.records import MODEL

@@ -18,7 +18,7 @@ from rtctl.control.place_trust import judge_place, place_trust
 from rtctl.control.records import HELD, MODEL, new_records
 from rtctl.control.vocabulary import PlaceUse, Policy
 from rtctl.friction import artefact
-from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.friction.kind_harmonics import Harmonics
 from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
 

@@ -1,6 +1,6 @@
 """A made-up tree of a machine's files, and what the doctor says of a device in it."""
 
-from rtctl.machine import wiring
+from rtctl.host import machine_wiring
 
 
 def put(root, path, content):
@@ -10,7 +10,7 @@ def put(root, path, content):
 
 
 def look(root, options, ask=lambda _command: ""):
-    return wiring.check(root, [("device[0] 'drive'", options)], ask)
+    return machine_wiring.check(root, [("device[0] 'drive'", options)], ask)
 
 
 def process(root, pid, command, holds=None):

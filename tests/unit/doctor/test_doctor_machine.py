@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from rtctl.machine import kernel as machine
-from rtctl.machine import rights
+from rtctl.host import machine_kernel as machine
+from rtctl.host import machine_rights
 
 DYNAMIC = "Linux version 6.1.0 (x) #1 SMP PREEMPT_DYNAMIC Debian"
 
@@ -142,12 +142,12 @@ def test_no_file_whatever_it_holds_raises(tmp_path, content):
     ):  # fmt: skip
         put(tmp_path, path, content)
     machine.check(tmp_path, 1)
-    rights.check(tmp_path, "mock", 80)
+    machine_rights.check(tmp_path, "mock", 80)
 
 
 def test_an_empty_tree_raises_nothing(tmp_path):
     assert len(machine.check(tmp_path, 0)) == 7
-    assert rights.check(tmp_path, "", 80)
+    assert machine_rights.check(tmp_path, "", 80)
 
 
 LIMITS = """Limit                     Soft Limit           Hard Limit           Units
@@ -158,7 +158,7 @@ Max realtime priority     {rtprio}                    99                   """
 def shell(root, rtprio, memlock, capabilities="0000000000000000"):
     put(root, "proc/self/limits", LIMITS.format(rtprio=rtprio, memlock=memlock))
     put(root, "proc/self/status", f"Name:\tx\nCapEff:\t{capabilities}")
-    return [line.status for line in rights.shell(root, 80)]
+    return [line.status for line in machine_rights.shell(root, 80)]
 
 
 def test_the_shells_limits_count_or_the_capabilities(tmp_path):
@@ -166,7 +166,7 @@ def test_the_shells_limits_count_or_the_capabilities(tmp_path):
     assert shell(tmp_path, 80, "unlimited") == ["ok", "ok"]
     assert shell(tmp_path, 79, "unlimited") == ["warn", "ok"]
     assert shell(tmp_path, 0, 0, f"{1 << 23 | 1 << 14:016x}") == ["ok", "ok"]
-    fixes = [line.fix for line in rights.shell(tmp_path, 80) if line.fix]
+    fixes = [line.fix for line in machine_rights.shell(tmp_path, 80) if line.fix]
     assert not fixes
 
 
@@ -174,7 +174,7 @@ UNIT = "[Unit]\nLimitRTPRIO=1\n[Service]\nLimitRTPRIO={rtprio}\nLimitMEMLOCK={me
 
 
 def service(root, rig="mock"):
-    return {line.check: line for line in rights.service(root, rig, 80)}
+    return {line.check: line for line in machine_rights.service(root, rig, 80)}
 
 
 def test_a_unit_that_is_not_installed_is_told_with_the_command(tmp_path):
@@ -211,15 +211,15 @@ def test_drop_ins_are_applied_and_those_of_other_rigs_are_not(tmp_path):
 
 
 def test_the_unit_we_ship_grants_what_the_default_priority_asks(tmp_path):
-    ours = Path(__file__).parents[3] / "systemd" / rights.UNIT
-    put(tmp_path, f"etc/systemd/system/{rights.UNIT}", ours.read_text())
-    assert {line.status for line in rights.service(tmp_path, "mock", 80)} == {"ok"}
+    ours = Path(__file__).parents[3] / "systemd" / machine_rights.UNIT
+    put(tmp_path, f"etc/systemd/system/{machine_rights.UNIT}", ours.read_text())
+    assert {line.status for line in machine_rights.service(tmp_path, "mock", 80)} == {"ok"}
 
 
 @pytest.mark.parametrize(("uid", "said"), [("0", 1), ("1000", 0)])
 def test_root_is_told_to_work_as_an_ordinary_user(tmp_path, uid, said):
     put(tmp_path, "proc/self/status", f"Name:\trtctl\nUid:\t1000\t{uid}\t1000\t1000")
-    lines = list(rights.user(tmp_path, "sudo rtctl service install a.toml"))
+    lines = list(machine_rights.user(tmp_path, "sudo rtctl service install a.toml"))
     assert len(lines) == said
     for line in lines:
         assert line.status == "warn"
@@ -229,7 +229,7 @@ def test_root_is_told_to_work_as_an_ordinary_user(tmp_path, uid, said):
 
 def test_missing_rights_name_the_command_that_gives_them_all(tmp_path):
     install = "sudo /opt/rtctl/bin/python -m rtctl service install rig.toml"
-    lines = rights.check(tmp_path, "rig", 80, install)
+    lines = machine_rights.check(tmp_path, "rig", 80, install)
     wrong = [line for line in lines if line.status != "ok"]
     assert {"shell rtprio", "shell memlock", "service unit"} <= {line.check for line in wrong}
     assert all(install in line.fix for line in wrong)

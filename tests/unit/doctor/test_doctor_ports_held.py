@@ -11,7 +11,7 @@ import pytest
 from made_up_tree import look, process, put
 
 from hw.device_holders import holders
-from rtctl.machine import ports
+from rtctl.host import machine_ports
 
 
 @pytest.fixture
@@ -88,6 +88,6 @@ def test_a_member_of_the_group_is_told_to_log_in_again(port, monkeypatch, member
     monkeypatch.setattr("grp.getgrgid", lambda _gid: group)
     known = (port / "dev/ttyUSB0").stat()
     shown = SimpleNamespace(st_mode=stat.S_IFCHR | 0o660, st_gid=20, st_dev=known.st_dev, st_ino=known.st_ino)
-    line = ports._forbidden("drive", "/dev/ttyUSB0", "ttyUSB0", shown)
+    line = machine_ports._forbidden("drive", "/dev/ttyUSB0", "ttyUSB0", shown)
     assert words in line.fix
     assert ("usermod" in line.fix) != member

@@ -11,9 +11,9 @@ import pytest
 
 from hw import registry
 from hw.interface import Finding
-from rtctl.machine import examine as whole
-from rtctl.machine import software, wakeup
-from rtctl.machine.line import Line
+from rtctl.host import machine_examine as whole
+from rtctl.host import machine_software, machine_wakeup
+from rtctl.host.machine_line import Line
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 
@@ -27,22 +27,22 @@ CONFIGS = Path(__file__).parents[3] / "configs"
     ],
 )
 def test_versions_are_compared(python, libzmq, curve, statuses):
-    assert [line.status for line in software.versions(python, libzmq, curve=curve)] == statuses
+    assert [line.status for line in machine_software.versions(python, libzmq, curve=curve)] == statuses
 
 
 def test_the_libraries_installed_here_are_new_enough():
-    assert {line.status for line in software.installed()} == {"ok"}
+    assert {line.status for line in machine_software.installed()} == {"ok"}
 
 
 def test_a_good_rig_file_with_its_own_model_is_ok():
-    loaded, lines = software.rig_file(str(CONFIGS / "mock.toml"))
-    assert [line.status for line in lines + software.model(loaded)] == ["ok"] * 3
+    loaded, lines = machine_software.rig_file(str(CONFIGS / "mock.toml"))
+    assert [line.status for line in lines + machine_software.model(loaded)] == ["ok"] * 3
 
 
 def test_every_fault_of_a_rig_file_is_a_line_with_its_key(tmp_path):
     path = tmp_path / "rig.toml"
     path.write_text((CONFIGS / "mock.toml").read_text().replace("rate_hz = 1000.0", "rate_hz = 1\noops = 2"))
-    loaded, lines = software.rig_file(str(path))
+    loaded, lines = machine_software.rig_file(str(path))
     assert loaded is None
     assert {line.status for line in lines} == {"fail"}
     assert any("loop.rate_hz" in line.found for line in lines)
@@ -56,26 +56,26 @@ def test_a_model_of_another_rig_and_an_unstable_coupling_fail(tmp_path):
     path.write_text(
         text.replace('"friction/mock.json"', f'"{model}"').replace('name = "mock"', 'name = "other"')
     )
-    loaded, _ = software.rig_file(str(path))
-    (line,) = software.model(loaded)
+    loaded, _ = machine_software.rig_file(str(path))
+    (line,) = machine_software.model(loaded)
     assert (line.check, line.status) == ("friction model", "fail")
     path.write_text(
         text.replace('"friction/mock.json"', '""').replace(
             "stiffness_nm_rad = 60.0", "stiffness_nm_rad = 6000.0"
         )
     )
-    loaded, _ = software.rig_file(str(path))
-    assert software.model(loaded)[1].status == "fail"
+    loaded, _ = machine_software.rig_file(str(path))
+    assert machine_software.model(loaded)[1].status == "fail"
 
 
 def wakeups(late_us, missed=0, refused=()):
-    return wakeup.Wakeups.of(np.array(late_us) * 1000, missed, 1_000_000, refused)
+    return machine_wakeup.Wakeups.of(np.array(late_us) * 1000, missed, 1_000_000, refused)
 
 
 def test_wake_ups_are_summarised_and_drawn():
     found = wakeups([1] * 990 + [60] * 9 + [7000])
     assert (found.p50_us, found.max_us, sum(found.counts), found.counts[-1]) == (1.0, 7000.0, 1000, 1)
-    lines = wakeup.histogram(found)
+    lines = machine_wakeup.histogram(found)
     assert len(lines) == 3
     assert "990 ####" in lines[0]
 
@@ -91,7 +91,7 @@ def test_wake_ups_are_summarised_and_drawn():
     ],
 )
 def test_late_wake_ups_fail_only_where_a_hand_may_be_on_the_rig(late_us, missed, real, status):
-    (line,) = wakeup.judge(wakeups(late_us, missed), 1, real=real, required=False)
+    (line,) = machine_wakeup.judge(wakeups(late_us, missed), 1, real=real, required=False)
     assert line.status == status
     assert bool(line.fix) == (status != "ok")
 
@@ -101,18 +101,18 @@ def test_late_wake_ups_fail_only_where_a_hand_may_be_on_the_rig(late_us, missed,
 )
 def test_refused_rights_fail_where_the_rig_would_refuse(real, required, status):
     found = wakeups([5] * 100, refused=("sched-fifo refused: LimitRTPRIO=80",))
-    assert wakeup.judge(found, 1, real=real, required=required)[0].status == status
+    assert machine_wakeup.judge(found, 1, real=real, required=required)[0].status == status
 
 
 def test_the_measurement_is_one_line_of_json():
-    found = wakeup.measure(0.1, 1_000_000, 80, -1)
+    found = machine_wakeup.measure(0.1, 1_000_000, 80, -1)
     assert found is not None
     assert found.wakeups + found.missed >= 100
     assert found.max_us >= found.p999_us >= found.p50_us >= 0
 
 
 def test_a_report_of_a_made_up_machine(tmp_path, monkeypatch):
-    monkeypatch.setattr(wakeup, "measure", lambda *_: wakeups([5] * 100))
+    monkeypatch.setattr(machine_wakeup, "measure", lambda *_: wakeups([5] * 100))
     said = []
     report = whole.examine(str(CONFIGS / "mock.toml"), 1.0, root=tmp_path, say=said.append)
     assert list(report.lines) == said
@@ -160,7 +160,7 @@ def test_a_backend_that_looks_wrongly_is_named_and_the_report_goes_on(monkeypatc
 
 
 def test_a_measurement_that_failed_is_a_warning(tmp_path, monkeypatch):
-    monkeypatch.setattr(wakeup, "measure", lambda *_: None)
+    monkeypatch.setattr(machine_wakeup, "measure", lambda *_: None)
     report = whole.examine(None, 1.0, root=tmp_path)
     assert report.lines[-1].status == "warn"
 

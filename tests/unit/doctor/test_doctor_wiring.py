@@ -6,7 +6,7 @@ import os
 import pytest
 from made_up_tree import look, put
 
-from rtctl.machine import ports, wiring
+from rtctl.host import machine_ports, machine_wiring
 
 BUS = {
     "interface": "socketcan",
@@ -61,7 +61,7 @@ def test_the_latency_timer_of_the_ports_adapter_is_looked_at(port, timer, status
 def test_without_a_rig_file_every_adapter_is_looked_at(tmp_path):
     put(tmp_path, "sys/bus/usb-serial/devices/ttyUSB1/latency_timer", "16")
     put(tmp_path, "sys/bus/usb-serial/devices/ttyUSB0/latency_timer", "1")
-    assert [line.status for line in ports.usb_adapters(tmp_path)] == ["ok", "warn"]
+    assert [line.status for line in machine_ports.usb_adapters(tmp_path)] == ["ok", "warn"]
 
 
 def test_an_address_is_resolved_but_nothing_is_sent(tmp_path):
@@ -140,8 +140,8 @@ def test_a_device_without_wires_is_ok(tmp_path):
 
 
 def test_a_command_that_is_missing_or_fails_says_nothing():
-    assert wiring.run(["no-such-command-here"]) == ""
-    assert wiring.run(["false"]) == ""
+    assert machine_wiring.run(["no-such-command-here"]) == ""
+    assert machine_wiring.run(["false"]) == ""
 
 
 # ---- devices of third parties: whatever their options call it
@@ -211,7 +211,7 @@ def test_a_wire_that_two_keys_name_is_looked_at_once(port):
 
 
 def test_a_real_device_that_names_no_wire_is_told_so_and_a_simulated_one_is_not(tmp_path):
-    (line,) = wiring.check(tmp_path, [("device[0] 'odd'", {"gain": 3})], real={"device[0] 'odd'"})
+    (line,) = machine_wiring.check(tmp_path, [("device[0] 'odd'", {"gain": 3})], real={"device[0] 'odd'"})
     assert (line.status, "port, host, bus or usb" in line.fix) == ("warn", True)
-    (line,) = wiring.check(tmp_path, [("device[0] 'odd'", {"gain": 3})])
+    (line,) = machine_wiring.check(tmp_path, [("device[0] 'odd'", {"gain": 3})])
     assert line.status == "ok"

@@ -16,8 +16,8 @@ from rtctl.experiments.real_run import FIELDS, Comparison, Phase
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction
-from rtctl.friction.report.page import Picture
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_page import Picture
+from rtctl.friction.learn.report_tables import Table
 from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
 

@@ -9,10 +9,10 @@ import pytest
 
 from rtctl.experiments import friction_model
 from rtctl.experiments.order import Order
-from rtctl.friction.mock_points import Point
+from rtctl.friction.learn.report_evidence import Errors
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report.evidence import Errors
 from rtctl.rig_file.config import load
+from rtctl.simulation.mock_points import Point
 
 CONFIG = Path(__file__).parents[3] / "configs/mock.toml"
 

@@ -26,7 +26,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.report import Outcome, Part, in_units_of
 from rtctl.experiments.virtual import FAST_SINE, PUSH
-from rtctl.friction.report.tables import Table
+from rtctl.friction.learn.report_tables import Table
 from rtctl.plain_data import as_data
 from rtctl.tick import new_ticks
 

@@ -16,8 +16,8 @@ from rtctl.friction.document import checksum, render
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.learn import bands, certainty, fit, ladder
 from rtctl.friction.learn.foretold import SESSIONS_MIN, Foretold
+from rtctl.friction.learn.report_judge import faults, judge
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report.judge import faults, judge
 from rtctl.rig_file.config import load
 
 SPEEDS = np.geomspace(0.02, 2.0, 16)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError, UnidentifiableError
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import FORMULAS
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn.formulas import fit_formula, is_bend, require_identifiable, require_told
 
 TRUE = {"coulomb_nm": 0.25, "viscous_nms_rad": 0.05, "breakaway_nm": 0.35, "stribeck_rad_s": 0.1}

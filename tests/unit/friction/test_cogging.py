@@ -11,7 +11,7 @@ from rtctl.control.jit import records
 from rtctl.control.place_friction import conservative_torque
 from rtctl.control.records import CONSERVATIVE_CELLS, MODEL
 from rtctl.errors import DataError
-from rtctl.friction.kinds.harmonics import ORDER_MAX, Harmonics
+from rtctl.friction.kind_harmonics import ORDER_MAX, Harmonics
 from rtctl.friction.learn.cogging import Sweep, changed_since, find_shift, fit_cogging
 
 PART = Harmonics(0.8, np.array([1.0, 3.0, 6.0]), np.array([0.02, 0.0, -0.01]), np.array([0.01, 0.03, 0.005]))

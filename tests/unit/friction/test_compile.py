@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from sklearn.svm import SVR, NuSVR
 
-from rtctl.friction.kinds.compile import compile_curve
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.spline import compile_spline, spline
+from rtctl.friction.kind_compile import compile_curve
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_spline import compile_spline, spline
 
 
 def _data():

@@ -10,12 +10,11 @@ from click.testing import CliRunner
 
 from rtctl.cli.evidence import command
 from rtctl.errors import ConfigError
-from rtctl.friction.kinds.table import FORMULAS
-from rtctl.friction.learn import ladder
+from rtctl.friction.kind_table import FORMULAS
+from rtctl.friction.learn import ladder, report_evidence_page
+from rtctl.friction.learn.report_evidence_page import Found, Line, judge_set, page
 from rtctl.friction.logs.data_sets import read_description, read_set
 from rtctl.friction.point_reader import read_points
-from rtctl.friction.report import evidence_page
-from rtctl.friction.report.evidence_page import Found, Line, judge_set, page
 
 ROOT = Path(__file__).parents[3]
 DATA = ROOT.parent / "shared" / "data"
@@ -106,7 +105,7 @@ def test_what_is_said_follows_from_the_figures(more, said):
 
 
 def test_a_warning_is_told_once_and_without_the_names_of_the_files():
-    without = evidence_page._without_files
+    without = report_evidence_page._without_files
     assert without("a/b.csv.gz: strokes too short") == "strokes too short"
     assert without("a/b.csv.gz, a/c.csv.gz: hardly any sliding: slow") == "hardly any sliding: slow"
 
@@ -160,14 +159,14 @@ def test_the_command_writes_the_page_and_names_a_file_that_is_missing(tmp_path, 
     assert isinstance(done.exception, ConfigError)
     assert "no file p.csv" in str(done.exception)
     (tmp_path / "p.csv").write_text((ROOT / "configs/friction/mock_points.csv").read_text())
-    right = evidence_page.judge_set
+    right = report_evidence_page.judge_set
 
     def quick(name, source, points, notes, options):
         assert options.families == tuple(FORMULAS)
         assert options.folds == "speed"
         return right(name, source, points, notes, QUICK)
 
-    monkeypatch.setattr(evidence_page, "judge_set", quick)
+    monkeypatch.setattr(report_evidence_page, "judge_set", quick)
     done = CliRunner().invoke(command, words)
     assert done.exit_code == 0, done.output
     text = (tmp_path / "page.md").read_text()

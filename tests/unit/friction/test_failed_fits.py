@@ -10,7 +10,7 @@ import sklearn.svm
 from stribeck_points import V, options, points, stribeck
 
 from rtctl.errors import ModelError
-from rtctl.friction.kinds.table import FORMULAS, KERNELS
+from rtctl.friction.kind_table import FORMULAS, KERNELS
 from rtctl.friction.learn import fit, ladder, machines, search
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 

@@ -9,11 +9,10 @@ import pytest
 from rtctl.__main__ import main
 from rtctl.errors import DataError
 from rtctl.friction import artefact
-from rtctl.friction.learn import fit, ladder, search
+from rtctl.friction.learn import fit, ladder, report_evidence, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, way_for
 from rtctl.friction.point_reader import read_points
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import evidence as report_evidence
 
 N = 200
 

@@ -14,11 +14,11 @@ from rtctl.friction.learn.hold_out import TRAINS, describe, folds_of, units_of, 
 from rtctl.friction.learn.laps import laps_of
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.point_evidence import with_evidence
+from rtctl.friction.learn.report_evidence import interval_nm
+from rtctl.friction.learn.report_judge import judge
 from rtctl.friction.logs.logs import FrictionSamples, level_points
 from rtctl.friction.outliers import without_outliers
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report.evidence import interval_nm
-from rtctl.friction.report.judge import judge
 from tests.bench import outliers
 
 QUICK = ladder.Options(

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from rtctl.friction.kinds.spline import spline
-from rtctl.friction.kinds.table import KERNELS
+from rtctl.friction.kind_spline import spline
+from rtctl.friction.kind_table import KERNELS
 
 X = np.random.default_rng(3).uniform(0, 4, (60, 1))
 

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from rtctl.friction.kinds import kind, table
-from rtctl.friction.kinds.compile import cell_bounds, compile_curve
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.table import FORMULAS, KERNELS, KINDS
+from rtctl.friction import kind, kind_table
+from rtctl.friction.kind_compile import cell_bounds, compile_curve
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_table import FORMULAS, KERNELS, KINDS
 from rtctl.friction.learn import grids
 from tests.documents.parts import rungs
 
@@ -21,7 +21,7 @@ NUMBERS = {"coulomb_nm": 0.25, "viscous_nms_rad": 0.05, "breakaway_nm": 0.35, "s
 def curve(name, n=12):
     """A curve of the kind: a formula of `NUMBERS`, or a sum of kernels with small coefficients."""
     of = KINDS[name]
-    if of is table.MEAN:
+    if of is kind_table.MEAN:
         others = [each for each in KINDS if each != name]
         return Curve.mean([(1 / len(others), curve(each, n)) for each in others])
     if of.is_formula:
@@ -85,10 +85,10 @@ def test_every_kind_is_a_rung_and_stands_in_the_document():
     for name in FORMULAS:
         assert [one.kind for one in grids.candidates(name, speed, 0.2 + speed)] == [name]
     for name, of in KERNELS.items():
-        for machine in table.MACHINES:
+        for machine in kind_table.MACHINES:
             tried = grids.candidates(f"{machine}-{name}", speed, 0.2 + speed)
             assert {one.c for one in tried} == {2.2 * share for share in of.c_shares}
-    assert all(f"`{family}`" in rungs() for family in (*table.FAMILIES, table.MEAN.name))
+    assert all(f"`{family}`" in rungs() for family in (*kind_table.FAMILIES, kind_table.MEAN.name))
 
 
 class Kinked(kind.Kernel):

@@ -13,11 +13,11 @@ from rtctl.control.place_friction import conservative_torque, place_magnitude
 from rtctl.errors import DataError, ModelError
 from rtctl.friction import artefact
 from rtctl.friction.document import checksum, render
-from rtctl.friction.kinds.harmonics import Harmonics
+from rtctl.friction.kind_harmonics import Harmonics
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.places import fit_places
+from rtctl.friction.learn.report_judge import faults, judge
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report.judge import faults, judge
 
 TURN = 2 * math.pi
 SHARE = 0.4

@@ -18,12 +18,12 @@ from rtctl.friction import artefact
 from rtctl.friction.learn import beside_speed, unloaded
 from rtctl.friction.learn.fit import fit_points
 from rtctl.friction.learn.load_terms import NAMES, Rows, fit_terms, friction, slopes
+from rtctl.friction.learn.report_beside_speed import body, sentences
+from rtctl.friction.learn.report_evidence import gather
+from rtctl.friction.learn.report_sentences import headline
 from rtctl.friction.load import LOOP_MOST
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report.beside_speed import body, sentences
-from rtctl.friction.report.evidence import gather
-from rtctl.friction.report.sentences import headline
 from rtctl.rig_file.config import load as load_config
 from tests import loaded_gear
 

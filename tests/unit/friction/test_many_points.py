@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.friction.kinds.table import KERNELS
+from rtctl.friction.kind_table import KERNELS
 from rtctl.friction.learn import gram, grids, interior, machines, search
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 

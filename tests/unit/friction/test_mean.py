@@ -12,8 +12,8 @@ import pytest
 from rtctl.errors import ModelError
 from rtctl.friction import artefact
 from rtctl.friction.document import checksum, render
-from rtctl.friction.kinds.compile import compile_curve, sampled_error
-from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kind_compile import compile_curve, sampled_error
+from rtctl.friction.kind_curve import Curve
 from rtctl.friction.learn import fit, grids, ladder, mean, search
 from rtctl.friction.learn.machines import Candidate, train
 from rtctl.friction.learn.search import Score

@@ -12,8 +12,8 @@ import pytest
 from rtctl.errors import ModelError
 from rtctl.friction import artefact
 from rtctl.friction.document import checksum, render
-from rtctl.friction.kinds.curve import Curve
-from rtctl.friction.kinds.spline import UNIT, compile_spline
+from rtctl.friction.kind_curve import Curve
+from rtctl.friction.kind_spline import UNIT, compile_spline
 from rtctl.friction.learn import grids
 from rtctl.friction.learn.ladder import Options, ascend, learn
 from rtctl.friction.learn.machines import train

@@ -8,8 +8,8 @@ import pytest
 from rtctl.control.jit import records
 from rtctl.control.place_friction import conservative_torque, place_magnitude, turn_waves
 from rtctl.control.records import MODEL, PLACE_ORDERS, PLACE_SEGMENTS
-from rtctl.friction.kinds.place import PlaceKernel, compile_place
-from rtctl.friction.kinds.spline import compile_spline
+from rtctl.friction.kind_place import PlaceKernel, compile_place
+from rtctl.friction.kind_spline import compile_spline
 
 V, X, BETA, BIAS = np.array([0.1, 0.5, 1.5]), np.array([0.3, 2.0, 5.0]), np.array([2.0, -1.0, 0.5]), 0.3
 ORACLE = {(0.0, 1.0): 2.183267475950, (0.7, 1.0): 2.453000294048, (3.0, -2.0): 5.391770415523}

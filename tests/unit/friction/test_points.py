@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.learn import fit
+from rtctl.friction.learn import fit, report_evidence
 from rtctl.friction.learn.point_evidence import with_evidence
 from rtctl.friction.point_reader import read_points
-from rtctl.friction.report import evidence
 
 SPEEDS = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0, 2.0]
 
@@ -155,7 +154,7 @@ def test_every_column_of_numbers_is_kept_and_the_file_is_read_once(tmp_path):
     backward = points.rows_of(-1)
     assert np.array_equal(points.columns["position_rad"][backward], 0.1 * k[8:])
     model = with_evidence(fit.fit_points(points, rig="mock", c=10.0), points)
-    assert set(evidence.gather(points, model, None).extra) == {"position_rad", "time_s"}
+    assert set(report_evidence.gather(points, model, None).extra) == {"position_rad", "time_s"}
 
 
 @pytest.mark.parametrize(("column", "cell"), [("load_nm", "1e7"), ("log", "-1"), ("position_rad", "north")])

@@ -13,13 +13,12 @@ import pytest
 
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
-from rtctl.friction.kinds.table import FORMULAS
-from rtctl.friction.learn import fit, ladder
+from rtctl.friction.kind_table import FORMULAS
+from rtctl.friction.learn import fit, ladder, report_evidence
+from rtctl.friction.learn import report_write as report
 from rtctl.friction.learn.machines import FailedFitError
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.point_reader import read_points
-from rtctl.friction.report import evidence as report_evidence
-from rtctl.friction.report import write as report
 from rtctl.rig_file import config
 
 ROOT = Path(__file__).parents[3]

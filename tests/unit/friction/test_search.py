@@ -8,7 +8,7 @@ from stribeck_points import V, ascended, options, points, stribeck
 
 from rtctl.errors import DataError
 from rtctl.friction import artefact
-from rtctl.friction.kinds.table import FAMILIES, KERNELS
+from rtctl.friction.kind_table import FAMILIES, KERNELS
 from rtctl.friction.learn import grids, ladder, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_by_time
 from rtctl.friction.learn.machines import Candidate, train

@@ -7,13 +7,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtctl.friction.learn import fit, selection
+from rtctl.friction.learn import (
+    fit,
+    report_evidence,
+    report_measured_range,
+    report_page,
+    report_sentences,
+    report_tables,
+    selection,
+)
 from rtctl.friction.learn.machines import Candidate
+from rtctl.friction.learn.report_measured_range import unmeasured
 from rtctl.friction.learn.search import Score
 from rtctl.friction.points import FrictionPoints
-from rtctl.friction.report import evidence as report_evidence
-from rtctl.friction.report import measured_range, page, sentences, tables
-from rtctl.friction.report.measured_range import unmeasured
 
 
 def on_test(**rmse_mnm):
@@ -45,35 +51,36 @@ def rung(family, rmse_mnm, terms):
 SPLINE = "epsilon-spline"
 
 CASES = [
-    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=3), SPLINE),
+    (report_sentences.of_test, (on_test(epsilon_spline=2, gaussian=3), SPLINE),
         "errs 2 mN m RMS, the least of 2 models"),
-    (sentences.of_test, (on_test(epsilon_spline=2, gaussian=1.9), SPLINE),
+    (report_sentences.of_test, (on_test(epsilon_spline=2, gaussian=1.9), SPLINE),
         "within one standard error of the best of 2"),
-    (sentences.of_test, (on_test(epsilon_spline=4, gaussian=1), SPLINE),
+    (report_sentences.of_test, (on_test(epsilon_spline=4, gaussian=1), SPLINE),
         "4 times the best of 2 models: the least has gaussian, 1 mN m"),
-    (sentences.of_test, (on_test(gaussian=1), SPLINE), "nothing is said of epsilon-spline"),
-    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=1),),
+    (report_sentences.of_test, (on_test(gaussian=1), SPLINE), "nothing is said of epsilon-spline"),
+    (report_sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=1),),
         "a formula is the best: gaussian beats epsilon-spline, 1 against 2"),
-    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=2.1),),
+    (report_sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=2.1),),
         "a formula is as good: gaussian is within one standard error"),
-    (sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=4),),
+    (report_sentences.of_test_formulas, (on_test(epsilon_spline=2, gaussian=4),),
         "no formula is as good: the best, gaussian, errs 2 times as much"),
-    (sentences.of_test_formulas, (on_test(gaussian=4),), "^$"),
-    (sentences.of_agreement, (on_test(epsilon_spline=2), held(epsilon_spline=1.9), SPLINE),
+    (report_sentences.of_test_formulas, (on_test(gaussian=4),), "^$"),
+    (report_sentences.of_agreement, (on_test(epsilon_spline=2), held(epsilon_spline=1.9), SPLINE),
         "1.1 times its held-out error .*: the two agree"),
-    (sentences.of_agreement, (on_test(epsilon_spline=8), held(epsilon_spline=2), SPLINE),
+    (report_sentences.of_agreement, (on_test(epsilon_spline=8), held(epsilon_spline=2), SPLINE),
         "4 times .* says too little of another session"),
-    (sentences.of_agreement, (on_test(epsilon_spline=1), held(epsilon_spline=2), SPLINE),
+    (report_sentences.of_agreement, (on_test(epsilon_spline=1), held(epsilon_spline=2), SPLINE),
         "the test points are easier"),
-    (sentences.of_bound, (model(train=3, validation=2, test=None),),
+    (report_sentences.of_bound, (model(train=3, validation=2, test=None),),
         "is 3 mN m, on the points it was learned from"),
-    (sentences.of_bound, (model(train=3, validation=4, test=None),), "is 4 mN m, on what was held out"),
-    (sentences.of_bound, (model(train=3, validation=4, test=9, single=None),),
+    (report_sentences.of_bound, (model(train=3, validation=4, test=None),),
+        "is 4 mN m, on what was held out"),
+    (report_sentences.of_bound, (model(train=3, validation=4, test=9, single=None),),
         "is 9 mN m, on the test points"),
-    (sentences.of_bound, (model(train=3, validation=4, test=9, single=20),),
+    (report_sentences.of_bound, (model(train=3, validation=4, test=9, single=20),),
         "is 20 mN m, on single measurements"),
-    (sentences.of_left_out, (0, 140), "^$"),
-    (sentences.of_left_out, (1, 140), "1 of 140 points is left out"),
+    (report_sentences.of_left_out, (0, 140), "^$"),
+    (report_sentences.of_left_out, (1, 140), "1 of 140 points is left out"),
 ]  # fmt: skip
 
 
@@ -88,12 +95,12 @@ def test_a_sentence_says_what_its_table_says_and_no_other_table_makes_it_say_so(
 
 def test_a_model_that_no_search_compared_is_compared_with_the_formulas_of_the_table():
     better, worse = held(epsilon_spline=2, gaussian=1), held(epsilon_spline=2, gaussian=3)
-    assert "A formula errs no more: gaussian, 1 against 2" in sentences.of_formulas(better, SPLINE)[0]
+    assert "A formula errs no more: gaussian, 1 against 2" in report_sentences.of_formulas(better, SPLINE)[0]
     assert (
         "No formula errs as little: the best is gaussian, 3 against 2"
-        in sentences.of_formulas(worse, SPLINE)[0]
+        in report_sentences.of_formulas(worse, SPLINE)[0]
     )
-    assert sentences.of_formulas(better, "gaussian") == []
+    assert report_sentences.of_formulas(better, "gaussian") == []
 
 
 @pytest.mark.parametrize(
@@ -137,7 +144,7 @@ def test_the_page_confronts_its_headline_with_test_points_that_contradict_it(lea
     said = {}
     for name, test in (("none", None), ("same", joint()), ("weaker", joint(factor=0.5))):
         evidence = report_evidence.gather(joint(), learned, None, test)
-        said[name] = " ".join(sentences.headline(evidence))
+        said[name] = " ".join(report_sentences.headline(evidence))
     assert "test points" not in said["none"]
     assert "which says too little of another session" in said["weaker"]
     assert "which says too little of another session" not in said["same"]
@@ -147,17 +154,18 @@ def test_the_page_confronts_its_headline_with_test_points_that_contradict_it(lea
     )
     assert "does not hold" not in said["same"]
     evidence = report_evidence.gather(joint(), learned, None, joint(factor=0.5))
-    html = page.page(evidence, SimpleNamespace(axes=(), gain_model=0.5, friction_min_nm=0.2),
+    html = report_page.page(evidence, SimpleNamespace(axes=(), gain_model=0.5, friction_min_nm=0.2),
         {"provenance": {}}, [
-        page.Picture("ladder", "", b"")])  # fmt: skip
+        report_page.Picture("ladder", "", b"")])  # fmt: skip
     assert "which says too little of another session" in html
 
 
 def test_the_table_of_errors_says_what_was_held_out(learned):
     evidence = report_evidence.gather(joint(), learned, None)
-    assert "on speeds held out of training" in tables.errors(evidence).caption
+    assert "on speeds held out of training" in report_tables.errors(evidence).caption
     assert (
-        "on stretches of time held out of training" in tables.errors(replace(evidence, folds="time")).caption
+        "on stretches of time held out of training"
+        in report_tables.errors(replace(evidence, folds="time")).caption
     )
 
 
@@ -170,7 +178,7 @@ def test_a_curve_is_dashed_where_nothing_was_measured():
     drawn = []
     plot = SimpleNamespace(plot=lambda v, curve, **how: drawn.append((v[np.isfinite(curve)], how)))
     v = np.linspace(0, 2, 400)
-    measured_range.draw(plot, -v, np.ones(400), SPEEDS[SPEEDS > 0.1], label="curve")
+    report_measured_range.draw(plot, -v, np.ones(400), SPEEDS[SPEEDS > 0.1], label="curve")
     (solid, how), (dashed, dashes) = drawn
     assert dashes["linestyle"] == "--"
     assert how["label"] == "curve"
@@ -182,5 +190,5 @@ def test_a_curve_is_dashed_where_nothing_was_measured():
 
 
 def test_the_caption_names_the_speeds_that_were_not_measured():
-    assert measured_range.said(joint()) == ""
-    assert "below 0.01 rad/s (direction +1)" in measured_range.said(joint(SPEEDS[1:]))
+    assert report_measured_range.said(joint()) == ""
+    assert "below 0.01 rad/s (direction +1)" in report_measured_range.said(joint(SPEEDS[1:]))

@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 
 from rtctl.control.records import MAX_SEGMENTS
 from rtctl.errors import ModelError
-from rtctl.friction.kinds.compile import cell_bounds, compile_curve, error_bound, sampled_error
-from rtctl.friction.kinds.cubic import PiecewiseCubic
-from rtctl.friction.kinds.curve import Curve
+from rtctl.friction.kind_compile import cell_bounds, compile_curve, error_bound, sampled_error
+from rtctl.friction.kind_cubic import PiecewiseCubic
+from rtctl.friction.kind_curve import Curve
 
 TRUE = {"coulomb_nm": 0.25, "viscous_nms_rad": 0.05, "breakaway_nm": 0.35, "stribeck_rad_s": 0.1}
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from shipped_friction import BACKWARD, law_nm
 
-from rtctl.friction import artefact, truth
+from rtctl.friction import artefact
 from rtctl.rig_file.config import load
+from rtctl.simulation import friction_truth
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 SPEEDS = np.geomspace(0.005, 2, 20)
@@ -26,7 +27,7 @@ def loaded():
 
 def test_the_true_friction_is_the_rig_files_law(loaded):
     for direction in (1, -1):
-        found = truth.true_friction_nm(loaded, 0, direction * SPEEDS)
+        found = friction_truth.true_friction_nm(loaded, 0, direction * SPEEDS)
         np.testing.assert_allclose(found, law_nm(SPEEDS, direction), rtol=1e-12)
 
 
@@ -35,7 +36,7 @@ def test_errors_of_a_joint_with_hardly_any_dry_friction_are_shares_of_all_of_its
         "thinning_nms_rad": 0.0, "viscous_nms_rad": 4.0}  # fmt: skip
     options = {**loaded.options, "axis": [{**loaded.options["axis"][0], "friction": viscous}]}
     points = [(speed, 1.01 * 4.0 * speed, 1) for speed in SPEEDS]
-    (found,) = truth.of_points(loaded.model_copy(update={"options": options}), 0, points)
+    (found,) = friction_truth.of_points(loaded.model_copy(update={"options": options}), 0, points)
     assert found.rms_share == pytest.approx(0.01, rel=0.01)
     assert "of the friction's RMS = " in str(found)
 
@@ -50,7 +51,7 @@ def test_of_a_joint_that_cannot_make_a_turn_it_is_the_mean_over_its_travel(loade
     def found(update):
         config = loaded.config.model_copy(update={"axis": (axis.model_copy(update=update),)})
         changed = loaded.model_copy(update={"options": options, "config": config})
-        return [truth.true_friction_nm(changed, 0, sign * SPEEDS) for sign in (1, -1)]
+        return [friction_truth.true_friction_nm(changed, 0, sign * SPEEDS) for sign in (1, -1)]
 
     dry = 1 + 0.18 * (np.cos(low + 0.4) - np.cos(high + 0.4)) / (high - low)
     dry += 0.02 * (np.cos(low) - np.cos(high)) / (high - low)
@@ -69,7 +70,7 @@ def test_points_that_are_off_by_a_known_amount_are_off_by_that_share_of_coulomb(
     rows = [(0.0, 0.35 + 0.005, 1), (0.0, -0.35 * 1.06, -1)]
     rows += [(v, law_nm(v, 1) + (0.0025 if i % 2 else -0.0025), 1) for i, v in enumerate(SPEEDS)]
     rows += [(-v, -law_nm(v, -1), -1) for v in SPEEDS]
-    forward, backward = truth.of_points(loaded, 0, rows)
+    forward, backward = friction_truth.of_points(loaded, 0, rows)
     assert (forward.direction, forward.speeds, forward.dry_nm) == (1, 20, 0.25)
     assert forward.rms_share == pytest.approx(0.01)
     assert forward.worst_share == pytest.approx(0.01)
@@ -79,21 +80,23 @@ def test_points_that_are_off_by_a_known_amount_are_off_by_that_share_of_coulomb(
 
 
 def test_a_direction_without_a_moving_point_is_left_out(loaded):
-    assert truth.of_points(loaded, 0, []) == ()
-    assert [one.direction for one in truth.of_points(loaded, 0, [(-1.0, -0.3, -1), (0.0, 0.35, 1)])] == [-1]
+    assert friction_truth.of_points(loaded, 0, []) == ()
+    assert [
+        one.direction for one in friction_truth.of_points(loaded, 0, [(-1.0, -0.3, -1), (0.0, 0.35, 1)])
+    ] == [-1]
 
 
 def test_the_shipped_model_is_within_two_percent(loaded):
-    for one in truth.of_model(loaded, 0, artefact.load(CONFIGS / "friction" / "mock.json")):
+    for one in friction_truth.of_model(loaded, 0, artefact.load(CONFIGS / "friction" / "mock.json")):
         assert 0 < one.rms_share <= 0.02
         assert one.break_away_share is None
 
 
 def test_only_the_mocks_friction_is_known(loaded):
-    assert truth.is_known(loaded)
+    assert friction_truth.is_known(loaded)
     device = loaded.config.device[0].model_copy(update={"kind": "playback"})
     config = loaded.config.model_copy(update={"device": (device,)})
-    assert not truth.is_known(loaded.model_copy(update={"config": config}))
+    assert not friction_truth.is_known(loaded.model_copy(update={"config": config}))
 
 
 def test_friction_that_grows_with_the_motors_torque_is_that_of_the_torque_that_moves_the_joint():
@@ -104,7 +107,7 @@ def test_friction_that_grows_with_the_motors_torque_is_that_of_the_torque_that_m
     left = np.exp(-((v / 2.033) ** 2.9999))
     dry = 0.00048 + (5.2269 - 0.00048) * left + 9.709 * v
     expected = dry / (1 - 0.048888 - 8.8e-6 * left)
-    found = truth.true_friction_nm(load(CONFIGS / "mock-erob80.toml"), 0, v)
+    found = friction_truth.true_friction_nm(load(CONFIGS / "mock-erob80.toml"), 0, v)
     assert found == pytest.approx(expected, rel=1e-8)
 
 
@@ -112,8 +115,8 @@ def test_friction_that_grows_with_the_motors_torque_is_that_of_the_torque_that_m
 def test_errors_are_shares_of_the_friction_that_there_is(file, name, dry_nm):
     loaded = load(CONFIGS / f"{file}.toml")
     v = np.array([0.1, 0.5])
-    true_nm = truth.true_friction_nm(loaded, 0, v)
-    (found,) = truth.of_points(
+    true_nm = friction_truth.true_friction_nm(loaded, 0, v)
+    (found,) = friction_truth.of_points(
         loaded, 0, [(speed, nm + 0.01, 1) for speed, nm in zip(v, true_nm, strict=True)]
     )
     assert (found.dry_name, found.dry_nm) == (name, dry_nm)

@@ -7,7 +7,7 @@ import time
 import zmq
 from patience import until
 
-from rtctl.host.commands.gateway import Gateway
+from rtctl.host.exchange.gateway import Gateway
 from rtctl.rt.shared_memory import CommandWriter, Memory
 from rtctl.tick import new_ticks
 from rtctl.wire.protocol import Endpoints

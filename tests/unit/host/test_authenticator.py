@@ -3,7 +3,7 @@ import zmq
 from zmq.utils import z85
 
 from rtctl.errors import BusyError
-from rtctl.host.access.authenticator import BAN_S, PAUSE_S, VIEWER, ZAP_ADDRESS, Authenticator
+from rtctl.wire.authenticator import BAN_S, PAUSE_S, VIEWER, ZAP_ADDRESS, Authenticator
 from rtctl.wire.keys import Key
 
 PUBLIC = bytes(range(32))

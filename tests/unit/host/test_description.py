@@ -4,7 +4,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.friction import artefact
-from rtctl.host.telemetry.rig_description import RigDescription, describe
+from rtctl.host.exchange.rig_description import RigDescription, describe
 from rtctl.rig_file.config import Config, LoadedConfig
 
 AXIS = {
@@ -41,7 +41,7 @@ def test_bounds_come_from_the_rig_file_and_its_own_limits(tmp_path):
 
 
 def test_every_bounded_key_of_the_table_of_operations_has_a_bound(tmp_path):
-    from rtctl.host.commands.operations import OPERATIONS
+    from rtctl.host.exchange.operations import OPERATIONS
 
     bounds = describe(loaded(tmp_path)).axes[0].bounds
     for operation in OPERATIONS.values():

@@ -9,14 +9,13 @@ import pytest
 import zmq
 
 from rtctl.errors import BusyError, ConfigError
-from rtctl.host.access import endpoints
-from rtctl.host.access.endpoints import RuntimeDirectory, private_umask
-from rtctl.wire import protocol
+from rtctl.wire import endpoints, protocol
+from rtctl.wire.endpoints import RuntimeDirectory, private_umask
 from rtctl.wire.protocol import endpoints_in, rig_directory, running_rigs, runtime_root
 
 HOLD = """
 import sys
-from rtctl.host.access.endpoints import RuntimeDirectory
+from rtctl.wire.endpoints import RuntimeDirectory
 held = RuntimeDirectory.acquire("mock", sys.argv[1])
 print("held", flush=True)
 sys.stdin.read()
@@ -149,7 +148,7 @@ def test_a_client_finds_the_service_where_this_user_runs_no_such_rig(root, monke
 
 ORPHAN = """
 import os, sys, time
-from rtctl.host.access.endpoints import RuntimeDirectory
+from rtctl.wire.endpoints import RuntimeDirectory
 held = RuntimeDirectory.acquire("mock", sys.argv[1])
 order_read, order_write = os.pipe()
 if os.fork() == 0:

@@ -8,10 +8,10 @@ import pytest
 from hw.interface import LinkFault
 from rtctl.control.records import params_dtype
 from rtctl.control.vocabulary import Fault, GateFlag, State
-from rtctl.host.telemetry.device_words import DeviceWords
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.rig_description import AxisDescription, DeviceDescription, RigDescription
+from rtctl.host.exchange.device_words import DeviceWords
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.rig_description import AxisDescription, DeviceDescription, RigDescription
 from rtctl.tick import new_ticks
 from rtctl.wire.fault_words import sentence
 

@@ -8,8 +8,8 @@ from patience import PATIENCE_S
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import LoopDiedError
 from rtctl.host import flight_recorder
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.host.flight_recorder import FlightRecorder
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
 from rtctl.recording import event_log
 from rtctl.recording.event_log import read_events
 from rtctl.recording.incident import read_incident

@@ -4,9 +4,9 @@ import pytest
 import zmq
 from patience import until
 
-from rtctl.host.access import long_messages as module
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.long_messages import Frames
+from rtctl.wire import long_messages as module
+from rtctl.wire.entrances import Access
+from rtctl.wire.long_messages import Frames
 from rtctl.wire.protocol import Endpoints
 
 

@@ -4,9 +4,9 @@ from functools import cache
 
 from rtctl.check.law_plan import build
 from rtctl.friction import drift_state as state
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.friction_watch import FrictionWatch
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.friction_watch import FrictionWatch
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.rig_file.config import load
 from rtctl.rig_file.friction_tables import DriftTable
 from tests.drifting_joint import Joint, ticks_of

@@ -8,8 +8,8 @@ from gateway_desk import GatewayDesk
 from patience import PATIENCE_S
 
 from rtctl.control.vocabulary import State
-from rtctl.host.commands.gateway import REQUESTS_PER_CALL
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.gateway import REQUESTS_PER_CALL
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 
 RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0)
 

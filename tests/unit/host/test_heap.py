@@ -5,7 +5,7 @@ import sys
 
 LATER = """
 import ctypes, re
-from rtctl.host.access.freed_memory import TRIM_S, Heap
+from rtctl.wire.freed_memory import TRIM_S, Heap
 
 def resident_kb():
     return int(re.search(r"RssAnon:\\s+(\\d+)", open("/proc/self/status").read())[1])

@@ -13,16 +13,16 @@ import zmq
 from patience import PATIENCE_S, until
 
 from rtctl.errors import RtctlError
-from rtctl.host.access import connections, traffic
-from rtctl.host.access import entrances as access_module
-from rtctl.host.access import intruders as module
-from rtctl.host.access.authenticator import PAUSE_S
-from rtctl.host.access.entrances import Access
-from rtctl.host.access.openings import Openings
-from rtctl.host.access.sockets import Door
-from rtctl.host.access.spare_descriptors import RESERVE, Reserve
-from rtctl.host.telemetry.publisher import Publisher
+from rtctl.host.exchange.publisher import Publisher
+from rtctl.wire import connections, traffic
+from rtctl.wire import entrances as access_module
+from rtctl.wire import intruders as module
+from rtctl.wire.authenticator import PAUSE_S
+from rtctl.wire.entrances import Access
+from rtctl.wire.openings import Openings
 from rtctl.wire.protocol import CONNECTIONS, TOPIC_STATE, Endpoints
+from rtctl.wire.sockets import Door
+from rtctl.wire.spare_descriptors import RESERVE, Reserve
 from tests.bench.attacker import connect, plain
 
 MORE = b"\x01\x00"

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from patience import until
 
-from rtctl.host.telemetry.late_counters import Counters, Reading, rates, rise
-from rtctl.host.telemetry.late_tasks import Ran
-from rtctl.host.telemetry.late_ticks import LateTick, bound_ns, late_ticks
-from rtctl.host.telemetry.late_verdict import judge
-from rtctl.host.telemetry.late_watch import TELL_NS, LateNews, LateWatch
+from rtctl.host.exchange.late_counters import Counters, Reading, rates, rise
+from rtctl.host.exchange.late_tasks import Ran
+from rtctl.host.exchange.late_ticks import LateTick, bound_ns, late_ticks
+from rtctl.host.exchange.late_verdict import judge
+from rtctl.host.exchange.late_watch import TELL_NS, LateNews, LateWatch
 from rtctl.tick import new_ticks
 
 MS = 1_000_000

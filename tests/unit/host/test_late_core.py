@@ -8,10 +8,10 @@ import struct
 
 import pytest
 
-from rtctl.host.telemetry.late_core import Interruptions
-from rtctl.host.telemetry.late_counters import Counters, Reading, rise
-from rtctl.host.telemetry.late_ticks import LateTick
-from rtctl.host.telemetry.late_verdict import judge
+from rtctl.host.exchange.late_core import Interruptions
+from rtctl.host.exchange.late_counters import Counters, Reading, rise
+from rtctl.host.exchange.late_ticks import LateTick
+from rtctl.host.exchange.late_verdict import judge
 
 MS = 1_000_000
 LATE = LateTick(tick=7, woke_ns=0, late_ns=400_000, own_ns=0, phase="read")

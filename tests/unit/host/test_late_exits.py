@@ -6,7 +6,7 @@ import struct
 
 import pytest
 
-from rtctl.host.telemetry.late_exits import Ended, Exits, ended, exits
+from rtctl.host.exchange.late_exits import Ended, Exits, ended, exits
 
 MS = 1_000_000
 

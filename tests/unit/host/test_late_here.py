@@ -8,7 +8,7 @@ from pathlib import Path
 
 from patience import until
 
-from rtctl.host.telemetry.late_tasks import Tasks
+from rtctl.host.exchange.late_tasks import Tasks
 
 
 def test_the_task_that_ran_on_the_core_is_named():

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rtctl.host.telemetry.late_exits import Ended
-from rtctl.host.telemetry.late_tasks import HIGHEST, Ran, Tasks
+from rtctl.host.exchange.late_exits import Ended
+from rtctl.host.exchange.late_tasks import HIGHEST, Ran, Tasks
 
 LOOP, MS, S = 4, 1_000_000, 1_000_000_000
 FIFO = 80

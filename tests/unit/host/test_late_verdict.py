@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import pytest
 
-from rtctl.host.telemetry.late_tasks import Ran
-from rtctl.host.telemetry.late_ticks import LateTick
-from rtctl.host.telemetry.late_verdict import CAUSES, Rise, judge
+from rtctl.host.exchange.late_tasks import Ran
+from rtctl.host.exchange.late_ticks import LateTick
+from rtctl.host.exchange.late_verdict import CAUSES, Rise, judge
 
 NAN = float("nan")
 LATE = LateTick(tick=7, woke_ns=0, late_ns=400_000, own_ns=0, phase="read")

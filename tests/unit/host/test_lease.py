@@ -6,9 +6,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rtctl.control.records import command_dtype
-from rtctl.host.commands.lease import LeaseDesk
-from rtctl.host.commands.messages import Refusal
-from rtctl.host.telemetry.veiled_leases import veil_leases
+from rtctl.host.exchange.lease import LeaseDesk
+from rtctl.host.exchange.messages import Refusal
+from rtctl.host.exchange.veiled_leases import veil_leases
 
 
 class Clock:

@@ -13,8 +13,8 @@ from test_fault_book import RIG, rows
 from rtctl.cli import events as events_command
 from rtctl.cli import operate
 from rtctl.control.vocabulary import Fault, State
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.timing_watch import TimingWatch
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.timing_watch import TimingWatch
 from rtctl.recording.export import export
 from rtctl.recording.incident import Incident
 from rtctl.recording.incident_plot import plot_incident

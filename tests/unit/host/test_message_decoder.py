@@ -4,9 +4,9 @@ import msgpack
 import pytest
 from axis_bounds import BOUNDS
 
-from rtctl.host.commands.messages import MAX_ID, Refusal, Request, decode, decode_target
-from rtctl.host.commands.operations import OPERATIONS
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.messages import MAX_ID, Refusal, Request, decode, decode_target
+from rtctl.host.exchange.operations import OPERATIONS
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.wire.encoding import encode
 
 TIGHT = {**BOUNDS, "position_rad": (-0.5, 0.5), "stiffness_nm_rad": (0.0, 1.0)}

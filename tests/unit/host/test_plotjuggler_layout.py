@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from rtctl.host.telemetry.samples import state_samples
+from rtctl.host.exchange.samples import state_samples
 from rtctl.tick import tick_dtype
 
 LAYOUT = Path(__file__).parents[3] / "docs" / "plotjuggler-layout.xml"

@@ -13,9 +13,9 @@ from hw import registry
 from hw.interface import BackendError, BackendInfo, Channels, LinkFault, LinkLost, Words
 from rtctl.cli.probe import _lines as lines_of
 from rtctl.errors import ConfigError
-from rtctl.host.access.endpoints import RuntimeDirectory
-from rtctl.machine.device_readings import devices, watch
+from rtctl.host.probe_device_readings import devices, watch
 from rtctl.rig_file.config import load
+from rtctl.wire.endpoints import RuntimeDirectory
 
 MOCK = Path(__file__).parents[3] / "configs" / "mock.toml"
 MADE = []
@@ -67,7 +67,7 @@ def refuse():
 @pytest.fixture
 def loaded(tmp_path, monkeypatch):
     channels = Channels(Fake.provides, Fake.consumes)
-    info = BackendInfo(f"{__name__}:Fake", "hw.mock.options:MockOptions", False, "", channels)
+    info = BackendInfo(f"{__name__}:Fake", "hw.simulators.mock_options:MockOptions", False, "", channels)
     monkeypatch.setitem(registry.BUILT_IN, "fake", info)
     monkeypatch.setattr(Fake, "script", {})
     registry.lookup.cache_clear()
@@ -144,7 +144,11 @@ class Asked(Fake):
 
 def test_a_device_that_answers_only_when_asked_is_asked_and_never_commanded(loaded, monkeypatch):
     info = BackendInfo(
-        f"{__name__}:Asked", "hw.mock.options:MockOptions", False, "", Channels(Fake.provides, Fake.consumes)
+        f"{__name__}:Asked",
+        "hw.simulators.mock_options:MockOptions",
+        False,
+        "",
+        Channels(Fake.provides, Fake.consumes),
     )
     monkeypatch.setitem(registry.BUILT_IN, "fake", info)
     registry.lookup.cache_clear()
@@ -164,7 +168,11 @@ class Biased(Fake):
 
 def test_the_force_is_shown_tared_by_its_first_samples_as_before_arming(loaded, monkeypatch):
     info = BackendInfo(
-        f"{__name__}:Biased", "hw.mock.options:MockOptions", False, "", Channels(Fake.provides, Fake.consumes)
+        f"{__name__}:Biased",
+        "hw.simulators.mock_options:MockOptions",
+        False,
+        "",
+        Channels(Fake.provides, Fake.consumes),
     )
     monkeypatch.setitem(registry.BUILT_IN, "fake", info)
     registry.lookup.cache_clear()

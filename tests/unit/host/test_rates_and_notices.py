@@ -3,7 +3,7 @@ import threading
 
 import pytest
 
-from rtctl.host.commands.request_rates import MOST_CLIENTS, RateLimit
+from rtctl.host.exchange.request_rates import MOST_CLIENTS, RateLimit
 from rtctl.host.notices import MOST_BYTES, Notices
 
 

@@ -1,7 +1,7 @@
 import pytest
 
 from rtctl.control.vocabulary import Fault, State
-from rtctl.host.telemetry.run_statistics import RunStatistics
+from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.tick import new_ticks
 
 STALE = int(Fault.STALE).bit_length() - 1

@@ -1,6 +1,6 @@
 import numpy as np
 
-from rtctl.host.commands.target_latency import TargetLatency
+from rtctl.host.exchange.target_latency import TargetLatency
 from rtctl.tick import new_ticks
 
 

@@ -6,8 +6,8 @@ import pytest
 from gateway_desk import GatewayDesk
 
 from rtctl.control.vocabulary import Environment, State
-from rtctl.host.commands.gateway import BURST
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.gateway import BURST
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 
 BOUNDS = {"position_rad": (-3.0, 3.0), "velocity_rad_s": (-20.0, 20.0)}
 RIG = RigDescription("mock", (AxisDescription("a", BOUNDS),), 1000.0)

@@ -8,8 +8,8 @@ import zmq
 from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import State
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.host.telemetry.streams import MOST_ROWS, Telemetry, queue_messages
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.streams import MOST_ROWS, Telemetry, queue_messages
 from rtctl.tick import new_ticks
 from rtctl.wire.protocol import TOPIC_EVENT, TOPIC_HEALTH, TOPIC_STATE, TOPIC_TICKS, Endpoints
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.check.law_plan import TARGET_HOLD_TICKS
-from rtctl.host.telemetry.rig_description import describe, pace
+from rtctl.host.exchange.rig_description import describe, pace
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"

@@ -5,12 +5,12 @@ import msgpack
 import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.fault_book import FaultBook
-from rtctl.host.telemetry.health import HealthWindow
-from rtctl.host.telemetry.motor_temperature import temperature_warnings
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.host.telemetry.samples import Decimator, state_samples, tick_columns
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.health import HealthWindow
+from rtctl.host.exchange.motor_temperature import temperature_warnings
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.samples import Decimator, state_samples, tick_columns
 from rtctl.tick import FIELDS, new_ticks
 from rtctl.wire.fault_names import FAULT_TEXT, fault_entries
 

@@ -7,10 +7,10 @@ import pytest
 
 from rtctl.cli.events import line
 from rtctl.control.vocabulary import State
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.timing_watch import TimingWatch
 from rtctl.host.flight_recorder import FlightRecorder
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
-from rtctl.host.telemetry.timing_watch import TimingWatch
 from rtctl.rig_file import measured_timing as timing
 from rtctl.tick import new_ticks
 

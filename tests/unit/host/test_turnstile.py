@@ -8,8 +8,8 @@ import pytest
 import zmq
 from patience import until
 
-from rtctl.host.access.connections import Connections
-from rtctl.host.access.turnstile import Turnstile
+from rtctl.wire.connections import Connections
+from rtctl.wire.turnstile import Turnstile
 from tests.bench.attacker import plain
 
 WAITING = 12

@@ -112,7 +112,7 @@ def test_it_never_outlives_the_daemon_and_keeps_off_the_loops_core(tmp_path):
 
 
 def test_the_view_steps_back(monkeypatch):
-    from rtctl.view.__main__ import step_back
+    from rtctl.client.view import step_back
 
     done = {}
     monkeypatch.setattr(os, "nice", lambda by: done.update(nice=by))
@@ -131,7 +131,7 @@ def test_the_view_needs_no_config_library_and_no_compiler():
     import subprocess
 
     code = (
-        "import sys, rtctl.view.__main__; print([m for m in ('pydantic', 'numba', 'scipy', 'sklearn', "
+        "import sys, rtctl.client.view; print([m for m in ('pydantic', 'numba', 'scipy', 'sklearn', "
         "'click') if m in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

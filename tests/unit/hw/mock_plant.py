@@ -2,9 +2,9 @@
 
 from hardware import rig
 
-from hw.mock.backend import MockBackend
-from hw.mock.jit import records
-from hw.mock.options import MockOptions
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from rtctl.tick import new_ticks
 
 

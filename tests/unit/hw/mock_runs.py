@@ -7,11 +7,11 @@ import math
 import numpy as np
 from hardware import rig
 
-from hw.mock import hand
-from hw.mock.jit import compiled, records
-from hw.mock.options import MockOptions
-from hw.mock.plant import advance
-from hw.mock.records import plant_records
+from hw.simulators import mock_hand
+from hw.simulators.jit import compiled, records
+from hw.simulators.mock_options import MockOptions
+from hw.simulators.mock_plant import advance
+from hw.simulators.mock_records import plant_records
 
 PER_A = 80 * 0.72 * 0.0134
 
@@ -26,7 +26,7 @@ def plant(period_s=1e-3, **options):
 @compiled
 def _march(state, params, torques, per_a, out):
     s, p = state[0], params[0]
-    s.hand_position_rad[0], s.hand_velocity_rad_s[0] = hand.wanted(0.0, p, 0)
+    s.hand_position_rad[0], s.hand_velocity_rad_s[0] = mock_hand.wanted(0.0, p, 0)
     for k in range(len(torques)):
         s.held_ticks = 0
         s.current_line_a[0, 0] = torques[k] / per_a

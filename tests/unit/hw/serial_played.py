@@ -4,8 +4,8 @@ import threading
 from dataclasses import replace
 from pathlib import Path
 
-from hw.mock.options import MockOptions
 from hw.rig import compose
+from hw.simulators.mock_options import MockOptions
 from hw.simulators.serial_board import step
 from hw.simulators.serial_line import Damage, Line
 from hw.simulators.serial_rig import Simulation, read_described

@@ -16,7 +16,7 @@ from hw import channels
 from hw.channels import QUANTITIES, READINGS
 from hw.fault_kinds import KINDS, Channel
 from hw.interface import CHANNEL_FIELDS
-from hw.mock.options import MockOptions
+from hw.simulators.mock_options import MockOptions
 from rtctl.tick import FIELD, FIELDS
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -161,7 +161,7 @@ def test_versions_count(plant, monkeypatch, package):
 def test_the_law_does_not_depend_on_devices_or_on_the_host():
     names = {source.name for source in covered(ROOT / "rtctl/control/law.py")}
     assert {"rtctl.control.records", "rtctl.control.gate", "hw.jit", "hw.compile_key"} <= names
-    assert not [name for name in names if name.startswith(("hw.serial", "hw.can", "hw.mock", "rtctl.host"))]
+    assert not [name for name in names if name.startswith(("hw.serial", "hw.can", "hw.simul", "rtctl.host"))]
 
 
 LISTENER = '''

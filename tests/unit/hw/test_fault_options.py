@@ -6,8 +6,8 @@ import pytest
 from pydantic import ValidationError
 
 from hw.fault_options import load_schedule, read_faults
-from hw.mock.options import MockOptions
 from hw.playback.options import PlaybackOptions
+from hw.simulators.mock_options import MockOptions
 
 GOOD = {"channel": "position", "kind": "jump", "at_tick": 5, "for_ticks": 1, "value": 0.1}
 

@@ -17,8 +17,8 @@ from hw.fault_kinds import KINDS, Channel, Effect
 from hw.fault_options import read_faults
 from hw.fault_script import fill_schedule
 from hw.interface import BackendError
-from hw.mock.jit import records
 from hw.scripted_faults import FAULTS
+from hw.simulators.jit import records
 from rtctl.tick import new_ticks
 
 

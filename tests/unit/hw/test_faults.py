@@ -8,7 +8,7 @@ from scripted_mock import AT, BEYOND, COUNT_RAD, DUE, FOR, MEASURED, SHOWN, N, T
 
 from hw.fault_kinds import KINDS, Kind
 from hw.interface import LinkFault, LinkLost
-from hw.mock.jit import records
+from hw.simulators.jit import records
 from rtctl.tick import new_ticks
 
 

@@ -10,9 +10,9 @@ import pytest
 from hw import registry
 from hw.force import optoforce
 from hw.interface import BackendError, BackendInfo, ForceSensor, Rig
-from hw.mock.backend import MockBackend
-from hw.mock.force_filter import FORCE_LINE, advance_force, shown_torque
-from hw.mock.options import MockOptions
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_force_filter import FORCE_LINE, advance_force, shown_torque
+from hw.simulators.mock_options import MockOptions
 
 T = 1e-3
 RIG = Rig(1, T, *(np.ones(1) for _ in range(4)), lever_m=np.array([[0.0, 0.1, 0.0]]))

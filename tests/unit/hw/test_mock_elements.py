@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from mock_runs import plant
 
-from hw.mock.bristles import static_friction
-from hw.mock.elements import element_torque, settle_elements
+from hw.simulators.mock_bristles import static_friction
+from hw.simulators.mock_elements import element_torque, settle_elements
 
 STIFFNESS, FRICTION, COUNT = 250.0, 0.3, 8
 LONGEST = 2 * COUNT / (COUNT + 1) * FRICTION / STIFFNESS

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from hw.interface import Rig
-from hw.mock.bristles import (
+from hw.simulators.jit import compiled, records
+from hw.simulators.mock_bristles import (
     bristle_gains,
     coupled_step,
     dry_friction,
@@ -16,9 +17,8 @@ from hw.mock.bristles import (
     sliding_level,
     static_friction,
 )
-from hw.mock.jit import compiled, records
-from hw.mock.options import MockOptions
-from hw.mock.records import plant_records
+from hw.simulators.mock_options import MockOptions
+from hw.simulators.mock_records import plant_records
 
 J = 0.012
 RIG = Rig(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from hw.interface import Rig
-from hw.mock import hand
-from hw.mock.backend import MockBackend
-from hw.mock.jit import compiled, records
-from hw.mock.options import MockOptions
+from hw.simulators import mock_hand
+from hw.simulators.jit import compiled, records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from rtctl.tick import new_ticks
 
 RIG = Rig(
@@ -25,7 +25,7 @@ def make(**table):
 def _path(params, times_s):
     out = np.zeros((2, len(times_s)))
     for k in range(len(times_s)):
-        out[0, k], out[1, k] = hand.wanted(times_s[k], params[0], 0)
+        out[0, k], out[1, k] = mock_hand.wanted(times_s[k], params[0], 0)
     return out
 
 
@@ -87,7 +87,7 @@ def test_a_push_approaches_holds_and_lets_come_back():
 
 def test_the_grip_follows_its_intervals():
     p = make(kind="rest", grips_s=[[0.0, 2.0], [5.0, 6.0]]).params[0]
-    assert [hand.grips(t, p, 0) for t in (0.0, 1.99, 2.0, 4.9, 5.0, 5.99, 6.0)] == [
+    assert [mock_hand.grips(t, p, 0) for t in (0.0, 1.99, 2.0, 4.9, 5.0, 5.99, 6.0)] == [
         True,
         True,
         False,
@@ -96,8 +96,8 @@ def test_the_grip_follows_its_intervals():
         True,
         False,
     ]
-    assert hand.grips(1e6, make(kind="rest").params[0], 0)
-    assert not hand.grips(0.0, make(kind="none").params[0], 0)
+    assert mock_hand.grips(1e6, make(kind="rest").params[0], 0)
+    assert not mock_hand.grips(0.0, make(kind="none").params[0], 0)
 
 
 def step(backend, n, first=0):

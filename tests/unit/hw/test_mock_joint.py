@@ -10,9 +10,9 @@ from mock_runs import march, plant, sine, truth
 from scipy.integrate import solve_ivp
 
 from hw.jit import JIT_DISABLED
-from hw.mock.energy import stored_j
-from hw.mock.jit import records
-from hw.mock.sensors import sense_axes
+from hw.simulators.jit import records
+from hw.simulators.mock_energy import stored_j
+from hw.simulators.mock_sensors import sense_axes
 from rtctl.tick import new_ticks
 
 FREE = {"coulomb_nm": 1e-6, "breakaway_nm": 1e-6, "viscous_nms_rad": 0.0, "bristle_damping_nms_rad": 0.0}

@@ -8,11 +8,11 @@ from hardware import rig
 from mock_runs import march, plant, truth
 from scipy.optimize import brentq
 
-from hw.mock.backend import MockBackend
-from hw.mock.bristles import sliding_level
-from hw.mock.jit import records
-from hw.mock.load import load_levels
-from hw.mock.options import MockOptions
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_bristles import sliding_level
+from hw.simulators.mock_load import load_levels
+from hw.simulators.mock_options import MockOptions
 from rtctl.tick import new_ticks
 
 NO_HAND = [{"kind": "none"}]

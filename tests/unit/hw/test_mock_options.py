@@ -6,7 +6,7 @@ import math
 import pytest
 from pydantic import ValidationError
 
-from hw.mock.options import MockOptions
+from hw.simulators.mock_options import MockOptions
 
 
 @pytest.mark.parametrize(

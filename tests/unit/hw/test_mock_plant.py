@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from mock_plant import NOISY, make, run
 
 from hw.interface import BackendError
-from hw.mock.jit import records
+from hw.simulators.jit import records
 from rtctl.tick import new_ticks
 
 TORQUE_PER_AMPERE = 80 * 0.72 * 0.0134

@@ -7,12 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.mock.bristles import static_friction
-from hw.mock.jit import records
-from hw.mock.records import plant_records
-from rtctl.friction import artefact, mock_points
+from hw.simulators.jit import records
+from hw.simulators.mock_bristles import static_friction
+from hw.simulators.mock_records import plant_records
+from rtctl.friction import artefact
 from rtctl.friction.point_reader import read_points
 from rtctl.rig_file.config import load
+from rtctl.simulation import mock_points
 from rtctl.simulation.family import with_plant
 
 COLUMNS = ("weakest_place_nm", "presliding_rad", "presliding_spread_rad", "presliding_ramps")
@@ -152,3 +153,10 @@ def test_the_file_names_its_columns_and_reads_back(tmp_path):
 def test_wrong_usage_is_told(tmp_path):
     with pytest.raises(SystemExit, match="usage"):
         mock_points.main([])
+
+
+def test_without_a_rig_file_the_shipped_rig_is_measured(tmp_path, monkeypatch):
+    monkeypatch.setattr(mock_points, "measure", lambda loaded: [loaded.config.rig.name])
+    monkeypatch.setattr(mock_points, "write_csv", lambda rows, path: path.write_text(*rows))
+    mock_points.main([str(tmp_path / "points.csv")])
+    assert (tmp_path / "points.csv").read_text() == "mock"

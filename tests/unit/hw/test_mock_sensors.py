@@ -7,12 +7,12 @@ import pytest
 
 from hw.generator import seed_words, uniform
 from hw.interface import Rig
-from hw.mock.backend import MockBackend
-from hw.mock.jit import compiled, records
-from hw.mock.noise import normal
-from hw.mock.options import MockOptions
-from hw.mock.records import state_dtype
-from hw.mock.sensors import quantised
+from hw.simulators.jit import compiled, records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_noise import normal
+from hw.simulators.mock_options import MockOptions
+from hw.simulators.mock_records import state_dtype
+from hw.simulators.mock_sensors import quantised
 from rtctl.tick import new_ticks
 
 COUNT_RAD = 2 * math.pi / 2000

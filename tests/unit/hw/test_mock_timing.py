@@ -9,9 +9,9 @@ import pytest
 from hardware import rig
 from mock_runs import PER_A, march, plant, truth
 
-from hw.mock.backend import MockBackend
-from hw.mock.jit import records
-from hw.mock.options import MockOptions
+from hw.simulators.jit import records
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from rtctl.tick import new_ticks
 
 FREE = {"coulomb_nm": 1e-6, "breakaway_nm": 1e-6, "viscous_nms_rad": 0.0, "bristle_stiffness_nm_rad": 1e-3,

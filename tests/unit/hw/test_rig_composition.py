@@ -10,9 +10,9 @@ from rig_fakes import DRIVE, MADE, Fake, drive_and_finger, known, member, read, 
 from hw import registry
 from hw.interface import Channels, LinkFault
 from hw.member import Member
-from hw.mock.backend import MockBackend
-from hw.mock.options import MockOptions
 from hw.rig import Composite, compose
+from hw.simulators.mock_backend import MockBackend
+from hw.simulators.mock_options import MockOptions
 from rtctl.control.jit import records
 from rtctl.tick import FIELDS, new_ticks
 

@@ -4,10 +4,10 @@ from pathlib import Path
 
 from shipped_friction import law_nm
 
+from rtctl.experiments.simulated_identification import drive
 from rtctl.identify.measurement_order import Known
 from rtctl.identify.session import identify
 from rtctl.identify.settings import Settings, rig_of, without_feedforward
-from rtctl.identify.simulated import drive
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
 

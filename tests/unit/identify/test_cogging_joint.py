@@ -10,10 +10,10 @@ import pytest
 from identified import SMALL, run
 from test_light_joint import GIMBAL
 
-from rtctl.friction.truth import true_friction_nm
 from rtctl.identify.cogging import CELLS, Cogging, cogging_of
 from rtctl.identify.place_rows import rows_of
 from rtctl.rig_file.config import load
+from rtctl.simulation.friction_truth import true_friction_nm
 
 F_C_NM = 0.008
 

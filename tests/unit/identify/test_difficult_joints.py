@@ -11,7 +11,6 @@ import pytest
 from identified import CONFIG, SMALL, Kept, run, variant
 
 from rtctl.errors import DataError
-from rtctl.friction.truth import true_friction_nm
 from rtctl.identify import points as module
 from rtctl.identify import session as module_of_session
 from rtctl.identify.collected import IN_VAIN
@@ -22,6 +21,7 @@ from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.settings import Settings
 from rtctl.identify.tick_readings import is_even, is_steady
 from rtctl.rig_file.config import load
+from rtctl.simulation.friction_truth import true_friction_nm
 
 HARD = replace(
     SMALL, train_levels=6, test_levels=0, measurements=20, spots=20, speed_min_rad_s=0.0079, lower_levels=2

@@ -13,11 +13,11 @@ from in_process import run as run_command
 
 from rtctl.errors import ConfigError
 from rtctl.experiments import positioning_on_rig
-from rtctl.friction import truth
 from rtctl.identify.dataset_files import read_document
 from rtctl.identify.motion import Motion
 from rtctl.identify.settings import Settings, rig_of, settings_of
 from rtctl.rig_file.config import load
+from rtctl.simulation import friction_truth
 
 CONFIGS = Path(__file__).parents[3] / "configs"
 FREE = CONFIGS / "mock-linear-identify.toml"
@@ -97,7 +97,7 @@ def test_the_points_of_a_carriage_are_its_friction(tmp_path):
         (one.target_rad_s and one.velocity_rad_s, one.friction_torque_nm, one.direction)
         for one in kept.points
     ]
-    for one in truth.of_points(loaded, 0, points):
+    for one in friction_truth.of_points(loaded, 0, points):
         assert one.worst_share < 0.005
         # LuGre's break-away falls with the rate of the ramp: by 2.4 % here, .9 % at a third of this rate
         assert abs(one.break_away_share) < 0.04

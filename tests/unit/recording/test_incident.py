@@ -6,8 +6,8 @@ import pytest
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import DataError
-from rtctl.host.telemetry.events import EventDetector
-from rtctl.host.telemetry.rig_description import AxisDescription, RigDescription
+from rtctl.host.exchange.events import EventDetector
+from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.recording import incident as incidents
 from rtctl.recording.incident import Capture, prune, read_incident, write_incident
 from rtctl.recording.incident_plot import plot_incident

@@ -2,10 +2,10 @@
 
 import pytest
 
+from rtctl.client.view_guidance import hindrances, next_step, taken_apart
 from rtctl.control.faults import TABLE
 from rtctl.control.states import TRANSITIONS, Event
 from rtctl.control.vocabulary import Fault, State
-from rtctl.view.guidance import hindrances, next_step, taken_apart
 
 
 @pytest.mark.parametrize(("button", "event"), [("arm", Event.ARM), ("reset", Event.RESET)])

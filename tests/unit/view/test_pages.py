@@ -6,7 +6,7 @@ from importlib.resources import files
 
 
 def head(name):
-    text = (files("rtctl.view") / "static" / name).read_text()
+    text = (files("rtctl.client") / "view_static" / name).read_text()
     return text[text.index("<header>") : text.index("</header>")]
 
 

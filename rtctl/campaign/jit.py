@@ -1,7 +1,0 @@
-"""The compiler of the campaign."""
-
-from __future__ import annotations
-
-from hw.jit import compiled, records
-
-__all__ = ["compiled", "records"]

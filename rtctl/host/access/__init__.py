@@ -1,1 +1,0 @@
-"""Who gets in: sockets, keys, groups, and what a crowd may take."""

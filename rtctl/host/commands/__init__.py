@@ -1,1 +1,0 @@
-"""What clients ask for, and what becomes of it: requests, lease, targets."""

@@ -1,0 +1,185 @@
+"""The kernel and the processor: how well they can keep the loop's time."""
+
+from __future__ import annotations
+
+import gzip
+import os
+import re
+import zlib
+from contextlib import suppress
+from pathlib import Path
+
+import numpy as np
+
+from rtctl.host.machine_line import Line, text
+from rtctl.rt import early
+
+GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page", "riscv_clocksource")
+_CPU = Path("sys/devices/system/cpu")
+
+
+def loop_core(cpu: int, allowed: set[int]) -> int:
+    """The core the loop will take: `loop.cpu`, or the last one allowed."""
+    return max(allowed) if cpu < 0 else cpu
+
+
+def check(root: Path, core: int) -> list[Line]:
+    """Everything about the machine. `core` is the loop's."""
+    return [
+        preemption(root),
+        clock_source(root),
+        core_present(root, core),
+        governor(root, core),
+        isolation(root, core),
+        idle_states(root),
+        throttling(root),
+    ]
+
+
+def _boot_option(option: str) -> str:
+    return (
+        f"add {option} to GRUB_CMDLINE_LINUX_DEFAULT in /etc/default/grub, then: sudo update-grub && sudo "
+        "reboot"
+    )
+
+
+def preemption(root: Path) -> Line:
+    """The kernel's preemption model."""
+    name = "kernel preemption"
+    version = text(root / "proc/version") or ""
+    command_line = text(root / "proc/cmdline") or ""
+    if text(root / "sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
+        return Line(name, "ok", "PREEMPT_RT")
+    rt = "sudo apt-get install linux-image-rt-amd64 (Debian), or sudo pro enable realtime-kernel (Ubuntu)"
+    if "PREEMPT_DYNAMIC" in version:
+        chosen = re.search(r"\((\w+)\)", text(root / "sys/kernel/debug/sched/preempt") or "")
+        asked = re.search(r"(?:^|\s)preempt=(\w+)", command_line)
+        model = chosen[1] if chosen else asked[1] if asked else _built(root)
+        if model == "full":
+            return Line(name, "ok", "full preemption (PREEMPT_DYNAMIC); PREEMPT_RT is better still")
+        found = (
+            f"PREEMPT_DYNAMIC, {model or 'model not readable'}: the loop may wait for a system call of any "
+            "task"
+        )
+        return Line(name, "warn", found, f"{_boot_option('preempt=full')}; better: {rt}")
+    if re.search(r"\bPREEMPT\b", version):
+        return Line(name, "ok", "full preemption; PREEMPT_RT is better still")
+    return Line(name, "warn", "no kernel preemption: wake-ups may be late by milliseconds", rt)
+
+
+def _built(root: Path) -> str:
+    """The preemption model that a kernel was built to begin with; empty where its configuration is not
+    there.
+    """
+    built = text(root / f"boot/config-{text(root / 'proc/sys/kernel/osrelease')}") or ""
+    with suppress(OSError, EOFError, zlib.error):
+        built = built or gzip.decompress((root / "proc/config.gz").read_bytes()).decode("ascii", "replace")
+    found = re.search(r"^CONFIG_PREEMPT(?:_(NONE|VOLUNTARY|LAZY))?=y$", built, re.MULTILINE)
+    return "" if found is None else (found[1] or "full").lower()
+
+
+def clock_source(root: Path) -> Line:
+    """What the kernel reads the time from: a slow source costs a microsecond at each reading."""
+    current = text(root / "sys/devices/system/clocksource/clocksource0/current_clocksource")
+    if current is None:
+        return Line("clock source", "warn", "not readable", "look at dmesg | grep -i clocksource")
+    if current in GOOD_CLOCKS:
+        return Line("clock source", "ok", current)
+    fix = (
+        "sudo sh -c 'echo tsc > /sys/devices/system/clocksource/clocksource0/current_clocksource'; lasting: "
+    )
+    return Line("clock source", "warn", f"{current} is slow to read", fix + _boot_option("tsc=reliable"))
+
+
+def core_present(root: Path, core: int) -> Line:
+    """Whether the loop's core is there and switched on."""
+    online = _cores(text(root / _CPU / "online") or "")
+    if not online or core in online:
+        return Line("loop core", "ok", f"core {core}")
+    return Line(
+        "loop core",
+        "fail",
+        f"core {core} is not online ({_span(online)})",
+        "set loop.cpu to one of them, or -1",
+    )
+
+
+def governor(root: Path, core: int) -> Line:
+    """Frequency scaling of the loop's core."""
+    found = text(root / _CPU / f"cpu{core}/cpufreq/scaling_governor")
+    if found is None:
+        return Line("cpu governor", "ok", f"core {core} has no frequency scaling")
+    if found == "performance":
+        return Line("cpu governor", "ok", f"core {core}: performance")
+    fix = f"sudo cpupower -c {core} frequency-set -g performance (package linux-cpupower)"
+    return Line("cpu governor", "warn", f"core {core}: {found}: wakes up slowly and unevenly", fix)
+
+
+def isolation(root: Path, core: int) -> Line:
+    """Whether other processes are kept off the loop's core."""
+    isolated = _cores(text(root / _CPU / "isolated") or "")
+    if core in isolated:
+        return Line("isolated cores", "ok", f"core {core} is isolated")
+    options = f"isolcpus={core} nohz_full={core} rcu_nocbs={core} irqaffinity=0"
+    others = f" ({_span(isolated)} are; loop.cpu could name one)" if isolated else ""
+    fix = f"{_boot_option(options)}; in the rig file: loop.cpu = {core}"
+    return Line("isolated cores", "warn", f"core {core} is shared{others}", fix)
+
+
+def idle_states(root: Path) -> Line:
+    """Whether the daemon may keep the processor out of deep idle states."""
+    device = root / "dev/cpu_dma_latency"
+    if not device.exists():
+        return Line(
+            "cpu_dma_latency", "warn", f"no {device}: deep idle states stay on", _boot_option("idle=poll")
+        )
+    if os.access(device, os.W_OK):
+        return Line("cpu_dma_latency", "ok", "writable")
+    rule = 'KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"'
+    fix = (
+        f"the service may (rtctl service install); for this shell: echo '{rule}' | sudo tee "
+        "/etc/udev/rules.d/99-rtctl-latency.rules && sudo udevadm control --reload && sudo udevadm trigger "
+        "-s misc"
+    )
+    return Line("cpu_dma_latency", "warn", "not writable by this user: wake-ups from deep idle states", fix)
+
+
+def throttling(root: Path) -> Line:
+    """The share of time real-time processes may take before the kernel holds them up."""
+    folder = root / "proc/sys/kernel"
+    runtime, period = text(folder / "sched_rt_runtime_us"), text(folder / "sched_rt_period_us")
+    name = "real-time throttling"
+    try:
+        allowed_us, of_us = int(runtime or ""), int(period or "")
+    except ValueError:
+        return Line(
+            name, "ok", f"not told here: taken for the kernel's default, {early.DEFAULT_SHARE:g} of a core"
+        )
+    if allowed_us < 0:
+        return Line(name, "ok", "off")
+    if of_us > 0 and allowed_us / of_us >= 0.5:
+        return Line(name, "ok", f"{allowed_us} of {of_us} us: the loop stays far below")
+    fix = "sudo sysctl -w kernel.sched_rt_runtime_us=950000"
+    return Line(name, "warn", f"real-time processes get {allowed_us} of {of_us} us only", fix)
+
+
+def early_look(root: Path, asked: float | str, rate_hz: float, cores: int) -> Line:
+    """How long the loop would look at the clock before each deadline, and what of its core that takes."""
+    early_ns = np.zeros(3, np.int64)
+    share = early.realtime_share(root / "proc/sys/kernel")
+    chosen = early.choose(early_ns, asked, 1 / rate_hz, cores, granted=True, share=share)
+    return Line("early look", "ok", chosen.detail)
+
+
+def _cores(listed: str) -> set[int]:
+    """Cores of a kernel list such as `0-3,8`. Empty for an empty or unreadable one."""
+    out: set[int] = set()
+    for part in listed.split(","):
+        first, _, last = part.strip().partition("-")
+        if first.isdigit() and (not last or last.isdigit()):
+            out |= set(range(int(first), int(last or first) + 1))
+    return out
+
+
+def _span(cores: set[int]) -> str:
+    return ", ".join(map(str, sorted(cores)))

@@ -1,0 +1,54 @@
+"""The TCP ports of the gateway: free, or held by whom."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from hw.device_holders import command_of
+from rtctl.host.machine_line import Line, text
+
+_LISTENS = "0A"
+PORTS = 3
+"""Requests, targets, telemetry: one after the other."""
+
+
+def gateway(root: Path, bind: str, port: int) -> Iterator[Line]:
+    """Whether the three ports of `[gateway]` are free; nothing where no address is given."""
+    if not bind:
+        return
+    listening = _listening(root)
+    taken = [number for number in range(port, port + PORTS) if number in listening]
+    for number in taken:
+        pid = _owner(root, listening[number])
+        who = "a process of another user" if pid is None else f"{command_of(root, pid)} (pid {pid})"
+        found = f"TCP port {number} is held by {who}"
+        if pid is not None and "rtctl" in who:
+            yield Line("gateway", "warn", found, "nothing, if that is this rig, running; else end it")
+        else:
+            fix = f"end it (sudo ss -tlnp 'sport = :{number}' names it), or set another gateway.port"
+            yield Line("gateway", "fail", found, fix)
+    if not taken:
+        yield Line("gateway", "ok", f"TCP ports {port} to {port + PORTS - 1} are free")
+
+
+def _listening(root: Path) -> dict[int, str]:
+    """Inode of the socket of each TCP port that is listened on."""
+    found = {}
+    for name in ("tcp", "tcp6"):
+        for line in (text(root / "proc/net" / name) or "").splitlines()[1:]:
+            words = line.split()
+            if len(words) > 9 and words[3] == _LISTENS:
+                with contextlib.suppress(ValueError):
+                    found[int(words[1].rpartition(":")[2], 16)] = words[9]
+    return found
+
+
+def _owner(root: Path, inode: str) -> int | None:
+    """The process that has the socket open, as far as this user may see."""
+    for process in (root / "proc").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            if any(str(fd.readlink()) == f"socket:[{inode}]" for fd in (process / "fd").iterdir()):
+                return int(process.name)
+    return None

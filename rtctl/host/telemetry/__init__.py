@@ -1,1 +1,0 @@
-"""What the host tells: samples, events, faults with where they come from, health."""

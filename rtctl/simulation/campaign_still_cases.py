@@ -1,0 +1,154 @@
+"""The cases of `rtctl campaign --still`, as they are drawn: a joint, a hand that holds still, a policy."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from hw import registry
+from rtctl.friction.policies import STANDINGS
+from rtctl.rig_file import config
+from rtctl.rig_file.config import Config, LoadedConfig
+from rtctl.simulation.campaign_draws import log_uniform
+from rtctl.simulation.closed_loop import Simulation
+from rtctl.simulation.family import merged
+from rtctl.simulation.shipped_files import shipped_config
+
+PERIOD_S = 2.0
+PERIODS = 2
+POLICIES = tuple(name for name, standing in STANDINGS.items() if standing.quiet and name != "off")
+"""What is tried where no policy is named: those that help and that `rtctl check` lets a hand meet."""
+
+SENSOR_LEAST_HZ, SENSOR_MOST_TICKS = 120.0, 4
+_SENSOR_STREAM = 31
+"""Draws of the force sensor: the cases are otherwise those of earlier campaigns."""
+
+_KINDS = ("lugre", "elasto_plastic", "gms")
+
+
+@dataclass(frozen=True)
+class Case:
+    """One joint, one hand, one policy, as it was drawn. Units as in a rig file."""
+
+    index: int
+    policy: str
+    model: str
+    bristle_stiffness_nm_rad: float
+    bristle_damping_nms_rad: float
+    joint_hz: float
+    """Resonance of two equal masses; 0: one mass."""
+    hand_stiffness_nm_rad: float
+    hand_damping_nms_rad: float
+    hand_inertia_kgm2: float
+    amplitude_rad: float
+    place_rad: float
+    ends: str
+    """"middle", "anywhere" (the wish stops where it is), or "off" (the hand lets go)."""
+    stop_s: float
+    """When, after the two periods."""
+    sensor_hz: float = 0.0
+    """Own low-pass of the force sensor; 0: none."""
+    sensor_ticks: int = 0
+    """How late it is besides."""
+
+
+def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES) -> Case:
+    """Case `index` of campaign `seed`."""
+    draw = np.random.default_rng((seed, index))
+    ends = str(draw.choice(["middle", "middle", "anywhere", "off"]))
+    # a wish that stops in the middle of its motion stops where it passes there: a hand does not jump
+    stop_s = float(draw.choice([0.0, PERIOD_S / 2]) if ends == "middle" else draw.uniform(0.0, PERIOD_S))
+    return Case(
+        index=index,
+        policy=policies[index % len(policies)],
+        model=str(draw.choice(_KINDS)),
+        bristle_stiffness_nm_rad=log_uniform(draw, 50.0, 2000.0),
+        bristle_damping_nms_rad=log_uniform(draw, 0.1, 3.0),
+        joint_hz=float(draw.choice([0.0, 0.0, log_uniform(draw, 30.0, 120.0)])),
+        hand_stiffness_nm_rad=float(
+            draw.choice([0.0, log_uniform(draw, 0.5, 500.0), log_uniform(draw, 0.5, 500.0), 500.0])
+        ),
+        hand_damping_nms_rad=float(
+            draw.choice([0.0, log_uniform(draw, 0.01, 1.0), log_uniform(draw, 0.01, 1.0), 1.0])
+        ),
+        hand_inertia_kgm2=float(draw.choice([0.0, draw.uniform(0.0, 0.02), 0.02])),
+        amplitude_rad=log_uniform(draw, 0.03, 0.4),
+        place_rad=draw.uniform(-math.pi, math.pi),
+        ends=ends,
+        stop_s=stop_s,
+        **_sensor(seed, index),
+    )
+
+
+def _sensor(seed: int, index: int) -> dict[str, Any]:
+    """Seven in ten have no low-pass, seven in ten no delay."""
+    draw = np.random.default_rng((seed, index, _SENSOR_STREAM))
+    hz = log_uniform(draw, SENSOR_LEAST_HZ, 1000.0) if draw.random() < 0.3 else 0.0
+    late = int(draw.integers(1, SENSOR_MOST_TICKS + 1)) if draw.random() < 0.3 else 0
+    return {"sensor_hz": hz, "sensor_ticks": late}
+
+
+@cache
+def _shipped() -> LoadedConfig:
+    return config.load(shipped_config("mock.toml"))
+
+
+def _joint(case: Case, inertia_kgm2: float) -> dict[str, Any]:
+    """The case's changes of [[device.options.axis]]."""
+    friction = {
+        "model": case.model,
+        "bristle_stiffness_nm_rad": case.bristle_stiffness_nm_rad,
+        "bristle_damping_nms_rad": case.bristle_damping_nms_rad,
+    }
+    axis: dict[str, Any] = {"friction": friction, "start_position_rad": case.place_rad}
+    if case.joint_hz > 0:
+        stiffness = inertia_kgm2 / 4 * (2 * math.pi * case.joint_hz) ** 2
+        damping = 0.02 * 2 * math.sqrt(stiffness * inertia_kgm2 / 4)
+        axis["elastic"] = {
+            "stiffness_nm_rad": stiffness,
+            "damping_nms_rad": damping,
+            "link_viscous_share": 0.2,
+        }
+    return axis
+
+
+def _hand(case: Case) -> dict[str, Any]:
+    """The case's changes of [[device.options.hand]]."""
+    return {
+        "kind": "sine",
+        "stiffness_nm_rad": case.hand_stiffness_nm_rad,
+        "damping_nms_rad": case.hand_damping_nms_rad,
+        "inertia_kgm2": case.hand_inertia_kgm2,
+        "amplitude_rad": case.amplitude_rad,
+        "frequency_hz": 1 / PERIOD_S,
+        "center_rad": case.place_rad,
+    }
+
+
+def rig(case: Case) -> Simulation:
+    """The simulated rig of a case, nothing run yet. The presliding length is told as break-away over
+    sigma0.
+    """
+    shipped = _shipped()
+    table = shipped.config.model_dump(mode="json", by_alias=True)
+    axis = table["axis"][0]
+    options = dict(shipped.options)
+    own = options["axis"][0]
+    breakaway_nm = own["friction"]["breakaway_nm"]
+    told: dict[str, Any] = {
+        "friction": {"policy": case.policy, "presliding_rad": breakaway_nm / case.bristle_stiffness_nm_rad}
+    }
+    if case.joint_hz > 0:
+        told |= {"viscous_nms_rad": 0.8 * axis["viscous_nms_rad"], "coupling": {"stiffness_nm_rad": 45.0}}
+    table["axis"] = [merged(axis, told)]
+    options["axis"] = [merged(own, _joint(case, axis["inertia_kgm2"]))]
+    options["hand"] = [merged(options["hand"][0], _hand(case))]
+    options["force"] = {**options["force"], "lowpass_hz": case.sensor_hz, "delay_ticks": case.sensor_ticks}
+    options["seed"] = case.index + 1
+    valid = registry.options_model("mock").model_validate(options, context={"n_axes": 1})
+    update = {"config": Config.model_validate(table), "options": valid.model_dump(mode="json")}
+    return Simulation(shipped.model_copy(update=update))
