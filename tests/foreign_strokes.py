@@ -39,8 +39,8 @@ def _joint(luck, size):
     made = {
         "stribeck": luck.spread(0.03, 0.3), "viscous": dry / luck.spread(2, 25),
         "kind": luck.one(0, 0, 1, 1, 2), "elements": int(luck.draw.integers(4, 12)),
-        "exponent": luck.one(0.7, 1.0, 2.0, 3.0), "bristle": peak / luck.spread(3e-4, 8e-3), "link": 0.0, "gear": 0.0, "gear_damping": 0.0,
-        "link_viscous": 0.0,
+        "exponent": luck.one(0.7, 1.0, 2.0, 3.0), "bristle": peak / luck.spread(3e-4, 8e-3),
+        "link": 0.0, "gear": 0.0, "gear_damping": 0.0, "link_viscous": 0.0,
     }  # fmt: skip
     if made["kind"] == 2:
         made["bristle"] = peak / 3e-4
