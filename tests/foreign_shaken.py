@@ -109,17 +109,18 @@ def main():
                 if verdict is None:
                     click.echo(f"seed {seed}: not armed in time")
                     continue
-                found.append((seed, in_box(one, one.axis), *verdict))
+                policy = one.loaded.config.axis[0].friction.policy
+                found.append((seed, (in_box(one, one.axis), policy), *verdict))
                 if verdict[1]:
                     told = ", ".join(f"{name} by {value:.0f}" for name, value in verdict[1].items())
                     pays = "the hand pays" if verdict[3] else "the joint gives"
                     click.echo(f"seed {seed}: {one.kind} at {one.fastest} rad/s: {told} mrad/s; {pays}")
-    for box in (True, False):
-        of = [one for one in found if one[1] == box]
+    for box, policy in sorted({one[1] for one in found}, reverse=True):
+        of = [one for one in found if one[1] == (box, policy)]
         shaken, both, every, paid = (sum(bool(one[i]) for one in of) for i in (2, 3, 4, 5))
         click.echo(
-            f"hands {'of' if box else 'beyond'} the box: {len(of)}, shaken {shaken}, beyond both {both} "
-            f"(the hand pays in {paid}), beyond every friction {every}"
+            f"{policy}, hands {'of' if box else 'beyond'} the box: {len(of)}, shaken {shaken}, "
+            f"beyond both {both} (the hand pays in {paid}), beyond every friction {every}"
         )
     with_one, torque = len({one[0] for one in found if one[3]}), np.mean([one[6] for one in found])
     click.echo(f"rigs {rigs}, with a hand beyond both {with_one}; torque left {torque:.3f}")
