@@ -16,6 +16,7 @@ from rtctl.check import (
     verdicts_of_friction,
     verdicts_of_load,
     verdicts_of_loop,
+    verdicts_of_motion,
     verdicts_of_observer,
     verdicts_of_units,
 )
@@ -30,6 +31,7 @@ IMPEDANCE: tuple[Test, ...] = (
     verdicts_of_loop.elastic_joint,
     verdicts_of_loop.encoder_steps,
     verdicts_of_friction.two_lines,
+    verdicts_of_motion.moved,
     verdicts_of_observer.closed_loop,
     verdicts_of_observer.unknown_gear,
     verdicts_of_observer.steps_of_the_encoder,

@@ -149,6 +149,13 @@ SEEDS = (
         FRICTION,
     ),
     Seed(
+        "help is proved of hands that move the joint",
+        "rtctl/check/verdicts_of_motion.py",
+        "            Outcome.NOT_PROVED,\n",
+        "            Outcome.PASS,\n",
+        FRICTION,
+    ),
+    Seed(
         "a presliding length that nobody measured proves the account",
         "rtctl/check/verdicts_of_friction.py",
         "            Outcome.PASS if sure.measured else Outcome.NOT_PROVED,\n            text,",

@@ -35,6 +35,7 @@ LOOP, COUNT, BIAS = (
     "observer, bias of the force sensor",
 )
 TWO_LINES = "feed-forward of any sign (two-line)"
+MOVED = "help in the hand that moves the joint"
 
 
 @pytest.fixture
@@ -157,6 +158,15 @@ def test_policies_that_shake_a_resting_hand_warn_on_a_simulated_rig_and_fail_on_
         assert (row.outcome, real.outcome) == (Outcome.WARN, Outcome.FAIL)
         assert 'policy = "hybrid"' in real.refusal
         assert examine(loaded).ok
+
+
+@pytest.mark.parametrize(("policy", "told"), [("hybrid", "4.4%"), ("observer", "8.3%"), ("off", None)])
+def test_help_is_proved_of_no_hand_that_moves_the_joint(rig, policy, told):
+    """Decision 0094: `OK` alone would promise it."""
+    report = examine(rig(_policy(policy)))
+    row = {row.name: row for row in report.axes[0].verdicts}.get(MOVED)
+    assert report.ok
+    assert (row and (row.outcome, row.figure)) == (told and (Outcome.NOT_PROVED, f"{told} of hands"))
 
 
 def test_every_policy_of_a_rig_file_has_a_standing_and_the_default_is_quiet():
