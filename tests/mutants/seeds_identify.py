@@ -25,13 +25,6 @@ LIGHT = "tests/unit/identify/test_light_joint.py"
 
 SEEDS = (
     Seed(
-        "the offset's drift is found beside Coulomb + viscous friction",
-        "rtctl/friction/logs/offsets.py",
-        "np.linspace(0, 1, BENDS + 1)",
-        "np.linspace(0, 1, 2)",
-        ("tests/unit/friction/test_session_offsets.py",),
-    ),
-    Seed(
         "a session is foretold by itself and those before it",
         "rtctl/friction/learn/foretold.py",
         "kept = data.session < at",
