@@ -1,4 +1,4 @@
-"""Layouts that are no text: MATLAB, JSON, bags, and what nothing reads (`other_layouts`)."""
+"""Layouts that are no text: MATLAB, TDMS, JSON, bags, and what nothing reads (`other_layouts`)."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-from other_layouts import called, layout, rows_of, write
+import pytest
+from other_layouts import called, deg, layout, rows_of, write
 from other_loggers import Log
 
 
@@ -116,11 +117,42 @@ def hdf5(log: Log, folder: Path) -> list[str]:
     )
 
 
-@layout("TDMS")
-def tdms(log: Log, folder: Path) -> list[str]:
-    path = folder / "log.tdms"
+@layout("TDMS called .dat")
+def tdms_called_otherwise(log: Log, folder: Path) -> list[str]:
+    path = folder / "log.dat"
     path.write_bytes(b"TDSm\x0e\x00\x00\x00" + bytes(range(256)) * 20)
     return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("TDMS of a DAQ task: channels of a rate")
+def tdms(log: Log, folder: Path) -> list[str]:
+    nptdms = pytest.importorskip("nptdms")
+    path = folder / "log.tdms"
+    clock = {"wf_start_time": np.datetime64("2024-03-07T14:02:11.25"), "wf_start_offset": 0.0}
+    clock |= {"wf_increment": float(np.median(np.diff(log.time))), "wf_samples": 100}
+    with nptdms.TdmsWriter(path) as file:
+        for part in np.array_split(np.arange(len(log.time)), 5):  # LabVIEW appends as it measures
+            file.write_segment(
+                [
+                    nptdms.ChannelObject("Motion", "Angle", deg(log)[part], {**clock, "unit_string": "deg"}),
+                    nptdms.ChannelObject(
+                        "Motion", "Torque", log.torque[part], {**clock, "unit_string": "Nm"}
+                    ),
+                    nptdms.ChannelObject("Notes", "Who", ["me"]),
+                ]
+            )
+    return called(path, "time=Motion/Angle/time", "position=Motion/Angle:deg", "torque=Motion/Torque")
+
+
+@layout("TDMS with a channel of times")
+def tdms_with_times(log: Log, folder: Path) -> list[str]:
+    nptdms = pytest.importorskip("nptdms")
+    path = folder / "log.tdms"
+    stamps = np.datetime64("2024-03-07T14:02:11.25") + (1e6 * log.time).round().astype("timedelta64[us]")
+    with nptdms.TdmsWriter(path) as file:
+        channels = {"Zeit": stamps, "q": log.position, "tau": log.torque.astype(np.float32)}
+        file.write_segment([nptdms.ChannelObject("run 3", name, one) for name, one in channels.items()])
+    return called(path, "time=run 3/Zeit", "position=run 3/q", "torque=run 3/tau")
 
 
 @layout("a bag of ROS 2 with joint states")

@@ -1,5 +1,5 @@
 """Columns of a log file by name, whatever wrote it: text (packed or not), npz, npy, MATLAB, HDF5, Parquet,
-JSON.
+TDMS, JSON.
 
 Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure
 `log.pos`.
@@ -24,6 +24,7 @@ from hw.playback.json_rows import read_json
 from hw.playback.matlab import read_matlab
 from hw.playback.matlab_hdf import read_hdf
 from hw.playback.packed import most_unpacked, read_unpacked
+from hw.playback.tdms import read_tdms
 from hw.playback.text_table import PLACE, Table, read_text
 
 if TYPE_CHECKING:
@@ -57,9 +58,10 @@ def read_table(
     order = tuple(dict.fromkeys(names))
     ending = path.suffix.lower()
     if ending in READERS or ending in BINARY:
-        arrays = READERS[ending](path, order) if ending in READERS else _opened(path, ending, order)
+        found = READERS[ending](path, order) if ending in READERS else _opened(path, ending, order)
+        arrays, units = (found.columns, found.units) if isinstance(found, Table) else (found, {})
         stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
-        table = Table(_flat(path, arrays, order), dict.fromkeys(stamps, "s"))
+        table = Table(_flat(path, arrays, order), dict.fromkeys(stamps, "s") | units)
     else:
         text = _text(path)
         if not text.strip():
@@ -114,7 +116,7 @@ def _decoded(raw: bytes) -> str:
         return raw.decode("cp1252")
 
 
-def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any]:
+def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any] | Table:
     raw = read_unpacked(path)
     try:
         return BINARY[ending](path, raw, names)
@@ -200,7 +202,11 @@ def _arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
     return listed | {name: found.column(name).to_numpy() for name in found.column_names}
 
 
-BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any]]] = {
+def _tdms(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
+    return read_tdms(path, raw, names, most_unpacked(len(raw)))
+
+
+BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any] | Table]] = {
     ".npz": _npz,
     ".npy": _npy,
     ".mat": _mat,
@@ -209,6 +215,7 @@ BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any]]] =
     ".hdf": _hdf,
     ".parquet": _arrow,
     ".feather": _arrow,
+    ".tdms": _tdms,
     ".json": read_json,
     ".jsonl": read_json,
     ".ndjson": read_json,

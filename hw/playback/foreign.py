@@ -22,7 +22,7 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"\x89HDF", "HDF5", "let its name end in .h5"),
     (b"PAR1", "Parquet", "let its name end in .parquet"),
     (b"\x89MCAP", "MCAP", "let its name end in .mcap"),
-    (b"TDSm", "a TDMS file of LabVIEW", _AS_TEXT + ", or as .mat"),
+    (b"TDSm", "a TDMS file of LabVIEW", "let its name end in .tdms"),
     (
         b"SQLite format 3",
         "an SQLite data base (a bag of ROS 2?)",

@@ -110,7 +110,7 @@ class PlaybackOptions(Table):
         min_length=1,
         max_length=1000,
         description="log, relative to the rig file: text (gzipped or not), .npz, .npy, .mat, .parquet, "
-        ".mcap of rtctl run --record",
+        ".tdms, .mcap of rtctl run --record",
     )
     delimiter: Literal[",", ";", "\t", "|"] | None = Field(
         None, description="between two cells of a row of text; default: found by the names of the columns"

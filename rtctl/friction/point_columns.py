@@ -37,6 +37,15 @@ VELOCITY, TORQUE, DIRECTION, STD, COUNT = (
 )
 """What every point has, known or not: fields of `measured.FrictionPoints`."""
 
+BETWEEN = Column(
+    "between_parts_nm",
+    "N m",
+    0.0,
+    1e6,
+    "standard deviation of the point between stretches of time of its log: a band of one log has it beside "
+    "the errors held out",
+)
+
 BESIDE = (
     Column(
         "time_s", "s", -1e12, 1e12, "when the point was measured: `--folds time` holds out by it", blank=False
@@ -62,6 +71,7 @@ BESIDE = (
         1e6,
         "offset that was taken for the torque's zero: friction may be less by it in one direction",
     ),
+    BETWEEN,
     Column("presliding_rad", "rad", 1e-12, LENGTH_MAX_RAD, "break-away points: presliding length"),
     Column("presliding_spread_rad", "rad", 0.0, LENGTH_MAX_RAD, "its standard deviation over ramps"),
     Column("presliding_ramps", "", 1.0, 1e9, "ramps behind it"),

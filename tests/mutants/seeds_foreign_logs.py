@@ -16,6 +16,20 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "the band of one log knows its points by their neighbours in speed alone",
+        "rtctl/friction/learn/bands.py",
+        "np.hypot(error_nm, apart[rows][data.fold != TRAINS])",
+        "np.hypot(error_nm, 0 * apart[rows][data.fold != TRAINS])",
+        ("tests/unit/friction/test_band_of_one_log.py",),
+    ),
+    Seed(
+        "the offset's drift is found beside Coulomb + viscous friction",
+        "rtctl/friction/logs/offsets.py",
+        "np.linspace(0, 1, BENDS + 1)",
+        "np.linspace(0, 1, 2)",
+        ("tests/unit/friction/test_session_offsets.py",),
+    ),
+    Seed(
         "parts of other speeds are parts of other friction",
         "rtctl/friction/logs/balance_faults.py",
         "if own > TOLD_RATIO * balance.fit(added=bends, rows=rows).rest:",

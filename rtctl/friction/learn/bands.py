@@ -20,6 +20,7 @@ from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.search import Score, Side
 from rtctl.friction.model import Branch
+from rtctl.friction.point_columns import BETWEEN
 from rtctl.friction.points import FrictionPoints
 
 SURE = 2.0
@@ -63,19 +64,40 @@ def band_of(
     way = way_of(points, folds)
     sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
     scores = [search.cross_validate(one, data) for (one, _), data in zip(candidates, sides, strict=True)]
-    return _of_sides(sides, scores, way)
+    return _of_sides(points, sides, scores, way)
 
 
-def _of_sides(sides: Sequence[Side], scores: Sequence[Score], way: str) -> Band | None:
+def _of_sides(
+    points: FrictionPoints, sides: Sequence[Side], scores: Sequence[Score], way: str
+) -> Band | None:
     if any(score.failed for score in scores):
         return None
+    errors_nm = [
+        score.errors if way == "log" else _with_parts(points, data, score.errors)
+        for data, score in zip(sides, scores, strict=True)
+    ]
     held_out = Foretold(
         speed=np.concatenate([data.speed[data.fold != TRAINS] for data in sides]),
-        error_nm=np.concatenate([score.errors for score in scores]),
+        error_nm=np.concatenate(errors_nm),
         block=np.concatenate([score.blocks for score in scores if score.blocks is not None]),
     )
     ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
     return of_both(held_out, ahead, way)
+
+
+def _with_parts(points: FrictionPoints, data: Side, error_nm: np.ndarray) -> np.ndarray:
+    """Held-out errors with what each point differs by between stretches of its log, where that is known.
+
+    The means of one session over one speed and the next agree in whatever that session's motion, places and
+    bristles were; another one's are as those of a stretch.
+    """
+    apart = points.columns.get(BETWEEN.name)
+    if apart is None or not np.isfinite(apart).any():
+        return error_nm
+    apart = np.where(np.isfinite(apart), apart, math.sqrt(float(np.nanmean(apart**2))))
+    rows = np.concatenate([points.rows_of(one) for one in ((data.direction,) if data.direction else (1, -1))])
+    held: np.ndarray = np.copysign(np.hypot(error_nm, apart[rows][data.fold != TRAINS]), error_nm)
+    return held
 
 
 def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None:
@@ -99,7 +121,7 @@ def of_scores(
     """
     if way_of(points, folds) == folds:
         sides = [search.side(points, one.direction, break_away_weight, folds) for one in scores]
-        return _of_sides(sides, scores, folds)
+        return _of_sides(points, sides, scores, folds)
     return band_of(points, [(one.candidate, one.direction) for one in scores], folds, break_away_weight)
 
 

@@ -59,8 +59,8 @@ class Regression:
 
 def solve(
     signals: Regressors, columns: dict[str, np.ndarray], offset: OffsetColumns, nuisance: np.ndarray
-) -> tuple[Regression, np.ndarray]:
-    """Fit the named `columns` and the `nuisance` ones; the coefficients of the latter."""
+) -> Regression:
+    """Fit the named `columns` beside the `nuisance` ones."""
     rows, block = signals.sliding, time_blocks(signals)
     matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
@@ -77,7 +77,7 @@ def solve(
         min(offset.freedom(name, signals.log[rows], block), blocks - 1)
         for name, blocks in zip(columns, telling, strict=False)
     ]
-    found = Regression(
+    return Regression(
         parameters=estimates(list(columns), solution / scale, error, freedom),
         condition=condition,
         relative_error=float(np.sqrt(np.mean(residual**2) / np.mean(torque**2))),
@@ -85,7 +85,6 @@ def solve(
         n=len(torque),
         blocks=int(block[-1]) + 1,
     )
-    return found, (solution / scale)[len(columns) :]
 
 
 def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:

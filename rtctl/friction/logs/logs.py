@@ -27,13 +27,16 @@ from rtctl.friction.logs.dynamics import (
     regress,
     require_both_directions,
 )
-from rtctl.friction.point_columns import COLUMNS
+from rtctl.friction.point_columns import BETWEEN, COLUMNS
 from rtctl.friction.points import FrictionPoints
 
 LEVELS_MAX = 60
 SAMPLES_PER_LEVEL = 8
 LEVELS_OF_A_LOG = 12
 """Levels that each of several logs has at least, each direction."""
+
+PARTS = 5
+"""Stretches of time between which a point is told to differ: as many as there are folds."""
 
 
 @dataclass(frozen=True)
@@ -155,8 +158,9 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
 
     Levels hold equally many samples each (at least `SAMPLES_PER_LEVEL`), so they are narrow where the hand
     moved most. Each of several logs (column `log`) has levels of its own, so that whole logs can be held out.
-    A point is the mean speed, the median friction, its standard deviation at one speed and the count, and of
-    the other columns what holds for the whole level: a mean that says something, or the one value there is.
+    A point is the mean speed, the median friction, its standard deviation at one speed, the one between
+    stretches of time, the count, and of the other columns what holds for the whole level: a mean that says
+    something, or the one value there is.
 
     Raises
     ------
@@ -165,10 +169,12 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
     """
     require_both_directions(samples.velocity_rad_s, samples.source)
     rows: list[tuple[float, ...]] = []
+    part, between = _parts(samples), list[float]()
     means: dict[str, list[float]] = {name: [] for name in samples.columns}
     for direction in (1, -1):
         chosen = np.sign(samples.velocity_rad_s) == direction
         speed, friction = np.abs(samples.velocity_rad_s[chosen]), direction * samples.friction_nm[chosen]
+        own = part[chosen]
         beside = {name: column[chosen] for name, column in samples.columns.items()}
         for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX)):
             value = float(np.median(friction[level]))
@@ -187,9 +193,10 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
                     len(level),
                 )
             )
+            between.append(_between(friction[level], own[level]))
             for name, column in beside.items():
                 means[name].append(_of_level(name, column[level]))
-    beside = {name: np.array(column) for name, column in means.items()}
+    beside = {name: np.array(column) for name, column in means.items()} | {BETWEEN.name: np.array(between)}
     return FrictionPoints.from_rows(rows, samples.source, samples.sha256, beside)
 
 
@@ -201,6 +208,21 @@ def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
     slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
     rest = friction - friction.mean() - slope * v
     return float(np.sqrt(rest @ rest / (len(rest) - 2)))
+
+
+def _parts(samples: FrictionSamples) -> np.ndarray:
+    """Number of the stretch of time of each sample: `PARTS` of equally many, logs one after the other."""
+    log = samples.columns.get("log", np.zeros(len(samples.time_s)))
+    order = np.lexsort((samples.time_s, log))
+    part = np.empty(len(order), dtype=int)
+    part[order] = np.arange(len(order)) * PARTS // len(order)
+    return part
+
+
+def _between(friction: np.ndarray, part: np.ndarray) -> float:
+    """Standard deviation of friction between stretches of time, N m; NaN of fewer than two."""
+    medians = [float(np.median(friction[part == one])) for one in np.unique(part)]
+    return float(np.std(medians, ddof=1)) if len(medians) > 1 else math.nan
 
 
 def _levels(speed: np.ndarray, log: np.ndarray | None, most: int) -> list[np.ndarray]:

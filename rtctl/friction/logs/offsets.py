@@ -27,6 +27,9 @@ TERMS_MAX = 6
 BLOCKS_PER_TERM = 3
 """Blocks of the intervals for each term, since a term takes the freedom of one."""
 
+BENDS = 12
+"""Speeds of each direction between which friction is a line while its drift is found."""
+
 
 @dataclass(frozen=True)
 class Offset:
@@ -98,6 +101,32 @@ def offset_columns(signals: Regressors) -> OffsetColumns:
     return OffsetColumns(
         names, level, np.column_stack(drift) if drift else np.zeros((len(level), 0)), np.array(owner, int)
     )
+
+
+def drift_beside_friction(signals: Regressors, offset: OffsetColumns, inertia_kgm2: float) -> np.ndarray:
+    """Coefficients of the drift columns, N m, beside a friction of any shape over speed in each direction.
+
+    Beside Coulomb + viscous friction the drift takes what these miss, by as much as slow and quick, or
+    forward and backward motion are uneven in time: the points of two sessions of one joint then differ by
+    it.
+    """
+    rows = signals.sliding
+    v = signals.velocity_rad_s[rows]
+    columns = [offset.drift[rows], offset.relative(rows)[rows]]
+    for mine in (v > 0, v < 0):
+        speed = np.abs(v[mine])
+        at = np.unique(np.quantile(speed, np.linspace(0, 1, BENDS + 1)))
+        friction = np.zeros((len(v), len(at)))
+        friction[mine] = np.column_stack([np.interp(speed, at, one) for one in np.eye(len(at))])
+        columns.append(friction)
+    if signals.share_nm is not None:
+        columns.append(signals.share_nm[rows, None])
+    matrix = np.hstack(columns)
+    scale = np.sqrt((matrix**2).mean(axis=0))
+    scale[scale == 0] = 1.0
+    left = signals.torque_nm[rows] - inertia_kgm2 * signals.acceleration_rad_s2[rows]
+    found = np.linalg.lstsq(matrix / scale, left, rcond=None)[0] / scale
+    return np.asarray(found[: offset.drift.shape[1]])
 
 
 def _terms(signals: Regressors, rows: np.ndarray) -> int:

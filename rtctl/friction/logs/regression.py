@@ -29,7 +29,7 @@ from rtctl.friction.logs.dynamics import require_both_directions
 from rtctl.friction.logs.even_motion import TooEvenError, completed, require_acceleration, said, told_apart
 from rtctl.friction.logs.intervals import Estimate
 from rtctl.friction.logs.least_squares import Columns, Regression, columns_of, solve
-from rtctl.friction.logs.offsets import Offset, OffsetColumns, offset_columns
+from rtctl.friction.logs.offsets import Offset, OffsetColumns, drift_beside_friction, offset_columns
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
 from rtctl.friction.logs.speeds_seen import Speeds, few_slow, no_low_speed, speeds
@@ -77,7 +77,7 @@ def joint_fit(signals: Regressors) -> JointFit:
     columns, by_direction = columns_of(signals, offset)
     try:
         require_acceleration(signals)
-        (symmetric, drift), per_direction = _both(signals, offset, columns, by_direction)
+        symmetric, per_direction = _both(signals, offset, columns, by_direction)
     except TooEvenError as error:
         return _even(signals, offset, columns, by_direction, error)
     _require_signs(symmetric, signals.source)
@@ -87,18 +87,15 @@ def joint_fit(signals: Regressors) -> JointFit:
     symmetric, per_direction = (
         replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
     )
-    return _joint(signals, offset, symmetric, per_direction, drift, late, _misaligned(signals, late))
+    return _joint(signals, offset, symmetric, per_direction, late, _misaligned(signals, late))
 
 
 def _both(
     signals: Regressors, offset: OffsetColumns, columns: Columns, by_direction: Columns
-) -> tuple[tuple[Regression, np.ndarray], Regression]:
-    """The symmetric fit and its drift, and that per direction."""
+) -> tuple[Regression, Regression]:
+    """The symmetric fit, and that per direction."""
     relative = np.hstack([offset.relative(signals.sliding), offset.drift])
-    return (
-        solve(signals, columns, offset, offset.drift),
-        solve(signals, by_direction, offset, relative)[0],
-    )
+    return solve(signals, columns, offset, offset.drift), solve(signals, by_direction, offset, relative)
 
 
 def _even(
@@ -111,7 +108,7 @@ def _even(
     """What a motion too even for all parameters tells; raises `error` where that is nothing either."""
     for kept, ways in zip(told_apart(signals, columns), told_apart(signals, by_direction), strict=True):
         try:
-            (symmetric, drift), per_direction = _both(signals, offset, kept, ways)
+            symmetric, per_direction = _both(signals, offset, kept, ways)
         except TooEvenError:
             continue
         _require_signs(symmetric, signals.source)
@@ -121,7 +118,7 @@ def _even(
             replace(fit, parameters=completed(fit.parameters, tuple(names), signals))
             for fit, names in ((symmetric, columns), (per_direction, by_direction))
         )
-        return _joint(signals, offset, symmetric, per_direction, drift, None, (told,))
+        return _joint(signals, offset, symmetric, per_direction, None, (told,))
     raise error
 
 
@@ -130,11 +127,11 @@ def _joint(
     offset: OffsetColumns,
     symmetric: Regression,
     per_direction: Regression,
-    drift: np.ndarray,
     late: Estimate | None,
     told: tuple[str, ...],
 ) -> JointFit:
     both = speeds(signals)
+    drift = drift_beside_friction(signals, offset, symmetric.parameters["inertia_kgm2"].value)
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     slow = few_slow(signals) if late is not None else ()
     warnings = (*signals.warnings, *slow, *no_low_speed(signals, both), *told)
@@ -153,7 +150,7 @@ def _remaining_delay(
     jerk is -d J. Friction that is not Coulomb + viscous goes into it too.
     """
     try:
-        fit, _ = solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
+        fit = solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
     except DataError:
         return None  # jerk and velocity of a single sine are the same signal
     inertia, jerk = fit.parameters["inertia_kgm2"].value, fit.parameters["jerk"]

@@ -32,7 +32,7 @@ REFUSED = {
     "zeros above and below, as a buffer not yet full": r"time does not increase.*in row \d+",
     "the wrong case in the name": r"no column 'position'; the header has: Time, Position, Torque",
     "an .xlsx given as it is": r"a spreadsheet.*CSV",
-    "TDMS": r"TDMS.*CSV",
+    "TDMS called .dat": r"TDMS.*\.tdms",
     "a bag of ROS 2 without joint states": r"topics: /chatter",
     "SQLite bag": r"SQLite.*CSV",
     "candump -L": r"a trace of a CAN bus.*DBC.*docs/logs\.md",

@@ -1,0 +1,76 @@
+"""TDMS files of LabVIEW beyond those of `other_layouts`: clocks that differ, units, damage, no reader."""
+
+import contextlib
+import io
+
+import numpy as np
+import pytest
+
+from hw.interface import BackendError
+from hw.playback import tdms
+from hw.playback.columns import read_table
+from hw.playback.reader import load
+from rtctl.friction.logs.log_input import Gearing, options_of
+
+nptdms = pytest.importorskip("nptdms")
+
+N = 400
+CLOCK = {"wf_start_time": np.datetime64("2024-03-07T14:02:11"), "wf_start_offset": 0.0, "wf_increment": 2e-3}
+
+
+def written(path, **channels):
+    whole = io.BytesIO()
+    with nptdms.TdmsWriter(whole) as file:
+        file.write_segment(
+            [nptdms.ChannelObject("M", name, data, about) for name, (data, about) in channels.items()]
+        )
+    path.write_bytes(whole.getvalue())
+    return path
+
+
+def test_without_nptdms_the_extra_is_named(tmp_path, monkeypatch):
+    path = written(tmp_path / "a.tdms", q=(np.arange(N), CLOCK))
+    monkeypatch.setattr(tdms, "find_spec", lambda _: None)
+    with pytest.raises(BackendError, match=r"pip install 'rtctl\[tdms\]'.*CSV"):
+        read_table(path, ("M/q",))
+
+
+def test_a_channel_has_its_time_only_where_it_has_a_rate(tmp_path):
+    path = written(tmp_path / "a.tdms", q=(np.arange(N), CLOCK), tau=(np.ones(N), {}))
+    np.testing.assert_allclose(read_table(path, ("M/q/time",)).columns["M/q/time"], 2e-3 * np.arange(N))
+    with pytest.raises(BackendError, match=r"no column 'M/tau/time'; the file has: M/q, M/tau, M/q/time"):
+        read_table(path, ("M/tau/time",))
+
+
+@pytest.mark.parametrize(
+    "other", [{"wf_start_time": np.datetime64("2024-03-07T14:02:12")}, {"wf_increment": 1e-3}]
+)
+def test_channels_of_two_clocks_are_no_rows(other, tmp_path):
+    path = written(tmp_path / "a.tdms", q=(np.arange(N), CLOCK), tau=(np.ones(N), CLOCK | other))
+    with pytest.raises(BackendError, match=r"channels of different clocks \('M/q' from .*resample"):
+        read_table(path, ("M/q", "M/tau"))
+
+
+def test_the_unit_in_the_file_is_held_against_the_one_given(tmp_path):
+    path = written(
+        tmp_path / "a.tdms", q=(np.arange(N), CLOCK | {"unit_string": "deg"}), tau=(np.ones(N), CLOCK)
+    )
+    columns = {
+        "time": {"column": "M/q/time"},
+        "position": {"column": "M/q"},
+        "motor_torque": {"column": "M/tau"},
+    }
+    with pytest.raises(BackendError, match=r"column 'M/q' is read in rad, the file says deg"):
+        load(options_of(path, columns, None), Gearing().rig())
+
+
+def test_damage_is_named_and_claims_no_memory(tmp_path):
+    path = written(tmp_path / "a.tdms", q=(np.arange(float(N)), CLOCK), tau=(np.ones(N), CLOCK))
+    whole, random = path.read_bytes(), np.random.default_rng(7)
+    for _ in range(150):
+        damaged = bytearray(whole[: random.integers(20, len(whole))] if random.random() < 0.3 else whole)
+        for at in random.integers(0, min(len(damaged), 700), 3):
+            damaged[at] = random.integers(256)
+        path.write_bytes(damaged)
+        with contextlib.suppress(BackendError):  # any other is no answer
+            read_table(path, ("M/q", "M/tau"))
