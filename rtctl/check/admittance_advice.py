@@ -10,7 +10,7 @@ from functools import lru_cache
 from itertools import product
 from typing import TYPE_CHECKING
 
-from rtctl.check.admittance_figures import figures_of, heavier, rounded_up
+from rtctl.check.admittance_figures import heavier, judged, rounded_up
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
@@ -47,15 +47,9 @@ def passing_together(loop: AdmittanceLoop) -> Advice:
         if held < 1 and loop.position_gain_nm_rad == 0:
             continue
         one = _changed(loop, mass, damped, gain, held)
-        if (found := _calmed(one)) is not None and _holds(found):
+        if (found := _calmed(one)) is not None and judged(found).ok:
             return Advice(tuple(_told(loop, found)))
     return Advice()
-
-
-def _holds(loop: AdmittanceLoop) -> bool:
-    """Whether no row of these refuses it."""
-    one = figures_of(loop)
-    return one.stable and not one.rubbing_worst and one.helped.ok and not one.stuck_worst
 
 
 def _change(shares: tuple[float, float, float, float]) -> float:

@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_help import Helped
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
+    from rtctl.control.proofs.admittance_proof import Proof
     from rtctl.control.proofs.admittance_sticking import Sticking
     from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.rig_file.axis_tables import AxisTable
-
 
 BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
 """A presliding length that was measured is at most four times too long, one that was assumed sixteen
@@ -145,9 +145,33 @@ def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
     return (RIGID,)
 
 
+@dataclass(frozen=True)
+class Judged:
+    """What a loop is refused by, without the search for what would pass: no proof where a point grows, no
+    sticking without dry friction.
+    """
+
+    found: Finding
+    proof: Proof | None
+    stuck: Sticking | None
+    rubbing: Finding
+    rubbing_damping_nms_rad: float
+    helped: Helped
+
+    @property
+    def stable(self) -> bool:
+        """A joint that slides."""
+        return self.found.ok and not (self.proof and self.proof.unstable)
+
+    @property
+    def ok(self) -> bool:
+        """Nothing grows, sliding, sticking, rubbing or helped."""
+        return self.stable and self.rubbing.ok and self.helped.ok and not (self.stuck and self.stuck.at)
+
+
 @lru_cache(maxsize=64)
-def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
-    """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
+def judged(loop: AdmittanceLoop) -> Judged:
+    """Half of what is found of a loop."""
     from rtctl.control.proofs import admittance_help
     from rtctl.control.proofs import admittance_margin as margin
 
@@ -157,14 +181,24 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
     proof = margin.proof(loop) if found.ok else None
     masses = (loop, *heavier(loop))
     stuck = _sticking(masses) if loop.bristle_nm_rad > 0 else None
-    rubbing, damping = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
+    rubbing = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
     helped = max(map(admittance_help.judge_help, masses), key=lambda one: one.growth_1_s)
-    stable = found.ok and not (proof and proof.unstable)
+    return Judged(found, proof, stuck, *rubbing, helped)
+
+
+@lru_cache(maxsize=64)
+def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
+    """Everything that is found of a loop. Some two seconds; the same loop is not asked twice."""
+    from rtctl.control.proofs import admittance_help
+    from rtctl.control.proofs import admittance_margin as margin
+
+    one, masses = judged(loop), (loop, *heavier(loop))
+    found, proof, stuck, rubbing = one.found, one.proof, one.stuck, one.rubbing
     return AdmittanceFigures(
         radius=found.radius,
         points=found.points,
         worst=found.at if proof is None or not proof.unstable else proof.at,
-        stable=stable,
+        stable=one.stable,
         proved=proof is not None and proof.proved,
         cells=proof.cells if proof else 0,
         not_proved_at=proof.at if proof else "",
@@ -173,27 +207,25 @@ def figures_of(loop: AdmittanceLoop) -> AdmittanceFigures:
         stuck_speed_rad_s=stuck.speed_rad_s if stuck else 0.0,
         rest_damping_min_nms_rad=_rest_damping(masses) if stuck and stuck.at else 0.0,
         rubbing_radius=rubbing.radius,
-        rubbing_damping_nms_rad=damping,
+        rubbing_damping_nms_rad=one.rubbing_damping_nms_rad,
         rubbing_worst="" if rubbing.ok else rubbing.at,
-        helped=helped,
-        help_share_max=loop.help_share if helped.ok else min(map(admittance_help.largest_help, masses)),
+        helped=one.helped,
+        help_share_max=loop.help_share if one.helped.ok else min(map(admittance_help.largest_help, masses)),
         damping_kept=found.kept,
         hand_stiffness_max_nm_rad=margin.largest_hand(loop),
         hand_stiffness_max_free_nm_rad=margin.largest_hand(loop, world=False),
         mass_min_kgm2=margin.smallest_mass(loop),
-        damping_min_nms_rad=loop.virtual_damping_nms_rad if stable else margin.least_damping(loop),
+        damping_min_nms_rad=loop.virtual_damping_nms_rad if one.stable else margin.least_damping(loop),
         mass_min_continuous_kgm2=margin.mass_min_continuous(
             loop.inertia_kgm2, loop.viscous_nms_rad, loop.velocity_gain_nms_rad
         ),
-        sensor_min_hz=margin.slowest_sensor(loop) if stable else math.inf,
+        sensor_min_hz=margin.slowest_sensor(loop) if one.stable else math.inf,
     )
 
 
 @lru_cache(maxsize=64)
 def hunting_of(loop: AdmittanceLoop, held: bool) -> Hunting:
-    """The fastest hunting about the counts of the encoder, of every mass that may be asked for; `held`: the
-    law holds a flicker.
-    """
+    """The fastest hunting about encoder counts of all masses; `held`: the law holds a flicker."""
     from rtctl.control.proofs.admittance_counts import hunting
 
     found = (hunting(one, held=held) for one in (loop, *heavier(loop)))
@@ -245,9 +277,7 @@ def _growth(found: Finding) -> float:
 
 
 def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with every delay of whole ticks below the declared, with and without its current loop's lag,
-    but not itself.
-    """
+    """The loop with every whole delay below the declared, with and without the current loop's lag."""
     delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
     both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]

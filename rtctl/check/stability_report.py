@@ -119,9 +119,8 @@ class Report:
 
 
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
-    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint,
-    the stiffness beside the coupling's that compensation by place makes, N m/rad, and the share of the
-    coupling that compensation by load adds to it.
+    """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint;
+    what compensation adds to the coupling: by place N m/rad, by load a share of it.
     """
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
@@ -129,36 +128,37 @@ def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between,
     return _uncancelled(b, joint), late.between, spring, loop
 
 
-def examine(loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None) -> Report:
+def examine(
+    loaded: LoadedConfig, pulse: Mapping[str, AxisTiming] | None = None, *, telling: bool = True
+) -> Report:
     """Compute the margins of every axis of a rig file.
 
     Parameters
     ----------
     pulse
         What the last test pulses measured of each axis, by name: it counts where it is worse.
+    telling
+        With rows that refuse nothing and take long; False: `.ok` and `.refusal()` are all that is asked.
 
     Raises
     ------
     ModelError
         A friction model that cannot be believed, or is of another rig.
     """
-    config = loaded.config
-    found = pulse or {}
-    axes = [
-        _examine_axis(loaded, index, axis, found.get(axis.name)) for index, axis in enumerate(config.axis)
-    ]
-    return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=tuple(axes))
+    config, axes = loaded.config, range(len(loaded.config.axis))
+    reports = tuple(_examined(loaded, index, pulse or {}, telling) for index in axes)
+    return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=reports)
 
 
-def _examine_axis(loaded: LoadedConfig, index: int, axis: AxisTable, pulse: AxisTiming | None) -> AxisReport:
-    found, joint = figures_alone(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
-    where, config = f"{loaded.path}: axis[{index}]", loaded.config
-    subject = Subject(found, axis, config.period_s, where, joint, config.simulated)
+def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming], telling: bool) -> AxisReport:
+    axis, joint, config = loaded.config.axis[index], lateness.joint_of_axis(loaded, index), loaded.config
+    found = figures_alone(loaded, index, pulse.get(axis.name))
+    subject = Subject(found, axis, config.period_s, f"{loaded.path}: axis[{index}]", joint, config.simulated)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(
         **plain,
-        verdicts=tuple(verdicts(subject)),
+        verdicts=tuple(verdicts(subject, telling=telling)),
         admittance=figures_of(loop) if loop else None,
         loop=loop,
         impedance=axis.may_show("impedance"),

@@ -79,6 +79,10 @@ EITHER: tuple[Test, ...] = (
 )
 
 
+TELL = (verdicts_of_force.sensor_of_an_observer,)
+"""Tests that refuse nothing and take long."""
+
+
 def tests_of(axis: Subject) -> tuple[Test, ...]:
     """Every test of an axis, in any order."""
     tests = EITHER
@@ -87,7 +91,7 @@ def tests_of(axis: Subject) -> tuple[Test, ...]:
     return tests
 
 
-def verdicts(axis: Subject) -> list[Verdict]:
-    """All rows of one axis in its units, the worst last."""
-    rows = ranked(row for test in tests_of(axis) for row in test(axis))
+def verdicts(axis: Subject, *, telling: bool = True) -> list[Verdict]:
+    """All rows of one axis in its units, the worst last; without `telling` all but those of `TELL`."""
+    rows = ranked(row for test in tests_of(axis) if telling or test not in TELL for row in test(axis))
     return [row.spoken(axis.table.motion) for row in rows]

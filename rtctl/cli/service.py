@@ -47,14 +47,11 @@ def install(
     changes only what differs. The rig starts unarmed.
     """
     from rtctl.check import stability_report
-    from rtctl.errors import StabilityError
     from rtctl.host import service_steps as service
     from rtctl.rig_file.config import load
 
     loaded = load(config)
-    report = stability_report.examine(loaded)
-    if not report.ok:
-        raise StabilityError(report.refusal())
+    stability_report.examine(loaded, telling=False).require()
     if root == Path("/") and not dry_run:
         _require_root()
     made = service.plan(loaded, root, starter or service.own_command(), start=not no_start)

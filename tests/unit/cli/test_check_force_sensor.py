@@ -197,3 +197,14 @@ def test_a_slow_sensor_narrows_the_intent_that_settles():
 
         assert settles(0.98 * hz), (late, sensor_hz)
         assert hz == math.inf or not settles(1.05 * hz), (late, sensor_hz)
+
+
+def test_who_asks_for_a_refusal_alone_gets_the_same_one_without_the_search_for_a_slower_sensor():
+    for stiffness_nm_rad in (10.0, 1e4):
+        loaded = with_sensor("mock", coupling={"stiffness_nm_rad": stiffness_nm_rad, "damping_nms_rad": 0.01})
+        whole, asked = examine(loaded), examine(loaded, telling=False)
+        assert asked.refusal() == whole.refusal()
+        assert asked.ok == (stiffness_nm_rad == 10.0)
+        assert {row.name for row in whole.verdicts} - {row.name for row in asked.verdicts} == {
+            OBSERVER_SENSOR
+        }
