@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from rtctl.friction.learn.fit import fit_points
-from rtctl.friction.logs.logs import FrictionSamples, level_points
 from rtctl.friction.learn.report_judge import judge
+from rtctl.friction.logs.logs import FrictionSamples, level_points
 
 
 def session(seed, size_nm):
