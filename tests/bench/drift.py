@@ -245,8 +245,9 @@ def _told(
     """Whether and when a drift is told, and the factor after a minute of motion."""
     (axis,) = watch.axes
     assert axis is not None
-    assert axis.found is not None
-    before, strokes = axis.found.factor, axis.strokes.taken
+    first, strokes = axis.found, axis.strokes.taken
+    assert first is not None
+    before = first.factor
     moved_s, until_s, velocities = 0.0, simulation.time_s + PATIENCE_S, list[np.ndarray]()
     told: float | None = None
     while moved_s < MOTION_S and simulation.time_s < until_s:

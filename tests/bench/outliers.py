@@ -90,6 +90,7 @@ def remembered(clean: Fits, here: Fits) -> Iterator[None]:
     """
 
     def fit(candidate: Candidate, *data: np.ndarray, **more: Any) -> Trained:
+        found: Trained | FailedFitError
         limit = more.get("max_iterations", machines.MAX_ITERATIONS)
         of = (repr(candidate), *(column.tobytes() for column in data))
         for before, found in (*here.get(of, ()), *clean.get(of, ())):
@@ -106,11 +107,11 @@ def remembered(clean: Fits, here: Fits) -> Iterator[None]:
             raise found
         return found
 
-    search.train = fit
+    vars(search)["train"] = fit
     try:
         yield
     finally:
-        search.train = machines.train
+        vars(search)["train"] = machines.train
 
 
 def run(
