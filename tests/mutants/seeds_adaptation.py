@@ -172,7 +172,8 @@ SEEDS = (
     ),
     Seed(
         "bristles that are late behind the curve are told as drift", "rtctl/friction/drift_strokes.py",
-        "self._take(settled(rows, by), by)", "self._take(rows, by)", ("tests/unit/friction/test_drift_window.py",),
+        "self._take(settled(rows, by), by)", "self._take(rows, by)",
+        ("tests/unit/friction/test_drift_window.py",),
     ),
     Seed(
         "what slid minutes ago is told as the present friction", "rtctl/friction/drift_strokes.py",
