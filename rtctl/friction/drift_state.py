@@ -52,7 +52,8 @@ def restore(axis: AxisWatch, kept: object) -> bool:
     """
     if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
         return False
-    table = _table(kept.get("strokes"))
+    strokes = kept.get("strokes")
+    table = np.zeros((0, SUMS)) if strokes == [] else _table(strokes)
     if table is None:
         return False
     axis.take_up(table, warned=kept.get("warned") is True, factor=_factor(kept.get("factor")))

@@ -30,10 +30,10 @@ PIECE_ROWS = 200
 MOTION_FACTOR = 2.0
 """Strokes that ended so many windows of motion ago are forgotten, too: a joint that sticks and slips, or
 hardly leaves the presliding, shows little sliding, and a window of sliding alone would reach minutes back, to
-before a change."""
+before a change. Where none ended for so long, nothing is known of the present."""
 
 KEPT_STROKES = 16
-"""So many of the newest are never forgotten for that: fewer tell nothing."""
+"""So many of the newest are not forgotten for that while strokes still end: fewer tell nothing."""
 
 LATE_SHARE = 0.03
 """Rows whose friction by the curve was another by this share one presliding length ago are left out: bristles
@@ -92,7 +92,11 @@ class Strokes:
         them.
         """
         self._moved += moved
-        rows = settled(rows, by)
+        self._take(settled(rows, by), by)
+        if len(self._ended) and self._moved - self._ended[-1] > MOTION_FACTOR * self._most_rows:
+            self.forget()
+
+    def _take(self, rows: Rows, by: Deployed) -> None:
         if len(rows.velocity) == 0:
             return
         if self._from is None:

@@ -59,6 +59,8 @@ class AxisWatch:
         """
         if self.bounds is not None:
             self.factor = min(max(factor, self.bounds.least), self.bounds.most)
+        if not len(table):
+            return
         self.strokes.take_up(table)
         found = estimate(self.strokes, self.by, self.rate_hz)
         if found is None or not np.isfinite(list(vars(found).values())).all():
@@ -69,7 +71,7 @@ class AxisWatch:
 
     def judge(self, share: float) -> None:
         """Make of what is remembered what there is to say; `share` of the feed-forward is in force."""
-        if self.strokes.taken == self._judged:
+        if self.strokes.taken == self._judged and (self.found is None or len(self.strokes.table)):
             return
         self._judged = self.strokes.taken
         found = self.found = estimate(self.strokes, self.by, self.rate_hz)

@@ -155,3 +155,11 @@ def watched(
     )
     watch.follow(simulation.arm(compensation=1.0, **WORLDS[world]))
     return simulation, watch
+
+
+def continued(simulation: Simulation, loaded: LoadedConfig) -> Simulation:
+    """The rig of `loaded` from where this simulation is; that one stays as it is."""
+    other = Simulation(loaded)
+    for name in ("state", "command", "tick", "plant_state"):
+        getattr(other, name)[:] = getattr(simulation, name)
+    return other

@@ -172,7 +172,18 @@ SEEDS = (
     ),
     Seed(
         "bristles that are late behind the curve are told as drift", "rtctl/friction/drift_strokes.py",
-        "rows = settled(rows, by)\n", "pass\n", ("tests/unit/friction/test_drift_window.py",),
+        "self._take(settled(rows, by), by)", "self._take(rows, by)",
+        ("tests/unit/friction/test_drift_window.py",),
+    ),
+    Seed(
+        "what slid minutes ago is told as the present friction", "rtctl/friction/drift_strokes.py",
+        "self._moved - self._ended[-1] > MOTION_FACTOR", "False and MOTION_FACTOR",
+        ("tests/unit/friction/test_drift_window.py",),
+    ),
+    Seed(
+        "a factor whose strokes are forgotten is not kept", "rtctl/host/telemetry/friction_watch.py",
+        "if len(axis.strokes.table) or axis.factor != 1.0", "if len(axis.strokes.table)",
+        ("tests/unit/host/test_friction_watch.py",),
     ),
     Seed(
         "noise at one place takes what a whole turn has shown", "rtctl/control/place_trust.py",

@@ -156,7 +156,11 @@ class FrictionWatch:
                 return None
             self._kept_ns = now_ns
         self._kept_strokes = taken
-        axes = {name: state.packed(axis) for name, axis in self._axes.items() if len(axis.strokes.table)}
+        axes = {
+            name: state.packed(axis)
+            for name, axis in self._axes.items()
+            if len(axis.strokes.table) or axis.factor != 1.0
+        }
         return partial(state.write, self._folder, self._devices, axes)
 
 

@@ -33,7 +33,7 @@ def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
     again.take_up(strokes[5].table)
     v = np.full(5, 0.3)
     for k in range(3):
-        again.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, 500)
+        again.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, 300)
     assert len(again.table) == KEPT_STROKES
 
 
@@ -53,6 +53,23 @@ def test_a_joint_that_hardly_slides_is_told_of_a_tenth_within_a_minute_of_motion
     assert axis.strokes.rows < 20 * axis.rate_hz  # of 60 s of motion
     assert told_s < 50.0
     assert abs(axis.found.factor - 1.1) < 0.02
+
+
+def test_a_joint_that_moves_without_sliding_is_not_told_by_what_it_was_before():
+    """Nothing is seen of its friction any more: a factor of minutes ago, with its interval, passed for the
+    present one.
+    """
+    sliding, short = ticks_of([Joint(factor=1.12), Joint(sines=((0.006, 1.3),), factor=0.7)], 120.0)
+    short["tick"] += len(sliding)
+    rig = watch()
+    (axis,) = rig.axes
+    rig.follow(sliding)
+    assert abs(axis.found.factor - 1.12) < 0.02
+    for k in range(0, len(short), 400):
+        rig.follow(short[k : k + 400])
+    assert axis.found is None
+    assert axis.warning, "nothing says that it is gone"
+    assert axis.strokes.rows == 0
 
 
 def test_a_joint_that_is_turned_one_way_only_is_not_told_by_what_it_was_before():

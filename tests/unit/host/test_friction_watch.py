@@ -124,6 +124,13 @@ def test_the_law_is_asked_for_what_is_new_and_after_a_restart_for_what_was_follo
     again = following(folder=tmp_path)
     assert again.changes().tolist() == [health["followed"] - 1.0]
     assert watch(tmp_path).changes() is None, "nobody asked for it"
+    (axis,) = found._watch.axes
+    axis.strokes.forget()
+    axis.strokes.taken += 1
+    found.to_keep()()
+    assert following(folder=tmp_path).changes().tolist() == [health["followed"] - 1.0], (
+        "what it goes by stays"
+    )
 
 
 def test_an_axis_that_follows_is_held_where_it_is_and_goes_on_from_there():
