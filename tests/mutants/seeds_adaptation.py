@@ -181,7 +181,7 @@ SEEDS = (
         ("tests/unit/friction/test_drift_window.py",),
     ),
     Seed(
-        "a factor whose strokes are forgotten is not kept", "rtctl/host/telemetry/friction_watch.py",
+        "a factor whose strokes are forgotten is not kept", "rtctl/host/exchange/friction_watch.py",
         "if len(axis.strokes.table) or axis.factor != 1.0", "if len(axis.strokes.table)",
         ("tests/unit/host/test_friction_watch.py",),
     ),
