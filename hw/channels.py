@@ -3,8 +3,7 @@ follows.
 
 Order lists, the oldest sample that counts, scripted faults, what a slow or lost device still shows, the
 fields of the tick and their documents look here. A new measured channel is a row, and a device that provides
-it.
-"""
+it."""
 
 from __future__ import annotations
 
@@ -113,6 +112,5 @@ def places(name: str, n_axes: int) -> int:
 
 def device_fields(n_axes: int) -> list[tuple[Any, ...]]:
     """What a device writes in a tick, as NumPy field descriptors: count of samples, faults of the link, and
-    every reading.
-    """
+    every reading."""
     return [("sample_count", "<i8"), ("link_faults", "<u8"), *(reading.dtype(n_axes) for reading in READINGS)]

@@ -3,8 +3,7 @@ at it.
 
 A claim is the name of an abstract Unix socket: the kernel gives a name to one process at a time, whoever its
 user is, and takes it back however that process ends. Such names are those of a network namespace, as CAN
-interfaces are.
-"""
+interfaces are."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ _CREDENTIALS = struct.Struct("3i")
 def claims_on(interface: str, channel: str, identifiers: Iterable[int]) -> tuple[str, ...]:
     """Names of the claims on identifiers of a wire, in order; a device file counts as what its links lead to.
 
-    Those of a `virtual` bus are none: no other process is on it.
-    """
+    Those of a `virtual` bus are none: no other process is on it."""
     if interface == "virtual":
         return ()
     where = os.path.realpath(channel) if channel.startswith("/") else channel
@@ -56,8 +54,7 @@ class Claims:
         Raises
         ------
         BackendError
-            Another process has one of them; the text names that process.
-        """
+            Another process has one of them; the text names that process."""
         end = time.monotonic() + patience_s
         while refused := self._try(names):
             if refused[1].errno != errno.EADDRINUSE:

@@ -1,8 +1,7 @@
 """Numba's cache of one function, in a folder named by the key of the module (`hw.compile_key`).
 
 Numba's own looks at the text of the outermost function's file only, and at the line where the function
-stands.
-"""
+stands."""
 
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ from hw.undefined_symbols import undefined_symbols
 def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401 - its `_cache` is in no stub
     """Have a compiled function kept below `root`, if its source says all that it is made of.
 
-    A function with a closure is compiled anew by every process, and so is one without a file.
-    """
+    A function with a closure is compiled anew by every process, and so is one without a file."""
     function = dispatcher.py_func
     file = Path(inspect.getfile(function))
     if function.__closure__ is None and file.is_file():
@@ -67,8 +65,7 @@ on_compiled: list[Callable[[int], None]] = []
 
 class CodeCache(FunctionCache):
     """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of
-    sources beside it.
-    """
+    sources beside it."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
         self._name = repr(function)
@@ -92,8 +89,7 @@ class CodeCache(FunctionCache):
         """What was compiled before for these types, or None.
 
         Numba would first have itself ready to compile anything, which takes .3 s of every start
-        (`_Files.rebuild`).
-        """
+        (`_Files.rebuild`)."""
         if not self.usable():
             return None
         numbas: Any = nrt
@@ -108,8 +104,7 @@ class CodeCache(FunctionCache):
         """Keep what was compiled, one process at a time, and tell that it was.
 
         Two that add code for different types at once would give it the same file name; the index that is
-        written last could then name the code of the other's types.
-        """
+        written last could then name the code of the other's types."""
         made_here.append(self._name)
         for hear in on_compiled:
             hear(len(made_here))
@@ -122,8 +117,7 @@ class CodeCache(FunctionCache):
 @contextmanager
 def alone(folder: Path) -> Iterator[None]:
     """Wait for every other process that is alone with `folder`. The kernel lets go for a process that
-    dies.
-    """
+    dies."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
@@ -152,8 +146,7 @@ class _Files(CompileResultCacheImpl):
 
 def _wants_nothing_more(payload: Sequence[Any]) -> bool:
     """Whether kept code can be linked to what this process has by now; LLVM would end the process where it
-    cannot.
-    """
+    cannot."""
     try:
         (_, kind, data), *_, when_loaded, _ = payload
         if kind != "object" or when_loaded:
@@ -187,8 +180,7 @@ class _Place(_CacheLocator):
 
 def _fingerprint(code: CodeType, doc: str | None) -> str:
     """Tells functions of one name in one module apart (`if ... def f ... else def f`), by code and not by
-    line.
-    """
+    line."""
     constants = [
         _fingerprint(x, None) if isinstance(x, CodeType) else repr(x) for x in code.co_consts if x != doc
     ]

@@ -3,8 +3,7 @@
 Numba freezes what a function refers to: constants, dtypes and other compiled functions of any module. All of
 them reach the function through imports, so the key of a module covers its own source and that of every
 project module that it imports, and those import, and so on. Sources are compared as syntax trees without
-docstrings: comments, layout and line numbers do not count.
-"""
+docstrings: comments, layout and line numbers do not count."""
 
 from __future__ import annotations
 
@@ -55,8 +54,7 @@ def module_key(file: Path, options: str = "", root: Path | None = None) -> str:
     Raises
     ------
     OSError
-        `file`, or a module that it imports, cannot be read.
-    """
+        `file`, or a module that it imports, cannot be read."""
     sources = sorted(covered(file, source_memo(root)), key=lambda source: (source.name, source.meaning))
     told = [f"{versions()} {settings()} {options}"]
     told += [f"{source.name} {source.meaning}" for source in sources]
@@ -91,8 +89,7 @@ def settings() -> str:
     """Every option of Numba (`NUMBA_OPT`, `NUMBA_BOUNDSCHECK`, ...), but for those that differ between
     processes.
 
-    CPU name and features are in Numba's own index.
-    """
+    CPU name and features are in Numba's own index."""
     plain = (int, float, str, type(None))
     options = sorted((name, value) for name, value in vars(numba_config).items() if name.isupper())
     return repr([x for x in options if x[0] not in _PER_PROCESS and isinstance(x[1], plain)])
@@ -181,8 +178,7 @@ def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
 @lru_cache(maxsize=4096)
 def _imported(source: Source) -> tuple[Path, ...]:
     """Sources that run when `source` does its imports, packages above them included, as far as they are the
-    project's.
-    """
+    project's."""
     tops = {name.partition(".")[0] for name in source.imports} - sys.stdlib_module_names
     own = source.name.partition(".")[0]
     homes = {top: _homes(top, source.home, own=top == own) for top in tops}
@@ -195,8 +191,7 @@ def _homes(top: str, beside: Path, *, own: bool) -> set[Path]:
     found it.
 
     Installed packages of others have none: they count by their version, unless the importer is of the package
-    itself (`own`).
-    """
+    itself (`own`)."""
     homes = {beside}
     if loaded := getattr(sys.modules.get(top), "__file__", None):
         homes.add(_home_of_file(loaded))

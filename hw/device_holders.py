@@ -1,6 +1,5 @@
 """Which processes hold a device file, as far as this user may see: by their descriptors, their locks, or a
-lock file.
-"""
+lock file."""
 
 from __future__ import annotations
 
@@ -17,8 +16,7 @@ def holders(path: str, root: Path = Path("/")) -> list[tuple[int, str]]:
     """Process id and command of every other process that has the device `path` open or locked.
 
     Descriptors of other users' processes are hidden; a lock (flock, which pyserial takes) or a lock file of
-    theirs is not. `root` is where the system's files are.
-    """
+    theirs is not. `root` is where the system's files are."""
     device = root / path.lstrip("/")
     found = {
         *_by_descriptor(root, os.path.realpath(device)),

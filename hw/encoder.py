@@ -1,8 +1,7 @@
 """Counters of finite width: what the wire carries, and the endless count behind it.
 
 An encoder's counter of `bits` bits starts over after 2**bits counts. `unwrap` follows it through any
-number of turns in both directions, as long as less than half the range passes between two samples.
-"""
+number of turns in both directions, as long as less than half the range passes between two samples."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ def follow(value: float, period: float, state: np.ndarray) -> float:
     """Endless angle of one that starts over after `period` and shows `value` (finite, not `beyond`) now.
 
     As `unwrap`, for any period: less than half of it may pass between two samples. `state`, float64 of shape
-    (ANGLE_STATE,), is changed in place.
-    """
+    (ANGLE_STATE,), is changed in place."""
     if not math.isnan(state[0]):
         state[1] -= round((value - state[0]) / period)
     state[0] = value
@@ -43,8 +41,7 @@ def follow(value: float, period: float, state: np.ndarray) -> float:
 @compiled
 def wrap(count: int, bits: int) -> int:
     """What a signed counter of `bits` bits (2 to 32) shows: `count` brought into [-2**(bits-1),
-    2**(bits-1)).
-    """
+    2**(bits-1))."""
     half = 1 << (bits - 1)
     return ((count + half) & (2 * half - 1)) - half
 
@@ -66,8 +63,7 @@ def unwrap(raw: int, bits: int, state: np.ndarray) -> int:
     -------
     int
         int64 count. The first reading is taken as it is; each later one is the count nearest to the last
-        that shows the same bits. Exactly half a range away it is the lower one.
-    """
+        that shows the same bits. Exactly half a range away it is the lower one."""
     if state[0] == 0:
         state[0] = 1
         state[1] = raw
@@ -80,8 +76,7 @@ class Modulo:
     """As `follow`, outside compiled code: an angle that starts over after `period`, such as 360 degrees.
 
     Between two samples it may turn by less than half the period. A step of more than one and a half periods
-    is none of this device: it gives NaN and is forgotten.
-    """
+    is none of this device: it gives NaN and is forgotten."""
 
     __slots__ = ("_last", "_period", "_turns")
 

@@ -3,8 +3,7 @@
 Numba compiles a caller anew for each function that it calls, and keeps neither such a caller nor one that
 takes functions as arguments beyond the process. Called by address, only the types of the arguments matter:
 the loop is compiled once for each kind of device, within a second or two, and the law in it is the machine
-code that everything else runs, bit for bit.
-"""
+code that everything else runs, bit for bit."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ def entry_point(function: Callable[..., Any], *arguments: np.ndarray | tuple[np.
     ------
     TypeError
         It returns anything but nothing or an integer of 64 bits: those are what `call` and `call_for_int` can
-        take.
-    """
+        take."""
     if JIT_DISABLED:
         return function
     dispatcher: Any = function

@@ -2,8 +2,7 @@
 
 A fault acts on a channel by an effect; both are small integers in the compiled records
 (`hw.scripted_faults`). `KINDS` gives the pairs that mean something, with the bounds of their value;
-everything else (the rig file's checks, the table in docs/faults.md, random campaigns) is made from it.
-"""
+everything else (the rig file's checks, the table in docs/faults.md, random campaigns) is made from it."""
 
 from __future__ import annotations
 
@@ -63,8 +62,7 @@ class Effect(IntEnum):
 class Kind:
     """One kind of fault. `value` must lie within `low` and `high`; without a unit it has no value.
 
-    `default` is the value when the schedule gives none; None: it must give one.
-    """
+    `default` is the value when the schedule gives none; None: it must give one."""
 
     channel: IntEnum
     name: str
@@ -215,6 +213,5 @@ KINDS: dict[tuple[str, str], Kind] = {
 
 def campaign_table() -> np.ndarray:
     """Every kind as a row of numbers, for compiled code that draws faults: channel, effect, low, high of the
-    value.
-    """
+    value."""
     return np.array([[kind.channel, kind.effect, kind.low, kind.high] for kind in KINDS.values()], float)

@@ -143,8 +143,7 @@ def load_schedule(path: Path, context: Mapping[str, Any] | None = None) -> tuple
     Raises
     ------
     ValueError
-        The text names the file and every fault in it: key, value, bound.
-    """
+        The text names the file and every fault in it: key, value, bound."""
     try:
         data = read_toml(path)
         return Schedule.model_validate(data, context=dict(context or {})).fault
@@ -165,8 +164,7 @@ def read_faults(
     Raises
     ------
     ValueError
-        As `load_schedule`.
-    """
+        As `load_schedule`."""
     if isinstance(faults, str | Path):
         found = load_schedule(Path(faults), context)
     else:

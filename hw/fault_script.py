@@ -1,7 +1,6 @@
 """Scripted faults outside compiled code: filling a schedule into a record, and what only Python can do.
 
-Runs in the loop process: no pydantic here. Schedules come validated and dumped from `hw.fault_options`.
-"""
+Runs in the loop process: no pydantic here. Schedules come validated and dumped from `hw.fault_options`."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ def fill_schedule(params: np.ndarray, faults: Sequence[Mapping[str, Any]], rig: 
     Raises
     ------
     BackendError
-        More than `FAULTS` faults, or one on an axis that the rig does not have.
-    """
+        More than `FAULTS` faults, or one on an axis that the rig does not have."""
     p = params[0]
     if len(faults) > FAULTS:
         raise BackendError(f"faults: {len(faults)} given; a schedule holds at most {FAULTS}")
@@ -70,8 +68,7 @@ def raise_or_stall(state: np.ndarray, period_s: float) -> None:
     Raises
     ------
     LinkLost
-        The schedule has `raise_read` due.
-    """
+        The schedule has `raise_read` due."""
     s = state[0]
     if s["fault_stall_ticks"] > 0:
         time.sleep((int(s["fault_stall_ticks"]) + 1.5) * period_s)
@@ -106,8 +103,7 @@ class SampleScript:
     rig
         As the device sees it.
     seed
-        Of the faults' chance.
-    """
+        Of the faults' chance."""
 
     def __init__(self, faults: Sequence[Mapping[str, Any]], rig: Rig, seed: int) -> None:
         slots = [("started", "<i8"), ("first_tick", "<i8")]

@@ -3,8 +3,7 @@
 References
 ----------
 Blackman, Vigna: Scrambled linear pseudorandom number generators, 2021 (xoshiro256+).
-Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014 (splitmix64).
-"""
+Steele, Lea, Flood: Fast splittable pseudorandom number generators, 2014 (splitmix64)."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ def uniform(rng: np.ndarray) -> float:
     Notes
     -----
     xoshiro256+, but the output adds the words without their lowest bits, modulo 2^63: the sum then cannot
-    overflow 64 bits, which plain Python (compilation switched off) would warn about.
-    """
+    overflow 64 bits, which plain Python (compilation switched off) would warn about."""
     total = ((rng[0] >> _1) + (rng[3] >> _1)) & _63_BITS
     t = rng[1] << _17
     rng[2] ^= rng[0]

@@ -5,8 +5,7 @@ A backend never blocks in `read` or `write`, never raises in `stop`, and present
 writes the fields of its `provides` channels and reads those of its `consumes` channels.
 
 A third-party backend is any object with this shape, offered through the entry-point group
-`rtctl.backends` as a `BackendInfo`.
-"""
+`rtctl.backends` as a `BackendInfo`."""
 
 from __future__ import annotations
 
@@ -50,8 +49,7 @@ class Rig:
 
     `lead_m` is below 0 for a rotary axis, the lead of the screw (m a turn) for a linear one (`hw.motion`), 0
     without one; None: all are rotary. A linear axis with a screw has the ratio in rad of the motor a m, and
-    the counts of 2 pi m.
-    """
+    the counts of 2 pi m."""
 
     n_axes: int
     period_s: float
@@ -106,8 +104,7 @@ class CompiledCycle(NamedTuple):
 
     Each returns 0 when it has done all that the method does. Any other number leaves the method to Python: it
     is then called in the same cycle and must find everything as if nothing had been done, so that words of an
-    error, and what else is rare, stand there.
-    """
+    error, and what else is rare, stand there."""
 
     read: Callable[..., int]
     read_arguments: tuple[Any, ...]
@@ -125,8 +122,7 @@ class CompiledCycleBackend(Protocol):
 
     def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
         """For this tick, in which they then work, until it is asked for another one; None where this device
-        needs Python in every cycle.
-        """
+        needs Python in every cycle."""
 
 
 @runtime_checkable
@@ -140,13 +136,11 @@ class CountingBackend(Protocol):
 @runtime_checkable
 class AskedBackend(Protocol):
     """A backend some of whose devices answer only when asked; `rtctl probe` asks, and never writes a
-    command.
-    """
+    command."""
 
     def ask(self) -> None:
         """Ask for one sample, disabled and without torque, where none comes unasked. Never blocks. Raises
-        LinkLost.
-        """
+        LinkLost."""
 
 
 class Words(NamedTuple):
@@ -167,8 +161,7 @@ class SpeakingBackend(Protocol):
     def words(self) -> Sequence[Words]:
         """One per axis of the device, in its order, or a single one for all of it.
 
-        Asked for only while the actuator is disabled, so it may make strings. Never blocks, never raises.
-        """
+        Asked for only while the actuator is disabled, so it may make strings. Never blocks, never raises."""
 
 
 @dataclass(frozen=True)
@@ -186,8 +179,7 @@ class Timing:
     `delay_s` is all the time between a position and the torque that answers it, but for the loop's own
     computing, which reads, decides and sends in one go: age of the sample when it is read, way of the
     command, wait until the motor's current changes. A device that only measures, or only drives, declares its
-    part.
-    """
+    part."""
 
     delay_s: float = 0.0
     sample_period_s: float = 0.0
@@ -201,8 +193,7 @@ class Timing:
 @dataclass(frozen=True)
 class ForceSensor:
     """What lies between a force and what a device shows of it, at its worst; `rtctl check` proves the loops
-    that the force closes with it.
-    """
+    that the force closes with it."""
 
     lowpass_hz: float = 0.0
     """Low-pass in its hardware or firmware, as one of first order, Hz; 0: none to speak of."""
@@ -231,8 +222,7 @@ class Joint:
 
 class Finding(NamedTuple):
     """What a backend's `doctor` found of one thing that its device needs: `rtctl doctor` shows it as a
-    line.
-    """
+    line."""
 
     status: Literal["ok", "warn", "fail"]
     """`fail`: the rig will refuse to run, or be useless. `warn`: it runs, less well."""
@@ -250,8 +240,7 @@ class BackendInfo:
     only by the host.
     `simulated`: no real actuator, so refused real-time rights only warn.
     `channels`: those of every device of this kind. None: they depend on the options; the host then makes
-    the backend, without opening it, and looks at its `provides` and `consumes`.
-    """
+    the backend, without opening it, and looks at its `provides` and `consumes`."""
 
     factory: str
     options: str

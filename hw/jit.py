@@ -2,8 +2,7 @@
 
 Numba's own cache looks only at the file of the outermost function; a changed callee in another file
 would leave stale machine code in use. For code that moves a rig that is not acceptable, so the cache
-folder is named after a hash of what all the sources mean that may be inlined (`hw.compile_key`).
-"""
+folder is named after a hash of what all the sources mean that may be inlined (`hw.compile_key`)."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ def _content_name(record: numba.types.Record) -> tuple[str, tuple[str]]:
 
     Numba takes a number that counts the types a process has met. Symbols in its cache then depend on the
     order of events in the process that filled it: two rigs of different size, cached by two processes, may
-    carry the same symbols, and whoever loads both runs one rig's machine code on the other rig's records.
-    """
+    carry the same symbols, and whoever loads both runs one rig's machine code on the other rig's records."""
     return "Record", (hashlib.sha256(record.name.encode()).hexdigest()[:20],)
 
 
@@ -58,8 +56,7 @@ def source_key(*roots: Path) -> str:
     """Hash of every byte of every Python file below `roots`, of the interpreter, and of Numba itself (hex).
 
     It is for what is written once and read years later. Compiled code has a key of its own
-    (`hw.compile_key`).
-    """
+    (`hw.compile_key`)."""
     digest = hashlib.sha256(versions().encode())
     for root in roots:
         for path in sorted(root.rglob("*.py")):
@@ -75,8 +72,7 @@ def compiler(*, nogil: bool = False, inline: bool = False) -> Callable[[F], F]:
     compiled caller has the function's code within its own.
 
     No fast-math: results are the same bit for bit inside the loop, in a simulation and in a replay.
-    Division by zero follows IEEE 754 (inf, nan); the law checks its results itself.
-    """
+    Division by zero follows IEEE 754 (inf, nan); the law checks its results itself."""
 
     def compiled(function: F) -> F:
         made = numba.njit(error_model="numpy", nogil=nogil, forceinline=inline)(function)
@@ -95,8 +91,7 @@ inlined = compiler(inline=True)
 
 A call costs more than its jump: what it returns goes through memory, and what is known on one side of it is
 not on the other. LLVM by itself inlines small functions alone. What is called in several places, or seldom,
-is better `compiled`: code of its own for each place has to be compiled, and fetched.
-"""
+is better `compiled`: code of its own for each place has to be compiled, and fetched."""
 
 
 Argument: TypeAlias = "np.ndarray | tuple[Argument, ...]"
@@ -108,8 +103,7 @@ def bound(function: Callable[..., Any], *arguments: Argument) -> Callable[[], An
 
     Numba finds out the types of all arguments at each call, which costs more than the control law itself
     (0.86 us against 0.27 us for five records). Here that is done once; the call then goes straight to the
-    machine code. The arrays are kept alive and must be changed in place only.
-    """
+    machine code. The arrays are kept alive and must be changed in place only."""
     if JIT_DISABLED:
         return partial(function, *arguments)
     dispatcher: Any = function
@@ -118,8 +112,7 @@ def bound(function: Callable[..., Any], *arguments: Argument) -> Callable[[], An
 
 def type_of(value: Argument) -> numba.types.Type:
     """Numba's type of an array or a tuple: `numba.typeof`, which spells out every field of a record each
-    time.
-    """
+    time."""
     if isinstance(value, tuple):
         of = tuple(type_of(one) for one in value)
         together: numba.types.Type = numba.types.BaseTuple.from_types(of)  # type: ignore[no-untyped-call]
@@ -141,8 +134,7 @@ def _record(dtype: np.dtype[Any], _aligned: bool) -> numba.types.Type:
 
 def plain(function: F) -> F:
     """A compiled function as the Python it is made of, for a caller that needs no speed: nothing is compiled
-    or loaded.
-    """
+    or loaded."""
     return cast("F", getattr(function, "py_func", function))
 
 
@@ -150,6 +142,5 @@ def records(array: np.ndarray) -> np.ndarray:
     """Give a structured array in the form compiled functions take.
 
     Compiled code reads fields as attributes (`tick.position_rad[axis]`). With `NUMBA_DISABLE_JIT=1` the
-    same source runs as plain Python, where only a record array offers that.
-    """
+    same source runs as plain Python, where only a record array offers that."""
     return array.view(np.recarray) if JIT_DISABLED else array

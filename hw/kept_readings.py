@@ -1,6 +1,5 @@
 """The readings of a sample, kept and shown again, compiled: a slow device and a lost link show what they
-showed last.
-"""
+showed last."""
 
 from __future__ import annotations
 

@@ -30,8 +30,7 @@ class Member:
     budget_ns
         Time its `read` may take; 0: no limit (simulated devices).
     claims
-        What of a shared wire is to be this process' alone while it drives the device (`hw.claims`).
-    """
+        What of a shared wire is to be this process' alone while it drives the device (`hw.claims`)."""
 
     kind: str
     options: Options

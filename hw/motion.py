@@ -3,8 +3,7 @@ reads or writes.
 
 Inside, every axis has generalised coordinates under the names of a rotary one: of a linear axis `_rad` is m,
 `_nm` N and `_kgm2` kg, so that power is force times velocity as it is torque times angular velocity
-(docs/decisions/0034).
-"""
+(docs/decisions/0034)."""
 
 from __future__ import annotations
 
@@ -86,8 +85,7 @@ _SPEEDS = re.compile(
 
 def speed_scale(motion: str, largest: float) -> tuple[str, float]:
     """Unit in which a person reads speeds of up to `largest`, and what they are multiplied by: mm/s of a slow
-    linear axis.
-    """
+    linear axis."""
     if motion == "linear" and abs(largest) < SMALL_M_S:
         return "mm/s", 1e3
     return unit("rad/s", motion), 1.0
@@ -119,8 +117,7 @@ def words(text: str, motion: str) -> str:
     """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and
     columns that end with them.
 
-    A speed below `SMALL_M_S` is told in mm/s, with the digits that it has.
-    """
+    A speed below `SMALL_M_S` is told in mm/s, with the digits that it has."""
     if motion != "linear":
         return text
     own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
@@ -138,8 +135,7 @@ def name(rotary: str, motion: str) -> str:
 
 def at_handle(rotary: str) -> float:
     """Factor of a number chosen for a rotary axis, by its name there, to what it is at a handle `HANDLE_M`
-    from the joint.
-    """
+    from the joint."""
     return next((by for ending, by in _AT_HANDLE.items() if rotary.endswith(f"_{ending}")), 1.0)
 
 
@@ -166,8 +162,7 @@ def rotary_named(document: object, motion: str, known: Collection[str]) -> objec
 
 def rotary_name(own: str, motion: str, known: Iterable[str]) -> str:
     """The one of the `known` names that `own` stands for on an axis of this motion; `own` itself where there
-    is none.
-    """
+    is none."""
     return {name(one, motion): one for one in known}.get(own, own)
 
 
@@ -175,8 +170,7 @@ def of_coordinate(motion: str, lead_m: float) -> tuple[float, float]:
     """Factors of a gear ratio and of encoder counts to those of the coordinate.
 
     A screw turns 2 pi / lead rad a m. Without a lead the motor pulls itself, its constant is in N/A, and the
-    counts are of a metre.
-    """
+    counts are of a metre."""
     if motion != "linear":
         return 1.0, 1.0
     return 2 * math.pi / lead_m if lead_m else 1.0, 2 * math.pi / (lead_m or 1.0)
@@ -186,8 +180,7 @@ def coordinate_units(
     rotary: Mapping[str, float], own: Mapping[str, float], motion: str, lead_m: float
 ) -> dict[str, float]:
     """Units of position or velocity of an axis, factors to its coordinate (rad, or m): with a lead (m a
-    turn), those of its screw too.
-    """
+    turn), those of its screw too."""
     if motion != "linear":
         return dict(rotary)
     turned = {text: factor * lead_m / (2 * math.pi) for text, factor in rotary.items()} if lead_m else {}
@@ -196,8 +189,7 @@ def coordinate_units(
 
 def effort_units(rotary: Mapping[str, float], motion: str, lead_m: float) -> dict[str, float]:
     """Units of the torque or force on an axis, factors to its effort (N m, or N): with a lead, a torque on
-    its screw too.
-    """
+    its screw too."""
     if motion != "linear":
         return dict(rotary)
     turned = {text: factor * 2 * math.pi / lead_m for text, factor in rotary.items()} if lead_m else {}

@@ -1,6 +1,5 @@
 """What every table of options and of a rig file is made of: strict tables, bounded numbers. Host side
-only.
-"""
+only."""
 
 from __future__ import annotations
 
@@ -17,6 +16,5 @@ class Table(BaseModel):
 
 def number(low: float, high: float, text: str, default: object = ...) -> Any:  # noqa: ANN401 - as pydantic's own
     """Field of a number within these bounds; `text` says what it means. Without a default it must be
-    given.
-    """
+    given."""
     return Field(default, ge=low, le=high, description=text)

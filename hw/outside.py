@@ -2,8 +2,7 @@
 
 A file may be a device without an end, a pipe nobody writes into, or a small one that unpacks to gigabytes; a
 text may carry what a terminal obeys. Everything that reads what somebody else may have written goes through
-here.
-"""
+here."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ _LEFT = {code: text for code, text in _CONTROL.items() if code not in _LAYOUT}
 
 def opened(path: Path, *, follow: bool = True) -> BinaryIO:
     """A regular file, to be read; `follow` as in `read_bounded`. Raises OSError for anything else, and waits
-    for nobody.
-    """
+    for nobody."""
     flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK  # else a pipe is waited for
     fd = os.open(path, flags if follow else flags | os.O_NOFOLLOW)
     if not stat.S_ISREG(os.fstat(fd).st_mode):
@@ -54,8 +52,7 @@ def opened(path: Path, *, follow: bool = True) -> BinaryIO:
 
 def real(path: Path | str) -> Path:
     """Where a path leads to. Unlike `Path.resolve` it raises nothing for a link to itself: who opens that is
-    told.
-    """
+    told."""
     return Path(os.path.realpath(path))
 
 
@@ -70,8 +67,7 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     Raises
     ------
     OSError
-        It cannot be read, is no regular file, or is longer; `strerror` says so.
-    """
+        It cannot be read, is no regular file, or is longer; `strerror` says so."""
     with opened(path, follow=follow) as file:
         data = file.read(most + 1)
     if len(data) > most:
@@ -112,8 +108,7 @@ def json_of(raw: bytes | str) -> Any:  # noqa: ANN401
 
 def require_sane(value: object) -> None:
     """Raise ValueError where tables and lists stand deeper in each other than `MOST_DEPTH`, or a whole number
-    has over 64 bits.
-    """
+    has over 64 bits."""
     level = [value]
     for _ in range(MOST_DEPTH + 1):
         inner: list[object] = []
@@ -133,8 +128,7 @@ def require_sane(value: object) -> None:
 
 def whole(value: object) -> object:
     """For a choice among whole numbers. Raises ValueError for `true` and 1.0, which are equal to 1 and mean
-    something else.
-    """
+    something else."""
     if isinstance(value, bool | float):
         msg = f"a whole number is needed, not {value!r}".replace("True", "true").replace("False", "false")
         raise ValueError(msg)

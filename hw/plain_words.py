@@ -52,8 +52,7 @@ def explain(error: ValidationError, model: type[BaseModel], data: object) -> lis
     """The faults of `data` as a `model`, in the order of the model; the last one counts those beyond
     `MOST_FAULTS`.
 
-    No text holds a control character, whatever the data do.
-    """
+    No text holds a control character, whatever the data do."""
     every = [(_key(fault["loc"], data), dict(fault)) for fault in error.errors(include_url=False)]
     holding = {key[:length] for key, _ in every for length in range(len(key))}
     # a list is too short as well where only the entries below it were refused

@@ -2,8 +2,7 @@
 
 Numba keeps machine code in files that it unpickles, so whoever can put a file there has it run with the
 rights of the next user, on the rig. Whose the files are is asked at every load; those of another user are as
-good as absent.
-"""
+good as absent."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ _told: set[Path] = set()
 def make_private(folder: Path, levels: int) -> bool:
     """Have `folder` and the `levels` - 1 above it, made where absent, for this user alone (mode 0700).
 
-    False, told once on stderr, where one of them cannot be: then nothing may be kept there, nor read.
-    """
+    False, told once on stderr, where one of them cannot be: then nothing may be kept there, nor read."""
     row = [folder, *folder.parents][:levels]
     try:
         row[-1].parent.mkdir(parents=True, exist_ok=True)

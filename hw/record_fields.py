@@ -7,8 +7,7 @@ import numpy as np
 
 def placed(record: np.dtype[np.void], name: str) -> tuple[np.dtype[np.generic], int]:
     """Type of the field and its offset in the record, bytes. Raises KeyError for a field that the record does
-    not have.
-    """
+    not have."""
     if record.fields is None:
         raise KeyError(name)
     kind, offset = record.fields[name][:2]

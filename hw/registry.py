@@ -1,7 +1,6 @@
 """Finds backends by name: the entry-point group `rtctl.backends`, ours and third parties' alike.
 
-Drivers are imported only when used, so a missing one fails only when asked for, by name.
-"""
+Drivers are imported only when used, so a missing one fails only when asked for, by name."""
 
 from __future__ import annotations
 
@@ -192,8 +191,7 @@ def channels(kind: str, options: Options, rig: Rig) -> Channels:
 def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
     """What such a device declares of its delay, one per axis of `rig`; None where it declares nothing.
 
-    Raises BackendError for a declaration that is no such thing: the proof rests on it.
-    """
+    Raises BackendError for a declaration that is no such thing: the proof rests on it."""
     target = lookup(kind).timing
     if target is None:
         return None
@@ -216,8 +214,7 @@ def joint(kind: str, options: Options, rig: Rig) -> Sequence[Joint]:
 def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
     """What such a device declares of the way of a force; None where it does not know.
 
-    Raises BackendError for a declaration that is no such thing: the proof rests on it.
-    """
+    Raises BackendError for a declaration that is no such thing: the proof rests on it."""
     target = lookup(kind).force
     found = None if target is None else _resolve(target)(options, rig)
     if found is None:
@@ -232,8 +229,7 @@ def force_sensor(kind: str, options: Options, rig: Rig) -> ForceSensor | None:
 def examine(kind: str, options: Options) -> Sequence[Finding]:
     """What the backend's own look at this machine finds; nothing where it has none.
 
-    Raises BackendError, which names the function, for one that fails or gives anything but `Finding`.
-    """
+    Raises BackendError, which names the function, for one that fails or gives anything but `Finding`."""
     target = lookup(kind).doctor
     if target is None:
         return ()

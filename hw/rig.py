@@ -8,8 +8,7 @@ for a sensor slower than the loop, at most `max_age_ticks` cycles ago.
 No device may hold up another for longer than its budget: the devices of the position are read first, and
 after one that overran its budget the rest of this cycle's reads are left out and the slow device rests for
 up to two cycles. What was left out ages. A device that overran three times in a row rests so long that its
-sample goes stale, which stops the rig.
-"""
+sample goes stale, which stops the rig."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ _NEVER = 1 << 40
 @dataclass(frozen=True)
 class Said:
     """What one device of a rig says: its words, bits of `LinkFault` it shows, and whether its sample is too
-    old.
-    """
+    old."""
 
     label: str
     axes: tuple[int, ...]
@@ -67,8 +65,7 @@ class Said:
 def said(backend: Backend, members: Sequence[Member], tick: np.ndarray, *, stale: bool) -> list[Said]:
     """What the devices of a rig say after a cycle; for a rig of one device `tick` and `stale` are its own.
 
-    Makes strings: not for a cycle that has torque to send.
-    """
+    Makes strings: not for a cycle that has torque to send."""
     if isinstance(backend, Composite):
         return backend.said()
     first = members[0]
@@ -121,8 +118,7 @@ class _Device:
         Raises
         ------
         BackendError
-            Naming the device.
-        """
+            Naming the device."""
         words, count = self._words, self._sample_count
         before = words[count]
         self._lead_in()
@@ -218,8 +214,7 @@ class Composite:
 
     def read(self, tick: np.ndarray) -> None:
         """Read the devices within their budgets and merge what they show. Raises LinkLost naming the
-        device.
-        """
+        device."""
         if tick is not self._tick:
             self._bind(tick)
         before, self._slot = self._slot, self._slots[0]

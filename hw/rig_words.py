@@ -114,8 +114,7 @@ class Exchange:
     fields
         Measured fields the device provides.
     commanded
-        Whether the device gets the command; one that does not is told zero and disabled, and the time.
-    """
+        Whether the device gets the command; one that does not is told zero and disabled, and the time."""
 
     def __init__(
         self,

@@ -18,8 +18,7 @@ the fields cost nothing. A compiled campaign may write the columns itself, betwe
 
 Faults act on a reading in the order of their places; then those of the link act on the whole sample. The
 state `fault_on` holds one bit per place that acts in this tick. Draws come from `fault_rng`, a stream of
-its own: with or without faults, the noise of the device stays the same.
-"""
+its own: with or without faults, the noise of the device stays the same."""
 
 from __future__ import annotations
 
@@ -230,8 +229,7 @@ def inject(t: np.record, s: np.record, p: np.record, elapsed: int) -> None:
     s, p : record
         State and parameters with `memory_fields` and `schedule_fields`.
     elapsed : int
-        Ticks since the device's first sample.
-    """
+        Ticks since the device's first sample."""
     count, on = t.sample_count, 0
     t.sample_count = count - s.fault_counts_lost
     s.fault_raise, s.fault_unplugged, s.fault_stall_ticks = 0, 0, 0
@@ -259,8 +257,7 @@ def driven(
 
     `before_a` is the current of the period before, `elapsed` this period in ticks since the device's first
     sample: a fault that acted on the last sample ends in time even where the loop misses slots. The amplifier
-    still saturates at `current_max_a`.
-    """
+    still saturates at `current_max_a`."""
     current, direction = wanted_a, 1.0
     for k in range(min(p.fault_count, FAULTS)):
         if not (s.fault_on >> k) & 1 or p.fault_channel[k] != _ACTUATOR or due_ticks(p, k, elapsed) < 0:

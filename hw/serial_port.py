@@ -6,8 +6,7 @@ Facts this file rests on (measured on Linux ptys, and read in the kernel's n_tty
   own VMIN = 0 both look the same;
 * TCOFLUSH throws away what waits for the wire, so a stop packet need not queue behind old commands;
 * a lock by flock (pyserial's `exclusive`) keeps a second daemon out, but not a stop sent by another process
-  after this one hangs. TIOCEXCL would.
-"""
+  after this one hangs. TIOCEXCL would."""
 
 from __future__ import annotations
 
@@ -79,8 +78,7 @@ class Port:
     fd : int
         The non-blocking descriptor, -1 once closed.
     low_latency : bool
-        Whether the driver took the low-latency mode (a pty and most CDC devices have none).
-    """
+        Whether the driver took the low-latency mode (a pty and most CDC devices have none)."""
 
     def __init__(self, path: str, baud: int) -> None:
         """Open exclusively, raw, 8N1, without flow control. Raises BackendError with the remedy."""
@@ -121,8 +119,7 @@ class Port:
 
     def write(self, packet: memoryview | bytes) -> bool:
         """Send a packet; False when the line is full, which may have taken the beginning of it. Raises
-        LinkLost.
-        """
+        LinkLost."""
         try:
             return os.write(self.fd, packet) == len(packet)
         except BlockingIOError:
@@ -172,8 +169,7 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
     Returns
     -------
     bool
-        Whether all of it went out. Never raises, never blocks longer than `DRAIN_S`.
-    """
+        Whether all of it went out. Never raises, never blocks longer than `DRAIN_S`."""
     sent = False
     with contextlib.suppress(OSError, termios.error):
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
@@ -190,8 +186,7 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
 
 def _make_raw(fd: int, baud: int) -> None:
     """Raw, 8N1, without any flow control, whatever a program before has left there: a stop must not wait for
-    a line that nobody sets.
-    """
+    a line that nobody sets."""
     settings = termios.tcgetattr(fd)
     others = termios.CSIZE | termios.PARENB | _PARITY_BITS | termios.CSTOPB | termios.CRTSCTS
     control = settings[2] & ~others | termios.CS8 | termios.CLOCAL | termios.CREAD

@@ -3,8 +3,7 @@
 Parsing takes a hundred times as long as reading. What a text means follows from its bytes alone, so the memo
 goes by a hash of them, never by the time of a file. Whoever could write the memo could have old machine code
 taken for that of new sources: the memo lies beside the compiled code and is believed under the same
-conditions.
-"""
+conditions."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ class SourceMemo:
     Parameters
     ----------
     makers
-        Whatever a meaning depends on beside the text: each has a file of its own.
-    """
+        Whatever a meaning depends on beside the text: each has a file of its own."""
 
     def __init__(self, folder: Path | None, makers: str) -> None:
         self._path = folder and folder / "sources" / f"{hashlib.sha256(makers.encode()).hexdigest()[:20]}"
@@ -55,8 +53,7 @@ class SourceMemo:
     def save(self) -> None:
         """Write what is new, if anything is, beside what other processes have written meanwhile.
 
-        A process that writes at the same time may win: what is lost is parsed once more.
-        """
+        A process that writes at the same time may win: what is lost is parsed once more."""
         if self._path is None or not self._new or not make_private(self._path.parent, levels=2):
             return
         self._new = False

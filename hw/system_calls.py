@@ -55,8 +55,7 @@ def read_some(descriptor: int, into: np.ndarray) -> int:
 @compiled
 def write_all(descriptor: int, packet: np.ndarray, size: int) -> int:
     """1 when all of `packet[:size]` (uint8) was taken, 0 when the line had no room for all of it, `FAILED`
-    where it is broken.
-    """
+    where it is broken."""
     n = _write(np.int32(descriptor), packet.ctypes, size)
     if n >= 0:
         return 1 if n == size else 0
@@ -66,8 +65,7 @@ def write_all(descriptor: int, packet: np.ndarray, size: int) -> int:
 @compiled
 def receive_many(descriptor: int, messages_at: int, most: int) -> int:
     """Datagrams received into the `most` messages (struct mmsghdr) at an address; 0 when none wait, `FAILED`
-    where the socket is broken.
-    """
+    where the socket is broken."""
     n = _receive(np.int32(descriptor), messages_at, np.uint32(most), np.int32(_DONT_WAIT), 0)
     if n >= 0:
         return int(n)

@@ -29,8 +29,7 @@ def undefined_symbols(code: bytes) -> set[str]:
     Raises
     ------
     ValueError
-        It is no 64-bit little-endian ELF file, or a damaged one.
-    """
+        It is no 64-bit little-endian ELF file, or a damaged one."""
     if not code.startswith(_MAGIC) or len(code) < 64:
         msg = "not an ELF file of 64 bits"
         raise ValueError(msg)

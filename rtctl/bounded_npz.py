@@ -27,8 +27,7 @@ def read_arrays(file: BinaryIO, most: int) -> dict[str, np.ndarray]:
     Raises
     ------
     ValueError
-        Not such a file, damaged, or larger.
-    """
+        Not such a file, damaged, or larger."""
     try:
         with zipfile.ZipFile(file) as archive:
             members = [info for info in archive.infolist() if info.filename.endswith(".npy")]

@@ -18,8 +18,7 @@
     ├── HandOnRigError        exit 13  a hand was on the rig where there must be none
     └── RecordingError        exit 14  the disk refused parts of a recording
 
-Exit code 2 is click's own: wrong command-line usage.
-"""
+Exit code 2 is click's own: wrong command-line usage."""
 
 from __future__ import annotations
 

@@ -16,8 +16,7 @@ def as_data(value: object) -> Plain:
     """A value in the types that JSON has: NumPy numbers and arrays as Python's, enumerations by name, paths
     as text.
 
-    A float that is not finite is null, for JSON has none. Raises TypeError for what is no data.
-    """
+    A float that is not finite is null, for JSON has none. Raises TypeError for what is no data."""
     if value is None or isinstance(value, str | bool):
         return value
     if isinstance(value, int):

@@ -1,8 +1,7 @@
 """Descriptors 0, 1 and 2 lead somewhere, whoever started this process.
 
 A program started with one of them closed gets its number for the next file it opens. What is then written for
-a person goes into that file: into the memory shared with the loop, say, or into the rig's lock.
-"""
+a person goes into that file: into the memory shared with the loop, say, or into the rig's lock."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ def open_standard_streams() -> None:
 
 def above_standard_streams(fd: int) -> int:
     """A descriptor of the file of `fd` above those of the standard streams; `fd` is closed if it was one of
-    theirs.
-    """
+    theirs."""
     if fd >= FIRST_OWN:
         return fd
     try:

@@ -2,8 +2,7 @@
 devices.
 
 A file that is missing, damaged or of other devices says nothing of this rig: it is left alone and written
-over.
-"""
+over."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ def _plain(value: object) -> object:
 
 def read(file: Path, devices: str, most_bytes: int) -> dict[str, Any]:
     """What was kept, by the name of the axis; nothing from a file that says nothing of these devices, or is
-    longer than `most_bytes`.
-    """
+    longer than `most_bytes`."""
     try:
         body = json_of(read_bounded(file, most_bytes))
     except (OSError, ValueError):

@@ -1,8 +1,7 @@
 """What a terminal, or the journal, gets to see: no control characters but those that rtctl itself sends.
 
 Texts from files, devices and other machines end up in errors, tables and log lines. In each place they could
-be made harmless by itself; here it is done once for all, where everything passes.
-"""
+be made harmless by itself; here it is done once for all, where everything passes."""
 
 from __future__ import annotations
 

@@ -6,8 +6,7 @@ generated from `FIELDS`. Every per-axis field has shape `(n_axes,)`, also on a o
 
 Signs (docs/theory.md 1.1): link side, after the gearbox. A torque is positive when it
 accelerates the joint towards positive position, whoever applies it. Power into the device from the hand
-is `hand_torque_nm * velocity_rad_s`.
-"""
+is `hand_torque_nm * velocity_rad_s`."""
 
 from __future__ import annotations
 
@@ -234,8 +233,7 @@ def joined(batches: Sequence[np.ndarray]) -> np.ndarray:
     """Batches of ticks of one rig, at least one, as one array.
 
     NumPy itself compares all the fields of each batch with those of the others, at 0.1 ms a batch; here they
-    are bytes.
-    """
+    are bytes."""
     if len(batches) == 1:
         return batches[0]
     whole = np.dtype((np.void, batches[0].dtype.itemsize))
@@ -249,8 +247,7 @@ def json_schema(n_axes: int = 1, motions: Sequence[str] = ()) -> dict[str, Any]:
 
     Per-axis fields are arrays of `n_axes` numbers. A non-finite number is written as null. `motions` of the
     axes, none: all rotary. The names are those of a rotary axis; the units are those of each axis, in their
-    order where they differ.
-    """
+    order where they differ."""
     properties: dict[str, Any] = {}
     for field in FIELDS:
         leaf: dict[str, Any] = {"type": ["number", "null"] if field.kind == "float" else "integer"}

@@ -1,6 +1,5 @@
 """Files written so that a reader finds the old content or the new, never half of it; several together all or
-none.
-"""
+none."""
 
 from __future__ import annotations
 
@@ -20,8 +19,7 @@ def beside(path: Path) -> Path:
 
 def _take_place(new: Path, path: Path) -> None:
     """Rename; but root's file would take the place of a device or a pipe of that name, so those are refused.
-    Raises OSError.
-    """
+    Raises OSError."""
     if path.exists() and not path.is_file():
         raise OSError(errno.EEXIST, "it is no file but a device, a pipe or a folder", str(path))
     new.replace(path)
@@ -34,8 +32,7 @@ def whole(path: Path) -> Iterator[Path]:
     Raises
     ------
     DataError
-        It cannot be written; names the file and what to do.
-    """
+        It cannot be written; names the file and what to do."""
     new = beside(path)
     try:
         yield new
@@ -74,8 +71,7 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
     Raises
     ------
     DataError
-        Names the file and what to do.
-    """
+        Names the file and what to do."""
     made = not folder.exists()
     new = {name: beside(folder / name) for name in files}
     at = folder

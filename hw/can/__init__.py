@@ -5,5 +5,4 @@ codecs     pure: bytes to numbers and back, one file per protocol, and generic f
 drives     what a protocol does to arm, command and disarm one axis
 backend    one bus, its drives, one sample
 load       whether all frames fit on the wire in one period
-*_sim      devices on the same bus with watchdogs of their own, for tests and for trying a rig file
-"""
+*_sim      devices on the same bus with watchdogs of their own, for tests and for trying a rig file"""

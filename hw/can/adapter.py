@@ -4,8 +4,7 @@ Its traps are dealt with here: filters stay off, because `recv(0)` gives None fo
 a wanted one waits behind it; slcan's serial time-out of 1 ms is set to 0, and its acknowledge lines read
 as None; a garbled line raises whatever its decoder stumbles over and counts as damaged; `serial` and
 `seeedstudio` wait for their port whatever they are asked, so they are asked only when a frame's worth of
-bytes is there.
-"""
+bytes is there."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ def python_can() -> ModuleType:
 
 def _arguments(options: Options) -> dict[str, Any]:
     """Arguments of `can.Bus`: the table's own keys, then what the interface needs, then what the user
-    adds.
-    """
+    adds."""
     arguments: dict[str, Any] = {
         "interface": options["interface"],
         "channel": options["channel"],
@@ -70,8 +68,7 @@ def _arguments(options: Options) -> dict[str, Any]:
 @cache
 def _repeated() -> type[Any]:
     """A message that is copied as plain data: python-can's in-process bus copies deeply what it is given, per
-    peer.
-    """
+    peer."""
     message: type[Any] = python_can().Message
     new: Callable[[type[Any]], Any] = object.__new__
 
@@ -194,8 +191,7 @@ class AdapterBus:
 
     def _is_damage(self, error: Exception) -> bool:
         """Whether a frame was garbled, and not the adapter lost. On a port a loss has the port's error as its
-        cause.
-        """
+        cause."""
         if isinstance(error, self._errors):
             return bool(self._port) and error.__cause__ is None and not isinstance(error, OSError)
         return True

@@ -1,8 +1,7 @@
 """Whether a drive that is to drive its motor does so: that it comes up in time, and that it stays up.
 
 A drive that leaves its enabled state has a reason of its own (a limit, its watchdog, somebody's stop), and to
-walk it back into it would be torque that returns by itself. It stays down until the host has disarmed it.
-"""
+walk it back into it would be torque that returns by itself. It stays down until the host has disarmed it."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ class Armed:
     dropped : bool
         It was enabled and is not any more, whatever it says since; ends when the host disarms it.
     said : bool or None
-        Its last word since what the host wants has changed.
-    """
+        Its last word since what the host wants has changed."""
 
     __slots__ = ("_limit", "dropped", "reached", "said", "ticks", "wanted")
 

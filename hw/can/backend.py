@@ -1,8 +1,7 @@
 """A CAN bus and its devices as a backend. Runs in the loop process: no pydantic here.
 
 One cycle: `read` drains the bus, the newest frame of each kind winning, and takes the sample when every part
-of it has arrived since the last one; `write` sends every command. Nothing here waits.
-"""
+of it has arrived since the last one; `write` sends every command. Nothing here waits."""
 
 from __future__ import annotations
 
@@ -36,8 +35,7 @@ class CanBackend:
     provides, consumes : frozenset of str
         Channels.
     sample : Sample
-        Newest values and counters of bad frames.
-    """
+        Newest values and counters of bad frames."""
 
     provides: frozenset[str]
     consumes: frozenset[str]
@@ -134,8 +132,7 @@ class CanBackend:
 
     def compiled_cycle(self, tick: np.ndarray) -> CompiledCycle | None:
         """See `CompiledCycleBackend`; None where the bus is python-can's, or the device needs Python in every
-        cycle.
-        """
+        cycle."""
         if not isinstance(self.bus, SteadyBus):
             return None
         from hw.can.steady import Steady, is_possible
@@ -226,8 +223,7 @@ class CanBackend:
 
     def show(self) -> bool:
         """Fill the tick: with the new sample if it is complete, else with the last one. True for a new
-        one.
-        """
+        one."""
         new = self.sample.fresh == self.sample.needed
         if new:
             self._take()
@@ -273,8 +269,7 @@ class CanBackend:
 
     def stop(self) -> None:
         """Every actuator torque-free now; tries for STOP_S when the interface's queue is full. Cannot
-        raise.
-        """
+        raise."""
         bus = self.bus
         if bus is None:
             return

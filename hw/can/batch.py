@@ -1,7 +1,6 @@
 """All frames that wait on a CAN socket in one system call (recvmmsg), into one buffer.
 
-A call per frame costs as much as decoding it, and the call that finds nothing more costs an exception.
-"""
+A call per frame costs as much as decoding it, and the call that finds nothing more costs an exception."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ class Batch:
     buffer
         Frame k, as the kernel gives it, begins at `buffer[k * STRIDE]`.
     address
-        Of the `FRAMES` struct mmsghdr that lead there.
-    """
+        Of the `FRAMES` struct mmsghdr that lead there."""
 
     def __init__(self, fd: int) -> None:
         self.buffer = bytearray(FRAMES * STRIDE)

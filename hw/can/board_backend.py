@@ -1,8 +1,7 @@
 """A board described by its frames: which bits of which identifier are which channel. Kind `can`.
 
 The map is plain data (`hw.can.board_options` makes it, also from a DBC) and is compiled into functions
-(`hw.can.board_in`, `hw.can.board_out`).
-"""
+(`hw.can.board_in`, `hw.can.board_out`)."""
 
 from __future__ import annotations
 
@@ -96,8 +95,7 @@ class BoardBackend(CanBackend):
 
     def _heard(self, bus: Bus) -> bool:
         """Whether a whole sample comes within about 1 s; a board that answers commands is asked again and
-        again.
-        """
+        again."""
         for _ in range(OPEN_ASKED):
             for frame in self._start:
                 bus.send(frame)

@@ -1,6 +1,5 @@
 """Frames from a board of one's own: checked, put together where they come in parts, decoded into the
-sample.
-"""
+sample."""
 
 from __future__ import annotations
 
@@ -149,8 +148,7 @@ class ReceivedFrame:
 
     def _part(self, buffer: Buffer, offset: int, length: int) -> None:
         """Take the next part of a frame. One that does not fit together is dropped, and its last part looked
-        at anew.
-        """
+        at anew."""
         parts = self._parts
         assert parts is not None
         if length not in parts.lengths:
@@ -208,8 +206,7 @@ class ReceivedFrame:
 
 class Parts:
     """A frame that comes in several, all of one identifier: the first is told by its numbers, the others
-    follow it.
-    """
+    follow it."""
 
     def __init__(self, lengths: Sequence[int], begins: Callable[[Buffer, int], bool] | None) -> None:
         self.lengths, self._begins = tuple(lengths), begins
@@ -221,8 +218,7 @@ class Parts:
 
     def add(self, buffer: Buffer, offset: int, length: int) -> bytearray | None:
         """Take a part; the whole frame once it has all of them. A part of another length, or out of turn,
-        ends it.
-        """
+        ends it."""
         if length != self.lengths[self._n]:
             self._n = 0
             if length != self.lengths[0]:

@@ -1,6 +1,5 @@
 """What a field map says, as plain objects: fields, units, identifiers, which frames of an identifier are
-meant.
-"""
+meant."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """Options of kind `can`: a board by its field map, written by hand or taken from a DBC file. Host side
-only.
-"""
+only."""
 
 from __future__ import annotations
 

@@ -33,8 +33,7 @@ class SentFrame:
     """One kind of frame to the board: every cycle's commands encoded into it.
 
     While not enabled `idle` goes out in its place, where there is one, else a command of zeros. The first
-    cycle that is enabled sends `enter`, where there is one, and no command.
-    """
+    cycle that is enabled sends `enter`, where there is one, and no command."""
 
     def __init__(self, table: Options, rig: Rig, bus: Bus) -> None:
         can_id, length = identifier(table), int(table["length"])
@@ -99,8 +98,7 @@ class SentFrame:
 
     def steady(self, words: Mapping[str, int]) -> Command:
         """The last frame as compiled cycles send it; `words`: where the tick has the command of axis 0 of
-        each channel.
-        """
+        each channel."""
         if not self._enabled and self._idle is not None:
             return Command(self._idle)
         checksum, entries = self._table["checksum"], self._entries if self._enabled else []

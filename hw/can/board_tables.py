@@ -1,6 +1,5 @@
 """Tables inside the options of kind `can`: where numbers lie, what they mean, frames that never change. Host
-side only.
-"""
+side only."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 Three of them: `hw.can.raw` for SocketCAN, `hw.can.slcan` for serial adapters, `hw.can.adapter` for whatever
 else python-can drives. Identifiers
-carry SocketCAN's flags in their upper bits, so that one integer tells standard 0x10 from extended 0x10.
-"""
+carry SocketCAN's flags in their upper bits, so that one integer tells standard 0x10 from extended 0x10."""
 
 from __future__ import annotations
 
@@ -102,8 +101,7 @@ class SteadyBus(Protocol):
 
     def keep(self, begin: int, end: int, rest: bytes, error: int) -> None:
         """Compiled code gives back: frames `begin` to `end` of the batch, bytes behind them, an error; all
-        still to be looked at.
-        """
+        still to be looked at."""
 
 
 def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
@@ -119,8 +117,7 @@ def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
 
 def twice_within(count: Callable[[], int], seconds: float) -> Callable[[], bool]:
     """What tells, asked again and again from a count of 0 on, whether two have come no more than `seconds`
-    apart.
-    """
+    apart."""
     seen, at = 0, -math.inf
 
     def _close() -> bool:

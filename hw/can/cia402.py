@@ -8,8 +8,7 @@ the loop.
     arm      controlwords 06, 07, 0F, each once the statusword shows that the one before has worked
     command  target torque (per mille of the rated torque), and 0F, in every cycle
     disarm   controlword 06 (ready, power stage off) with torque 0; a fault is reset by 80 while disarmed
-    dead man the drive watches the host's heartbeat (object 1016) and stops when it ends
-"""
+    dead man the drive watches the host's heartbeat (object 1016) and stops when it ends"""
 
 from __future__ import annotations
 

@@ -42,8 +42,7 @@ class SdoClient:
 
     A drive that is slow for once answers a request that was given up and repeated twice, the second time into
     the next request. canopen would take that for the next one's answer, a refusal too. So answers about
-    another object are not heard.
-    """
+    another object are not heard."""
 
     def __init__(self, network: Network, node: RemoteNode, number: int) -> None:
         from canopen.sdo.exceptions import SdoAbortedError, SdoError
@@ -56,8 +55,7 @@ class SdoClient:
 
     def _hear(self, can_id: int, data: bytearray, timestamp: float) -> None:
         """Pass an answer on if it is one to what was asked last: command specifier in the three highest bits,
-        object behind.
-        """
+        object behind."""
         kind, of = data[0] >> 5, bytes(data[1:4])
         mine = of == self._asked and kind in (self._answer, _ABORT)
         if mine or kind == _SEGMENT:
@@ -124,8 +122,7 @@ def configure(
     Raises
     ------
     BackendError
-        A drive that does not answer, refuses an object, or says nothing about its rating.
-    """
+        A drive that does not answer, refuses an object, or says nothing about its rating."""
     try:
         import canopen
     except ModuleNotFoundError as error:
@@ -160,8 +157,7 @@ def configure(
 
 def _take_down(sdo: SdoClient) -> None:
     """Power stage off before anything else: who died may have left it on, and `rtctl stop-rig` has no other
-    purpose.
-    """
+    purpose."""
     sdo.try_write(0x6040, 0, SHUT_DOWN, 2)
     sdo.try_write(0x6071, 0, 0, 2)
 
@@ -180,8 +176,7 @@ def _rated(sdo: SdoClient, node: int, table: Options, what: str, index: int) -> 
 def _map(sdo: SdoClient, communication: int, mapping: int, cob_id: int, objects: tuple[int, ...]) -> None:
     """Change a PDO the way CiA 301 demands: off, count 0, objects, count, type, id, on.
 
-    Its id may not change while it exists, and bit 30 stays what the drive says.
-    """
+    Its id may not change while it exists, and bit 30 stays what the drive says."""
     before = sdo.read(communication, 1)
     wanted = before & _NO_REMOTE | cob_id
     if not before & _OFF:
@@ -198,8 +193,7 @@ def _map(sdo: SdoClient, communication: int, mapping: int, cob_id: int, objects:
 
 def _map_feedback(sdo: SdoClient, node: int) -> int:
     """Map statusword, position and current, or torque where the drive does not show a current; returns
-    which.
-    """
+    which."""
     try:
         _map(sdo, 0x1800, 0x1A00, 0x180 + node, (*_TPDO, _CURRENT))
     except RefusedError as current:
@@ -213,8 +207,7 @@ def _map_feedback(sdo: SdoClient, node: int) -> int:
 
 def interpolation_time(period_s: float) -> tuple[int, int]:
     """Object 60C2 for a period: value of 1 to 255 and exponent of ten, as exact as it gets, in whole ms if
-    they do.
-    """
+    they do."""
     best = (1, -3)
     for exponent in (-3, -4, -5, -6):
         value = round(period_s / 10.0**exponent)
@@ -262,8 +255,7 @@ def _supervise(sdo: SdoClient, node: int, options: Options) -> None:
     """The drive watches our heartbeat and we watch its; when ours ends it must stop (6007 = 1: fault).
 
     Raises BackendError if the drive cannot watch it, or would do nothing: nothing else stops it when the host
-    dies.
-    """
+    dies."""
     consumer = int(options["source"]) << 16 | int(options["time_to_live_ms"])
     sdo.write(0x1016, 1, consumer, 4)
     sdo.write(0x1017, 0, int(options["heartbeat_ms"]), 2)

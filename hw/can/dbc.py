@@ -57,8 +57,7 @@ def frames(
     Raises
     ------
     BackendError
-        Naming the file, and the message or signal it does not have or that cannot be used.
-    """
+        Naming the file, and the message or signal it does not have or that cannot be used."""
     database = load(path)
     tables: dict[tuple[str, str, tuple[Any, ...]], dict[str, Any]] = {}
     for entry in entries:
@@ -107,8 +106,7 @@ def _signal(message: Message, path: Path, entry: dict[str, Any]) -> Signal:
 
 def _multiplexers(message: Message, signal: Signal, path: Path) -> list[tuple[Signal, int]]:
     """Signals that choose what the frame carries, and their values where it carries `signal`; outermost
-    first.
-    """
+    first."""
     chosen: list[tuple[Signal, int]] = []
     while signal.multiplexer_ids:
         if len(signal.multiplexer_ids) > 1:

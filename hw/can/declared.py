@@ -4,8 +4,7 @@ Asked for, a sample is taken when its request (or the SYNC) arrives, in the cycl
 it, and the command that answers it arrives at the same place of the next cycle: one period, the time on the
 bus included in both. What a device sends by a clock of its own is up to that clock's period old when it is
 read, and both frames need their turn on the bus besides: all frames of one period, one after the other. That
-much may come and go.
-"""
+much may come and go."""
 
 from __future__ import annotations
 

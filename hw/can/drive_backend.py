@@ -46,8 +46,7 @@ class Drive(Protocol):
 
     def alike(self) -> int:
         """In how many cycles from now on `write` sends the same, and `link_faults` does not change, if only
-        samples come.
-        """
+        samples come."""
 
     def pass_by(self, cycles: int) -> None:
         """So many of those are over."""

@@ -4,8 +4,7 @@
 
 A field is compiled once into a plain function. Whole bytes of a struct type take one `struct` call; any
 other run of bits is shifted out of the frame as one integer. Encoding saturates at the ends of the raw
-type and never wraps; a value that is not a number is encoded as physical 0.
-"""
+type and never wraps; a value that is not a number is encoded as physical 0."""
 
 from __future__ import annotations
 
@@ -43,8 +42,7 @@ class Field:
         As a DBC counts: bit `8 * byte + bit`, bit 0 being the lowest of its byte. The field's lowest bit
         for little endian, its highest for big endian.
     bits
-        1 to 64; 32 or 64 for `float`.
-    """
+        1 to 64; 32 or 64 for `float`."""
 
     length: int
     start_bit: int
@@ -180,8 +178,7 @@ def encoder(field: Field) -> Encode:
 class Unwrap:
     """Follows a counter of `bits` bits through its wraps: a Python integer, which has no end.
 
-    The shorter way round is taken, so between two samples it may turn by less than half its range.
-    """
+    The shorter way round is taken, so between two samples it may turn by less than half its range."""
 
     __slots__ = ("_half", "_last", "_mask", "_total")
 

@@ -6,8 +6,7 @@
     transmit queue   full REFUSED_LIMIT times in a row (nobody takes the frames): LOST, until one is taken
 
 All are faults of the rig while they last. Being well again only lets a person reset the fault: no torque
-comes back by itself.
-"""
+comes back by itself."""
 
 from __future__ import annotations
 

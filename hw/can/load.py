@@ -3,8 +3,7 @@
 Classic frames after Davis et al. 2007 (Real-Time Systems 35, 239-272): 8 n data bits and g other bits that
 are stuffed (34 standard, 54 extended), one stuff bit for every four bits at worst, 13 bits unstuffed
 (3 of them the pause between frames). CAN FD after ISO 11898-1:2015: the data phase has its own bit rate,
-its CRC has fixed stuff bits.
-"""
+its CRC has fixed stuff bits."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ def fd_length(length: int) -> int:
 
 def classic_bits(length: int, *, extended: bool = False, stuffed: bool = True) -> int:
     """Bits of a classic frame with `length` data bytes and the pause after it; at worst, or with no stuff
-    bit.
-    """
+    bit."""
     guarded = (54 if extended else 34) + 8 * length
     return guarded + 13 + ((guarded - 1) // 4 if stuffed else 0)
 
@@ -79,8 +77,7 @@ def bus_load(frames: list[Traffic], bitrate: int, data_bitrate: int, period_s: f
     bitrate, data_bitrate
         Bits per second of the arbitration phase (all of a classic frame) and of an FD frame's data phase.
     period_s
-        Period of the loop.
-    """
+        Period of the loop."""
     share, cycle_s, lines = 0.0, 0.0, []
     for frame in frames:
         seconds = frame_s(frame, bitrate, data_bitrate)

@@ -6,8 +6,7 @@ needs no set-up.
 
     arm      the first frame of mode 10 (position) with kp and kd scaled to 0: pure feed-forward torque
     command  feed-forward torque, greatest torque and time to live, in every cycle; each is answered
-    disarm   mode 0 (stopped), in every cycle; it also clears faults
-"""
+    disarm   mode 0 (stopped), in every cycle; it also clears faults"""
 
 from __future__ import annotations
 
@@ -70,8 +69,7 @@ class MoteusAxis:
 
     def steady_frames(self) -> list[Frame]:
         """See `Drive`. A reply is for Python unless it is laid out as `REPLY`, and tells the mode and fault
-        it told before.
-        """
+        it told before."""
         size, at, axis, shaft = REPLY.size, self._sample.start, self._axis, self._shaft
 
         def _float(byte: int, channel: str, scale: float = 1.0, offset: float = 0.0) -> Number:

@@ -2,8 +2,7 @@
 
 Identifier 0x8000 | source << 8 | destination asks for a reply, which has id << 8 | source. A frame is a row
 of subframes, padded with 0x50 (mjbots' register protocol). Angles are turns and torques N m of moteus' output
-shaft: the motor's own unless rotor_to_output_ratio is set.
-"""
+shaft: the motor's own unless rotor_to_output_ratio is set."""
 
 from __future__ import annotations
 
@@ -121,8 +120,7 @@ def decode_reply(
     """Mode, position (turns), velocity (turns/s), Q current (A), temperature (degC), fault; None if any is
     missing.
 
-    A register that reads as integer is taken only where it was asked for as one (mode, fault).
-    """
+    A register that reads as integer is taken only where it was asked for as one (mode, fault)."""
     if length >= REPLY.size:
         h0, mode, h1, position, velocity, _, h2, current, h3, temperature, h4, fault = REPLY.unpack_from(
             buffer, offset

@@ -2,8 +2,7 @@
 
 arm      Set_Controller_Mode (torque, pass-through), Clear_Errors, Set_Axis_State 8
 command  Set_Input_Torque in every cycle, armed or not: it feeds the drive's watchdog
-disarm   torque 0, Set_Axis_State 1
-"""
+disarm   torque 0, Set_Axis_State 1"""
 
 from __future__ import annotations
 

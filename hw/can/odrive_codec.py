@@ -3,8 +3,7 @@ remembered here.
 
 Identifier = node << 5 | command, little endian, 11 bits. Layouts from ODrive's CAN protocol page and DBC
 (firmware 0.6; `hw.can.odrive_firmware` has what 0.5 reads otherwise). Angles are turns of the encoder's
-shaft, torques N m at it.
-"""
+shaft, torques N m at it."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ def error_names(error: int, version: Version = NAMED_ERRORS) -> str:
 
 def decode_pair(buffer: Buffer, offset: int, length: int) -> tuple[float, float] | None:
     """Two finite numbers of a frame of 8 bytes: turns and turns/s, wanted and measured A, FET and motor
-    degC.
-    """
+    degC."""
     if length != 8:
         return None
     first, second = PAIR.unpack_from(buffer, offset)

@@ -3,8 +3,7 @@ remote one too, sets the node's id to what its data holds; from 0.6.9 on a remot
 number.
 
 Commands that all of them read alike, and the only ones sent before the version is known: 07, 0B, 0E, 18, and
-remote frames of 00 (which 0.5 ignores), 09 and 14.
-"""
+remote frames of 00 (which 0.5 ignores), 09 and 14."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Options of the CAN backends, as they stand in a rig file. Host side only.
 
 The validation context may carry `rate_hz`, `n_axes` and `folder`: with them a config whose frames cannot fit
-on the bus, or that has not one table per axis, is refused here.
-"""
+on the bus, or that has not one table per axis, is refused here."""
 
 from __future__ import annotations
 

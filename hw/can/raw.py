@@ -1,7 +1,6 @@
 """SocketCAN without a library: one socket, one buffer, one system call for all frames that wait.
 
-Measured beside python-can's socketcan bus on the same interface (`rtctl bench io`).
-"""
+Measured beside python-can's socketcan bus on the same interface (`rtctl bench io`)."""
 
 from __future__ import annotations
 

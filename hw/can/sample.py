@@ -17,8 +17,7 @@ class Sample:
     """Newest values, and bits telling which arrived since the last complete sample.
 
     Frame handlers write the values and raise their bit in `fresh`; the backend takes the sample when
-    `fresh == needed`. A part whose number is not finite raises no bit: it has not arrived.
-    """
+    `fresh == needed`. A part whose number is not finite raises no bit: it has not arrived."""
 
     __slots__ = (
         "counts",
@@ -83,8 +82,7 @@ class Shaft:
     """From the drive's shaft to the joint and back, for one axis.
 
     `direction` turns the sign of everything the drive reports and takes. `shaft` is what its angle and
-    torque mean: the motor (before the gear) or the link (the drive knows the gear).
-    """
+    torque mean: the motor (before the gear) or the link (the drive knows the gear)."""
 
     __slots__ = ("current_max_a", "direction", "offset_rad", "rad_per_turn", "torque_per_ampere")
 

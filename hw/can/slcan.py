@@ -2,8 +2,7 @@
 
 python-can reads such a port byte by byte, which costs some 45 us a frame; one read of all that waits and a
 split cost a few. Classic frames only; with `raw = false`, CAN FD or arguments of python-can's, its own bus
-is used. Measured by `rtctl bench io`.
-"""
+is used. Measured by `rtctl bench io`."""
 
 from __future__ import annotations
 

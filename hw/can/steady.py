@@ -57,8 +57,7 @@ _COUNTS = ("damaged", "not_newer", "not_finite")
 
 def is_possible(frames: Sequence[Frame]) -> bool:
     """Whether compiled code can have a device of these frames: none of a whole sample is for Python, and no
-    number is too wide.
-    """
+    number is too wide."""
     numbers = [one for frame in frames for one in (*frame.numbers, *frame.guards)]
     counters = [frame.counter for frame in frames if frame.counter is not None]
     if len(frames) > FRAMES_MAX or len(numbers) + len(counters) > FIELDS_MAX:
@@ -222,8 +221,7 @@ class Steady:
     # -- and back ----------------------------------------------------------------------------------------
     def end(self) -> int:
         """Take the device back, if compiled code has it; returns `LinkFault` bits of frames of a cycle that
-        it has begun.
-        """
+        it has begun."""
         row = self._row
         if row["on"] == OFF:
             return 0
@@ -265,8 +263,7 @@ def _shown_words(backend: CanBackend, dtype: np.dtype[Any]) -> np.ndarray:
 
 def _fill_state(frame: Frame) -> bool:
     """What follows counters and angles, and what guards wait for; False where that is beyond what a record
-    can hold.
-    """
+    can hold."""
     row = frame.row
     if frame.counter is not None:
         row["started"], row["last"] = frame.order.state

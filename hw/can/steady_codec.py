@@ -1,8 +1,7 @@
 """Frames to numbers and commands to frames by the tables of `hw.can.steady_records`, compiled.
 
 The same numbers, in the same order of operations, as the closures of `hw.can.fields` and `hw.can.board_in`
-give, which decode wherever Python has the device; a test holds them to each other bit for bit.
-"""
+give, which decode wherever Python has the device; a test holds them to each other bit for bit."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ _TABLES = np.stack([_remainders("crc8_j1850"), _remainders("crc8_autosar")])
 @compiled
 def raw_bits(data: np.ndarray, at: int, f: np.record) -> int:
     """The bits of number `f` in the frame whose data begins at `data[at]` (uint8), as an unsigned integer of
-    64 bits.
-    """
+    64 bits."""
     first, skip = f.shift >> 3, f.shift & 7
     found = np.uint64(0)
     for j in range((skip + f.bits + 7) >> 3):
@@ -226,8 +224,7 @@ def put_number(data: np.ndarray, at: int, f: np.record, value: float) -> None:
 @compiled
 def is_writable(r: np.record, numbers: np.ndarray, words: np.ndarray) -> bool:
     """Whether all commands of the frame are finite, where it takes no others. `words` are those of the tick
-    as numbers.
-    """
+    as numbers."""
     if r.strict:
         for k in range(r.first, r.end):
             place = numbers[k].place

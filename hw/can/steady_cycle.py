@@ -2,8 +2,7 @@
 while nothing happens but samples and commands.
 
 Whatever else comes is left to them: frames that were taken from the kernel and not decoded yet are kept for
-Python, which goes on with the first of them.
-"""
+Python, which goes on with the first of them."""
 
 from __future__ import annotations
 
@@ -96,8 +95,7 @@ def _from_line(
     """Take all frames that wait on the port of an adapter that writes lines. `chunk` holds `b.left` bytes
     from `b.begin` on.
 
-    One read takes all: the kernel's line discipline holds less than there is room for.
-    """
+    One read takes all: the kernel's line discipline holds less than there is room for."""
     for k in range(b.left):
         chunk[k] = chunk[b.begin + k]
     n, begin = read_some(b.fd, chunk[b.left :]), 0
@@ -179,8 +177,7 @@ def write_cycle(
     floats: np.ndarray,
 ) -> int:
     """Commands out; 0, or 1 to leave it to `CanBackend.write`. A frame that found no room is told in the next
-    cycle.
-    """
+    cycle."""
     b = bus[0]
     if b.on != ON or b.passed >= b.budget or words[b.enabled_at] != b.enabled:
         return 1

@@ -1,6 +1,5 @@
 """Lines of an slcan adapter to frames as the kernel's CAN gives them, and back, compiled. What is no plain
-frame is for `hw.can.slcan`.
-"""
+frame is for `hw.can.slcan`."""
 
 from __future__ import annotations
 
@@ -74,8 +73,7 @@ def next_line(chunk: np.ndarray, begin: int, n: int, frame: np.ndarray) -> tuple
     used : int
         Bytes of it with its end; 0 when no whole line is there, -1 where `hw.can.slcan` must look at it.
     is_frame : bool
-        Whether `frame` holds one now; an empty line and the adapter's word that it has sent one are none.
-    """
+        Whether `frame` holds one now; an empty line and the adapter's word that it has sent one are none."""
     for k in range(n):
         if chunk[begin + k] == _END:
             if k == 0 or (k == 1 and (chunk[begin] == _DONE or chunk[begin] == _DONE_EXTENDED)):

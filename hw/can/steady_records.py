@@ -2,8 +2,7 @@
 numbers in them.
 
 The tables are made from what the codecs say of their frames (`Frame`, `Command`); `hw.can.steady_codec` runs
-on them.
-"""
+on them."""
 
 from __future__ import annotations
 
@@ -78,8 +77,7 @@ COMMAND = np.dtype(
 @dataclass
 class Number:
     """One number of a frame: where it is, what becomes of it, and where its state is kept outside compiled
-    cycles.
-    """
+    cycles."""
 
     bits: Field
     place: int = NOWHERE
@@ -99,8 +97,7 @@ class Number:
 @dataclass
 class Frame:
     """One kind of frame that is measured in compiled cycles; without numbers it is for Python whenever it
-    comes.
-    """
+    comes."""
 
     key: int
     length: int = 0

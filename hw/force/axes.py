@@ -37,8 +37,7 @@ def moment_matrix(options: Options) -> list[list[float]]:
     Raises
     ------
     BackendError
-        `matrix` scales or mixes, and no `moment_matrix` is given.
-    """
+        `matrix` scales or mixes, and no `moment_matrix` is given."""
     given, matrix = options["moment_matrix"], options["matrix"]
     if given is not None:
         return [list(row) for row in given]

@@ -2,8 +2,7 @@
 
 X-25 is the mirrored CCITT polynomial with initial value and final XOR 0xFFFF. Mirroring every byte, running
 the plain CCITT CRC of the standard library and mirroring its result gives the same number: 0.4 us for 34
-bytes, where a table in Python takes 1.4 us.
-"""
+bytes, where a table in Python takes 1.4 us."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Cuts a byte stream into frames of one length that begin with a header and end with a checksum.
 
 A header may also occur inside the data, so only the checksum decides what a frame is. In step with the stream
-the next frame begins where the last one ended; after damage the search goes on one byte further.
-"""
+the next frame begins where the last one ended; after damage the search goes on one byte further."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ class Frames:
     Attributes
     ----------
     good, damaged : int
-        Intact frames, and places where one was due and none stood.
-    """
+        Intact frames, and places where one was due and none stood."""
 
     def __init__(self, header: bytes, length: int, intact: Callable[[bytes], bool]) -> None:
         self._header, self._length, self._intact = header, length, intact

@@ -11,8 +11,7 @@ Big endian: header AA 07 08 N, count u16, status u16, forces i16, sum u16 of all
 The sum is all the protection the device offers: it shows every single flipped bit, but two flips that cancel
 (the same bit, once set and once cleared) pass. The law's range and jump checks are then what is left.
 
-Configuration, 9 bytes: AA 00 32 03, speed (period in ms, 0 stops), filter, zero, sum u16.
-"""
+Configuration, 9 bytes: AA 00 32 03, speed (period in ms, 0 stops), filter, zero, sum u16."""
 
 from __future__ import annotations
 
@@ -62,8 +61,7 @@ _FORCE = struct.Struct(">3h")
 
 def decode(frame: bytes, sensor: int = 0) -> Reading:
     """Counter, unusable status bits, force and moment in counts of an intact frame; `sensor` 0 to 3 of
-    `4x3-axis`.
-    """
+    `4x3-axis`."""
     count, status = _HEAD.unpack_from(frame)
     fx, fy, fz = _FORCE.unpack_from(frame, 8 + 6 * sensor)
     if len(frame) != _SIX:

@@ -1,8 +1,7 @@
 """ATI's Raw Data Transfer over UDP (Net F/T, Axia, OnRobot HEX, Schunk FT): pure bytes <-> numbers.
 
 Big endian. Request, 8 bytes: 0x1234, command u16, number of samples u32 (0: until stopped). Record, 36 bytes:
-sequence of the records u32, sequence inside the sensor u32, status u32, Fx Fy Fz Tx Ty Tz i32 in counts.
-"""
+sequence of the records u32, sequence inside the sensor u32, status u32, Fx Fy Fz Tx Ty Tz i32 in counts."""
 
 from __future__ import annotations
 
@@ -30,16 +29,14 @@ def unusable(status: int) -> int:
 
     A latched monitor condition (bit 16) is a user's alarm and says nothing about the sample; with it alone,
     the summary bit 31 says nothing either. Everything else counts: saturation, broken gauge, busy, supply,
-    temperature.
-    """
+    temperature."""
     rest = status & ~_MONITOR
     return 0 if rest == _ERROR and status & _MONITOR else rest
 
 
 def decode(record: bytes | bytearray | memoryview) -> tuple[int, Reading]:
     """Record number, and a reading in counts marked by the sensor's own sequence. For exactly `LENGTH`
-    bytes.
-    """
+    bytes."""
     number, inside, status, fx, fy, fz, mx, my, mz = _RECORD.unpack(record)
     return number, Reading(inside, unusable(status), (fx, fy, fz), (mx, my, mz))
 

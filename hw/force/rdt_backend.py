@@ -30,8 +30,7 @@ class RdtBackend:
     """ATI Net F/T, Axia, OnRobot HEX, Schunk: `options` are those of `RdtOptions`, dumped.
 
     UDP has no hang-up: a sensor that is silent for `lost_after_s` shows as `LinkFault.LOST`, and is asked
-    again and again to stream. A record older than the last one is never used.
-    """
+    again and again to stream. A record older than the last one is never used."""
 
     provides: frozenset[str] = frozenset({"force"})
     consumes: frozenset[str] = frozenset()

@@ -15,8 +15,7 @@ class Reading(NamedTuple):
     status
         The device's own status, 0 when it vouches for the sample.
     force, moment
-        In the device's unit: N and N m, or counts. Sensors of forces only have moments of 0.
-    """
+        In the device's unit: N and N m, or counts. Sensors of forces only have moments of 0."""
 
     mark: int
     status: int

@@ -2,8 +2,7 @@
 
 37 bytes, little endian: 0xAA, status u16, forces 3 x f32 (N), torques 3 x f32 (N m), time stamp u32 (us),
 temperature f32 (degC), CRC-16/X-25 of all but the header and itself. Free-running from power-up; `R` returns
-to running from the configuration mode, which `C` enters and which is silent.
-"""
+to running from the configuration mode, which `C` enters and which is silent."""
 
 from __future__ import annotations
 

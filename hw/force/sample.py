@@ -30,8 +30,7 @@ class ForceSample:
     refused, repeated : int
         Readings the device did not vouch for, and readings shown before.
     status : int
-        The device's own status in its newest reading; 0 when it vouches for it.
-    """
+        The device's own status in its newest reading; 0 when it vouches for it."""
 
     def __init__(
         self, matrix: Sequence[Sequence[float]], moments: Sequence[Sequence[float]] | None = None

@@ -40,8 +40,7 @@ class SerialSensor:
     start, farewell
         Bytes sent when opening and before closing.
     explain
-        From the sensor's status to its words.
-    """
+        From the sensor's status to its words."""
 
     provides: frozenset[str] = frozenset({"force"})
     consumes: frozenset[str] = frozenset()

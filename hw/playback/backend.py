@@ -1,8 +1,7 @@
 """The playback backend: one recorded sample per tick, at the log's own rate.
 
 Nothing moves: `write` keeps the torque that the controller would have applied, the motion stays the
-recorded one. What a run over a log can and cannot tell is written in docs/playback.md.
-"""
+recorded one. What a run over a log can and cannot tell is written in docs/playback.md."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ def tip_force(hand_torque_nm: np.ndarray, lever_m: np.ndarray) -> np.ndarray:
     Raises
     ------
     BackendError
-        The levers cannot produce independent torques (more than three axes, or parallel levers).
-    """
+        The levers cannot produce independent torques (more than three axes, or parallel levers)."""
     inverse = np.linalg.pinv(lever_m)
     if not np.allclose(lever_m @ inverse, np.eye(len(lever_m)), atol=1e-9):
         raise BackendError(
@@ -74,8 +72,7 @@ def show_next(
     tick: np.ndarray, places: np.ndarray, shift: np.ndarray, samples: tuple[np.ndarray, ...]
 ) -> int:
     """Put the next sample into the tick; after the last one, END_OF_LOG and no fresh sample. 0, or 1 while
-    there is no log.
-    """
+    there is no log."""
     t, place = tick[0], places[0]
     if place.n == 0:
         return 1

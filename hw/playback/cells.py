@@ -44,8 +44,7 @@ _DECIMAL = re.compile(r"[-+]?\d+(?:(?P<decimal>[.,])\d+)?(?:[eE][-+]?\d+)?")
 
 def thousands_and_decimal(columns: Sequence[Sequence[str]]) -> tuple[str, str] | None:
     """The marks between thousands and before decimals, where some cells have both, or one column has only
-    this and another only that; else None.
-    """
+    this and another only that; else None."""
     found = {
         (match["mark"], match["decimal"])
         for cells in columns
@@ -64,8 +63,7 @@ def thousands_and_decimal(columns: Sequence[Sequence[str]]) -> tuple[str, str] |
 
 def _mark_of_whole(cells: Sequence[str]) -> str:
     """The mark between thousands of a column of whole numbers; "" where it may be that before three decimals:
-    small numbers must be without it, or large ones have it twice.
-    """
+    small numbers must be without it, or large ones have it twice."""
     matches = [_WHOLE.fullmatch(cell) for cell in cells]
     marks = {match["mark"] or "" for match in matches if match}
     sure = "" in marks or any(match and match["again"] for match in matches)
@@ -84,8 +82,7 @@ _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)
 
 def number(cell: str, marks: str) -> float | None:
     """The number of a cell, None if it is none; `marks`: that before decimals, behind that between thousands
-    if there is one.
-    """
+    if there is one."""
     for mark in marks[:-1]:
         if mark in cell and not _GROUPED.fullmatch(cell):
             return None
@@ -98,8 +95,7 @@ def number(cell: str, marks: str) -> float | None:
 
 def read_words(cells: Sequence[str], decimal: str) -> Words | None:
     """A column of times of day, as s since the first midnight, or of numbers that all have the same unit
-    behind them; None if it is neither.
-    """
+    behind them; None if it is neither."""
     return _times_of_day(cells) or _with_unit(cells, decimal)
 
 

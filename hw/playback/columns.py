@@ -2,8 +2,7 @@
 TDMS, JSON.
 
 Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data#k`, a field of a structure
-`log.pos`.
-"""
+`log.pos`."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ def read_table(
     ------
     BackendError
         Unreadable or truncated file, missing or ambiguous column, a cell that is no finite number
-        (with its row, counted from 1 below the header), columns of different lengths, fewer than two rows.
-    """
+        (with its row, counted from 1 below the header), columns of different lengths, fewer than two rows."""
     order = tuple(dict.fromkeys(names))
     ending = path.suffix.lower()
     if ending in READERS or ending in BINARY:
@@ -101,8 +99,7 @@ def _text(path: Path) -> str:
 
 def _decoded(raw: bytes) -> str:
     """UTF-8, UTF-16 by its mark or by the zeros of plain letters, or the code page of Western Windows (a
-    degree sign in a header).
-    """
+    degree sign in a header)."""
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw.decode("utf-16")
     for order, zeros, letters in (("le", raw[1:40:2], raw[:40:2]), ("be", raw[:40:2], raw[1:40:2])):

@@ -1,6 +1,5 @@
 """Files that are no tables and that nothing here reads: what they are, and how they become something that is
-read.
-"""
+read."""
 
 from __future__ import annotations
 

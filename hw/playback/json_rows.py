@@ -1,6 +1,5 @@
 """Columns of JSON: an object a line, a list of objects, an object of lists, or a DataFrame of pandas; a value
-within an object goes by its path, `motor.tau`.
-"""
+within an object goes by its path, `motor.tau`."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
     Raises
     ------
     BackendError
-        No JSON, or no rows in it.
-    """
+        No JSON, or no rows in it."""
     text = raw.decode("utf-8-sig")
     try:
         whole = json.loads(text)
@@ -48,8 +46,7 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
 
 def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:
     """`DataFrame.to_json` as an object of lists, its index as `index`: an object of rows for each column (its
-    own way), or names and rows apart (`split`).
-    """
+    own way), or names and rows apart (`split`)."""
     if set(whole) == {"columns", "index", "data"}:
         return {
             "index": whole["index"],

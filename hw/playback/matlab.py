@@ -1,6 +1,5 @@
 """Arrays of a MATLAB file by name: of structures, also several of one name (`meas.Y(2).Data`), as Simulink
-and ControlDesk write them.
-"""
+and ControlDesk write them."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
     ------
     BackendError
         Of version 7.3 what `hw.playback.matlab_hdf.read_hdf` says; a bomb; one of `names` that only an object
-        can hold.
-    """
+        can hold."""
     from scipy.io import loadmat
 
     if raw.startswith(HDF) or raw[:8] == b"\x89HDF\r\n\x1a\n":
@@ -54,8 +52,7 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
 
 def _unpacks_beyond(raw: bytes, most: int) -> bool:
     """Whether the packed elements of a file of version 7 hold more than `most` bytes; each is unpacked no
-    further.
-    """
+    further."""
     order: Literal["little", "big"] = "big" if raw[126:128] == b"MI" else "little"
     at, left = HEAD_BYTES, most
     while at + 8 <= len(raw):
@@ -70,8 +67,7 @@ def _unpacks_beyond(raw: bytes, most: int) -> bool:
 
 def _fields(name: str, value: object, found: dict[str, Any], depth: int = 5) -> None:
     """Numbers of a MATLAB structure, by their path; of several structures the k-th is `name(k)`, of several
-    cells `name{k}`.
-    """
+    cells `name{k}`."""
     array = np.asarray(value)
     entries = array.reshape(-1)[:MOST_ENTRIES]
     if array.dtype.names and depth:

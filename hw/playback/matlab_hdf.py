@@ -1,7 +1,6 @@
 # ruff: noqa: ANN401 - what h5py gives has no types without it
 """Arrays of an HDF5 file, and of a MATLAB file of version 7.3, which is one: structures are groups, arrays
-lie transposed, several structures of one name and cells are references.
-"""
+lie transposed, several structures of one name and cells are references."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ NO_NUMBERS = ("char", "string", "function_handle", "FileWrapper__")
 
 def only_in_objects(path: Path, names: Sequence[str], found: Container[str]) -> None:
     """Refuse names that are not among the arrays of a MATLAB file that holds objects, too. Raises
-    BackendError.
-    """
+    BackendError."""
     missing = [name for name in names if name not in found and name.rpartition("#")[0] not in found]
     if missing:
         raise BackendError(
@@ -46,8 +44,7 @@ def read_hdf(path: Path, raw: bytes, names: Sequence[str], most: int, between: s
     Raises
     ------
     BackendError
-        h5py is not installed, no sound file, a bomb, one of `names` that only an object can hold.
-    """
+        h5py is not installed, no sound file, a bomb, one of `names` that only an object can hold."""
     if find_spec("h5py") is None:
         other = "save it with save(..., '-v7')" if between == "." else "save the arrays as .npz (numpy.savez)"
         raise BackendError(

@@ -6,8 +6,7 @@ A column is read as
 
 with `raw` and `offset` in the file's own unit and `unit` the factor to SI. A negative scale turns a sign.
 Signs of the result follow the tick record: a torque is positive when it accelerates the joint towards
-positive position, whoever applies it.
-"""
+positive position, whoever applies it."""
 
 from __future__ import annotations
 

@@ -33,8 +33,7 @@ def read_unpacked(path: Path) -> bytes:
     ------
     BackendError
         A file that cannot be read, is cut off or no sound archive, unpacks to more than a log does, or is an
-        archive of several files.
-    """
+        archive of several files."""
     kind = "packed"
     try:
         raw = read_bounded(path, MAX_BYTES)

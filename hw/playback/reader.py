@@ -1,8 +1,7 @@
 """Reads a recorded log into SI arrays, and refuses what a loop must not be fed with.
 
 Every fault of a file is found here, when the backend is opened, before anything moves. `BackendError`
-names the file, the column, the row and what to do.
-"""
+names the file, the column, the row and what to do."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ class Recording:
 
     `position_rad`, `velocity_rad_s`, `current_a` (motor side), `hand_torque_nm` (link side) have one column
     per axis, `force_n` three. `notes` is what was done to the log to get here, for people; `steps_rad` the
-    step of each axis' position as it was recorded.
-    """
+    step of each axis' position as it was recorded."""
 
     path: Path
     rate_hz: float
@@ -67,8 +65,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
     Raises
     ------
     BackendError
-        Time that stands still, repeats itself or goes back, with how often and the first row.
-    """
+        Time that stands still, repeats itself or goes back, with how often and the first row."""
     steps = np.diff(time_s)
     if not time_s[-1] > time_s[0]:
         row = int(np.argmax(steps <= 0)) + 2
@@ -189,8 +186,7 @@ def load(options: Options, rig: Rig) -> Recording:
     BackendError
         See `hw.playback.columns.read_table` and `require_rising`; more than two ticks of a recording missed
         in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
-        resampled on the stamps); also when the number of axes differs.
-    """
+        resampled on the stamps); also when the number of axes differs."""
     recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
     stretches = _read(options, rig, steady=not recorded)
     start_s, end_s = options.get("start_s", 0.0), options.get("end_s")
@@ -221,8 +217,7 @@ def load_stretches(options: Options, rig: Rig, mend: Mend | None = None) -> list
 
     Options and errors as `load`, but that window (`start_s`, `end_s`) is not applied, and only stamps of
     which no even rate can be made are refused. Stretches are in order, all of one rate. `mend` sees the rows
-    as they were recorded.
-    """
+    as they were recorded."""
     return _read(options, rig, steady=False, mend=mend)
 
 

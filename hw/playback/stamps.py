@@ -2,8 +2,7 @@
 uneven.
 
 A derivative of unevenly sampled positions is wrong by as much as the steps differ, so stamps are never
-ignored. Stamps that only rounding keeps from being even (whole milliseconds of a 300 Hz log) are even.
-"""
+ignored. Stamps that only rounding keeps from being even (whole milliseconds of a 300 Hz log) are even."""
 
 from __future__ import annotations
 
@@ -36,8 +35,7 @@ MOST_DECIMALS = 9
 @dataclass(frozen=True)
 class Stretch:
     """Rows first..last - 1 of a log, without a gap, and the instants (s) of its even grid; `instants` None:
-    its own rows.
-    """
+    its own rows."""
 
     first: int
     last: int
@@ -70,8 +68,7 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
     Raises
     ------
     BackendError
-        Steps so different that no rate is the usual one.
-    """
+        Steps so different that no rate is the usual one."""
     steps = np.diff(time_s)
     if is_even(time_s, float(steps.mean()), resolution_s):
         return Grid(1 / float(steps.mean()), (Stretch(0, len(time_s), time_s, None),))
@@ -103,8 +100,7 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
 
 def _step(steps: np.ndarray, usual: float) -> float:
     """Step of the grid, s: where rows are lost from an even log (steps are whole multiples of the usual one)
-    that of the log, else the mean.
-    """
+    that of the log, else the mean."""
     rows = np.round(steps / usual)
     lost = bool((rows >= 1).all()) and float(np.abs(steps - rows * usual).max()) <= EVEN_SHARE * usual
     return float(steps.sum() / rows.sum()) if lost else float(steps.mean())
@@ -123,8 +119,7 @@ def is_even(stamps_s: np.ndarray, step_s: float, resolution_s: float) -> bool:
 
     Notes
     -----
-    Stamps rounded to q lie within less than q about a straight line; its slope must be the step.
-    """
+    Stamps rounded to q lie within less than q about a straight line; its slope must be the step."""
     t = stamps_s - stamps_s[0]
     k = np.arange(len(t)) - 0.5 * (len(t) - 1)
     slope = float(k @ t / (k @ k))
@@ -157,8 +152,7 @@ STARTS_OVER = {
 
 def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, str]:
     """Stamps that started over, as if they had not, and what they are; as they are and nothing where none of
-    `STARTS_OVER` explains a step back.
-    """
+    `STARTS_OVER` explains a step back."""
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < 0)
     usual = float(np.median(steps)) if len(back) else 0.0

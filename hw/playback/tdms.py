@@ -1,6 +1,5 @@
 """Channels of a TDMS file of LabVIEW, by group and channel: `Motion/Angle`; the time of one that has a rate
-of its own is `Motion/Angle/time`.
-"""
+of its own is `Motion/Angle/time`."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
     ------
     BackendError
         npTDMS is not installed, no sound file, more samples than a file of its size has, channels that began
-        at different instants or of different steps.
-    """
+        at different instants or of different steps."""
     if find_spec("nptdms") is None:
         raise BackendError(
             f"{path}: TDMS needs npTDMS: install rtctl with its extra `tdms` (pip install 'rtctl[tdms]'), or "

@@ -1,6 +1,5 @@
 """Lines of a text table: cells, what a serial monitor put before them, rows of units above the numbers, rows
-of other topics between them.
-"""
+of other topics between them."""
 
 from __future__ import annotations
 
@@ -56,8 +55,7 @@ def unit_rows(
     the rows.
 
     The first of them has no number; those below it may have some (`Port  501  Port  501`), but a word in a
-    wanted cell.
-    """
+    wanted cell."""
     rows: list[list[str]] = []
     for line in body[:UNIT_ROWS]:
         cells = cells_of(line, delimiter)
@@ -75,8 +73,7 @@ def unit_rows(
 
 def of_these_columns(body: list[str], index: Sequence[int], delimiter: str | None) -> list[str]:
     """Rows without those that have a stamp and nothing else that is wanted (another topic in the same table),
-    and without the word at the end.
-    """
+    and without the word at the end."""
     if body and body[-1].strip().strip('"') in ENDS:
         body = body[:-1]
     if len(index) < 3 or delimiter is None:

@@ -78,8 +78,7 @@ def read_text(
     ------
     BackendError
         No header with these names, no rows, a cell that is no number (with column and row, from 1 below the
-        header).
-    """
+        header)."""
     lines = unstamped(text.rstrip("\0").split("\n"))
     layout = _layout(path, lines, names, delimiter)
     head = _uncommented(layout.line(lines[layout.header])) if layout.header >= 0 else None
@@ -117,8 +116,7 @@ def _uncommented(line: str) -> str:
 
 def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | None) -> _Layout:
     """The last line with every wanted name above the first numbers: settings may name the columns too
-    (`# columns: t q tau`).
-    """
+    (`# columns: t q tau`)."""
     tried = DELIMITERS if given is None else (given,)
     named = [name for name in names if not PLACE.fullmatch(name)]
     found: list[str] = []
@@ -229,8 +227,7 @@ def _cell_by_cell(
     path: Path, body: list[str], layout: _Layout, names: tuple[str, ...], decimal: str, head: str | None
 ) -> tuple[np.ndarray, dict[str, str]]:
     """Numbers of all rows, slowly: quoted cells, times of day and units behind numbers (which columns say
-    which), and the first cell that is no number by its column and row.
-    """
+    which), and the first cell that is no number by its column and row."""
     table = [cells_of(line, layout.delimiter) for line in body]
     header = cells_of(head, layout.delimiter) if head is not None else []
     columns, said = [], {}

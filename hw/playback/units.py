@@ -1,6 +1,5 @@
 """What a file says itself about the unit of a column, in a unit row or in the column's name, against what it
-is read in.
-"""
+is read in."""
 
 from __future__ import annotations
 
@@ -74,8 +73,7 @@ _SAME = {"Nm": "N m", "mNm": "mN m", "Ncm": "N cm"}
 
 def said_unit(name: str, row: str) -> str:
     """Unit that a unit row or a name in brackets, with an ending or with words behind it says, in our
-    spelling; "" without any, the text where it is none of ours.
-    """
+    spelling; "" without any, the text where it is none of ours."""
     inside = _BRACKETS.search(name)
     ending = _SUFFIX.search(name)
     text = row.strip(" []()") or (inside[1] if inside else "") or (ending[1] if ending else "")
@@ -96,8 +94,7 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     Raises
     ------
     BackendError
-        Names column, both units and the remedy.
-    """
+        Names column, both units and the remedy."""
     said, used = said_unit(name, row), column.get("unit", units[0])
     if said == _SAME.get(used, used) or said not in _KNOWN.values() or abs(column.get("scale", 1.0)) != 1:
         return

@@ -1,6 +1,5 @@
 """What a board on a serial port is sent besides its commands: start, poll, and what switches a drive on and
-off.
-"""
+off."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ def await_first(
     Returns
     -------
     int or None
-        Bytes that came, when none of them made a sample. Raises LinkLost.
-    """
+        Bytes that came, when none of them made a sample. Raises LinkLost."""
     end, asked, seen = time.monotonic() + seconds, -1.0, 0
     views = [chunk.data]
     while not heard():
@@ -67,8 +65,7 @@ def switched(
     command
         Has `enter` and `idle`, possibly empty.
     poll
-        Bytes that ask for the next sample, possibly none.
-    """
+        Bytes that ask for the next sample, possibly none."""
     enter, idle, entered = bytes(command["enter"]), bytes(command["idle"]), False
     buffer, enabled = packet.data, tick["enabled"].data
 

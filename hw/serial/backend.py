@@ -1,7 +1,6 @@
 """What every board on a serial port has in common: open, drain to the newest, send, stop, lose, find again.
 
-A subclass says how bytes become a tick and a tick becomes bytes. It runs in the loop process.
-"""
+A subclass says how bytes become a tick and a tick becomes bytes. It runs in the loop process."""
 
 from __future__ import annotations
 
@@ -120,8 +119,7 @@ class SerialCore:
     def read(self, tick: np.ndarray) -> None:
         """Write the newest sample into the tick. Never blocks; bounded work. Raises LinkLost.
 
-        A backlog is taken in but nothing of it shown as fresh: after it comes what is really new.
-        """
+        A backlog is taken in but nothing of it shown as fresh: after it comes what is really new."""
         port = self._port
         if port is None:
             raise LinkLost(f"serial port {self._path}: not open")
@@ -204,8 +202,7 @@ def require_line_rate(
     path: str, baud: int, bytes_in: int, in_hz: float, bytes_out: int = 0, out_hz: float = 0.0
 ) -> None:
     """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second. Raises
-    BackendError.
-    """
+    BackendError."""
     ways = [
         ("a sample", bytes_in, in_hz, "the device's rate_hz"),
         ("a command", bytes_out, out_hz, "[loop] rate_hz"),

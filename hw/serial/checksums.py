@@ -8,8 +8,7 @@
 | crc16-ccitt (IBM-3740, "false") | 1021 | FFFF | no | no | any frame |
 | crc16-xmodem | 1021 | 0000 | no | no | any frame |
 | crc16-modbus | 8005 | FFFF | yes | no | any frame |
-| crc32 (IEEE 802.3, zlib) | 04C11DB7 | FFFFFFFF | yes | yes | any frame |
-"""
+| crc32 (IEEE 802.3, zlib) | 04C11DB7 | FFFFFFFF | yes | yes | any frame |"""
 
 from __future__ import annotations
 

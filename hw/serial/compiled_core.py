@@ -1,8 +1,7 @@
 """Reading and writing of a serial board as compiled halves of a cycle: what `SerialCore.read` and `write` do
 in ordinary cycles.
 
-What is rare is left to them: a line that is hung up, a board that has started over, a line that is full.
-"""
+What is rare is left to them: a line that is hung up, a board that has started over, a line that is full."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def read_cycle(
 @compiled
 def write_cycle(port: np.ndarray, packet: np.ndarray, send_arguments: tuple[np.ndarray, ...]) -> int:
     """Command out; 0, or 1 to leave the rest to `SerialCore.write`: with `full` set only what follows from
-    that.
-    """
+    that."""
     p = port[0]
     sent = write_all(p.fd, packet, call_for_int(p.send_at, send_arguments))
     if sent == 1:

@@ -3,8 +3,7 @@
 A board sends its state at least once a period and takes a command at the begin of its next cycle, so with a
 cycle no longer than the loop's period a sample is at most one period old, and a command waits at most one
 more. Both frames besides need their time on the wire (ten bits a byte; a USB board is faster). Board and loop
-have clocks of their own: of all that up to one period may come and go.
-"""
+have clocks of their own: of all that up to one period may come and go."""
 
 from __future__ import annotations
 

@@ -34,8 +34,7 @@ def next_packet(deframer: np.ndarray, chunk: np.ndarray, at: int, stop: int) -> 
         Where to go on.
     n : int
         Length of the packet in `deframer[0].pending`, 0 when the chunk ended before one did. A length over
-        `BODY_MAX + 1` says that the bytes were too many for a packet (`framing.unseal` refuses it).
-    """
+        `BODY_MAX + 1` says that the bytes were too many for a packet (`framing.unseal` refuses it)."""
     d = deframer[0]
     while at < stop:
         byte = chunk[at]

@@ -26,8 +26,7 @@ class DescribedBackend(SerialCore):
     link : ndarray
         One-row record (`hw.serial.described_codec.described_dtype`): newest sample and counts.
     identity : tuple
-        Identity field and USB identity of the board first opened; a re-plug must find the same.
-    """
+        Identity field and USB identity of the board first opened; a re-plug must find the same."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)

@@ -2,8 +2,7 @@
 
 Freshness: with a `sequence` field a frame counts only when it is ahead of the last one by less than half the
 field's range; without one every frame with a right checksum is new, and a duplicate cannot be told. A frame
-with a number that is not finite, or an angle beyond its range, is a failure of the device, never a sample.
-"""
+with a number that is not finite, or an angle beyond its range, is a failure of the device, never a sample."""
 
 from __future__ import annotations
 
@@ -101,8 +100,7 @@ def _in_order(d: np.record, raw: np.ndarray, fields: np.ndarray) -> bool:
 @compiled
 def _store_switch(d: np.record, target: int, on: bool) -> None:
     """Take over what one bit says. A board that has said `enabled` since it was, and says it no more, has let
-    go.
-    """
+    go."""
     if target == _ESTOP and on:
         d.estop = 1
     elif target == _FAULT and on:
@@ -227,8 +225,7 @@ def send(
     """Write the command frame of this tick; returns its length.
 
     Disabled, a value of any axis not finite, or a board that has let go: every command 0 and the enable bits
-    off.
-    """
+    off."""
     t, d, x = tick[0], link[0], layout[0]
     if t.enabled == 0:
         d.driven, d.dropped = 0, 0

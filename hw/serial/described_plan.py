@@ -1,6 +1,5 @@
 """From validated options of a described board to the arrays its codec runs on. At start, never in the
-loop.
-"""
+loop."""
 
 from __future__ import annotations
 

@@ -4,8 +4,7 @@ docs/serial-protocol.md has the byte tables and the board's state diagram. All n
 wire: counts as the encoder counts them, 0.1 counts/s, 1e-6 of A, N m and N, 1e-2 of a degree Celsius.
 
 Every decoder takes a body as `framing.unseal` gives it and answers True only for a body of exactly the
-right type, version and length; its record is untouched otherwise.
-"""
+right type, version and length; its record is untouched otherwise."""
 
 from __future__ import annotations
 
@@ -112,8 +111,7 @@ def identity_dtype() -> np.dtype[np.void]:
 def toward_zero(value: float) -> float:
     """Whole part of `value` (finite); a whole number missed only by rounding of the arithmetic counts as met.
 
-    So what was read from the wire goes back to the wire as the same number.
-    """
+    So what was read from the wire goes back to the wire as the same number."""
     nearest = np.rint(value)
     if abs(nearest - value) <= 2e-15 * abs(value):
         return float(nearest)
@@ -145,8 +143,7 @@ def _is(body: np.ndarray, n: int, kind: int, length: int) -> bool:
 @compiled
 def encode_state(record: np.ndarray, body: np.ndarray) -> int:
     """Write a state packet's body; returns its length: 28, 10 per axis or 14 with velocities, 12 with a
-    moment.
-    """
+    moment."""
     s = record[0]
     kind = TYPE_STATE | (WITH_VELOCITY if s.has_velocity else 0) | (WITH_MOMENT if s.has_moment else 0)
     at = _header(body, kind, s.sequence)
@@ -173,8 +170,7 @@ def encode_state(record: np.ndarray, body: np.ndarray) -> int:
 @compiled
 def decode_state(body: np.ndarray, n: int, record: np.ndarray) -> bool:
     """Read a state packet's body, of any type, of as many axes as `record` has; velocities and moments not in
-    it are 0.
-    """
+    it are 0."""
     s = record[0]
     n_axes, kind = len(s.position_counts), int(body[1])
     velocity, moment = kind & WITH_VELOCITY != 0, kind & WITH_MOMENT != 0

@@ -47,8 +47,7 @@ class SerialBackend(SerialCore):
         One-row record (`hw.serial.link.link_dtype`): newest sample, counts of good, damaged, older, lost
         and foreign packets.
     identity : str
-        Serial number of the board first opened; a re-plug must find the same one.
-    """
+        Serial number of the board first opened; a re-plug must find the same one."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)

@@ -4,8 +4,7 @@ A packet is `00 COBS(body CRC) 00`. The leading zero ends whatever a broken tran
 packet is readable after any damage before it. Bodies are at most 250 bytes: COBS then adds exactly one byte.
 
 CRC-32 is the one of IEEE 802.3 and of zlib (reflected polynomial EDB88320, start and final inversion).
-Over the lengths used here (up to 1024 bits) any 1 to 4 flipped bits of a packet's body change it.
-"""
+Over the lengths used here (up to 1024 bits) any 1 to 4 flipped bits of a packet's body change it."""
 
 from __future__ import annotations
 
@@ -75,8 +74,7 @@ def signed(data: np.ndarray, at: int, size: int) -> int:
 def seal(body: np.ndarray, n: int, packet: np.ndarray) -> int:
     """Append the CRC to `body[:n]` and write the packet; returns its length on the wire.
 
-    `body` needs room for four more bytes, `packet` for `n + 7`; `n` is at most `BODY_MAX - 4`.
-    """
+    `body` needs room for four more bytes, `packet` for `n + 7`; `n` is at most `BODY_MAX - 4`."""
     end = put(body, n, 4, crc32(body, 0, n))
     packet[0] = 0
     code_at, at, code = 1, 2, 1
@@ -102,8 +100,7 @@ def unseal(data: np.ndarray, n: int, body: np.ndarray) -> int:
     -------
     int
         Length of the body without its CRC, or -1 for anything that is not a whole and undamaged packet:
-        too short, too long, a zero inside, a COBS code that points beyond the end, a wrong CRC.
-    """
+        too short, too long, a zero inside, a COBS code that points beyond the end, a wrong CRC."""
     if n < 6 or n > BODY_MAX + 1:
         return -1
     i, at = 0, 0

@@ -2,8 +2,7 @@
 finding.
 
 `Layout` rows say where things are; `FieldPlan` rows say what the numbers mean. Both are made once, at
-start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run.
-"""
+start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run."""
 
 from __future__ import annotations
 
@@ -161,8 +160,7 @@ def next_frame(
     Notes
     -----
     A frame that fails is searched byte by byte for the next beginning: sync bytes may occur in data, and
-    a lost byte must not cost more than the frame it was in.
-    """
+    a lost byte must not cost more than the frame it was in."""
     s, length, broken = stream[0], layout[0].length, 0
     if s.skipped:
         _drop(s, s.skipped)

@@ -1,6 +1,5 @@
 """The `serial-lines` backend: a board that prints numbers as text and is told numbers as text
-(docs/serial-lines.md).
-"""
+(docs/serial-lines.md)."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ class LinesBackend(SerialCore):
     Attributes
     ----------
     sample : LineSample
-        Newest numbers, and counts of lines by what became of them.
-    """
+        Newest numbers, and counts of lines by what became of them."""
 
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)

@@ -3,8 +3,7 @@
 A line is taken only whole: from the first end of line on, never longer than `LINE_MAX`, with the prefix, the
 number of columns, the decimals and the checksum that it must have. What is no plain decimal number is damage;
 `nan`, `inf` and `ovf` (as microcontrollers print them), or a number too large for a float, are a failure of
-the device.
-"""
+the device."""
 
 from __future__ import annotations
 
@@ -58,8 +57,7 @@ class Lines:
 
     def cut(self, data: bytes) -> list[bytes | None]:
         """The lines that end in `data`, oldest first; None in place of one that is too long. Empty ones are
-        left out.
-        """
+        left out."""
         first, *others = data.replace(b"\r", b"\n").split(b"\n")
         if len(self._pending) <= LINE_MAX:  # else too long already: it grows no more
             self._pending += first
@@ -78,8 +76,7 @@ class LineReader:
     Parameters
     ----------
     table
-        `[device.options.sample]`, dumped.
-    """
+        `[device.options.sample]`, dumped."""
 
     def __init__(self, table: Options) -> None:
         self._prefix = table["prefix"].encode()
@@ -135,8 +132,7 @@ class LineWriter:
     table
         `[device.options.command]`, dumped.
     units
-        SI units per unit of each field.
-    """
+        SI units per unit of each field."""
 
     def __init__(self, table: Options, units: Sequence[float]) -> None:
         self._checksum, life = table["checksum"], float(table["time_to_live_ms"])
@@ -145,8 +141,7 @@ class LineWriter:
 
     def write(self, values: Sequence[float], *, enabled: bool) -> bytes:
         """The line for `values`, one per axis in SI; zeros when not enabled, or when any of them is not
-        finite.
-        """
+        finite."""
         on = enabled and all(math.isfinite(value) for value in values)
         return sealed(b"".join(part.write(values, on=on) for part in self._parts), self._checksum)
 

@@ -26,8 +26,7 @@ class LineSample:
     fields
         `[[device.options.sample.field]]`, dumped; `take` gets numbers in their order.
     rig
-        Axes and encoder counts.
-    """
+        Axes and encoder counts."""
 
     def __init__(self, fields: Sequence[Options], rig: Rig) -> None:
         n = {"force": 3, "moment": 3}
@@ -55,8 +54,7 @@ class LineSample:
 
     def order(self, wanted: bool) -> bool:
         """Whether the board may be enabled if the host wants it: one that has let go only once the host has
-        disabled it.
-        """
+        disabled it."""
         if not wanted:
             self._driven = self._dropped = False
         self._asked = wanted and not self._dropped

@@ -4,8 +4,7 @@ packet.
 A state packet is fresh when both its sequence number and its sample time are after those of the last one
 accepted, by less than half their range. Duplicates, older ones, and new packets around an old sample are
 counted and never shown. Nothing out of a backlog is shown as fresh: newer packets may have been lost behind
-it.
-"""
+it."""
 
 from __future__ import annotations
 
@@ -148,8 +147,7 @@ def _dropped(ln: np.record) -> bool:
 
     A power stage may take its time to switch on. One that was on and is off again has let go, unless the
     board shows an emergency stop, which the host is told by a channel of its own. The verdict holds until the
-    host disables the board, whatever the board says later.
-    """
+    host disables the board, whatever the board says later."""
     since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
     if since < ln.enabled_in_row:
         if ln.status & _ENABLED:
@@ -165,8 +163,7 @@ def judge(link: np.record, end: int) -> int:
 
     Damaged packets in a backlog are not counted as damage on the wire: where the kernel drops bytes it cuts a
     packet in two. As the kernel may have dropped any number of packets, sequence numbers are compared anew
-    after a backlog.
-    """
+    after a backlog."""
     fresh, damaged, older = link.fresh, link.damaged_now, link.older_now
     link.fresh, link.damaged_now, link.older_now = 0, 0, 0
     if end == BACKLOGGED:
@@ -181,8 +178,7 @@ def judge(link: np.record, end: int) -> int:
 @compiled
 def show_measured(t: np.record, link: np.record) -> None:
     """Write into the tick what the newest sample measured besides the position, as far as the device has
-    it.
-    """
+    it."""
     for axis in range(len(link.current_a)):
         if link.show_current:
             t.current_a[axis] = link.current_a[axis]
@@ -229,8 +225,7 @@ def receive(
     Returns
     -------
     int
-        How many packets in a row were no newer than the last accepted one.
-    """
+        How many packets in a row were no newer than the last accepted one."""
     absorb(chunk, meta[0], link, stream, state, identity, body)
     if meta[1] != MORE:
         show(tick, link, meta[1])
@@ -243,8 +238,7 @@ def send(
 ) -> int:
     """Write the command packet of this tick; returns its length.
 
-    Disabled, a value of any axis not finite, or a board that has let go: every value 0 and enable 0.
-    """
+    Disabled, a value of any axis not finite, or a board that has let go: every value 0 and enable 0."""
     t, ln, c = tick[0], link[0], command[0]
     if t.enabled == 0:
         ln.driven, ln.dropped = 0, 0

@@ -3,8 +3,7 @@ only.
 
     value = scale * unit * (number on the wire - zero)
 
-A negative scale turns the sign.
-"""
+A negative scale turns the sign."""
 
 from __future__ import annotations
 
@@ -99,8 +98,7 @@ class NumberOptions(Table):
 
 def require_one_command(channels: set[str], enter: bool, idle: bool) -> None:
     """Raise ValueError unless one kind of command is sent, and what switches a drive on comes with what
-    switches it off.
-    """
+    switches it off."""
     if len(channels & {"torque", "current_command"}) != 1:
         msg = "field: either torque or current_command is needed, for every axis"
         raise ValueError(msg)

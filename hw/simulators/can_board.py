@@ -12,8 +12,7 @@ class BoardSim:
     """A board with a 16-bit encoder counter: answers every command; current holds for its time to live.
 
     Command 0x200: i16 mA, u8 enable, u8 counter. Feedback 0x101: u16 counts (wraps), i16 mA, u8 counter,
-    u8 flags, u8 unused, checksum (crc8 J1850); and 0x102: i32 millicounts/s.
-    """
+    u8 flags, u8 unused, checksum (crc8 J1850); and 0x102: i32 millicounts/s."""
 
     COUNTS_PER_TURN = 4096
 

@@ -2,8 +2,7 @@
 vcan0`.
 
 A process of its own, so that the death of the host can be tried: the devices stop when their time to live
-is over. In tests it runs in a thread, or is pumped by hand.
-"""
+is over. In tests it runs in a thread, or is pumped by hand."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 Each is driven from outside and has no thread or clock: `frame` takes one frame and returns the answers,
 `pass_time` lets time go by and returns what the drive sends unasked. Written from the protocols, apart from
-the codecs they test.
-"""
+the codecs they test."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ class OdriveSim:
     """ODrive axis: torque control only with state 8 and mode (torque, pass-through); watchdog.
 
     Firmware before 0.6.9 has Set_Axis_Node_ID where Address is now, and obeys it in a remote frame too; 0.5
-    tells no version.
-    """
+    tells no version."""
 
     def __init__(
         self,

@@ -1,7 +1,6 @@
 """Simulated devices of other makers that rig files describe by field maps: MIT mode, VESC, OptoForce on CAN.
 
-See `hw.simulators.can_drives`; written from the makers' descriptions, apart from the codecs they test.
-"""
+See `hw.simulators.can_drives`; written from the makers' descriptions, apart from the codecs they test."""
 
 from __future__ import annotations
 
@@ -14,8 +13,7 @@ from hw.simulators.can_drives import EXTENDED, Frame
 class MitSim:
     """A drive in the MIT mode of T-Motor, CubeMars and the like (an AK80-9): answers every frame it is sent.
 
-    Angle, speed and torque are those of the shaft behind its gear. It drives only after the frame FF..FC.
-    """
+    Angle, speed and torque are those of the shaft behind its gear. It drives only after the frame FF..FC."""
 
     POSITION, SPEED, TORQUE, KP, KD = 12.5, 50.0, 18.0, 500.0, 5.0
 
@@ -105,8 +103,7 @@ class VescSim:
 
 class OptoForceSim:
     """A three-axis OptoForce on CAN: silent until it is configured, then 16 bytes in two frames of one
-    identifier.
-    """
+    identifier."""
 
     DATA, CONFIG = 0x100, 0x101
 

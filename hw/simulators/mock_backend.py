@@ -53,8 +53,7 @@ class MockBackend:
 
     def read(self, tick: np.ndarray) -> None:
         """Show the sensors at slot `tick["tick"]`. Raises LinkLost, and blocks, only where a fault is
-        scripted.
-        """
+        scripted."""
         if tick is not self._tick:
             self._bind(tick)
         self._read()

@@ -12,8 +12,7 @@
 References
 ----------
 Canudas de Wit et al.: A new model for control of systems with friction, 1995.
-Dupont et al.: Single state elasto-plastic friction models, 2002.
-"""
+Dupont et al.: Single state elasto-plastic friction models, 2002."""
 
 from __future__ import annotations
 
@@ -95,8 +94,7 @@ def dry_friction(v: float, x: float, p: np.record, axis: int) -> float:
     Notes
     -----
     g = [F_c + (F_s - F_c) exp(-(|v|/v_s)^delta)] * scale(direction) * modulation(x); docs/theory.md 12.1.
-    With a second speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share.
-    """
+    With a second speed the peak is (1 - m) exp(-(|v|/v_s)^delta) + m exp(-(|v|/v_2)^delta), m its share."""
     peak = (p.breakaway_nm[axis] - p.coulomb_nm[axis]) * peak_share(v, p, axis)
     return float((p.coulomb_nm[axis] + peak) * (direction_scale(v, p, axis) * modulation(x, p, axis)))
 
@@ -112,8 +110,7 @@ def static_friction(v: float, x: float, p: np.record, axis: int) -> float:
 def plastic_share(z: float, v: float, z_ss: float, elastic_share: float) -> float:
     """Dupont's alpha: 0 where the bristle only stretches, 1 where it only slides.
 
-    A negative `elastic_share` is LuGre: 1 everywhere, hence its drift under sub-break-away vibration.
-    """
+    A negative `elastic_share` is LuGre: 1 everywhere, hence its drift under sub-break-away vibration."""
     if elastic_share < 0.0:
         return 1.0
     z_ba = elastic_share * z_ss
@@ -161,8 +158,7 @@ def implicit_share(inertia: float, damping: float, stiffness: float, h: float) -
     -----
     theta = (3 + r) / (6 + r) with r = h damping / J + h^2 stiffness / J. The step is then of second order,
     and for a damped mass its amplification is the Pade approximant (6 - 2r) / (6 + 4r + r^2) of exp(-r):
-    bounded for every r, and nil where the middle alone would ring.
-    """
+    bounded for every r, and nil where the middle alone would ring."""
     r = h * (damping + h * stiffness) / inertia
     return (3.0 + r) / (6.0 + r)
 
@@ -194,8 +190,7 @@ def coupled_step(
     of first order; docs/theory.md 12.3). With mu = 2 theta - 1, the bristle under constant w is
     z' = E z + gain w, on average m z + (1 - m) w / a where m = gain / h, and
     J (v' - v) / h = torque - drag w - s0 [(1 - mu) average + mu z'] - s1 (z' - z) / h - b w.
-    The bristle cannot stretch beyond break-away; where a step would, it is held there and w solved anew.
-    """
+    The bristle cannot stretch beyond break-away; where a step would, it is held there and w solved anew."""
     rate, per_share = 1.0 / h, 1.0 / share  # a division less for the next step to wait for
     ahead = (1.0 - share) * h
     v_mid = v + ahead * acceleration

@@ -1,6 +1,5 @@
 """What the simulated rig says of its own delays and joint, for `rtctl check`. Plain numbers; imports no
-plant.
-"""
+plant."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ def _bandwidth_hz(loop: Mapping[str, Any]) -> float:
 
 def timing(options: Options, rig: Rig) -> list[Timing]:
     """Delay in whole periods and in any part of one, slow samples, and the lag of the current loop of each
-    axis.
-    """
+    axis."""
     slow = options.get("timing") or {}
     transport = float(slow.get("transport_delay_ticks") or 0.0)
     every = int(slow.get("sample_every_ticks") or 1)

@@ -33,8 +33,7 @@ def temperature(time_s: float, p: np.record, axis: int) -> float:
 @compiled
 def drifted(s: np.record, p: np.record, axis: int, time_s: float) -> tuple[float, float]:
     """Factors of dry and of viscous friction at `time_s` after the first tick; the state keeps them to be
-    seen.
-    """
+    seen."""
     dry, viscous = 1.0, 1.0
     if p.drift_count[axis] > 0:
         dry = between(time_s, p.drift_s[axis], p.drift_dry[axis], p.drift_count[axis])

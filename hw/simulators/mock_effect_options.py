@@ -1,6 +1,5 @@
 """What can be said in a rig file about a simulated joint beyond the plain one: a table per effect. Host side
-only.
-"""
+only."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ class ElasticOptions(Table):
 
 class CurrentLoopOptions(Table):
     """[device.options.axis.current_loop]: the real current follows the wanted one as a first-order
-    low-pass.
-    """
+    low-pass."""
 
     bandwidth_hz: float = number(0, 1e5, "where it falls by 3 dB; 0: see time_constant_s", 0.0)
     time_constant_s: float = number(0, 0.1, "instead of the bandwidth", 0.0)

@@ -1,8 +1,7 @@
 """Records of the effects a joint may have beyond the plain one: their fields, and how the options fill them.
 
 All zeros is the plain joint. Code that sets fields of the parameters itself finds their meaning here; what is
-off costs a comparison per period.
-"""
+off costs a comparison per period."""
 
 from __future__ import annotations
 
@@ -77,8 +76,7 @@ def effect_fields(n_axes: int) -> list[tuple[Any, ...]]:
 
 def effect_state_fields(n_axes: int) -> list[tuple[Any, ...]]:
     """State of the effects. `bristle_rad` is the motor side's; with elements, that of one bristle of equal
-    torque.
-    """
+    torque."""
     axis = (n_axes,)
     return [
         ("joint_twist_rad", "<f8", axis),  # motor side minus link side
@@ -102,8 +100,7 @@ def fill_timing(p: np.void, table: Options) -> None:
 
 def fill_effects(p: np.void, state: np.void, axis: int, table: Options) -> None:
     """Write the effects of one [[device.options.axis]] into the parameters, and where they begin into the
-    state.
-    """
+    state."""
     state["dry_factor"][axis] = state["viscous_factor"][axis] = 1.0
     if table["friction"]["model"] == "gms":
         fill_elements(p, axis, table["friction"]["elements"])
@@ -138,8 +135,7 @@ def fill_elements(p: np.void, axis: int, count: int) -> None:
     distances.
 
     Element i of N slides at the share i / N of the longest deflection and holds 2 i / (N (N + 1)) of the dry
-    friction; the last one slides at 2 N / (N + 1) F / sigma0.
-    """
+    friction; the last one slides at 2 N / (N + 1) F / sigma0."""
     places = np.arange(1, count + 1)
     p["element_count"][axis] = count
     p["element_strength"][axis, :count] = places / places.sum()

@@ -14,8 +14,7 @@ References
 ----------
 Al-Bender, Lampaert, Swevers: The generalized Maxwell-slip model, 2005. Here an element that slides takes the
 torque L(v) at once (their attraction C without bound), and one whose torque is below L sticks, whatever it
-did before: with a finite C an element would give energy while L rises.
-"""
+did before: with a finite C an element would give energy while L rises."""
 
 from __future__ import annotations
 
@@ -52,8 +51,7 @@ def element_torque(
     Notes
     -----
     Under constant w an element reaches L after the share r = (L - F) / (k w h) of the step; its mean is then
-    L - (L - F) r / 2, its damper gives s1 w r. The torque never falls with w: the step has one solution.
-    """
+    L - (L - F) r / 2, its damper gives s1 w r. The torque never falls with w: the step has one solution."""
     torque, slope = 0.0, 0.0
     for i in range(p.element_count[axis]):
         stiffness = p.bristle_stiffness_nm_rad[axis] * size * p.element_stiffness[axis, i]
@@ -85,8 +83,7 @@ def settle_elements(
     axis: int,
 ) -> float:
     """Let the step at velocity `w` pass in `torques`; returns the torque at its end, at velocity `v_new`, N
-    m.
-    """
+    m."""
     total = 0.0
     for i in range(p.element_count[axis]):
         stiffness = p.bristle_stiffness_nm_rad[axis] * size * p.element_stiffness[axis, i]

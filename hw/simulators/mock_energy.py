@@ -10,8 +10,7 @@ def stored_j(state: np.ndarray, params: np.ndarray, axis: int) -> np.ndarray:
     hand's.
 
     Bristles of one-bristle models and of the elements are springs of their own; the drift of friction,
-    modulation and load change what they may hold, not their stiffness.
-    """
+    modulation and load change what they may hold, not their stiffness."""
     p = params[0]
     v = state["velocity_rad_s"][..., axis]
     stiffness, elastic = (

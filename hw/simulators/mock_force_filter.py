@@ -1,6 +1,5 @@
 """What the force sensor's own electronics make of the hand's torque before it is shown: a low-pass, and whole
-periods of delay.
-"""
+periods of delay."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ def advance_force(s: np.record, p: np.record) -> None:
     late.
 
     Exact for a torque that runs straight from one period to the next: with e = exp(-w T) that is
-    f <- e f + (1 - a) now + (a - e) before, a = (1 - e)/(w T).
-    """
+    f <- e f + (1 - a) now + (a - e) before, a = (1 - e)/(w T)."""
     kept = p.force_kept
     if kept == 0.0 and p.force_delay_ticks == 0:
         return

@@ -1,8 +1,7 @@
 """The scripted hand: a spring and damper (and some mass) between the joint and where the hand wants it.
 
 The hand rests at its centre until `hand_start_s`, then follows its trajectory; it holds the tip only
-inside its grip intervals. Letting go while moving is the kick of the hands-off test.
-"""
+inside its grip intervals. Letting go while moving is the kick of the hands-off test."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ def grips(time_s: float, p: np.record, axis: int) -> bool:
 @compiled
 def hold(time_s: float, p: np.record, axis: int) -> tuple[float, float, float]:
     """Stiffness, damping and inertia that the hand has on the tip at `time_s`: zeros where it does not hold
-    it.
-    """
+    it."""
     if not grips(time_s, p, axis):
         return 0.0, 0.0, 0.0
     inertia = p.hand_inertia_kgm2[axis]

@@ -92,8 +92,7 @@ def _load_sides(
 @compiled
 def _store_sides(s: np.record, p: np.record, axis: int, sides: np.ndarray) -> None:
     """Write the sides back; with elements, one bristle's deflection that gives the same torque stands for
-    them.
-    """
+    them."""
     elastic = p.joint_stiffness_nm_rad[axis] > 0.0
     outer = sides[LINK] if elastic else sides[MOTOR]
     s.position_rad[axis], s.velocity_rad_s[axis] = outer[X], outer[V]
@@ -123,8 +122,7 @@ def _substep(
     axis: int,
 ) -> tuple[float, float]:
     """Advance both sides by `h` under `drive` = (motor torque, hand torque, hand drag); returns friction of
-    each.
-    """
+    each."""
     for i in range(2):
         prepare(sides[i], h, share, level, factor, p, axis)
         sides[i, W] = sides[i, V]
@@ -193,8 +191,7 @@ def _lag(lag_s: float, h: float) -> tuple[float, float]:
 @compiled
 def _outside(sides: np.ndarray, pull: float, drag: float, m_h: float, p: np.record, axis: int) -> float:
     """Torque on the gear's output, N m: the elastic joint's, or the hand's less what moves the hand's own
-    mass.
-    """
+    mass."""
     if p.joint_stiffness_nm_rad[axis] > 0.0:
         return -_joint_torque(sides, p, axis)
     return float(pull - drag * sides[MOTOR, V] - m_h * sides[MOTOR, A])
@@ -212,8 +209,7 @@ def advance_detailed(
     per_a: float,
 ) -> None:
     """Advance one axis by `duration_s` in equal `steps`; the amplifier makes `wanted_a`, `per_a` N m an
-    ampere.
-    """
+    ampere."""
     h = duration_s / steps
     k_h, b_h, m_h = mock_hand.hold(time_s, p, axis)
     x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]

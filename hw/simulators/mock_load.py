@@ -9,8 +9,7 @@ they accelerate it, s(v) the fall of the Stribeck peak:
 q = e_q tau_e^2 where the motor drives, m_q tau_m^2 where it is driven back, nil where both push the same way.
 These are the models m1 to m6 of Duclusaud, Passault, Padois, Ly: Extended Friction Models for the Physics
 Simulation of Servo Actuators, arXiv 2410.08650; those with fewer terms have zeros for the rest, and m3 and m4
-e = m.
-"""
+e = m."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 References
 ----------
-Marsaglia, Bray: A convenient method for generating normal variables, 1964 (polar method).
-"""
+Marsaglia, Bray: A convenient method for generating normal variables, 1964 (polar method)."""
 
 from __future__ import annotations
 

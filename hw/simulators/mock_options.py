@@ -1,8 +1,7 @@
 """What can be said about the simulated rig in a rig file: `[device.options]`. Host side only.
 
 The defaults are the nominal joint of docs/theory.md 1.3, with perfect sensors but for their
-resolution; noise, bias and unevenness are switched on in the rig file.
-"""
+resolution; noise, bias and unevenness are switched on in the rig file."""
 
 from __future__ import annotations
 

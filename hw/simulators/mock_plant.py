@@ -3,8 +3,7 @@
 Signs as in the tick record: link side, a torque is positive when it accelerates towards positive angle.
 The plant lives on the loop's grid: a read at slot k sees the rig at time k T, the write of slot k holds
 its current over [k T, (k+1) T). Missed slots are caught up at the next read with the current still held,
-until its time to live ends.
-"""
+until its time to live ends."""
 
 from __future__ import annotations
 
@@ -146,8 +145,7 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
 @compiled
 def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
     """Write what the sensors show at slot `tick[0].tick` into the tick's backend fields. Returns 0: it always
-    can.
-    """
+    can."""
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
     t.link_faults = 0
@@ -182,8 +180,7 @@ def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
     """Apply `current_command_a` (zero unless `enabled`) and advance the rig to slot `tick[0].tick` + 1.
 
     A current that is not finite counts as zero, as a drive would refuse it; the amplifier saturates at
-    `current_max_a`. Writing a slot twice, or an older one, moves nothing. Returns 0: it always can.
-    """
+    `current_max_a`. Writing a slot twice, or an older one, moves nothing. Returns 0: it always can."""
     t, s, p = tick[0], state[0], params[0]
     _catch_up(s, p, t.tick)
     if p.fault_count > 0:
@@ -198,8 +195,7 @@ def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
 @compiled
 def next_slot(tick: np.ndarray, state: np.ndarray) -> None:
     """Go on to the slot that follows in virtual time, past those that a scripted stall makes the loop
-    miss.
-    """
+    miss."""
     missed = state[0].fault_stall_ticks
     tick[0].missed_ticks += missed
     tick[0].tick += 1 + missed

@@ -1,8 +1,7 @@
 """The two records of the simulated rig: what it is (parameters) and where it is (state).
 
 Both are one-row structured arrays; per-axis fields have shape `(n_axes, ...)`. The state is the whole
-truth: copying the array copies the rig, its noise generator included.
-"""
+truth: copying the array copies the rig, its noise generator included."""
 
 from __future__ import annotations
 
@@ -177,8 +176,7 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     Raises
     ------
     BackendError
-        If a per-axis table has neither one entry nor one per axis, or the levers depend on each other.
-    """
+        If a per-axis table has neither one entry nor one per axis, or the levers depend on each other."""
     params = np.zeros(1, params_dtype(rig.n_axes))
     state = np.zeros(1, state_dtype(rig.n_axes))
     p = params[0]

@@ -1,6 +1,5 @@
 """What the simulated rig's sensors make of the truth: quantised, biased, drifting, noisy; and which sensors
-it has.
-"""
+it has."""
 
 from __future__ import annotations
 
@@ -98,8 +97,7 @@ def _tip_force(k: int, s: np.record, p: np.record) -> float:
 @compiled
 def _sense_moment(t: np.record, s: np.record, p: np.record, x: float, y: float, z: float) -> None:
     """Moments about the sensor's origin: of the hand's force at its point of contact, and of the tip's
-    weight.
-    """
+    weight."""
     if p.moment_sensor == 0:
         return
     c, g, f = p.force_contact_m, p.tip_center_m, s.tip_weight_n
@@ -117,8 +115,7 @@ def _sense_moment(t: np.record, s: np.record, p: np.record, x: float, y: float, 
 @compiled
 def sense_force(t: np.record, s: np.record, p: np.record) -> None:
     """Three-axis force sensor at the tip: weight, cross-talk, bias, drift, noise, range, resolution; its
-    moments, too.
-    """
+    moments, too."""
     x, y, z = _tip_force(0, s, p), _tip_force(1, s, p), _tip_force(2, s, p)
     if p.moment_sensor != 0 or p.tip_kg > 0.0:
         weigh(s, p)
@@ -138,8 +135,7 @@ def sense_force(t: np.record, s: np.record, p: np.record) -> None:
 @compiled
 def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
     """A slow device: only every `sample_every_ticks` slots what it shows is new, count and all; else the last
-    sample.
-    """
+    sample."""
     slot = 1 + (s.tick - s.first_tick) // p.sample_every_ticks
     due = slot != s.sampled_slot
     if due:

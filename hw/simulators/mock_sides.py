@@ -9,8 +9,7 @@ those after the gear.
 |---|---|---|
 | v, x | velocity and position of a side | rad/s, rad |
 | w | velocity of a step, between those at its ends: x moves by h w | rad/s |
-| theta, h | where in a step its torques are taken (`implicit_share`), its length | -, s |
-"""
+| theta, h | where in a step its torques are taken (`implicit_share`), its length | -, s |"""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ def prepare(
     """Read the static curve for this step, and bring one bristle into the form offset + slope w.
 
     `level` is what the load adds to Coulomb and peak, `factor` the drift of dry and viscous friction. The
-    formulas are those of `hw.simulators.mock_bristles.coupled_step`, with the side's share of everything.
-    """
+    formulas are those of `hw.simulators.mock_bristles.coupled_step`, with the side's share of everything."""
     ahead, size = (1.0 - share) * h, row[SIZE]
     v_mid = row[V] + ahead * row[A]
     g = sliding_level(v_mid, row[X] + ahead * row[V], level[0], level[1], p, axis) * factor[0] * size
@@ -103,8 +101,7 @@ def solve(
     Notes
     -----
     The gradient of a convex function: Newton's step, shortened where it has gone too far along its own
-    direction. With one bristle it is linear, and the first step is the solution.
-    """
+    direction. With one bristle it is linear, and the first step is the solution."""
     w0, w1 = sides[MOTOR, W], sides[LINK, W]
     m0, d0 = _torque(sides[MOTOR], torques[MOTOR], w0, h, end, p, axis)
     m1, d1 = _torque(sides[LINK], torques[LINK], w1, h, end, p, axis)
@@ -133,8 +130,7 @@ def solve(
 @compiled
 def hold(row: np.ndarray, h: float, share: float, highest: float, p: np.record, axis: int) -> bool:
     """Hold a bristle that the step would stretch beyond break-away (`highest` of the whole joint); True if it
-    did.
-    """
+    did."""
     if row[SIZE] <= 0.0 or row[HELD] != 0.0 or p.element_count[axis] > 0:
         return False
     s0, z, end = p.bristle_stiffness_nm_rad[axis], row[Z], 2.0 * share - 1.0

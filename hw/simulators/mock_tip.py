@@ -1,7 +1,6 @@
 """The weight of what is mounted on the simulated force sensor, as the joints turn it.
 
-Written apart from the law's own (`rtctl.control.wrench`): by the matrix of the whole rotation.
-"""
+Written apart from the law's own (`rtctl.control.wrench`): by the matrix of the whole rotation."""
 
 from __future__ import annotations
 
@@ -15,8 +14,7 @@ from hw.simulators.jit import compiled
 @compiled
 def weigh(s: np.record, p: np.record) -> None:
     """Write `tip_weight_n`, N in sensor axes: every joint, in the rig's order from the base on, turns the
-    sensor.
-    """
+    sensor."""
     x, y, z = p.gravity_m_s2[0], p.gravity_m_s2[1], p.gravity_m_s2[2]
     for axis in range(len(s.position_rad)):
         a, b, c = p.axis_direction[axis, 0], p.axis_direction[axis, 1], p.axis_direction[axis, 2]

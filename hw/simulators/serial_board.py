@@ -12,8 +12,7 @@ order per line and answers each with one line, `ok ...` or `error ...`:
     reset                                       power-up: sequence, clock, counter and plant start over
     quit
 
-It ends on SIGTERM, and with its parent.
-"""
+It ends on SIGTERM, and with its parent."""
 
 from __future__ import annotations
 
@@ -201,8 +200,7 @@ def _arguments() -> argparse.Namespace:
 
 def _be_on_time() -> None:
     """Below the control loop's own default priority, above everything ordinary; no garbage collector, no
-    paging.
-    """
+    paging."""
     gc.collect()
     gc.freeze()
     gc.disable()

@@ -9,8 +9,7 @@ from hw.serial.frame import Status
 
 class CommandedBoard:
     """The command in force of a board for `n_axes`, which lets go `time_to_live` of its cycles after its last
-    command.
-    """
+    command."""
 
     def __init__(self, n_axes: int, time_to_live: int) -> None:
         self.n_axes, self._time_to_live = n_axes, time_to_live

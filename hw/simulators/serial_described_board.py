@@ -18,8 +18,7 @@ TIME_TO_LIVE = 10
 
 class Words:
     """Bytes besides commands that a board understands: start, poll, stop, enter, idle; and what they did to
-    it.
-    """
+    it."""
 
     def __init__(self, options: Options, command: Options) -> None:
         self._start = [bytes(packet) for packet in options["start"]]
@@ -57,8 +56,7 @@ class Words:
 
 class DescribedBoard(CommandedBoard):
     """As `hw.simulators.serial_firmware.Board`, but for a described frame: a plain board that holds nothing
-    after a stop.
-    """
+    after a stop."""
 
     def __init__(self, options: Options, rig: Rig, identity: int) -> None:
         super().__init__(rig.n_axes, TIME_TO_LIVE)
@@ -115,8 +113,7 @@ class DescribedBoard(CommandedBoard):
 
     def state_packet(self, tick: np.ndarray, counts: np.ndarray, time_us: int) -> bytes:
         """Frame with the measured fields of `tick` and encoder `counts`; empty from a board that waits to be
-        asked.
-        """
+        asked."""
         del time_us
         if not self._words.speaks():
             return b""

@@ -2,8 +2,7 @@
 class.
 
 No I/O and no clock: bytes in, bytes out, one call per board cycle. Firmware in C is this file in another
-language.
-"""
+language."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ class Board:
     held : bool
         Torque-free until a command with enable 0 comes. True at power-up.
     estop, drive_fault, force_missing, temperature_missing, velocity_missing, moment_missing : bool
-        Inputs of the board, shown in its status.
-    """
+        Inputs of the board, shown in its status."""
 
     def __init__(
         self,

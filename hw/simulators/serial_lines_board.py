@@ -24,8 +24,7 @@ _TICK = {
 
 class LineBoard(CommandedBoard):
     """As `hw.simulators.serial_described_board.DescribedBoard`, in text. Its time to live is that of the
-    description.
-    """
+    description."""
 
     def __init__(self, options: Options, rig: Rig, identity: str) -> None:
         self._options, self._sample, self._command = options, options["sample"], options["command"]

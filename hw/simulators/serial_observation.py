@@ -1,7 +1,6 @@
 """What the simulated board's motor got, cycle by cycle, in a file that outlives the process that wrote it.
 
-A test maps the same file: after the host has died it still sees when the torque went to zero.
-"""
+A test maps the same file: after the host has died it still sees when the torque went to zero."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """The simulated board: the reference firmware around the simulated rig, one step of a board cycle per
-method.
-"""
+method."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """Test vectors of `rtctl-frame` for firmware authors: `python -m hw.simulators.serial_vectors`.
 
-One line per packet: what it is, its numbers, and its bytes on the wire in hexadecimal.
-"""
+One line per packet: what it is, its numbers, and its bytes on the wire in hexadecimal."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 (docs/backends.md).
 
 >>> from rtctl.backend_contract import Case, Contract, Device, Received
->>> pytest_plugins = ("rtctl.backend_contract.plugin",)
-"""
+>>> pytest_plugins = ("rtctl.backend_contract.plugin",)"""
 
 import pytest
 

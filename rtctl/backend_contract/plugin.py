@@ -1,8 +1,7 @@
 """The plug-in itself: has every subclass of `Contract` run on each of its cases.
 
 By `-p rtctl.backend_contract.plugin`, or `pytest_plugins` of the file of tests. It is no entry point: pytest
-would then rewrite the assertions of all of rtctl, compiled code among it, wherever rtctl is installed.
-"""
+would then rewrite the assertions of all of rtctl, compiled code among it, wherever rtctl is installed."""
 
 from __future__ import annotations
 

@@ -35,8 +35,7 @@ class Device:
     options
         Its validated options.
     n_axes
-        Axes of the rig.
-    """
+        Axes of the rig."""
 
     def __init__(self, backend: Backend, options: Options, n_axes: int) -> None:
         self.backend, self.options, self.n_axes = backend, options, n_axes
@@ -54,8 +53,7 @@ class Device:
 
     def received(self) -> Received | None:
         """What was obeyed last, as the *device* understood it; None: it has no actuator, or has heard nothing
-        yet.
-        """
+        yet."""
         return None
 
     def close(self) -> None:
@@ -96,8 +94,7 @@ class Case:
         Whether `Device.received` tells what the actuator was told. A kind that is not simulated and drives
         something needs it.
     make
-        Another way to make the backend, from kind, validated options and rig.
-    """
+        Another way to make the backend, from kind, validated options and rig."""
 
     kind: str
     options: Callable[[Path, str], Mapping[str, Any]]

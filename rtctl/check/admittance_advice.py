@@ -1,6 +1,5 @@
 """What an admittance that is refused may be instead: numbers of one set, which pass together in hands, on dry
-friction and while the joint sticks.
-"""
+friction and while the joint sticks."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ DAMPED = (1.0, 2.5, 6.0)
 @dataclass(frozen=True)
 class Advice:
     """Keys of [axis.admittance] and what they may be, those alone that change; none where nothing that was
-    tried passes.
-    """
+    tried passes."""
 
     keys: tuple[tuple[str, str], ...] = ()
 
@@ -40,8 +38,7 @@ class Advice:
 @lru_cache(maxsize=64)
 def passing_together(loop: AdmittanceLoop) -> Advice:
     """The set with the least change, by mass and damping first, that passes with every mass that may be asked
-    for.
-    """
+    for."""
     tried = sorted(product(HEAVIER, DAMPED, GAINS, HELD), key=_change)
     for mass, damped, gain, held in tried:
         if held < 1 and loop.position_gain_nm_rad == 0:
@@ -54,8 +51,7 @@ def passing_together(loop: AdmittanceLoop) -> Advice:
 
 def _change(shares: tuple[float, float, float, float]) -> float:
     """How much another thing a hand holds: a mass or damping counts what it is larger by, a gain less, a
-    servo's spring least.
-    """
+    servo's spring least."""
     mass, damped, gain, held = shares
     return mass * damped / math.sqrt(gain) + 0.1 * (1 - held)
 

@@ -1,6 +1,5 @@
 """Every figure of an axis that is displayed as an admittance: its loop as the certificate takes it, and what
-that finds.
-"""
+that finds."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ class AdmittanceFigures:
     radius: float
     """Largest |eigenvalue| of one period over the grid, a joint that slides, whatever lies between law and
     joint up to the declared, for every mass that may be asked for and every share of the torque that is
-    tried.
-    """
+    tried."""
     points: int
     worst: str
     """Hand, joint and world of that point."""
@@ -148,8 +146,7 @@ def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
 @dataclass(frozen=True)
 class Judged:
     """What a loop is refused by, without the search for what would pass: no proof where a point grows, no
-    sticking without dry friction.
-    """
+    sticking without dry friction."""
 
     found: Finding
     proof: Proof | None
@@ -242,8 +239,7 @@ def creeping_of(loop: AdmittanceLoop) -> Hunting:
 
 def calming_hunt(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
     """Damping at rest with which no mass hunts faster where a flicker is held, N m s/rad; 0: none that is
-    tried.
-    """
+    tried."""
     from rtctl.control.proofs.admittance_counts import calming_rest_damping
 
     found = [calming_rest_damping(one, most_counts_1_s) for one in (loop, *heavier(loop))]
@@ -286,8 +282,7 @@ def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
 
 def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
     """The loop at shares of its torque: a soft start, or a display that is changed, goes through all of them,
-    with more damping (`virtual_mass`).
-    """
+    with more damping (`virtual_mass`)."""
     return [
         replace(
             loop,

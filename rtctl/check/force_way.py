@@ -1,7 +1,6 @@
 """What lies between a force and what the law reads of it: what the device declares and the rig file says.
 
-The worse counts, of either part by itself; what nobody says is told as not proved (`verdicts_of_force`).
-"""
+The worse counts, of either part by itself; what nobody says is told as not proved (`verdicts_of_force`)."""
 
 from __future__ import annotations
 

@@ -1,7 +1,6 @@
 """How late torque and samples of an axis are: what its devices declare, its rig file says, and was measured.
 
-The worse counts, of every part by itself: the coupling is proved for it.
-"""
+The worse counts, of every part by itself: the coupling is proved for it."""
 
 from __future__ import annotations
 
@@ -47,8 +46,7 @@ class _Claim:
 def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) -> Lateness:
     """What is declared, configured and measured of one axis, the worse of each.
 
-    `pulse` is what the last test pulse of ARMING measured of it, where that is known.
-    """
+    `pulse` is what the last test pulse of ARMING measured of it, where that is known."""
     table = loaded.config.axis[axis]
     measured = table.measured
     devices, undeclared = _declared(loaded, axis)
@@ -120,8 +118,7 @@ def _members(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
 
 def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]:
     """What the devices of an axis declare together: delays add up, of samples and current loops the slowest
-    counts.
-    """
+    counts."""
     T = loaded.config.period_s
     delay = jitter = 0.0
     lag_hz, sample_ticks, names, undeclared = 0.0, 1, [], []

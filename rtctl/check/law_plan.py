@@ -75,8 +75,7 @@ def build(loaded: LoadedConfig) -> Plan:
     Raises
     ------
     ModelError
-        A model that is missing, damaged, or made for another rig.
-    """
+        A model that is missing, damaged, or made for another rig."""
     config = loaded.config
     params, _, command, model = new_records(config.n_axes)
     _fill_scalars(params[0], config)
@@ -178,8 +177,7 @@ def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> No
 
 def _let_go(p: np.void) -> None:
     """A recording answers no torque: delays are not watched, an observer has nothing to see, and nobody can
-    be shaken.
-    """
+    be shaken."""
     p["force_answers"] = 0
     p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
     p["assistance_bank_j"] = NEVER_SHORT_J

@@ -1,6 +1,5 @@
 """The disturbance observer that a rig file should ask for beside a new friction model: what it says where
-that passes, else a slower one, else none.
-"""
+that passes, else a slower one, else none."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ def snippet(loaded: LoadedConfig, axis: AxisGain, model: Path) -> str:
     Raises
     ------
     ModelError
-        The model cannot be believed, or is of another rig.
-    """
+        The model cannot be believed, or is of another rig."""
     index = next(i for i, table in enumerate(loaded.config.axis) if table.name == axis.axis)
     usual = loaded.config.axis[index].friction.observer
     usual_hz = usual.bandwidth_at(loaded.config.loop.rate_hz)

@@ -2,8 +2,7 @@
 and how quick it is.
 
 It is as quick as gears that nobody declared bear. One place for the plan of the law and for `rtctl check`; it
-follows from what is declared and configured, never from what was measured since.
-"""
+follows from what is declared and configured, never from what was measured since."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ class Tuning:
 
 def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
     """As the rig file says; where it gives no bandwidth the largest that leaves every vibration enough
-    damping, behind a late sensor and of gears that are not known (docs/theory.md 6.4, 6.5).
-    """
+    damping, behind a late sensor and of gears that are not known (docs/theory.md 6.4, 6.5)."""
     table, T = loaded.config.axis[axis], loaded.config.period_s
     observer, way = table.friction.observer, force_way.of_axis(loaded, axis)
     usual_hz = observer.bandwidth_at(1 / T)
@@ -112,8 +110,7 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
 @lru_cache(maxsize=256)
 def judged(loop: Loop) -> Finding:
     """The worst of the joint as it is declared in any hand of the box, with its force sensor and with quicker
-    ones.
-    """
+    ones."""
     from rtctl.control.proofs import observer_margin
     from rtctl.control.proofs.quicker_sensors import quicker_sensors
 

@@ -26,8 +26,7 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
 
     Waves of the conservative part that pass too quick for the observer but in the slowest motion, slower than
     a hand moves, are judged by nobody: they would keep all of the places from being judged, and are
-    compensated only where they are given.
-    """
+    compensated only where they are given."""
     friction = axis.friction
     if not model.has_place or friction.place == "off":
         return

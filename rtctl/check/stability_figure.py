@@ -1,6 +1,5 @@
 """A region for every axis as a picture: couplings that are provably passive, or virtual masses that are
-stable, and the rig file's.
-"""
+stable, and the rig file's."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ def draw(report: Report, path: str | Path) -> None:
     Raises
     ------
     DataError
-        When the file cannot be written.
-    """
+        When the file cannot be written."""
     n = len(report.axes)
     figure = pictures.blank(6.4, 4.6 * n)
     for axis, plot in zip(report.axes, np.atleast_1d(figure.subplots(n, 1)), strict=True):

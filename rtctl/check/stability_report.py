@@ -18,8 +18,7 @@ How the guaranteed damping comes about, per axis:
 
 Behind the motor is the joint, b_j + k_j/s, in series with a link and a hand of any impedance whose real part
 is at least b_l. Over these the least real part of 1/(Y_j + Y_l) is 1/(|Y_j|^2/Re Y_j + 1/b_l) =
-1/(1/b_j + 1/b_l), at every frequency and stiffness: a hand can cancel spring and inertia, and all else.
-"""
+1/(1/b_j + 1/b_l), at every frequency and stiffness: a hand can cancel spring and inertia, and all else."""
 
 from __future__ import annotations
 
@@ -120,8 +119,7 @@ class Report:
 
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
     """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint;
-    what compensation adds to the coupling: by place N m/rad, by load a share of it.
-    """
+    what compensation adds to the coupling: by place N m/rad, by load a share of it."""
     late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
     spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
@@ -143,8 +141,7 @@ def examine(
     Raises
     ------
     ModelError
-        A friction model that cannot be believed, or is of another rig.
-    """
+        A friction model that cannot be believed, or is of another rig."""
     config, axes = loaded.config, range(len(loaded.config.axis))
     reports = tuple(_examined(loaded, index, pulse or {}, telling) for index in axes)
     return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=reports)

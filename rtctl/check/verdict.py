@@ -36,8 +36,7 @@ class Verdict:
 
     `use` is how much of the bound is used, 1 where the verdict turns: rows of one outcome are sorted by it.
     `refusal` is the line that refuses the file (file, key, value, bound, remedy), where the test fails; or
-    warns of it.
-    """
+    warns of it."""
 
     axis: str
     name: str
@@ -78,8 +77,7 @@ def hand_factor(table: AxisTable) -> float:
     its handle `HANDLE_M` away.
 
     In N/m, N s/m and kg they are the same hands at every handle. Where moments are measured the lever is the
-    sensor's, and the handle may be beyond it.
-    """
+    sensor's, and the handle may be beyond it."""
     lever_m = 1.0 if table.motion == "linear" else math.hypot(*table.lever_m)
     factor = (lever_m / HANDLE_M) ** 2
     return max(factor, 1.0) if any(table.axis_direction) else factor
@@ -102,8 +100,7 @@ class Subject:
     @property
     def hand(self) -> float:
         """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a
-        joint.
-        """
+        joint."""
         return hand_factor(self.table)
 
     def row(
@@ -122,6 +119,5 @@ class Subject:
 
 def ranked(rows: Iterable[Verdict]) -> list[Verdict]:
     """The worst row last: by outcome, then by how much of the bound is used; a use that is no number is the
-    worst.
-    """
+    worst."""
     return sorted(rows, key=lambda row: (row.outcome, math.inf if math.isnan(row.use) else row.use))

@@ -2,8 +2,7 @@
 
 A test is a function of one axis that gives no, one or several rows. To add one, write it and name it in
 `EITHER` or in the list of the display it is for. A row that fails refuses the rig file (exit code 5, no
-start); what cannot be proved is a row that says so.
-"""
+start); what cannot be proved is a row that says so."""
 
 from __future__ import annotations
 

@@ -11,8 +11,7 @@ Rows of the impedance display that such an axis does not get, unless its display
   damping that the feed-forward leaves, and its work is bounded by the account, as everywhere;
 - `disturbance observer in a hand`, and its steps and bias: it sends nothing beside a virtual mass.
 
-The rows of account, policy, intent, places and units hold as they are.
-"""
+The rows of account, policy, intent, places and units hold as they are."""
 
 from __future__ import annotations
 

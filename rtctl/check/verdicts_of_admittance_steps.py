@@ -1,6 +1,5 @@
 """Tests of an admittance: what one encoder count and one step of the force send through its gains, and how
-fast it hunts about a count.
-"""
+fast it hunts about a count."""
 
 from __future__ import annotations
 
@@ -75,8 +74,7 @@ def steps(s: Subject) -> list[Verdict]:
 
 def hunting(s: Subject) -> list[Verdict]:
     """What the joint does within a count the servo does not see, and what it makes of an edge between two is
-    a step: how fast does the joint hunt?
-    """
+    a step: how fast does the joint hunt?"""
     loop = loop_of(s.axis, s.table, s.joint, s.period_s)
     held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
     found, bound = hunting_of(loop, held), own(SHAKE_RAD_S, "shake_rad_s", s.table)
@@ -115,8 +113,7 @@ def hunting(s: Subject) -> list[Verdict]:
 
 def creeping(s: Subject) -> list[Verdict]:
     """A joint that creeps crosses edges before a flicker among counts is held: how fast does it ring there,
-    as long as it creeps?
-    """
+    as long as it creeps?"""
     if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
         return []
     found = creeping_of(loop_of(s.axis, s.table, s.joint, s.period_s))
@@ -156,8 +153,7 @@ def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) ->
 
 def count_torque_nm(s: Subject) -> float:
     """Torque of one count, N m: K_v alpha Delta/(n T) + K_p Delta, alpha of the velocity's low-pass over n
-    ticks.
-    """
+    ticks."""
     from rtctl.control.velocity import lowpass_alpha
 
     a, span = s.table.admittance, s.period_s * s.axis.sample_ticks
@@ -171,8 +167,7 @@ def force_step_torque_nm(s: Subject) -> float:
     Notes
     -----
     With tau the step as a hand torque behind the low-passes: the mass gains v = T tau/(m + b_v T), and (K_v +
-    K_p T) v is sent, and of what is sent ahead the share of J v/T - tau that its low-pass lets through.
-    """
+    K_p T) v is sent, and of what is sent ahead the share of J v/T - tau that its low-pass lets through."""
     from rtctl.control.velocity import lowpass_alpha
 
     a, T, force = s.table.admittance, s.period_s, s.table.force

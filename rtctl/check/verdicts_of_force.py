@@ -1,6 +1,5 @@
 """Tests of what a force sensor makes of a force before the law reads it: its own low-pass, and how late it is
-besides.
-"""
+besides."""
 
 from __future__ import annotations
 

@@ -23,8 +23,7 @@ _GATED_BY_WISH = ("hybrid", "intent")
 
 def energy_account(s: Subject) -> list[Verdict]:
     """Most energy that the compensation gives a hand: the account's bound, if the presliding length is
-    known.
-    """
+    known."""
     if not s.axis.compensates:
         return []
     sure = s.axis.guarantee
@@ -164,8 +163,7 @@ def _late_bound_hz(lead: float, late: int, T: float, sensor_hz: float = 0.0) -> 
     own low-pass, Hz, rounded down.
 
     With beta of that low-pass: z^late (z - (1 - alpha))(z - (1 - beta)) + alpha beta lead z = 0; without it
-    the same with beta 1.
-    """
+    the same with beta 1."""
     low, high, kept = 0.0, 1.0, math.exp(-2 * math.pi * sensor_hz * T) if sensor_hz > 0 else 0.0
     for _ in range(30):
         alpha = 0.5 * (low + high)
@@ -183,8 +181,7 @@ def two_lines(s: Subject) -> list[Verdict]:
     it.
 
     Friction is credited here as F_lo v^0, which it is only in motions beyond its presliding: of smaller ones,
-    where it is a spring, the test says nothing.
-    """
+    where it is a spring, the test says nothing."""
     found, sure = s.axis.friction, s.axis.guarantee
     if found is None or found.feedforward_max_nm == 0:
         return []
@@ -208,8 +205,7 @@ def two_lines(s: Subject) -> list[Verdict]:
 
 def follows(s: Subject) -> list[Verdict]:
     """How far the feed-forward may follow a friction that changes: every row is judged at the largest
-    factor.
-    """
+    factor."""
     found, per_min = s.axis.friction, s.table.friction.drift.adapt_per_min
     if not per_min > 0:
         return []
@@ -240,8 +236,7 @@ def follows(s: Subject) -> list[Verdict]:
 
 def conservative_part(s: Subject) -> list[Verdict]:
     """A joint at rest does not creep off whatever is wrong with the places: friction holds twice the
-    conservative part.
-    """
+    conservative part."""
     found = s.axis.friction
     if found is None or not found.conservative_most_nm > 0:
         return []

@@ -10,8 +10,7 @@ from rtctl.friction.load import LOOP_MOST
 
 def load(s: Subject) -> list[Verdict]:
     """What the compensation of load adds to the load is a small share of it: the sum settles, and a hand's
-    torque comes back smaller.
-    """
+    torque comes back smaller."""
     found, gain = s.axis.friction, s.table.friction.load_gain
     if not gain > 0:
         return []

@@ -35,8 +35,7 @@ _ROUNDING = 1e-12
 
 def sampled_loop(s: Subject) -> list[Verdict]:
     """The exact test of coupling, delay, lag and age of samples: the one the energy of a hand's safety rests
-    on.
-    """
+    on."""
     axis = s.axis
     passed = axis.sampled_data_margin_nms_rad >= -_ROUNDING * (1 + axis.damping_needed_nms_rad)
     b, needed = axis.device_damping_nms_rad, axis.damping_needed_nms_rad
@@ -98,8 +97,7 @@ def declared_delay(s: Subject) -> list[Verdict]:
 
 def elastic_joint(s: Subject) -> list[Verdict]:
     """Only the damping on the motor's side of an elastic joint is sure, and only if the encoder turns with
-    the motor.
-    """
+    the motor."""
     axis = s.axis
     if axis.joint_encoder == "link":
         return [
@@ -127,8 +125,7 @@ def elastic_joint(s: Subject) -> list[Verdict]:
 
 def encoder_steps(s: Subject) -> list[Verdict]:
     """Steps of the encoder shake a joint that nothing holds still: what holds it, or how slow the shake
-    is.
-    """
+    is."""
     axis = s.axis
     needed, held = axis.quantisation_torque_nm, axis.dry_friction_nm
     if needed == 0:
@@ -176,8 +173,7 @@ def shake_counts(s: Subject) -> float:
     it, on the average half a sample earlier. The average takes k_c (L - n T/2) of the damping b + b_c; what
     is left, b_s, has to spend in a cycle of amplitude A, pi b_s A^2 w, what two steps a cycle at the middle
     of the motion can give, each k_c Delta times the way A w L: A = (2/pi) k_c L Delta/b_s, whatever the
-    frequency. An estimate, not a proof: the tests run random rigs in time against it.
-    """
+    frequency. An estimate, not a proof: the tests run random rigs in time against it."""
     axis = s.axis
     T, k_c, n = s.period_s, axis.stiffness_nm_rad, axis.sample_ticks
     lag_s = 1 / (2 * math.pi * axis.current_loop_hz) if axis.current_loop_hz > 0 else 0.0
@@ -188,8 +184,7 @@ def shake_counts(s: Subject) -> float:
 
 def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float:
     """RMS speed of a shake of so many counts to either side, rad/s, on the coupling and the stiffest hand,
-    and on the bristles of a joint that sticks.
-    """
+    and on the bristles of a joint that sticks."""
     axis = s.axis
     hand = TIP_STIFFNESS_N_M * sum(x * x for x in s.table.lever_m)
     stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad

@@ -6,8 +6,7 @@ from rtctl.check.verdict import Outcome, Subject, Verdict
 
 SHAKEN = {"hybrid": (26, 588), "observer": (18, 217)}
 """By policy: hands of the box that were shaken beyond both references, of so many that moved certified rigs
-on joints of another make (`tests/foreign_shaken.py`, decision 0094).
-"""
+on joints of another make (`tests/foreign_shaken.py`, decision 0094)."""
 
 
 def moved(s: Subject) -> list[Verdict]:

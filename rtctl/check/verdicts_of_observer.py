@@ -1,6 +1,5 @@
 """Tests of the disturbance observer: the loop it closes with a hand, steps of the encoder, bias of the force
-sensor.
-"""
+sensor."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ NOISE_MOST = 1.0
 
 def closed_loop(s: Subject) -> list[Verdict]:
     """Largest eigenvalue over a box of hands, on the joint as it is known, and on elastic ones if it is
-    not.
-    """
+    not."""
     if not observes(s):
         return []
     loop = loop_of(s)
@@ -74,8 +72,7 @@ def _kept_least() -> float:
 @lru_cache(maxsize=64)
 def _passing(loop: Loop) -> tuple[float, float]:
     """Largest gain at this bandwidth, nearest bandwidth at this gain; behind a late sensor of some gains, and
-    of slower ones, as the law would be tuned then.
-    """
+    of slower ones, as the law would be tuned then."""
     from rtctl.control.proofs import observer_margin, observer_match
 
     if observer_match.late_ticks(loop) > 0:
@@ -206,8 +203,7 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
 
 def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
     """Torque that one count makes the observer send, N m: gain J w_q (Delta/T) alpha, alpha of the faster
-    low-pass.
-    """
+    low-pass."""
     from rtctl.control.disturbance_observer import SMOOTHING
     from rtctl.control.velocity import lowpass_alpha
 
@@ -230,8 +226,7 @@ def _quiet_bandwidth(s: Subject) -> float:
 
 def _held_nm(s: Subject) -> float:
     """Dry friction that holds the joint against such a step: guaranteed, without a model what may be
-    compensated.
-    """
+    compensated."""
     sure = s.axis.guarantee
     return sure.floor_nm if s.axis.friction is not None else max(s.table.dry_friction_nm, sure.peak_nm)
 

@@ -1,8 +1,7 @@
 """Tests for a wrong unit or a slipped decimal point: figures that real rigs have within a band.
 
 The bands are wide: a figure outside the inner one is told, one outside the outer one is refused. What they
-rest on stands in docs/check.md.
-"""
+rest on stands in docs/check.md."""
 
 from __future__ import annotations
 
@@ -171,8 +170,7 @@ def _turn_of(table: AxisTable) -> str:
 
 def _feedforward_of_a_count(s: Subject) -> float:
     """Most that one count changes the feed-forward by, N m: the width of the policy against the speed of a
-    count.
-    """
+    count."""
     found, table, friction = s.axis.friction, s.table, s.table.friction
     if found is None or found.feedforward_max_nm == 0:
         return 0.0
@@ -218,8 +216,7 @@ def viscous_torque(s: Subject) -> list[Verdict]:
 
 def force_at_the_handle(s: Subject) -> list[Verdict]:
     """What the torque limit is in the hand, by the lever that turns the force sensor's newtons into
-    torque.
-    """
+    torque."""
     lever = math.hypot(*s.table.lever_m)
     if lever == 0:  # only a torque about `axis_direction` counts
         return []
@@ -242,8 +239,7 @@ def force_at_the_handle(s: Subject) -> list[Verdict]:
 
 def dry_friction(s: Subject) -> list[Verdict]:
     """The dry friction that the rig file vouches for: proofs count on it, so too much of it proves what is
-    not so.
-    """
+    not so."""
     f = s.table.dry_friction_nm
     if f == 0:
         return []
@@ -260,8 +256,7 @@ def dry_friction(s: Subject) -> list[Verdict]:
 
 def counts_of_the_travel(s: Subject) -> list[Verdict]:
     """How finely the encoder divides what the joint moves over: also where no coupling turns a count into
-    torque.
-    """
+    torque."""
     table = s.table
     travel = min(
         table.position_max_rad - table.position_min_rad, 1.0 if table.motion == "linear" else 2 * math.pi
@@ -280,8 +275,7 @@ def counts_of_the_travel(s: Subject) -> list[Verdict]:
 
 def time_to_speed(s: Subject) -> list[Verdict]:
     """How soon the torque limit brings the joint to its velocity limit: sooner than a few ticks, and any
-    touch is a fault.
-    """
+    touch is a fault."""
     table = s.table
     return _judge(
         s,

@@ -58,8 +58,7 @@ class _LazyGroup(click.Group):
 def cli() -> None:
     """Control a haptic or motion rig in real time.
 
-    Begin with `rtctl demo`: a simulated rig, a simulated hand, friction compensation off and on.
-    """
+    Begin with `rtctl demo`: a simulated rig, a simulated hand, friction compensation off and on."""
 
 
 def report(error: RtctlError, *, as_json: bool) -> None:
@@ -120,8 +119,7 @@ def _exit_code() -> int:
 
 def _leave_at_once(code: int) -> None:
     """End a daemon that has closed everything. To take its interpreter apart would last longer than its whole
-    end may.
-    """
+    end may."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):  # nobody reads it any more
             stream.flush()

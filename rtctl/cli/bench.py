@@ -101,8 +101,7 @@ def command(
 
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
-    Exit code 0 whatever the figures are; `ok` in each row says whether its target was met.
-    """
+    Exit code 0 whatever the figures are; `ok` in each row says whether its target was met."""
     from rtctl.errors import ConfigError, RtctlError
 
     if not BENCHMARKS.is_dir():

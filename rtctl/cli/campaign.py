@@ -106,8 +106,7 @@ def command(
     Compiled rigs of random inertia, friction, delay, encoder, coupling, environment and hand run the very
     law the daemon runs, while faults, late ticks, wrong targets and requests rain on them. An oracle that
     shares no code with the law judges every tick. A violated invariant is printed with the command that
-    shows it again; the exit status is then 1.
-    """
+    shows it again; the exit status is then 1."""
     bar = partial(_bar, quiet=as_json)
     if margins:
         text, result, broken = _margins(rigs, seed, jobs, bar)

@@ -32,8 +32,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     """Check a rig file: bounds, friction model, and whether its coupling is provably passive.
 
     Figures first, then what the tests say of them, the weakest last. What the last arming measured of the
-    torque's delay on these devices counts where it is worse than declared. Exit code 5 when a test fails.
-    """
+    torque's delay on these devices counts where it is worse than declared. Exit code 5 when a test fails."""
     from rtctl.check import stability_report
     from rtctl.friction import advice
     from rtctl.recording.state_folder import written_folder

@@ -9,6 +9,5 @@ import click
 
 def coloured(text: str, colour: str) -> str:
     """`text` in a colour, unless NO_COLOR is set; click takes it out again where nobody looks at a
-    terminal.
-    """
+    terminal."""
     return text if os.environ.get("NO_COLOR") else click.style(text, fg=colour)

@@ -1,6 +1,5 @@
 """`--column ROLE=NAME[:UNIT[:SCALE]]` and `--map FILE.toml`: which column of a log is what, in every command
-that reads one.
-"""
+that reads one."""
 
 from __future__ import annotations
 
@@ -52,8 +51,7 @@ def tables(
     Raises
     ------
     ConfigError
-        A file that cannot be read, a role that does not exist.
-    """
+        A file that cannot be read, a role that does not exist."""
     given: dict[str, Any] = {}
     if map_file:
         try:
@@ -87,8 +85,7 @@ def _name_unit_scale(text: str) -> tuple[str, str, str]:
 
 def _unit(text: str) -> str | None:
     """A unit in our spelling, also where it is spelt as programs do (`sec`, `degrees`); None where it is
-    none.
-    """
+    none."""
     unit = text if text in _UNITS else SPELT.get(text.lower(), text)
     return unit if unit in _UNITS else None
 

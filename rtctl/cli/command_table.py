@@ -1,6 +1,5 @@
 """The commands of `rtctl`, by what they are for: where each of them is, so that only the one that is asked
-for is imported.
-"""
+for is imported."""
 
 from __future__ import annotations
 

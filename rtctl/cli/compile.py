@@ -20,8 +20,7 @@ def command(config: Path, *, as_json: bool) -> None:
     """Compile what the rig of CONFIG needs, so that its next start is a warm one. Opens no device.
 
     `rtctl service install` does this as the user of the service. A start does by itself what was not done
-    before it.
-    """
+    before it."""
     from hw import code_cache
     from rtctl.host.preparation import compile_rig
     from rtctl.rig_file.config import load

@@ -15,8 +15,7 @@ def command(ctx: click.Context, shell: str) -> None:
     \b
     bash, in ~/.bashrc:                     eval "$(rtctl completion bash)"
     zsh, in ~/.zshrc:                       eval "$(rtctl completion zsh)"
-    fish, in ~/.config/fish/config.fish:    rtctl completion fish | source
-    """
+    fish, in ~/.config/fish/config.fish:    rtctl completion fish | source"""
     made = get_completion_class(shell)
     assert made is not None
     click.echo(made(ctx.find_root().command, {}, "rtctl", "_RTCTL_COMPLETE").source())

@@ -37,8 +37,7 @@ def draw(
     Notes
     -----
     The paper is white and opaque, so that the picture is legible on a dark page, too; an SVG has no date in
-    it.
-    """
+    it."""
     from matplotlib import rc_context
 
     after = time_s - switch_s

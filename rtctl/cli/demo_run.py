@@ -2,8 +2,7 @@
 compensation.
 
 An observer in the host: it arms the simulated rig, switches the compensation, and gathers the torque of
-the hand over whole periods of the motion.
-"""
+the hand over whole periods of the motion."""
 
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ class Demo:
     measure_s
         Length of each measurement; a whole number of periods of the hand's motion.
     progress
-        Called with (seconds done, seconds in all, phase name, RMS so far) at every batch.
-    """
+        Called with (seconds done, seconds in all, phase name, RMS so far) at every batch."""
 
     rate_hz: float
     measure_s: float

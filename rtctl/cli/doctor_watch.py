@@ -22,8 +22,7 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> int:
     Returns
     -------
     int
-        Late ticks seen.
-    """
+        Late ticks seen."""
     began = time.monotonic()
     end = began + (float("inf") if seconds is None else seconds)
     first: dict[str, Any] | None = None

@@ -23,8 +23,7 @@ def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) ->
 
     Needs an ordinary motion with a force sensor: strokes that are long against the bristles. --warn is the
     change that is warned of, a share of the dry friction; --window the seconds of sliding that one estimate
-    is made of. A running rig says the same by itself (docs/friction.md).
-    """
+    is made of. A running rig says the same by itself (docs/friction.md)."""
     from rtctl.friction.drift_recorded import over_ticks
     from rtctl.recording.reader import RecordingReader, all_parts
     from rtctl.rig_file.friction_tables import DriftTable

@@ -26,8 +26,7 @@ MOST_LINE = 2000
 def command(rig: str | None, last: int, state_dir: Path | None, *, follow: bool, as_json: bool) -> None:
     """Show changes of state, faults and incidents of a rig, whether it runs now or not.
 
-    The log is kept under $RTCTL_STATE_DIR, $STATE_DIRECTORY (systemd) or ~/.local/state/rtctl.
-    """
+    The log is kept under $RTCTL_STATE_DIR, $STATE_DIRECTORY (systemd) or ~/.local/state/rtctl."""
     from rtctl.errors import DataError
     from rtctl.recording import event_log
     from rtctl.recording.state_folder import written_folder

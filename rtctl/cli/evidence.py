@@ -42,8 +42,7 @@ def command(
     """Compare every rung of the ladder on every data set of a description, each judged by what it never saw.
 
     DESCRIPTION is a TOML file of data sets (docs/evidence.toml is the one of docs/evidence.md). Everything is
-    learned anew without each fold, so a set takes five times as long as a ladder.
-    """
+    learned anew without each fold, so a set takes five times as long as a ladder."""
     from dataclasses import asdict
 
     from rtctl.friction.learn import grids, hold_out

@@ -107,8 +107,7 @@ def command(
     moves it; point-to-point and tracking move it by themselves, through the same loop, gate and guards, with
     nobody at the handle. 'papers' is every experiment on one page (simulated).
 
-    --out gets report.html (needs nothing else), its figures as PNG and report.json.
-    """
+    --out gets report.html (needs nothing else), its figures as PNG and report.json."""
     from rtctl.experiments import report
     from rtctl.experiments.order import Order
     from rtctl.rig_file.config import load

@@ -36,8 +36,7 @@ def command(
 
     npz keeps the shape of per-axis fields, and of a rig with a linear axis their `units`; Parquet and CSV
     have a column `field.axis` for each. Parquet needs pyarrow: pip install 'rtctl[parquet]'. MCAP is a
-    recording again, with a message for every tick, as Foxglove and PlotJuggler show them.
-    """
+    recording again, with a message for every tick, as Foxglove and PlotJuggler show them."""
     from rtctl.recording.export import export
     from rtctl.recording.reader import RecordingReader, all_parts
 

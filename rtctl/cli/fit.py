@@ -200,8 +200,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     POINTS is a CSV file with the columns velocity_rad_s and friction_torque_nm (both signed), and for
     break-away points at zero velocity optionally direction (+1 or -1). At least 8 points per direction.
     Files of other programs, several too: --column velocity=NAME:UNIT --column torque=NAME:UNIT:SCALE, and
-    --average.
-    """
+    --average."""
     from rtctl.cli import fit_judge, fit_report
     from rtctl.friction import artefact
     from rtctl.friction.learn import grids, hold_out
@@ -277,8 +276,7 @@ def _strategy(search: str | None, *, asked: bool, fixed: bool, reported: bool) -
     Raises
     ------
     UsageError
-        Options that contradict each other.
-    """
+        Options that contradict each other."""
     strategy = search or ("halving" if asked or (reported and not fixed) else "none")
     if strategy != "none" and fixed:
         raise click.UsageError("--C and --epsilon fix what a search chooses; drop them, or use --search none")

@@ -1,6 +1,5 @@
 """`rtctl fit --config`: what to write into the rig file, and how far from the truth a simulated rig's model
-is.
-"""
+is."""
 
 from __future__ import annotations
 
@@ -92,8 +91,7 @@ def _axes(model: FrictionModel, loaded: LoadedConfig) -> tuple[AxisGain, ...]:
 
 def _observer(axis: AxisGain, loaded: LoadedConfig, out: Path) -> str:
     """Lines on the disturbance observer, where that of the rig file would be refused beside this model; ""
-    where no gain passes.
-    """
+    where no gain passes."""
     from rtctl.check import observer_advice
 
     return observer_advice.snippet(loaded, axis, out) if axis.start_gain > 0 else ""

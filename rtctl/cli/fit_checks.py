@@ -52,8 +52,7 @@ def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None
     Raises
     ------
     ConfigError
-        Names the option and what to give in its place.
-    """
+        Names the option and what to give in its place."""
     if not families:
         others = ", ".join(name for name, kind in KERNELS.items() if kind.any_unit)
         raise ConfigError(

@@ -22,8 +22,7 @@ def curves(
     searched: dict[str, Any],
 ) -> tuple[Ladder | None, FrictionModel]:
     """The curves as `options` (those of the command) ask for them; the ladder is None where nothing is
-    compared.
-    """
+    compared."""
     from rtctl.cli import ladder_report
     from rtctl.friction.learn import fit
     from rtctl.friction.learn.ladder import Options
@@ -44,8 +43,7 @@ def apart_from_load(
     measured: FrictionPoints, plan: Plan, held_out: str, *, by_load: bool
 ) -> tuple[FrictionPoints, Plan, Under | None]:
     """Points and test points of a gear without load, and what load adds; all as it is where that is not asked
-    for.
-    """
+    for."""
     if not by_load:
         return measured, plan, None
     from rtctl.friction.learn import beside_speed, hold_out, unloaded
@@ -76,8 +74,7 @@ def with_what_is_known(
     test: FrictionPoints | None,
 ) -> FrictionModel:
     """The model with the range of temperature, the time an evaluation takes here, and the evidence for its
-    bounds.
-    """
+    bounds."""
     from rtctl.friction.learn.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 

@@ -43,8 +43,7 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
 
 def turn_of(motion: str, lead_m: float | None, loaded: LoadedConfig | None) -> float:
     """Period of friction over place where none is given: a turn of the joint, or of a linear axis its lead; 0
-    where that is not known.
-    """
+    where that is not known."""
     if motion != "linear":
         return 2 * math.pi
     return lead_m or (loaded.config.axis[0].lead_m if loaded else 0.0)
@@ -77,8 +76,7 @@ def learn(
     ConfigError
         No period, of a linear axis.
     DataError
-        Files that say nothing of places, or one direction only.
-    """
+        Files that say nothing of places, or one direction only."""
     from dataclasses import replace
 
     from rtctl.errors import ConfigError, DataError
@@ -141,8 +139,7 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
     Raises
     ------
     DataError
-        A model without a conservative part, which alone can be found again, or a sweep that is too short.
-    """
+        A model without a conservative part, which alone can be found again, or a sweep that is too short."""
     from rtctl.errors import DataError
     from rtctl.friction import artefact
     from rtctl.friction.learn.cogging import changed_since, find_shift

@@ -61,8 +61,7 @@ def read(
     ConfigError
         Several files of the program's own format, which are one file.
     DataError
-        See `rtctl.friction.point_reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`.
-    """
+        See `rtctl.friction.point_reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`."""
     from rtctl.friction.logs.other_programs import ROLES, read_mapped
     from rtctl.friction.point_reader import read_points
     from rtctl.recording.as_columns import register
@@ -84,8 +83,7 @@ def read(
 
 def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
     """Say on stderr what looks like something else than friction
-    (`rtctl.friction.logs.points_check.doubtful_points`).
-    """
+    (`rtctl.friction.logs.points_check.doubtful_points`)."""
     from rtctl.friction.logs.points_check import doubtful_points
 
     for doubt in doubtful_points(points, known=known):
@@ -94,8 +92,7 @@ def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
 
 def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:
     """The points without those that are far from their neighbours in speed, each named on stderr; all of them
-    where asked.
-    """
+    where asked."""
     from rtctl.friction import outliers
 
     if keep:

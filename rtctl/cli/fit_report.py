@@ -37,8 +37,7 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
     click.UsageError
         --test without --report.
     DataError
-        A folder in the way, test points that cannot be used, or a rig file of another rig.
-    """
+        A folder in the way, test points that cannot be used, or a rig file of another rig."""
     if folder is None and test is not None:
         raise click.UsageError("--test is for the report; add --report DIR")
     from rtctl.errors import DataError
@@ -57,8 +56,7 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
 
 def _test_points(path: Path) -> FrictionPoints:
     """Points to judge by, of either direction: few will do, as nothing is learned from them. Raises
-    DataError.
-    """
+    DataError."""
     from rtctl.errors import DataError
     from rtctl.friction.point_reader import read_points
 
@@ -73,8 +71,7 @@ def _test_points(path: Path) -> FrictionPoints:
 
 def require_plausible(plan: Plan, measured: FrictionPoints) -> None:
     """Refuse points and test points that the rig file rules out, and a test that is none. Raises
-    DataError.
-    """
+    DataError."""
     from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
 
     if plan.test is not None:

@@ -90,8 +90,7 @@ def band_text(model: FrictionModel) -> str:
 
 def show(kind: str, found: Sequence[Mapping[str, Any]], motion: str = "rotary") -> None:
     """Print the table; a figure that is not known is a dash. Of a linear axis a slow range is told in
-    mm/s.
-    """
+    mm/s."""
     unit, factor = speed_scale(motion, max(row["speed_max_rad_s"] for row in found))
     click.echo(f"{kind:34}{'v >= 0':>14}{'v < 0':>14}")
     for text, key, times, shape in _TABLE:

@@ -35,8 +35,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
     command: Callable[..., None],
 ) -> Callable[..., None]:
     """Options that fill `Settings`; their names are its fields. Of a linear axis what is said in rad and N m
-    is in m and N.
-    """
+    is in m and N."""
     positive = click.FloatRange(min=0, max=1e6, min_open=True)
     none_or_more = click.FloatRange(min=0, max=1e6)
     levels = click.IntRange(2, 500)
@@ -160,8 +159,7 @@ def command(
     `rtctl fit`, and the ticks behind every point. Exit code 130: stopped by Ctrl-C, continue with --resume.
 
     Recordings instead of a rig: rtctl identify --log FILE --column ROLE=NAME... (options: rtctl identify
-    --log x --help).
-    """
+    --log x --help)."""
     from rtctl.identify.dataset import Dataset
     from rtctl.identify.settings import rig_of, settings_of, without_feedforward
     from rtctl.rig_file.config import load

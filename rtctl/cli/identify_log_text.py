@@ -1,6 +1,5 @@
 """What `rtctl identify --log` prints: parameters, speeds, offsets, presliding, what memory of a turn is
-worth, and units.
-"""
+worth, and units."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float 
     Raises
     ------
     ConfigError
-        A position in counts, of which nobody said how many are a turn.
-    """
+        A position in counts, of which nobody said how many are a turn."""
     position, current = (mapped.get(role, {"scale": 1.0}) for role in ("position", "current"))
     if position.get("unit") == "counts" and "scale" not in position and not given["counts_per_rev"]:
         raise ConfigError(
@@ -63,8 +61,7 @@ def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float 
 
 def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
     """What nothing in a log holds, without a rig file: the scale of its only torque, and of position and time
-    where no velocity is mapped.
-    """
+    where no velocity is mapped."""
     told: tuple[str, ...] = ()
     if len({"motor_torque", "current", "hand_torque"} & set(mapped)) == 1:
         told = (
@@ -84,8 +81,7 @@ def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
 
 def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:
     """Both tables, then what is said of delay, speeds, offsets and presliding; units of a rotary axis, but
-    for the names of parameters.
-    """
+    for the names of parameters."""
     from rtctl.friction.logs.speeds_seen import STRIBECK_RAD_S
 
     lines = [

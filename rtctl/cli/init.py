@@ -29,8 +29,7 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
 
     \b
         rtctl init mock.toml my-rig.toml
-        rtctl run my-rig.toml --arm
-    """
+        rtctl run my-rig.toml --arm"""
     from rtctl.errors import ConfigError
     from rtctl.simulation.shipped_files import about, rig_files, write_copy
 

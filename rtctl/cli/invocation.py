@@ -1,6 +1,5 @@
 """Commands as a person can run them here: with this installation's program, and files that are on this
-machine.
-"""
+machine."""
 
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ _EXTRA = re.compile(r"'rtctl\[(\w+)\]'")
 
 def as_run(text: str) -> str:
     """`text` with every command in it as it runs here: this rtctl, the pip of its Python, packages that there
-    are.
-    """
+    are."""
     if "rtctl" not in text and "pip install" not in text:
         return text
     text = _EXTRA.sub(lambda found: " ".join(map(shlex.quote, packages_of(found[1]))), text)

@@ -24,8 +24,7 @@ def command() -> None:
     Each client has a key of its own and a role: an observer reads and may stop the rig; a renderer may also
     hold the lease and move the proxy; an operator may do everything. A running daemon takes up a change
     within a second; revoking a key cuts its connections. Clients of the daemon's own machine use ipc and need
-    no key.
-    """
+    no key."""
 
 
 @command.command("new")

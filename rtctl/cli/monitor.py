@@ -47,8 +47,7 @@ def command(
     rig runs on.
 
     What is shown ages: when no sample comes for half a second it says NO DATA, and goes on when the daemon is
-    back. Exit code 12 when there is no data at the end of --for.
-    """
+    back. Exit code 12 when there is no data at the end of --for."""
     from rtctl.errors import NoReplyError
 
     try:
@@ -73,8 +72,7 @@ class Watch:
     client
         Connected to the rig.
     local
-        The rig's clock is this machine's, so a sample's own age counts.
-    """
+        The rig's clock is this machine's, so a sample's own age counts."""
 
     def __init__(self, client: RigClient, *, local: bool) -> None:
         from rtctl.wire.fault_names import FaultPlaces
@@ -165,8 +163,7 @@ def _plain(sample: RigState) -> dict[str, Any]:
 
 def _show(watch: Watch, end: float) -> None:
     """Refresh a table in place on a terminal; elsewhere write a line now and then, and at once when data
-    cease.
-    """
+    cease."""
     from rtctl.cli.monitor_text import line, table
 
     tty = sys.stdout.isatty()

@@ -33,8 +33,7 @@ class Shown:
     faults
         Those present in it, with their places.
     cause
-        What the rig stands still for, None while it does not.
-    """
+        What the rig stands still for, None while it does not."""
 
     sample: RigState
     silent_s: float
@@ -137,8 +136,7 @@ def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
 
 def _friction(health: dict[str, Any] | None) -> list[str]:
     """A line for each axis whose friction is known: factor of what was learned, with its interval, and the
-    offset.
-    """
+    offset."""
     told = [one for one in (health or {}).get("friction", []) if one["factor"] is not None]
     return [
         f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "

@@ -1,6 +1,5 @@
 """`rtctl status | arm | stop | reset | tare | adapt`: a running rig by the command line, as an operator's
-client.
-"""
+client."""
 
 from __future__ import annotations
 
@@ -68,8 +67,7 @@ def _arm(client: RigClient, timeout_s: float) -> None:
     """Arm a running rig: from here on its motor may move. Ends when the rig is ACTIVE.
 
     Whoever calls this is the operator, and sees the rig. Its test pulse needs a joint that rests; hands off
-    for a second.
-    """
+    for a second."""
     client.arm(timeout_s=timeout_s)
 
 
@@ -80,8 +78,7 @@ arm = _operation("arm")(_arm)
 def stop(client: RigClient) -> None:
     """Stop a running rig: the torque ramps to zero, then the motor is disabled. Never refused.
 
-    Where no daemon answers, `rtctl stop-rig CONFIG` makes the actuators torque-free by itself.
-    """
+    Where no daemon answers, `rtctl stop-rig CONFIG` makes the actuators torque-free by itself."""
     client.stop()
     deadline = time.monotonic() + STOP_S
     while client.status()["enabled"] and time.monotonic() < deadline:
@@ -104,8 +101,7 @@ def _adapt(client: RigClient, follow: str, axis: str | None) -> None:
     """Have the compensation follow the friction that is seen (on), or hold it where it is (off).
 
     Only where the rig file has adapt_per_min > 0 in [axis.friction.drift], since rtctl check judged no other
-    friction than the learned one else.
-    """
+    friction than the learned one else."""
     client.set_adaptation(follow == "on", axis)
 
 
@@ -143,8 +139,7 @@ def lines(told: dict[str, Any]) -> list[str]:
 
 def _followed(factor: float, *, adapting: bool | None) -> str:
     """The friction that the compensation goes by, where it is not the one that was learned, and whether it
-    goes on following it.
-    """
+    goes on following it."""
     now = "" if factor == 1.0 else f" of {factor:.3f} times the learned friction"
     return now + {None: "", True: ", follows it", False: ", held there"}[adapting]
 

@@ -1,8 +1,7 @@
 """Options that name what is written: tried when the command line is read, before any work begins.
 
 A measurement of half an hour must not end in front of a folder that cannot be written. Trying leaves nothing
-behind.
-"""
+behind."""
 
 from __future__ import annotations
 
@@ -84,8 +83,7 @@ def _why_not(folder: Path) -> str:
 @contextmanager
 def errors_in_units_of(motion: str) -> Iterator[None]:
     """Tell what goes wrong meanwhile in the units of this motion; it is written for a rotary axis
-    (`hw.motion.words`).
-    """
+    (`hw.motion.words`)."""
     try:
         yield
     except RtctlError as error:
@@ -97,8 +95,7 @@ def errors_in_units_of(motion: str) -> Iterator[None]:
 @contextmanager
 def in_units_of(motion: str) -> Iterator[None]:
     """Print what is printed meanwhile in the units of this motion; it is written for a rotary axis
-    (`hw.motion.words`).
-    """
+    (`hw.motion.words`)."""
     said = io.StringIO()
     try:
         with redirect_stdout(said):

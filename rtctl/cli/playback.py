@@ -79,8 +79,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     Friction is learned from --fit-from, or CONFIG's model is used. The rig and the columns come from CONFIG
     (a rig file whose device is playback), or from --time, --position, ... A COLUMN is NAME[:SCALE[:OFFSET]];
     a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See
-    docs/playback.md.
-    """
+    docs/playback.md."""
     from rtctl.recording.as_columns import register
     from rtctl.simulation.playback_job import Job, run
 

@@ -60,8 +60,7 @@ def compare(
     """Compare two recordings: what the hand felt, what the motor did, how punctual the loop was.
 
     Torques are RMS over the ticks in ACTIVE with full authority. (The same samples through another rig file:
-    `rtctl replay FILE --config OTHER`.)
-    """
+    `rtctl replay FILE --config OTHER`.)"""
     from rtctl.recording.panels import figures, plot_runs
 
     runs = [_run(file, from_s, to_s) for file in (a, b)]

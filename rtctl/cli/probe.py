@@ -43,8 +43,7 @@ def command(
     Nothing is armed and no torque is written; drives that answer only when asked are asked. The force is
     tared over its first samples, as before arming: let go meanwhile. Refused while a daemon runs the rig.
     Beside it stands what the last arming measured of each axis' torque (delay, lag, gain, offset). Exit code
-    6 when a device cannot be opened, is lost, or shows no sample.
-    """
+    6 when a device cannot be opened, is lost, or shows no sample."""
     from rtctl.errors import DeviceError
     from rtctl.host.probe_actuator_delays import actuators
     from rtctl.host.probe_device_readings import devices, watch

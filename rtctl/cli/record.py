@@ -39,8 +39,7 @@ def command(
     """Record a rig that runs, from now until Ctrl-C; the rig runs on.
 
     To record from the very first tick, say `record = true` in the rig file, or `rtctl run --record FOLDER`.
-    Files open in PlotJuggler and Foxglove; see rtctl info, export, replay.
-    """
+    Files open in PlotJuggler and Foxglove; see rtctl info, export, replay."""
     from rtctl.client.capture import Capture
     from rtctl.errors import RtctlError
     from rtctl.wire.protocol import client_directory, endpoints_in

@@ -12,8 +12,7 @@ from hw.outside import shown
 
 class RecordingFile(click.Path):
     """A recording, or a folder of recordings, which stands for its newest one: `rtctl run --record DIR` was
-    given a folder, too.
-    """
+    given a folder, too."""
 
     def __init__(self) -> None:
         super().__init__(path_type=Path)
@@ -22,8 +21,7 @@ class RecordingFile(click.Path):
         self, value: str | os.PathLike[str], param: click.Parameter | None, ctx: click.Context | None
     ) -> Path:
         """The file; of a folder the newest, named on the error output. Which part of a recording it is makes
-        no difference.
-        """
+        no difference."""
         from rtctl.recording.reader import newest
 
         path = Path(os.fsdecode(super().convert(value, param, ctx)))

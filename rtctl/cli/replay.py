@@ -26,8 +26,7 @@ def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool
     bit.
 
     Parts of the recording that lie before FILE are used too. With --config the law of another rig file gets
-    the same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ.
-    """
+    the same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ."""
     from rtctl.recording.reader import RecordingReader, with_earlier_parts
 
     if plot is not None and config is None:

@@ -52,8 +52,7 @@ def reach_options(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def connect(rig: str | None, runtime_dir: Path | None, address: str | None, key: Path | None) -> RigClient:
     """A client of the rig that was named. Raises ClientError where none runs, or several and none was
-    named.
-    """
+    named."""
     from rtctl.client import RigClient
 
     name = "" if address and not rig else rig_of(rig, runtime_dir)

@@ -50,8 +50,7 @@ def command(
     The rig starts unarmed; a client arms it (see docs/protocol.md). Ctrl-C ramps the torque down and exits 0;
     a second Ctrl-C cuts it. Changes of state, faults with their place and remedy, and a recording that the
     disk refuses are said on stderr as they happen. The exit code is 11 when the run ended in a latched fault,
-    14 when the recording has gaps because the disk refused it.
-    """
+    14 when the recording has gaps because the disk refused it."""
     from rtctl.host.waiting_loop import WaitingLoop
 
     # first of all: what the loop imports is imported beside what this process does

@@ -44,8 +44,7 @@ def install(
 
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the
     user `rtctl`, compiles what the rig needs (a minute, once), enables and starts rtctl@NAME. Doing it again
-    changes only what differs. The rig starts unarmed.
-    """
+    changes only what differs. The rig starts unarmed."""
     from rtctl.check import stability_report
     from rtctl.host import service_steps as service
     from rtctl.rig_file.config import load
@@ -72,8 +71,7 @@ def install(
 def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: bool) -> None:
     """Stop rig NAME and remove its service. Its rig file and data stay, unless --purge.
 
-    With the last rig the unit, the udev rules and the compiled cache go too.
-    """
+    With the last rig the unit, the udev rules and the compiled cache go too."""
     from rtctl.host import service_steps as service
 
     if root == Path("/") and not dry_run:

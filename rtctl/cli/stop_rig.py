@@ -18,8 +18,7 @@ def command(config: Path, *, as_json: bool) -> None:
 
     For systemd's ExecStopPost, and for a person who finds a daemon dead. No lock is asked for: anybody may
     stop, also a rig that runs (its loop then latches a fault). Exit code 6 when an actuator could not be
-    opened and told; simulated devices have no torque to take away.
-    """
+    opened and told; simulated devices have no torque to take away."""
     from rtctl.errors import DeviceError
     from rtctl.host.safe_stop import SafeStop
     from rtctl.rig_file.config import load

@@ -56,8 +56,7 @@ def command(**options: Unpack[_Served]) -> None:
     RIG is its name or rig file; not needed when one runs. The page is for this machine only unless --host
     says otherwise. Anyone who opens it may press STOP; arming needs the operator key that is part of the
     address shown here. Ctrl-C ends the page; the rig runs on. With `view = true` in the rig file the daemon
-    shows the page itself, and this only tells its address.
-    """
+    shows the page itself, and this only tells its address."""
     _serve("", **options)
 
 
@@ -66,8 +65,7 @@ def command(**options: Unpack[_Served]) -> None:
 def world(**options: Unpack[_Served]) -> None:
     """A virtual world to start from: the environments of the law, a ball to push, in the browser.
 
-    The same server as `rtctl view`, opened at its second page (docs/virtual-world.md).
-    """
+    The same server as `rtctl view`, opened at its second page (docs/virtual-world.md)."""
     _serve("world", **options)
 
 

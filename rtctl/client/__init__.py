@@ -14,8 +14,7 @@ A renderer that moves the virtual object itself holds the lease:
 ...     for sample in rig.states(max_age_s=0.1):
 ...         lease.set_target(world(sample))
 
-Light on purpose: NumPy, pyzmq and msgpack. `docs/protocol.md` describes the same for other languages.
-"""
+Light on purpose: NumPy, pyzmq and msgpack. `docs/protocol.md` describes the same for other languages."""
 
 from rtctl.client.lease import Lease
 from rtctl.client.rig import RigClient

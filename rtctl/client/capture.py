@@ -27,8 +27,7 @@ QUEUE_MESSAGES = 5000
 class Ticks:
     """One batch: ticks, the number of the first among all the loop recorded, and what happened in them.
 
-    `state` is the law's before the first tick, in batches that follow a setup message; else None.
-    """
+    `state` is the law's before the first tick, in batches that follow a setup message; else None."""
 
     first_row: int
     rows: np.ndarray
@@ -46,8 +45,7 @@ class Run:
     setup
         The daemon's `rtctl/setup` message.
     lost : int
-        Ticks that did not arrive here.
-    """
+        Ticks that did not arrive here."""
 
     session: int
     setup: Mapping[str, Any]
@@ -63,8 +61,7 @@ class Run:
 class Capture:
     """Follows the telemetry of one rig. A context manager.
 
-    `receive` gives batches of the present run; a restart of the daemon shows as another `run`.
-    """
+    `receive` gives batches of the present run; a restart of the daemon shows as another `run`."""
 
     def __init__(self, endpoints: Endpoints) -> None:
         self._endpoint = endpoints.telemetry
@@ -91,8 +88,7 @@ class Capture:
         NoReplyError
             The daemon has been silent for `SILENCE_S`.
         ClientError
-            A message this version cannot read.
-        """
+            A message this version cannot read."""
         deadline, before = time.monotonic() + timeout_s, self.run
         while (left_s := deadline - time.monotonic()) > 0:
             if not self._socket.poll(max(1, round(left_s * 1e3))):
@@ -168,8 +164,7 @@ def _commands(columns: Mapping[str, Any], n_axes: int) -> np.ndarray:
 
 def _table(columns: Mapping[str, Any], dtype: np.dtype[np.void]) -> np.ndarray:
     """Rows of a record from its columns; fields this version does not know are left out, missing ones are
-    0.
-    """
+    0."""
     table = np.zeros(next(iter(columns.values()))["shape"][0], dtype)
     for name in dtype.names or ():
         if name in columns:

@@ -29,8 +29,7 @@ class Connection:
     endpoints
         ZeroMQ addresses of the rig.
     key
-        Needed over TCP; None by ipc.
-    """
+        Needed over TCP; None by ipc."""
 
     context: zmq.Context[zmq.Socket[bytes]]
     endpoints: Endpoints
@@ -46,8 +45,7 @@ class Connection:
         """A socket that connects to `endpoint`, now or once somebody listens there, to hear all of `topics`
         from the first moment.
 
-        Raises NoReplyError where somebody else could answer in place of the rig.
-        """
+        Raises NoReplyError where somebody else could answer in place of the rig."""
         self.vouch(endpoint)
         made = self.context.socket(kind)
         for option, value in {**_OPTIONS, **options}.items():
@@ -67,16 +65,14 @@ class Connection:
     @staticmethod
     def vouch(endpoint: str) -> None:
         """Raise NoReplyError when the folder of a socket is another user's: whatever answers there is not the
-        rig.
-        """
+        rig."""
         if reason := foreign_endpoint(endpoint):
             raise NoReplyError(f"{reason} (whoever owns it could answer in place of the rig)")
 
 
 def remote_endpoints(address: str) -> Endpoints:
     """Endpoints of the rig at `HOST:PORT`, PORT being that of requests. Raises ConfigError for anything
-    else.
-    """
+    else."""
     host, _, port = address.rpartition(":")
     if not host or not port.isdecimal() or not 0 < int(port) < 65_534:
         raise ConfigError(f"address {address!r}: HOST:PORT, with [gateway] port of the rig file")

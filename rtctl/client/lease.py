@@ -37,8 +37,7 @@ class Lease:
         Where the proxy was when the lease was given, one value per axis, rad: targets that begin here do not
         make the rig jump.
     epoch : int
-        The epoch this lease belongs to.
-    """
+        The epoch this lease belongs to."""
 
     def __init__(self, connection: Connection, epoch: int, timeout_s: float) -> None:
         self._requester = Requester(connection)
@@ -74,8 +73,7 @@ class Lease:
         Raises
         ------
         RefusedError
-            `lease_lost`, once this is known.
-        """
+            `lease_lost`, once this is known."""
         if self.lost:
             raise RefusedError("lease_lost", self.lost)
         target = {"lease": self._text, "epoch": self.epoch, "position_rad": [float(x) for x in position_rad]}

@@ -25,8 +25,7 @@ class Listener:
     connection
         Where the rig is.
     timeout_s
-        Longest wait for telemetry.
-    """
+        Longest wait for telemetry."""
 
     def __init__(self, connection: Connection, timeout_s: float) -> None:
         self._connection = connection
@@ -63,8 +62,7 @@ class Listener:
         Raises
         ------
         NoReplyError
-            No fresh sample within the client's `timeout_s`.
-        """
+            No fresh sample within the client's `timeout_s`."""
         if self._newest is None:
             self._newest = self.states()
         deadline = time.monotonic() + self.timeout_s

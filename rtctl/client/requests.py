@@ -19,8 +19,7 @@ class Requester:
     """Sends one request at a time and waits for its reply. Not thread-safe; its owner locks.
 
     After a request without a reply the socket is thrown away with whatever waits in it, so a request can
-    never reach a daemon that is started later, and its reply never pass for that of another request.
-    """
+    never reach a daemon that is started later, and its reply never pass for that of another request."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
@@ -37,8 +36,7 @@ class Requester:
             No daemon listens, or it did not answer within `timeout_s` (it may or may not have acted), or
             what answers there belongs to somebody else.
         RefusedError
-            The daemon refused, with code and reason.
-        """
+            The daemon refused, with code and reason."""
         identity = next(self._ids)
         payload: bytes = msgpack.packb({"id": identity, "op": op, **values})
         deadline = time.monotonic() + timeout_s

@@ -50,8 +50,7 @@ class RigClient(Worlds, Listener):
     ------
     ConfigError
         A name that cannot be a rig's, a path too long for a socket, a key file that is none, a folder that
-        belongs to another user, who could answer in place of the rig.
-    """
+        belongs to another user, who could answer in place of the rig."""
 
     def __init__(
         self,
@@ -127,8 +126,7 @@ class RigClient(Worlds, Listener):
         Raises
         ------
         RefusedError
-            `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`.
-        """
+            `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`."""
         deadline = time.monotonic() + timeout_s
         self._edge("arm")
         asked = time.monotonic()
@@ -160,8 +158,7 @@ class RigClient(Worlds, Listener):
         Raises
         ------
         RefusedError
-            There is nothing to reset, or the cause is still there after `timeout_s`.
-        """
+            There is nothing to reset, or the cause is still there after `timeout_s`."""
         deadline = time.monotonic() + timeout_s
         try:
             self._call("reset")
@@ -208,8 +205,7 @@ class RigClient(Worlds, Listener):
         Raises
         ------
         RefusedError
-            `lease_taken` (the text says by whom, and what to do), `wrong_epoch`, `forbidden`.
-        """
+            `lease_taken` (the text says by whom, and what to do), `wrong_epoch`, `forbidden`."""
         if self._epoch is None:
             self.status()
         assert self._epoch is not None
@@ -233,8 +229,7 @@ class RigClient(Worlds, Listener):
 
         Takes the lease when this client has none; `Lease.set_target` is quicker, and does not wait. Targets
         are valid in the epoch this client last saw when arming or asking for the status: after a stop they
-        are refused (`wrong_epoch`, `lease_lost`) until it asks again.
-        """
+        are refused (`wrong_epoch`, `lease_lost`) until it asks again."""
         values: dict[str, Any] = {"position_rad": [float(x) for x in position_rad]}
         if velocity_rad_s is not None:
             values["velocity_rad_s"] = [float(x) for x in velocity_rad_s]
@@ -270,8 +265,7 @@ class RigClient(Worlds, Listener):
         Raises
         ------
         RefusedError
-            `out_of_bounds`: the rig file has adapt_per_min = 0, or that axis has nothing to follow.
-        """
+            `out_of_bounds`: the rig file has adapt_per_min = 0, or that axis has nothing to follow."""
         values: dict[str, Any] = {"follow": "on" if on else "off"}
         if axis is not None:
             values["axis"] = axis

@@ -36,8 +36,7 @@ class RigState:
     lease_held
         A renderer moves the proxy.
     fields
-        Every field of the sample by its name in the tick record.
-    """
+        Every field of the sample by its name in the tick record."""
 
     timestamp: float
     monotonic_s: float
@@ -113,8 +112,7 @@ def tick_rows(message: Mapping[str, Any]) -> np.ndarray:
     Raises
     ------
     ClientError
-        A batch whose columns do not fit together.
-    """
+        A batch whose columns do not fit together."""
     try:
         count = int(message["rows"])
         columns = message["columns"]

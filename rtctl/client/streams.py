@@ -36,8 +36,7 @@ class Stream(Generic[Item]):
     restarts : int
         Times the daemon was seen to have been restarted.
     outdated : int
-        Items left out because they were too old when they were read.
-    """
+        Items left out because they were too old when they were read."""
 
     def __init__(
         self,
@@ -115,8 +114,7 @@ class Stream(Generic[Item]):
 def state_stream(connection: Connection, timeout_s: float, max_age_s: float = math.inf) -> Stream[RigState]:
     """Decimated samples, those older than `max_age_s` when they are read left out.
 
-    A message carries several: their age is that of the moment when each is handed out.
-    """
+    A message carries several: their age is that of the moment when each is handed out."""
 
     def items(message: list[dict[str, Any]]) -> list[tuple[int, int, int, RigState]]:
         samples = [rig_state(sample) for sample in message]

@@ -1,8 +1,7 @@
 """The live view as the daemon runs it: `python -m rtctl.client.view`, ordered by one line of JSON on its
 input.
 
-The view ends with its input, that is with the daemon. `rtctl view` is the same for a person at a terminal.
-"""
+The view ends with its input, that is with the daemon. `rtctl view` is the same for a person at a terminal."""
 
 from __future__ import annotations
 

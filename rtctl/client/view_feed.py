@@ -2,8 +2,7 @@
 for.
 
 A follower takes what has come since it last asked, thinned to what a screen can show; one that does not ask
-holds nobody up, and keeps at most a few seconds.
-"""
+holds nobody up, and keeps at most a few seconds."""
 
 from __future__ import annotations
 
@@ -69,8 +68,7 @@ class Signal:
 
     def of(self, rows: np.ndarray) -> list[float | None]:
         """The signal's values in these ticks; None for one that is not finite, and where the rig has no such
-        axis.
-        """
+        axis."""
         column = rows[self.field].reshape(len(rows), -1)
         if self.index >= column.shape[1]:
             return [None] * len(rows)
@@ -103,8 +101,7 @@ class Feed:
     silent
         Why there is no telemetry; empty while there is.
     places
-        Where faults come from.
-    """
+        Where faults come from."""
 
     def __init__(self, client: RigClient) -> None:
         self._client = client
@@ -195,8 +192,7 @@ class Feed:
 def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> dict[str, list[float | None]]:
     """Thinned columns of these ticks, newest row always among them: `t` in s, and one list per signal.
 
-    A value that is not finite becomes None, as JSON has none.
-    """
+    A value that is not finite becomes None, as JSON has none."""
     step = max(1, math.ceil(len(rows) / points))
     chosen = rows[::-1][::step][::-1]
     out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}

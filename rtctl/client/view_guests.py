@@ -1,6 +1,5 @@
 """Connections of the page's server: no more than there is room for, and always room for one that comes to
-press STOP.
-"""
+press STOP."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ class Guests:
     Parameters
     ----------
     most
-        Connections that may wait; those that are being served are not counted.
-    """
+        Connections that may wait; those that are being served are not counted."""
 
     def __init__(self, most: int = MOST_GUESTS) -> None:
         self._most = most

@@ -1,7 +1,6 @@
 """What a person at the page can do next: one sentence per state, and why a button would be refused.
 
-The daemon decides all the same; this keeps the page from offering what it would refuse.
-"""
+The daemon decides all the same; this keeps the page from offering what it would refuse."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ _TARED_IN = (State.INIT, State.IDLE, State.FAULT, State.ESTOP)
 
 def next_step(state: State, faults: int) -> str:
     """What the state means and what leads on, as one or two short sentences; `faults` are the bits present
-    now.
-    """
+    now."""
     if faults & Fault.ESTOP:
         return "No torque. Release the emergency stop, then Reset."
     if faults and state in (State.FAULT, State.ESTOP):

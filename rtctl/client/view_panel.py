@@ -35,8 +35,7 @@ _NUMBERED = {
 
 def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Every curve this rig offers: `name`, `field` (of a linear axis with its units), `part` (axis, x, y, z,
-    or empty), `unit`, `meaning`, `writer`, and `names` of the numbers that stand for something.
-    """
+    or empty), `unit`, `meaning`, `writer`, and `names` of the numbers that stand for something."""
     out: list[dict[str, Any]] = []
     axes = [axis["name"] for axis in hello["axes"]]
     moves = [axis.get("motion", "rotary") for axis in hello["axes"]]
@@ -60,8 +59,7 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def shown_table(table: Mapping[str, object]) -> dict[str, Any]:
     """The same as JSON has it and a page may show it: a number that is not finite is None, and no text has
-    control characters or any that turn the line around.
-    """
+    control characters or any that turn the line around."""
     return {shown(key): _shown_value(value) for key, value in table.items()}
 
 

@@ -1,6 +1,5 @@
 """What the page's record button saves: every tick of the signals shown, as CSV with the column names of
-`rtctl export`.
-"""
+`rtctl export`."""
 
 from __future__ import annotations
 

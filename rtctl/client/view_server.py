@@ -3,8 +3,7 @@
 It listens on this machine's own address. A foreign page in the same browser can neither read, nor press, nor
 take up the streams there are: Host, Origin and Sec-Fetch-Site are checked, and all but the files needs a
 header that no foreign page (nor any image or frame of it) may send. STOP is for anyone; every other button
-needs the operator key, which only the terminal shows.
-"""
+needs the operator key, which only the terminal shows."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ class ViewServer(ThreadingHTTPServer):
     host, port
         Address to listen on; port 0 takes a free one.
     key
-        The operator key; made anew when not given.
-    """
+        The operator key; made anew when not given."""
 
     daemon_threads = True
     allow_reuse_address = True
@@ -92,8 +90,7 @@ class ViewServer(ThreadingHTTPServer):
 
     def handle_error(self, request: Request, client_address: object) -> None:
         """A browser that goes in the middle is not worth a word, and no stranger fills a terminal with
-        them.
-        """
+        them."""
         if not isinstance(sys.exception(), OSError):
             super().handle_error(request, client_address)
 
@@ -180,8 +177,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _is_ours(self, path: str) -> bool:
         """Refuse requests made for another name, or by another page: one of another port of this machine is
-        another.
-        """
+        another."""
         origin = self.headers.get("Origin")
         by = self.headers.get("Sec-Fetch-Site", "none")
         opened = path in PAGES and self.headers.get("Sec-Fetch-Dest") == "document"  # a link to the page

@@ -3,8 +3,7 @@
 The kinds of the law's table of environments are the law's: this program only sets their
 numbers, and the loop renders them at its own rate (an intermediate representation). The ball is a wall whose
 face this program moves 60 times a second, by the ball's own equation of motion; `drag` moves the proxy of a
-remote environment under a lease, as a program with bodies of its own would.
-"""
+remote environment under a lease, as a program with bodies of its own would."""
 
 from __future__ import annotations
 
@@ -63,8 +62,7 @@ TRAVEL_MOST_M = 100.0
 @dataclass(frozen=True)
 class Scale:
     """What stands for a radian (`length`), and for 1 N m/rad and 1 N m s/rad (`stiffness`), on an axis; of a
-    rotary one 1.
-    """
+    rotary one 1."""
 
     length: float = 1.0
     stiffness: float = 1.0
@@ -73,8 +71,7 @@ class Scale:
     @classmethod
     def of(cls, axis: Mapping[str, Any]) -> Scale:
         """Make the scale of an axis as the daemon's `hello` describes it: of a linear one by half its travel,
-        and its coupling.
-        """
+        and its coupling."""
         if axis.get("motion") != "linear":
             return cls()
         low, high = axis["bounds"]["position_rad"]
@@ -99,16 +96,14 @@ class Ball:
     """A ball on the joint's path, pushed to larger positions: its near face and speed.
 
     Stiffness, inertia and drag of a linear axis's ball have one factor (`Scale.stiffness`), so that its
-    motion does not know it.
-    """
+    motion does not know it."""
 
     face_rad: float
     speed_rad_s: float = 0.0
 
     def step(self, handle_rad: float, dt_s: float) -> None:
         """Advance by one frame: the handle's push, rolling drag; it comes back to the start when it stops far
-        out.
-        """
+        out."""
         push = BALL_STIFFNESS_NM_RAD * max(handle_rad - self.face_rad, 0.0)
         decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
         self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
@@ -117,8 +112,7 @@ class Ball:
 
 def offered(hello: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """What the page offers on the first axis, a rotary one unless `hello` says otherwise: each world with its
-    meaning and the numbers it has sliders for; and the sliders.
-    """
+    meaning and the numbers it has sliders for; and the sliders."""
     scale = Scale.of(hello["axes"][0]) if hello else Scale()
     places = "positions" if scale.motion == "linear" else "angles"
     worlds = {name: (about.meaning, about.parameters) for name, about in LAW.items()}
@@ -144,8 +138,7 @@ class World:
     client
         Requests of the page and of this thread take turns on it.
     hello
-        The daemon's `hello`: names and bounds of the axes.
-    """
+        The daemon's `hello`: names and bounds of the axes."""
 
     def __init__(self, client: RigClient, hello: Mapping[str, Any]) -> None:
         self._client = client
@@ -168,8 +161,7 @@ class World:
     def choose(self, kind: str, **numbers: float) -> dict[str, Any]:
         """Enter a world; numbers left out are where their sliders begin.
 
-        Raises ValueError for a world or a number there is not, ClientError for what the daemon refuses.
-        """
+        Raises ValueError for a world or a number there is not, ClientError for what the daemon refuses."""
         if kind not in KINDS or not numbers.keys() <= SLIDERS.keys():
             msg = (
                 f"kind {kind!r} with {', '.join(numbers) or 'no numbers'}: there are {', '.join(KINDS)}, "
@@ -277,8 +269,7 @@ class World:
 
     def _drag(self, wanted_rad: float) -> None:
         """Move the proxy a step nearer to where the mouse is; after a stop somebody has to decide to go
-        on.
-        """
+        on."""
         assert self._lease is not None
         if why := self._lease.lost:
             self._let_go()

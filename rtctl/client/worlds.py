@@ -1,6 +1,5 @@
 """Requests that describe the world near the joint: intermediate representations, rendered by the loop at its
-rate.
-"""
+rate."""
 
 from __future__ import annotations
 
@@ -17,8 +16,7 @@ class Worlds:
     follow.
 
     Angles are of the joint, rad. A client with the role renderer gives its `lease`. All return what is then
-    commanded, and raise RefusedError for a value out of bounds (see `hello`).
-    """
+    commanded, and raise RefusedError for a value out of bounds (see `hello`)."""
 
     def set_environment(
         self,
@@ -33,8 +31,7 @@ class Worlds:
 
         A client with the role renderer gives its `lease`. Kinds, numbers and their units are those of the
         request `environment` (docs/protocol.md). Raises RefusedError for a value out of bounds (see `hello`),
-        and TypeError for a number that no environment has.
-        """
+        and TypeError for a number that no environment has."""
         if unknown := [name for name in numbers if name not in NUMBERS]:
             msg = f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}"
             raise TypeError(msg)
@@ -74,8 +71,7 @@ class Worlds:
         Raises
         ------
         RefusedError
-            `out_of_bounds` where the rig file does not allow it.
-        """
+            `out_of_bounds` where the rig file does not allow it."""
         values: dict[str, Any] = {"axis": axis}
         if display is not None:
             values["display"] = display
@@ -99,8 +95,7 @@ class Worlds:
         """A plane near the joint: a wall with its face at `face_rad`, complete, nothing kept of the world
         before.
 
-        `side` 1 resists motion to larger angles, -1 to smaller ones.
-        """
+        `side` 1 resists motion to larger angles, -1 to smaller ones."""
         return self.set_environment(
             axis,
             "wall",

@@ -9,8 +9,7 @@ Four parts of `arming_ticks` each (20 ms; 80 ms together): no torque, +tau, -tau
   the wrong way by more than SIGN_COUNTS during +tau is a fault; not moving is none, since stiction may
   hold the joint against 5 %.
 * Bounded motion: the joint must stay within `arming_travel_rad` of where it started.
-* How the current answers (gain, offset, delay, lag): `current_answer`, where a current is measured.
-"""
+* How the current answers (gain, offset, delay, lag): `current_answer`, where a current is measured."""
 
 from __future__ import annotations
 
@@ -91,8 +90,7 @@ def _expected(s: Record, p: Record, axis: int) -> float:
     """Torque that the current may show now: the mean of those sent within the declared delay, N m.
 
     A device may answer sooner than declared; at low rates the pulses are only a few ticks long, and a
-    single wrong lag of two ticks would look like no answer at all.
-    """
+    single wrong lag of two ticks would look like no answer at all."""
     total = 0.0
     for ago in range(1, p.follow_delay_ticks[axis] + 2):
         total += held_torque(s, axis, ago)
@@ -103,8 +101,7 @@ def _expected(s: Record, p: Record, axis: int) -> float:
 def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipped: int) -> int:
     """Follow the test by this tick's sample; WIRING, CURRENT, DELAY and ARMING_MOVED as they are found.
 
-    Called before the state machine advances: `ticks_in_state` still counts the ticks that were sent.
-    """
+    Called before the state machine advances: `ticks_in_state` still counts the ticks that were sent."""
     if s.state != _ARMING:
         _restart(s, axis)
         return 0

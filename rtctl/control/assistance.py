@@ -26,8 +26,7 @@ damping the sampled loop needs (docs/theory.md 8.9). Charged here, each wave wou
 cut off at the bank.
 
 Why two accounts. The torque sent acts some ticks later. Which tick of motion it meets is known to one tick,
-so both are kept and the emptier one counts.
-"""
+so both are kept and the emptier one counts."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def keep_assistance(
 ) -> None:
     """Advance both accounts by the last period's motion; they are full while no torque leaves.
 
-    `dx` rad in `elapsed` ticks; `velocity`, rad/s, only tells creep from sliding.
-    """
+    `dx` rad in `elapsed` ticks; `velocity`, rad/s, only tells creep from sliding."""
     bank = p.assistance_bank_j[axis]
     if not powered:
         s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank
@@ -86,8 +84,7 @@ def assistance_share(s: Record, p: Record, axis: int) -> float:
 @compiled
 def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None:
     """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of
-    the observer alone.
-    """
+    the observer alone."""
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if s.conservative_nm[axis] != 0.0:
         sent -= s.conservative_nm[axis]

@@ -13,8 +13,7 @@ is stretched; with it or without, a port is granted what was paid and no more.
 Without this a renderer has a source without end: it falls silent for `target_hold_ticks` and comes back, and
 each return (HOLD to ACTIVE, authority from zero) gives out what its proxy or a hand that felt nothing had
 wound up, 11.8 J within 8 s on the mock. A store of .1 J with 1 W pays for .6 J within a soft start of .5 s;
-beyond, it takes longer.
-"""
+beyond, it takes longer."""
 
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ rest."""
 @compiled
 def affordable(s: Record, p: Record, axis: int, rise: float) -> float:
     """`rise` of a share of what is stored, as far as the axis's store pays for it; 0 where a number is
-    NaN.
-    """
+    NaN."""
     stored, left = s.stored_energy_j[axis] - FREE_SHARE * p.energy_budget_j, s.renderer_store_j[axis]
     if not stored * rise <= left:
         return left / stored if left > 0.0 and stored > 0.0 else 0.0
@@ -49,8 +47,7 @@ def _paid_rise(s: Record, p: Record) -> float:
 @compiled
 def raise_authority(s: Record, p: Record) -> None:
     """One tick of the soft start, paid from the store of every axis; writes what each port is granted for
-    it.
-    """
+    it."""
     rise = _paid_rise(s, p)
     s.authority = min(1.0, s.authority + rise)
     for axis in range(len(s.stored_energy_j)):

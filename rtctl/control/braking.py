@@ -23,8 +23,7 @@ friction that holds without bending leaves h at the end of the last motion, and 
 left unhelped until all of the friction gave way, and helped whole an instant later, with its spring bent by
 so much. A virtual mass is braked by its hand through the law itself, and its joint must follow: it is helped
 as ever. Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it
-from above.
-"""
+from above."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ friction."""
 @compiled
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that
-    is no number brakes nothing.
-    """
+    is no number brakes nothing."""
     pushed = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
     push = s.friction_push_nm[axis] = eased(p, axis, s.friction_push_nm[axis], pushed, BRAKE_TIMES)
     wanted = 0.0

@@ -2,8 +2,7 @@
 report.
 
 Plain functions of numbers or arrays, without Numba: `control.feedforward` compiles them for the law, the
-proofs call them on whole curves (docs/theory.md 5.5). N m, N m s/rad and shares.
-"""
+proofs call them on whole curves (docs/theory.md 5.5). N m, N m s/rad and shares."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ def feedforward_limit(
     -----
     ``min((kappa (Fhat - b_v v) + kappa_v b_v v + load) fade, cap)``, not below 0: kappa acts on the Coulomb
     and Stribeck part, kappa_v on the viscous part `viscous_nm`; `load_nm` is the share wanted of what the
-    load adds; `fade` is 1 within the trained range.
-    """
+    load adds; `fade` is 1 within the trained range."""
     wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm + load_nm) * fade
     most: Value = np.maximum(np.minimum(wanted, cap_nm), 0.0)
     return most
@@ -58,8 +56,7 @@ def feedforward_limit(
 
 def cap_in_force(force_gated: bool, cap_nm: float, ungated_cap_nm: float) -> float:
     """Cap of a policy, N m: the rig file's, and without a force gate at most kappa times the least dry
-    friction.
-    """
+    friction."""
     return cap_nm if force_gated else min(cap_nm, ungated_cap_nm)
 
 

@@ -8,8 +8,7 @@ follow by least squares (`_fit`).
 
 A sampled current cannot tell a small lag from a fraction of a period of delay, and none at all shows a delay
 of .9 as a delay of 0. What is reported is therefore the *least* total delay (delay + lag) that the answer
-allows: among all fits that noise allows beside the best one. A delay that it calls too long surely is.
-"""
+allows: among all fits that noise allows beside the best one. A delay that it calls too long surely is."""
 
 from __future__ import annotations
 
@@ -120,8 +119,7 @@ def _fit(s: Record, axis: int, n: int, lag: float, shift: int, most: float) -> t
     ``w x_m + (1 - w) x_(m+1)``, ``w = (1 - kept^(1-f))/(1 - kept)``: linear in gain w and gain (1 - w). Where
     the best w leaves less than `most` (infinite: the best one is wanted), a larger w, a shorter delay, is
     possible too: the sum of squares grows by ``gain^2 sum (x_m - x_(m+1))^2`` times the square of its
-    distance.
-    """
+    distance."""
     before, model = s.answer_before_nm[axis], s.answer_model_nm[axis]
     a11 = a12 = a22 = b1 = b2 = total = 0.0
     for k in range(n):
@@ -173,8 +171,7 @@ def _at_lag(
     found: tuple[float, float, float, float],
 ) -> tuple[float, float, float, float]:
     """(squares left, gain, delay, lag) of this lag's best whole delay around `latest`, if it is better than
-    what was found, else that.
-    """
+    what was found, else that."""
     _lagged(s, axis, n, lag)
     first = max(latest - SHIFTS // 2 - int(HALF_OF_LAG * lag), 0)
     for shift in range(first, min(first + SHIFTS, n - 2)):
@@ -192,8 +189,7 @@ def _least_delay(
     """(squares left, gain, delay, lag) of the least total delay among the fits that leave at most `most`;
     `best_lag` is the best one's.
 
-    With `most` infinite: of the best fit.
-    """
+    With `most` infinite: of the best fit."""
     latest = _latest_shift(s, axis, n)
     found = (math.inf, 0.0, math.inf, 0.0)
     for i in range(LAGS):

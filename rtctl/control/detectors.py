@@ -1,8 +1,7 @@
 """Faults that show only over time: late ticks, old samples, an actuator that does not follow, heat.
 
 Each is a pure function of tick, state and parameters that returns `Fault` bits; NaN never passes a
-comparison that would excuse it.
-"""
+comparison that would excuse it."""
 
 from __future__ import annotations
 
@@ -63,8 +62,7 @@ def late_fault(s: Record, p: Record, skipped: int) -> int:
 @compiled
 def _outside(s: Record, p: Record) -> bool:
     """True when the held sample is older than what the proof of some axis' coupling leaves beside its
-    delay.
-    """
+    delay."""
     age_s = s.sample_age_ticks * p.period_s
     for axis in range(len(s.answer_delay)):
         if s.sample_age_ticks <= p.proof_age_ticks[axis]:
@@ -85,8 +83,7 @@ def age_fault(s: Record, p: Record) -> int:
 
     One that is as old as STALE is that one's matter. One that came in time but was refused because the joint
     was out of reach is JUMP's, or OVERSPEED's: a joint about as fast as its limit would otherwise be blamed
-    on its device.
-    """
+    on its device."""
     late = 0 < s.sample_age_ticks < p.stale_limit_ticks and s.jump_count[0] == 0
     old = late and _outside(s, p)
     s.old_count += window.push(s.old_marks, s.ticks, old)
@@ -119,8 +116,7 @@ def follow_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipp
     -----
     The measurement may show any torque sent since the last valid sample, or within the declared delay
     before it, or, after skipped slots, the zero of a device whose time to live ran out. Its distance from
-    that range is the gap.
-    """
+    that range is the gap."""
     if p.follow_kind[axis] == 0 or elapsed == 0:
         return 0
     low = high = 0.0 if skipped > 0 else held_torque(s, axis, 1)
@@ -140,8 +136,7 @@ def follow_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipp
 def temperature_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Share of the torque limit that the motor's temperature leaves: 1 up to the warning, 0 at the trip.
 
-    A sensor that is configured and silent (NaN) keeps the last share; `temperature_fault` counts it.
-    """
+    A sensor that is configured and silent (NaN) keeps the last share; `temperature_fault` counts it."""
     if p.temperature_kind[axis] == 0:
         return 1.0
     temperature = t.temperature_c[axis]

@@ -13,8 +13,7 @@ it never trips. A steady error of twice what is allowed is found in W ln 2 = 11 
 fault at the third sample in a row.
 
 What is used lies within the tolerance of the encoder's estimate in every tick, and the feed-forward never
-gives more than at the encoder's. Gate, over-speed rule and passivity observer look at the encoder's alone.
-"""
+gives more than at the encoder's. Gate, over-speed rule and passivity observer look at the encoder's alone."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ def device_velocity(t: Record, s: Record, p: Record, axis: int, elapsed: int, dx
         rad/s: the device's, no further than the tolerance from the encoder's, or the encoder's own where the
         device's is not used, missed or implausible.
     faults : int
-        VELOCITY while `stale_limit_ticks` samples in a row were implausible.
-    """
+        VELOCITY while `stale_limit_ticks` samples in a row were implausible."""
     encoder = t.velocity_rad_s[axis]
     if p.device_velocity_kind[axis] == _RECORD:
         return encoder, 0

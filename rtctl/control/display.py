@@ -9,8 +9,7 @@ energy only. It rises no faster than the gate can follow what it does to the spe
 Between impedance and admittance there is nothing in between: the display that ends fades to nothing within
 `stop_ticks`, the other begins at the joint and fades in as a soft start does, its stored energy paid
 (`authority`). While a share h is felt, the world felt is h U, and so the accounts take it. A mass begins with
-the joint's speed, as far as the store pays for it.
-"""
+the joint's speed, as far as the store pays for it."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def begin_display(s: Record, p: Record, c: Record, axis: int) -> None:
 @compiled
 def _exchange(s: Record, axis: int, kind: float) -> None:
     """Begin the other display at the joint: nothing of the last is left, and nothing of this one is felt
-    yet.
-    """
+    yet."""
     s.display_kind[axis] = kind
     s.proxy_set_count[axis] = 0
     s.mass_injected_nms_rad[axis] = 0.0
@@ -68,8 +66,7 @@ def fade_display(s: Record, p: Record, c: Record, axis: int) -> float:
     Notes
     -----
     After the display's torque, whose world `state.stored_energy_j` is. A command that is not finite changes
-    nothing: the law stops on it.
-    """
+    nothing: the law stops on it."""
     kind = _asked_kind(p, c, axis)
     same = s.display_kind[axis] == kind
     if same and s.display_faded[axis] == 0.0:
@@ -103,8 +100,7 @@ def helped_share(s: Record, p: Record, axis: int) -> float:
     certified.
 
     An impedance that gives way to a mass, or follows it, has come down to that share by the time that nothing
-    of it is felt.
-    """
+    of it is felt."""
     mass = 1.0 if is_admittance(s, axis) else float(s.display_faded[axis])
     return 1.0 - (1.0 - float(p.mass_compensation[axis])) * mass
 
@@ -132,8 +128,7 @@ def follow_mass(s: Record, p: Record, c: Record, axis: int, resting: bool) -> No
 
     Notes
     -----
-    The command is finite (`environments.laws.finite_command`).
-    """
+    The command is finite (`environments.laws.finite_command`)."""
     mass = _within(c.mass_kgm2[axis], p.mass_kgm2[axis], p.mass_max_kgm2[axis])
     least, most = p.mass_damping_nms_rad[axis], p.mass_damping_max_nms_rad[axis]
     damping = _within(c.mass_damping_nms_rad[axis], least, most)

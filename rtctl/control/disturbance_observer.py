@@ -34,8 +34,7 @@ creeping as long as the bias is below it. `rtctl check` bounds gain and bandwidt
 loop with every hand of a stated box; `assistance` bounds the energy.
 
 While the joint slides (the bristles of `dry_friction` at their end) Fhat, low-passed once more, is remembered
-for each direction as the friction seen.
-"""
+for each direction as the friction seen."""
 
 from __future__ import annotations
 
@@ -88,8 +87,7 @@ def _forget(s: Record, axis: int) -> None:
 @compiled
 def _acting_torque(s: Record, p: Record, axis: int) -> float:
     """Torque that acted over the period before the force that is shown: sent one tick, the configured delay
-    and the sensor's ago, N m.
-    """
+    and the sensor's ago, N m."""
     late = min(max(p.actuator_delay_ticks[axis], 0) + _late(p, axis), HELD - 3)
     return float(s.held_nm[axis, (s.ticks - 1 - late) % HELD])
 
@@ -103,8 +101,7 @@ def _late(p: Record, axis: int) -> int:
 @inlined
 def _velocity_then(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> float:
     """Difference velocity of the instant that the force belongs to, rad/s; a sample that took several ticks
-    counts for each of them.
-    """
+    counts for each of them."""
     velocity, late = t.velocity_difference_rad_s[axis], _late(p, axis)
     if late == 0:
         return float(velocity)
@@ -123,8 +120,7 @@ def _over(alpha: float, ticks: int) -> float:
 def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> None:
     """Write `friction_observed_nm` of the tick, N m along +v; NaN for a measurement that is not finite.
 
-    Does nothing (0) on an axis whose `observer_alpha` is 0; holds on a missed sample (`elapsed` 0).
-    """
+    Does nothing (0) on an axis whose `observer_alpha` is 0; holds on a missed sample (`elapsed` 0)."""
     if not p.observer_alpha[axis] > 0.0 or elapsed < 1:
         t.friction_observed_nm[axis] = s.friction_observed_nm[axis]
         return
@@ -165,8 +161,7 @@ def _turning(s: Record, p: Record, axis: int) -> float:
     On a joint that sticks the friction observed is the torque that acts, so that the observer holds on to its
     own: it follows within its lag over 1 - gain, a tenth of a second, and held the joint back for as long at
     every turn. On a joint that rests the share stays what it was: as a function of the bristles it is a late
-    spring, gain x torque over their length, and shook a carriage at 42 Hz.
-    """
+    spring, gain x torque over their length, and shook a carriage at 42 Hz."""
     if not is_resting(s, p, axis):
         s.observer_end[axis] = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)
     return TURNING_SHARE + (1.0 - TURNING_SHARE) * s.observer_end[axis]
@@ -179,8 +174,7 @@ def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
 
     What acts on a joint that sticks the observer takes for friction, and adds to it: what the servo pulls
     with grows threefold, a tenth of a second late. That is an integrator, and an integrator hunts about dry
-    friction: mass and joint leapt to and fro.
-    """
+    friction: mass and joint leapt to and fro."""
     if is_admittance(s, axis):
         s.mass_helped_share[axis] -= p.rest_alpha[axis] * s.mass_helped_share[axis]
     else:
@@ -193,8 +187,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     """Torque that compensates what the feed-forward leaves of the friction observed, N m; NaN stays NaN.
 
     Reads the feed-forward of the tick. With it, it keeps within `friction_cap_nm`, and beyond the trained
-    range of a model it fades out as the feed-forward does.
-    """
+    range of a model it fades out as the feed-forward does."""
     if not p.observer_gain[axis] > 0.0 or p.friction_policy[axis] == _OFF:
         return 0.0
     forward = t.feedforward_torque_nm[axis]

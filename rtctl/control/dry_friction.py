@@ -20,8 +20,7 @@ F is the larger of two:
   h is at its end.
 
 What the bristles give back is taken at the friction of rest, the highest of the curve: what was stored in
-slow motion is withdrawn in full although the joint has become faster.
-"""
+slow motion is withdrawn in full although the joint has become faster."""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
     (validation error, spread over places, drift) that lowered its minimum to the configured floor. Outside
     the trained range only the floor is guaranteed. NaN counts as outside. Fhat_dry is the curve without its
     viscous part, which is credited by itself with the rig file's b: of the two slopes the larger, so that a
-    curve whose slope was learned too low is not credited the difference twice.
-    """
+    curve whose slope was learned too low is not credited the difference twice."""
     floor = max(p.friction_floor_nm[axis], 0.0)
     branch = FORWARD if velocity >= 0.0 else BACKWARD
     speed = abs(velocity)
@@ -67,8 +65,7 @@ def guaranteed_friction(p: Record, model: Record, axis: int, velocity: float) ->
 @compiled
 def seen_friction(s: Record, p: Record, axis: int, forward: bool) -> float:
     """Friction seen by the force sensor in sliding, as far as it is believed, N m, >= 0; 0 without a
-    sensor.
-    """
+    sensor."""
     if not p.friction_seen_alpha[axis] > 0.0:
         return 0.0
     seen = s.friction_seen_nm[axis, FORWARD if forward else BACKWARD]
@@ -94,8 +91,7 @@ def credit_friction(
     elapsed : int
         Grid ticks it took.
     velocity : float
-        Velocity estimate, rad/s: only chooses the place on the friction curve.
-    """
+        Velocity estimate, rad/s: only chooses the place on the friction curve."""
     s.friction_credit_j[axis] = 0.0
     if dx == 0.0:
         return

@@ -1,8 +1,7 @@
 """The fault table of the safety contract: one row per fault, from which reactions, texts and docs follow.
 
 The masks below are what the compiled state machine reads; `rtctl.wire.fault_names` shows the texts and
-`docs/safety.md` the table.
-"""
+`docs/safety.md` the table."""
 # longer than 300 lines: the fault table is one thing, a row for each fault, with its words
 
 from __future__ import annotations
@@ -19,8 +18,7 @@ class FaultRow:
     """One fault: what it does, how it is seen, how it is left, and what a person should do.
 
     `latches_at_rest`: it leads to FAULT even while no torque can leave; the others only make the rig not
-    ready. `within_ticks`: from the first bad tick to the reaction, that tick counted.
-    """
+    ready. `within_ticks`: from the first bad tick to the reaction, that tick counted."""
 
     fault: Fault
     reaction: Reaction

@@ -2,8 +2,7 @@
 
 tau_ff = compensation * f * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
 zero velocity, g in 0..1 the force gate, f in 0..1 the share by which friction that has changed is followed
-(`friction_factor`). v rad/s, tau_h hand torque N m.
-"""
+(`friction_factor`). v rad/s, tau_h hand torque N m."""
 
 from __future__ import annotations
 
@@ -85,8 +84,7 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> 
     presliding length: where friction is a spring, sign and tanh of the velocity would drive a vibration.
     DITHER: s = (1 - w) tanh(v/v_0) + w times a square wave of `friction_dither_ticks`. Stop operator, LuGre
     bristles and the intent's low-pass are advanced by `advance_stop` and `advance_intent` on every tick,
-    whatever the policy.
-    """
+    whatever the policy."""
     policy = p.friction_policy[axis]
     if policy == _HYBRID:
         return blend(v, s.friction_stop[axis], _intent(s, p, axis), p.friction_blend_rad_s[axis])
@@ -114,8 +112,7 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
     Notes
     -----
     Stop (play) operator s <- clip(s + dx/x_d, -1, 1). LUGRE: ds/dx = (1 - s sgn dx)/x_d, which is LuGre's
-    bristle under the motion measured, z sigma0/g: s <- e + (s - e) exp(-|dx|/x_d), e = sgn dx.
-    """
+    bristle under the motion measured, z sigma0/g: s <- e + (s - e) exp(-|dx|/x_d), e = sgn dx."""
     length = p.friction_stop_rad[axis]
     if not length > 0.0:
         return
@@ -135,8 +132,7 @@ def wished_push(s: Record, p: Record, axis: int) -> float:
     to it whenever the ring's speed passed zero.
 
     Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it
-    asked for already, and help would push the joint on into the world, up to the servo's spring.
-    """
+    asked for already, and help would push the joint on into the world, up to the servo's spring."""
     if is_admittance(s, axis):
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
     hand = s.calm_hand_nm[axis]
@@ -155,8 +151,7 @@ def _led_by(s: Record, p: Record, axis: int, dx: float, v: float) -> tuple[float
 
     The mass is moved by the hand alone. So friction, whose own vibration the joint's velocity is full of near
     standstill, has no way into the direction, and the help turns as early as the mass does instead of a
-    servo's lag later.
-    """
+    servo's lag later."""
     if not is_admittance(s, axis):
         return dx, v
     velocity = s.mass_velocity_rad_s[axis]
@@ -170,8 +165,7 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     Unfiltered, the mass of a hand closes a loop within one tick: its torque falls by m/(J + m) of what the
     motor adds, and kappa F/tau_g times that is above 1 for a few grams on a small joint, which then buzzes at
     half the rate. In the turn of a slow hand it is as slow as at rest, in that of a brisk one `TURN_TIMES` as
-    fast (`pace`).
-    """
+    fast (`pace`)."""
     alpha = while_bent(s, p, axis, p.friction_intent_alpha[axis], 1.0)
     if p.friction_policy[axis] == _HYBRID and not slides_on(s, p, axis) and not is_admittance(s, axis):
         alpha = min(alpha, p.rest_alpha[axis] * (1.0 if is_slow(s, p, axis) else TURN_TIMES))
@@ -186,8 +180,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
 
     It closes no faster than `resting.REST_HZ`: a hand's torque passes zero in every stroke, while the joint
     is slowed down. While a hand slides the joint on, it goes by the hand's mean torque, and opens and closes
-    `pace.GATE_TIMES` as fast.
-    """
+    `pace.GATE_TIMES` as fast."""
     mean = s.friction_mean_hand_nm[axis] = eased(p, axis, s.friction_mean_hand_nm[axis], hand, MEAN_TIMES)
     moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
     if moves_on:
@@ -236,8 +229,7 @@ def compensated_magnitude(
     -----
     kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L (1 - e^-(v/v_b)^2), faded out of the trained range, at
     least 0, at most `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN
-    stays NaN.
-    """
+    stays NaN."""
     friction = branch_magnitude(model, branch, speed)
     if p.place_trough_nm[axis] > 0.0:  # as far as its place is not known, the weakest
         friction -= (1.0 - trust) * p.place_trough_nm[axis]
@@ -266,8 +258,7 @@ def friction_feedforward(
     -----
     Where `v` is not the encoder's velocity, the torque is the lesser of what either allows. What the proofs
     of passivity and the observer's credit rest on, |tau_ff| <= ff(|v|) at the encoder's velocity, holds
-    however far off or late `v` is: an error of `v` can only take compensation away.
-    """
+    however far off or late `v` is: an error of `v` can only take compensation away."""
     hand = s.calm_hand_nm[axis]
     policy = p.friction_policy[axis]
     way, led = _led_by(s, p, axis, dx, v)

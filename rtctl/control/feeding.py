@@ -20,8 +20,7 @@ what is quicker than a hand?
 - What is fed is forgotten within seconds, so that the share settles where about a bank is fed in
   `FORGOTTEN_S`.
 
-Less help breaks no proof. A virtual mass has a watch of its own.
-"""
+Less help breaks no proof. A virtual mass has a watch of its own."""
 
 from __future__ import annotations
 
@@ -74,8 +73,7 @@ def _feed(s: Record, p: Record, axis: int, bank: float, elapsed: int) -> None:
 @compiled
 def unfed_share(s: Record, p: Record, axis: int, elapsed: int) -> float:
     """Advance the account; return the share of the observer that is left, 0 to 1. It is full without
-    power.
-    """
+    power."""
     bank = p.paying_nm[axis] * own_rad(p, axis, BANK_RAD)
     if not bank > 0.0:
         return 1.0

@@ -20,8 +20,7 @@ as of a motion (`reading_slip_rad`): it kicked the joint out of the flicker it h
 
 What swings wider is answered as it is read, and so is a hand that turns back a few times. The position is
 wrong by less than `WIDE` counts, and only where friction surely holds the joint against as much
-(`friction.guarantee.holds_flicker`): one that glides would go from edge to edge.
-"""
+(`friction.guarantee.holds_flicker`): one that glides would go from edge to edge."""
 
 from __future__ import annotations
 
@@ -83,16 +82,14 @@ def blind_hz(force_lowpass_hz: float) -> float:
 
 def blind_damping_nms_rad(rest_nms_rad: float, velocity_gain_nms_rad: float) -> float:
     """Damping of the mass meanwhile, N m s/rad: that of a joint that sticks, and at least what the servo
-    gives one that is seen.
-    """
+    gives one that is seen."""
     return max(rest_nms_rad, velocity_gain_nms_rad)
 
 
 @inlined
 def is_blind(s: Record, p: Record, axis: int) -> bool:
     """True while the reading is held, or has not changed for as long: the law does not see what the joint
-    does.
-    """
+    does."""
     still_s = s.reading_still_ticks[axis] * p.period_s
     return s.reading_turns[axis] >= HELD_AFTER or still_s >= HELD_S
 

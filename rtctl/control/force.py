@@ -59,8 +59,7 @@ def hand_torque(s: Record, p: Record, axis: int, fresh: bool, disabled: bool) ->
 
     Notes
     -----
-    tau_h = lever . (F - F_w - F_0) + direction . (M - M_w - M_0) (`wrench`);  y += alpha (tau_h - y).
-    """
+    tau_h = lever . (F - F_w - F_0) + direction . (M - M_w - M_0) (`wrench`);  y += alpha (tau_h - y)."""
     if not fresh:
         return s.force_filtered_nm[axis]
     averaged = disabled and s.tare_count[axis] < p.tare_ticks[axis] and _average(s, p, axis)

@@ -20,8 +20,7 @@ take the joint. Half of the difference is what the force shows too much (or a we
 which the hand feels just the same). Where not a bit of it has changed meanwhile, it is frozen: what was seen
 before, under another load, is not held against it, nor is a joint that rests.
 
-**Across.** The tared force or moment beside those that turn a joint.
-"""
+**Across.** The tared force or moment beside those that turn a joint."""
 
 from __future__ import annotations
 
@@ -75,8 +74,7 @@ OFFSET_S = 0.25
 @inlined
 def _changed(s: Record) -> bool:
     """True when any component differs from the sample before; keeps it, and the smallest change seen of
-    forces and moments.
-    """
+    forces and moments."""
     changed = False
     for part in range(2):
         most = 0.0
@@ -140,8 +138,7 @@ def _unseen(t: Record, s: Record, p: Record, axis: int) -> bool:
 @inlined
 def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -> int:
     """FORCE_FROZEN while a value that stays hides who moves the joint. After friction and hand torque of
-    every axis.
-    """
+    every axis."""
     if elapsed == 0:
         return 0
     watched = powered and p.force_used != 0 and p.force_answers != 0 and p.chain_count < 2
@@ -197,8 +194,7 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
     later.
 
     Less what the load adds: a gear that is loaded one way has more friction against the load than with it,
-    whatever the force sensor.
-    """
+    whatever the force sensor."""
     s.slid_ticks[axis, side] += elapsed
     s.stayed_ticks[axis, side] += elapsed
     share = elapsed / min(max(s.slid_ticks[axis, side], 1.0), AVERAGED_S / p.period_s)
@@ -209,8 +205,7 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
 @inlined
 def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered: bool) -> int:
     """FORCE_OFFSET while the friction seen in both directions differs by too much; `force_offset_nm` of the
-    tick.
-    """
+    tick."""
     t.force_offset_nm[axis] = math.nan
     if not powered or not p.friction_seen_alpha[axis] > 0.0:
         s.slid_ticks[axis, FORWARD] = s.slid_ticks[axis, BACKWARD] = s.offset_ticks[axis] = 0

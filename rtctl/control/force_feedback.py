@@ -24,8 +24,7 @@ resonance of a stiff hand turns torque in phase with position into torque in pha
 nominal rig in a grip of 200 N m/rad, none of which the observer sees. tau_a dx is therefore the worse of the
 configured delay and one tick more, so that a tick nobody knew of is covered.
 
-The command's `compensation` scales it with the feed-forward: one switch for all that helps the hand.
-"""
+The command's `compensation` scales it with the feed-forward: one switch for all that helps the hand."""
 
 from __future__ import annotations
 
@@ -58,8 +57,7 @@ SPEED_MIN_RAD_S = 0.02
 @compiled
 def spare_damping(s: Record, p: Record, axis: int) -> float:
     """Viscous damping of the device that nothing else lives on, N m s/rad: all of it where nothing is
-    coupled.
-    """
+    coupled."""
     damping = p.force_feedback_damping_nms_rad[axis]
     if s.world_kind[axis] == _FREE:
         damping = p.viscous_nms_rad[axis]
@@ -82,8 +80,7 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
 @compiled
 def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
     """Advance the account of the assistance by the last period's motion; an empty one while no torque
-    leaves.
-    """
+    leaves."""
     if not powered or not p.force_feedback_gain[axis] > 0.0:
         s.force_feedback_energy_j[axis] = 0.0
         return
@@ -101,8 +98,7 @@ def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, power
 @compiled
 def remember(t: Record, s: Record, axis: int, share: float) -> None:
     """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward, observer and
-    feedback.
-    """
+    feedback."""
     compensation = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
     if s.conservative_nm[axis] != 0.0:
         compensation -= s.conservative_nm[axis]
@@ -114,8 +110,7 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
     """Torque of the local force feedback on this axis, N m; 0 where it is not configured.
 
     Reads hand, coupling and feed-forward torque and the velocity of the tick. A torque that is not finite
-    gives NaN, which is a fault of the law, and leaves the filter empty.
-    """
+    gives NaN, which is a fault of the law, and leaves the filter empty."""
     s.force_feedback_nm[axis] = 0.0
     gain = p.force_feedback_gain[axis]
     if not gain > 0.0:

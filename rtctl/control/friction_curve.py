@@ -1,7 +1,6 @@
 """Evaluate a compiled friction model: one piecewise cubic per direction, found through a uniform grid.
 
-The offline compiler (`rtctl.friction`) fills the `MODEL` record; here it is only read.
-"""
+The offline compiler (`rtctl.friction`) fills the `MODEL` record; here it is only read."""
 
 from __future__ import annotations
 
@@ -20,8 +19,7 @@ BACKWARD = 1
 @inlined
 def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
     """Segment of one direction's curve at a speed >= 0, and the way into it, rad/s; the model has one at
-    least.
-    """
+    least."""
     n = min(model.n_segments[branch], MAX_SEGMENTS)
     knot = model.knot_rad_s[branch]
     u = min(max(speed, knot[0]), knot[n])
@@ -56,8 +54,7 @@ def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     -----
     Segment j covers [knot_j, knot_{j+1}); F = c0 + h (c1 + h (c2 + h c3)), h = speed - knot_j
     (docs/theory.md 8.4). The look-up may point to any segment near the speed: the two short
-    walks make a rounding of its cell harmless.
-    """
+    walks make a rounding of its cell harmless."""
     n = min(model.n_segments[branch], MAX_SEGMENTS)
     if n < 1:
         return 0.0

@@ -3,8 +3,7 @@ it (docs/theory.md 5.10).
 
 Gain and caps among the parameters are those of the largest factor, 1 + `friction_raise`: what the certificate
 judged. A factor is a share of that, so no command can pass what was judged, and more than one step a tick
-does not come about.
-"""
+does not come about."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ def follow_factor(t: Record, s: Record, p: Record, c: Record, axis: int) -> None
 
     Notes
     -----
-    A command of NaN asks for nothing. A step of 0 never takes one.
-    """
+    A command of NaN asks for nothing. A step of 0 never takes one."""
     step, asked = p.friction_change_step[axis], c.friction_change[axis]
     if step > 0.0 and asked == asked:  # NaN alone differs from itself
         asked = max(min(asked, p.friction_raise[axis]), _LEAST)
@@ -37,6 +35,5 @@ def follow_factor(t: Record, s: Record, p: Record, c: Record, axis: int) -> None
 @compiled
 def followed_share(s: Record, p: Record, axis: int) -> float:
     """The factor over the largest, .63 to 1: share of the certified feed-forward. 1 on an axis that follows
-    nothing.
-    """
+    nothing."""
     return float((1.0 + s.friction_change[axis]) / (1.0 + p.friction_raise[axis]))

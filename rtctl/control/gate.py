@@ -2,8 +2,7 @@
 
 It shares no code with the law, so that one mistake cannot pass both. Its only inputs are the torque the
 law wants, the torque that was sent, the velocity, and the limits. What it finds broken in itself (its own
-memory, its limits, the value to be encoded) is a VIOLATION: the caller locks the rig out.
-"""
+memory, its limits, the value to be encoded) is a VIOLATION: the caller locks the rig out."""
 
 from __future__ import annotations
 
@@ -58,8 +57,7 @@ def window_limit(mean: float, limit: float, continuous: float, share: float) -> 
     Notes
     -----
     From FOLD_BACK c on the limit falls on a line through (c, c); a constant demand settles where the line
-    meets its own mean, at c. It also never lets one tick carry the mean beyond c.
-    """
+    meets its own mean, at c. It also never lets one tick carry the mean beyond c."""
     if not continuous < limit:  # also NaN
         return limit
     start = FOLD_BACK * continuous
@@ -83,8 +81,7 @@ def push_window(mean: float, torque: float, share: float) -> float:
     -----
     The window is exponential, with the time constant of half a rectangular one of 250 ms: a rectangular
     one lets a constant demand come through in bursts of its own length. While this mean stays below c, the
-    plain mean of any 250 ms stays below 1.5 c, and that of long times below c.
-    """
+    plain mean of any 250 ms stays below 1.5 c, and that of long times below c."""
     return mean + share * (abs(torque) - mean)
 
 
@@ -125,8 +122,7 @@ def gate_torque(
         Always finite, |torque| <= limit, and within `rate` of `previous` unless it was cut to 0 by
         DISABLED, NOT_FINITE, OVERSPEED or VIOLATION.
     flags : int
-        NOT_FINITE means cut, VIOLATION lock-out: the caller acts on them in the same tick.
-    """
+        NOT_FINITE means cut, VIOLATION lock-out: the caller acts on them in the same tick."""
     if not (limit > 0.0 and rate > 0.0 and _finite(limit) and _finite(rate)):
         return 0.0, _VIOLATION
     if not abs(previous) <= limit * (1.0 + SLACK):
@@ -165,8 +161,7 @@ def encoded_fits(torque: float, encoded: float, per_unit: float, limit: float) -
     encoded : float
         What goes to the device, in its unit (A, or N m with `per_unit` 1).
     per_unit : float
-        Torque of one unit, N m.
-    """
+        Torque of one unit, N m."""
     if not (_finite(torque) and _finite(encoded) and abs(torque) <= limit):
         return False
     said = encoded * per_unit

@@ -3,8 +3,7 @@
 
 Inside, the coordinate of a linear axis is m under the names of rad (`hw.motion`). A constant of the law that
 is so many rad a second would there be as many metres a second: a carriage that a hand moves at 9 mm/s would
-creep, and be left unhelped.
-"""
+creep, and be left unhelped."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """Command intake: which requests rose, which target is fresh, how old the last one is.
 
 The command is one snapshot that the host overwrites; counters in it make edges that survive being read
-late or twice. A request is used up in the tick that sees it, granted or not.
-"""
+late or twice. A request is used up in the tick that sees it, granted or not."""
 
 from __future__ import annotations
 
@@ -43,8 +42,7 @@ def _rising_requests(s: Record, c: Record) -> int:
 @compiled
 def _holds_lease(s: Record, c: Record) -> bool:
     """True when the newest target may count: of this epoch, finite, from whoever holds the lease or takes a
-    free one.
-    """
+    free one."""
     if c.target_epoch != s.epoch or c.target_lease == 0:
         return False
     if s.lease != 0 and s.lease != c.target_lease:
@@ -60,8 +58,7 @@ def _take_target(s: Record, p: Record, c: Record) -> None:
     """Take over a fresh target of the lease holder, or let the last one age until the lease ends.
 
     A target stays in the command's slot; only the rise of `target_count` makes it fresh, once. What a
-    refused one says never reaches the law.
-    """
+    refused one says never reaches the law."""
     risen = c.target_count > s.target_seen
     s.target_seen = c.target_count
     if risen and _holds_lease(s, c):
@@ -82,8 +79,7 @@ def _take_target(s: Record, p: Record, c: Record) -> None:
 @compiled
 def _hear_host(s: Record, c: Record) -> None:
     """Let the host's last sign of life age. It counts ticks that ran: what kept the loop too is no
-    silence.
-    """
+    silence."""
     s.beat_age_ticks = 0 if c.beat_count > s.beat_seen else s.beat_age_ticks + 1
     s.beat_seen = c.beat_count
 
@@ -114,8 +110,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
     requests : int
         ARM, STOP, RESET, TERMINATE bits (`states`).
     arm_allowed : bool
-        The command belongs to the present epoch: an arm request queued before a stop is void.
-    """
+        The command belongs to the present epoch: an arm request queued before a stop is void."""
     if s.ticks == 0:
         s.fault_first = -1
     requests = _rising_requests(s, c)
@@ -136,8 +131,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
 @compiled
 def _silence(s: Record) -> int:
     """Ticks of silence of the renderer: nobody can have been silent since before there was anything to
-    move.
-    """
+    move."""
     return int(min(s.target_age_ticks, s.remote_ticks))
 
 
@@ -157,7 +151,6 @@ def target_fault(s: Record, p: Record, c: Record) -> int:
 @compiled
 def host_fault(s: Record, c: Record) -> int:
     """HOST_SILENT while powered and the host has broken the promise in its last command: no STOP would come
-    either.
-    """
+    either."""
     silent = c.beat_ticks > 0 and s.beat_age_ticks > c.beat_ticks
     return _F_HOST if silent and states.is_powered(s.state) else 0

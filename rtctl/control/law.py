@@ -1,8 +1,7 @@
 """One tick of the control law: measured fields in, torque out.
 
 Read `step` first: it is the block diagram. Every part is a pure compiled function of the tick, the state
-and the parameters; nothing here knows time, devices or processes.
-"""
+and the parameters; nothing here knows time, devices or processes."""
 # longer than 300 lines: one tick from the sample to the torque, in the order in which it is worked out
 
 from __future__ import annotations
@@ -75,8 +74,7 @@ def step(
 
     Notes
     -----
-    Signs: docs/theory.md 1.1. A torque is positive when it accelerates the joint.
-    """
+    Signs: docs/theory.md 1.1. A torque is positive when it accelerates the joint."""
     t, s, p, c = tick[0], state[0], params[0], command[0]
     # 1. what is asked
     requests, arm_allowed = intake.take_command(t, s, p, c)
@@ -191,8 +189,7 @@ def _torque_per_ampere(p: Record, axis: int) -> float:
 def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elapsed: int) -> None:
     """Add conservative part and observer to the feed-forward, and hold what helps with friction to what its
     account, a hand that brakes, strokes that shrink, trembling, what is paid and what the observer feeds
-    leave.
-    """
+    leave."""
     speed = t.velocity_rad_s[axis]
     branch = FORWARD if speed >= 0.0 else BACKWARD
     spring = conservative_feedforward(t, s, p, model, axis, range_fade(model, branch, abs(speed)))

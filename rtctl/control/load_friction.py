@@ -6,8 +6,7 @@ e the hand's torque and m the motor's, both at the joint with the same sign; q =
 drives against the hand (e m < 0, |e| < |m|), q_m m^2 where the hand drives it back. m is what coupling and
 world ask for in this tick, and the help with friction as it was sent in the last one: the help loads the
 gear, too, and what it adds to itself in a tick is bounded by `rtctl check` (`friction.load.LOOP_MOST`), so
-that the sum settles. s is a table, even over the fourth root of v: a power takes 40 ns.
-"""
+that the sum settles. s is a table, even over the fourth root of v: a power takes 40 ns."""
 
 from __future__ import annotations
 
@@ -50,8 +49,7 @@ def load_magnitude(model: Record, speed: float, outside: float, motor: float) ->
 @compiled
 def motor_through_gear(t: Record, s: Record, p: Record, axis: int) -> float:
     """The motor's torque on the gear, N m: what coupling and world ask for now, and the help that was sent in
-    the last tick.
-    """
+    the last tick."""
     limit = p.torque_limit_nm[axis]
     asked = min(max(s.authority * t.coupling_torque_nm[axis], -limit), limit)
     return float(asked + s.compensation_nm[axis, (s.ticks - 1) % HELD])
@@ -64,8 +62,7 @@ def load_gain(p: Record, axis: int, speed: float) -> float:
 
     A joint that sticks under load needs no help to stay, and stiction that is larger by the load is larger by
     what the load does: with the load's help at rest a joint that a hand leans on crept, or trembled by
-    2 mrad/s.
-    """
+    2 mrad/s."""
     gain = p.friction_load_gain[axis]
     if not gain > 0.0:
         return 0.0
@@ -78,8 +75,7 @@ def load_friction(t: Record, s: Record, p: Record, model: Record, axis: int, spe
     virtual mass is shown.
 
     The servo of a virtual mass works against the friction itself: a load computed from its torque would be an
-    answer to friction.
-    """
+    answer to friction."""
     if not p.friction_load_gain[axis] > 0.0 or is_admittance(s, axis):
         return 0.0
     return load_magnitude(model, speed, s.calm_hand_nm[axis], motor_through_gear(t, s, p, axis))

@@ -5,8 +5,7 @@ Notes
 The checksum of words w_0..w_{n-1} is the sum over i of (w_i + i + 1) * M_i mod 2^64, with odd multipliers
 M_i = 2 (i + 1) * PHI + 1 (PHI the 64-bit golden-ratio constant). Odd multipliers are invertible, so any
 change of a single word is seen for certain; a mixture of two rows passes with probability about 2^-64. It
-guards against torn and reordered stores, not against malice: both processes are ours.
-"""
+guards against torn and reordered stores, not against malice: both processes are ours."""
 
 from __future__ import annotations
 
@@ -66,8 +65,7 @@ def take(header: np.ndarray, slot_words: np.ndarray, command_words: np.ndarray) 
     """Copy the newest command into `command_words[0]` if it is new and whole. Returns 1 then, else 0.
 
     A slot whose checksum does not fit is being overwritten: it is left alone, counted, and looked at again
-    in the next tick.
-    """
+    in the next tick."""
     seq = header[0].mailbox_seq
     if np.uint64(seq) == command_words[0, 0]:
         return 0

@@ -21,8 +21,7 @@ it has corners. So
 
 In the turns of a brisk hand, which take some hundredths of a second, the intent follows `TURN_TIMES` as fast
 as at rest: slower, the hand would be held back, and at once, bristles that are still bent would throw the
-joint back. An admittance follows its mass, whose hand is another loop (`admittance_margin`).
-"""
+joint back. An admittance follows its mass, whose hand is another loop (`admittance_margin`)."""
 
 from __future__ import annotations
 
@@ -71,7 +70,6 @@ def is_slow(s: Record, p: Record, axis: int) -> bool:
 @compiled
 def eased(p: Record, axis: int, before: float, now: float, times: float) -> float:
     """What follows the hand's torque, `now`, so many times as fast as the intent at rest; nothing where that
-    is no number.
-    """
+    is no number."""
     mean = before + min(times * p.rest_alpha[axis], 1.0) * (now - before)
     return mean if math.isfinite(mean) else 0.0

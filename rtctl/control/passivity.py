@@ -25,8 +25,7 @@ at most
 Why the dry-friction credit follows the model. A right feed-forward spends kappa F(v) dx by design and
 the device's friction takes it back. Crediting one constant, the least friction over the range, would
 call that activity wherever the Stribeck curve lies above its minimum: slow motion with 90 % of a
-stiction peak would run into a false alarm within seconds.
-"""
+stiction peak would run into a false alarm within seconds."""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ GROSS_FACTOR = 3.0
 @compiled
 def granted(s: Record, axis: int) -> float:
     """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used
-    up.
-    """
+    up."""
     given = s.authority_grant_j[axis]
     s.authority_grant_j[axis] = 0.0
     if s.state == _ACTIVE:
@@ -75,8 +73,7 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
 
     Notes
     -----
-    `dry_friction.credit_friction` has run for the same period.
-    """
+    `dry_friction.credit_friction` has run for the same period."""
     held = acted_torque(s, p, axis, elapsed)
     dt = p.period_s * max(elapsed, 1)
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
@@ -97,8 +94,7 @@ def injected_damping(s: Record, p: Record, axis: int, dx: float, elapsed: int, m
     Notes
     -----
     alpha = -E/(T v^2) with v = dx/T, capped at `most`, N m s/rad (an uncapped controller
-    made a limit cycle of its own in simulation); 0 below one encoder count of motion, where v is noise.
-    """
+    made a limit cycle of its own in simulation); 0 below one encoder count of motion, where v is noise."""
     energy = s.energy_port_j[axis]
     if energy >= 0.0 or abs(dx) < p.count_rad[axis] or dx == 0.0:
         return 0.0

@@ -23,8 +23,7 @@ was swung at 14 Hz by 438 mrad/s (101 without this account).
 
 The balance is exact between the middles of two periods: the torque of the sample between them over the mean
 of both ways. A force that is late sees a swing paid for a little more than it is. Less help breaks no proof.
-A virtual mass has damping and a watch of its own.
-"""
+A virtual mass has damping and a watch of its own."""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ OWED_BANKS = 2.0
 @compiled
 def _pay(s: Record, p: Record, axis: int, bank: float, push: float, elapsed: int) -> None:
     """Take in the period up to this sample; `push` is the torque of world and injected damping from now on,
-    N m. What is no number leaves an empty account.
-    """
+    N m. What is no number leaves an empty account."""
     dx = s.position_rad[axis] - s.position_before_rad[axis]
     v = dx / (p.period_s * elapsed)
     torque = s.hand_torque_before_nm[axis] + s.paid_push_nm[axis]

@@ -4,8 +4,7 @@
     tau_c(x)     (a = 2 pi x / period) cogging or ripple, a cubic over each cell of its period
 
 All tables of speed have the knots of the curve, and the cubics of one segment stand side by side; cos h a and
-sin h a come from a recurrence.
-"""
+sin h a come from a recurrence."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ def turn_waves(turns: float) -> tuple[float, float]:
     Notes
     -----
     Without a branch, for a third of the time of both library functions: series at a quarter of the angle, |r|
-    <= pi/4, and cos 2 r = 1 - 2 sin^2 r, sin 2 r = 2 sin r cos r twice.
-    """
+    <= pi/4, and cos 2 r = 1 - 2 sin^2 r, sin 2 r = 2 sin r cos r twice."""
     r = (turns - np.floor(turns + 0.5)) * (0.5 * math.pi)
     z = r * r
     s = 1.0 / 362880.0 + z * (-1.0 / 39916800.0 + z * (1.0 / 6227020800.0 - z / 1307674368000.0))
@@ -44,8 +42,7 @@ def place_magnitude(model: Record, branch: int, speed: float, position: float) -
     Parameters
     ----------
     speed, position : float
-        |v| (rad/s, >= 0, held at the last knot beyond it) and the joint's angle (rad, any turn).
-    """
+        |v| (rad/s, >= 0, held at the last knot beyond it) and the joint's angle (rad, any turn)."""
     orders = min(model.place_orders[branch], PLACE_ORDERS)
     if orders < 1:
         return 0.0
@@ -68,8 +65,7 @@ def place_magnitude(model: Record, branch: int, speed: float, position: float) -
 @compiled
 def conservative_torque(model: Record, position: float) -> float:
     """Torque that the joint's place alone exerts on it, N m, positive along +x; 0 without one, NaN for a
-    NaN.
-    """
+    NaN."""
     per_rad = model.conservative_per_rad
     if not per_rad > 0.0:
         return 0.0

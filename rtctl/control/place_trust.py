@@ -14,8 +14,7 @@ stays at one place says little, and counts by what it says. Waves of tau_c that 
 sees at any speed are not in m: with SEEN they are never compensated.
 
 The compensation by place is a share of what is trusted; energy does not depend on it (`assistance`,
-`dry_friction`: what they credit is the friction at the weakest place).
-"""
+`dry_friction`: what they credit is the friction at the weakest place)."""
 
 from __future__ import annotations
 
@@ -66,8 +65,7 @@ def place_trust(s: Record, p: Record, axis: int) -> float:
 @compiled
 def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: float) -> None:
     """Go on with the statistics by the last period's motion `dx`, rad; reads the friction observed of the
-    tick.
-    """
+    tick."""
     v, length = t.velocity_rad_s[axis], p.place_length_rad[axis]
     if p.place_kind[axis] == 0 or not length > 0.0 or dx == 0.0 or not p.observer_alpha[axis] > 0.0:
         return
@@ -102,16 +100,14 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
 @compiled
 def _whole_nm2(p: Record, axis: int) -> float:
     """Mean square of what the model says of places over a whole turn, as one wave as deep as its trough has
-    it.
-    """
+    it."""
     return 0.5 * p.place_trough_nm[axis] * p.place_trough_nm[axis]
 
 
 @compiled
 def _telling(s: Record, p: Record, axis: int) -> float:
     """How much the last way says of the places, 0 to 1: its spread of them over that of a whole turn,
-    squared.
-    """
+    squared."""
     whole = _whole_nm2(p, axis)
     return min(s.place_square_nm2[axis, 1] / whole, 1.0) if whole > 0.0 else 1.0
 
@@ -119,8 +115,7 @@ def _telling(s: Record, p: Record, axis: int) -> float:
 @compiled
 def _believed(square: float, left: float) -> float:
     """Share that a correlation is believed by, 0 to 1, of places of this mean square beside what they leave
-    over.
-    """
+    over."""
     correlation = math.sqrt(square / max(square + left, 1e-30))
     return min(max((correlation - CORRELATION_LOW) / (CORRELATION_FULL - CORRELATION_LOW), 0.0), 1.0)
 
@@ -144,8 +139,7 @@ def _target(s: Record, p: Record, axis: int) -> float:
 @compiled
 def conservative_feedforward(t: Record, s: Record, p: Record, model: Record, axis: int, fade: float) -> float:
     """Torque against the conservative part, N m: a spring, kept apart from the help with friction; NaN stays
-    NaN.
-    """
+    NaN."""
     gain = p.conservative_gain[axis]
     if not gain > 0.0:
         return 0.0

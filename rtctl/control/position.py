@@ -11,8 +11,7 @@ velocity instead makes the joint hunt about its goal by a bristle deflection.)
 |---|---|---|
 | STEP | A | from the first tick on |
 | SINE | A (1 - cos w t) | from rest; w = rate |
-| TRIANGLE | 0, A, 0, -A, 0, ... | at the speed `rate` |
-"""
+| TRIANGLE | 0, A, 0, -A, 0, ... | at the speed `rate` |"""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ STANDING_RAD_S = 1e-6
 @compiled
 def reference_at(shape: int, amplitude_rad: float, rate: float, t: float) -> tuple[float, float, float]:
     """Position (from the start), velocity and acceleration of a reference `t` seconds after it began; rad,
-    s.
-    """
+    s."""
     if shape == _SINE:
         phase = rate * t
         speed = amplitude_rad * rate * math.sin(phase)

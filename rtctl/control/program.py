@@ -16,8 +16,7 @@ matters.
 
 Why v is the low-passed backward difference and not the configured estimator: at low speed a long window
 is late by up to half its length, and d must exceed the steepest fall of the Stribeck curve or the joint
-stick-slips; both together have no phase margin on a light rig.
-"""
+stick-slips; both together have no phase margin on a light rig."""
 
 from __future__ import annotations
 
@@ -62,8 +61,7 @@ def take_program(s: Record, c: Record, p: Record, axis: int) -> None:
     """Start the program asked for, once per rise of `program_count`.
 
     A request is used up in the tick that sees it: one that arrives in any state but ACTIVE, or that was
-    made in an epoch before the last stop, is void, so nothing queued before a stop can move the rig.
-    """
+    made in an epoch before the last stop, is void, so nothing queued before a stop can move the rig."""
     asked = c.program_count[axis] > s.program_seen_count[axis]
     s.program_seen_count[axis] = c.program_count[axis]
     if s.state != _ACTIVE:
@@ -117,8 +115,7 @@ def _valid(c: Record, p: Record, axis: int) -> bool:
 @compiled
 def _trackable(s: Record, c: Record, p: Record, axis: int) -> bool:
     """Whether a reference that begins here stays within the travel and the rig's speed, and its gains are
-    sound.
-    """
+    sound."""
     here = s.position_rad[axis]
     return (
         0.0 <= c.program_integral_nm_rad_s[axis] < math.inf
@@ -221,8 +218,7 @@ def program_torque(
     Parameters
     ----------
     elapsed : int
-        Grid ticks since the last valid sample; 0 on a missed one.
-    """
+        Grid ticks since the last valid sample; 0 on a missed one."""
     take_program(s, c, p, axis)
     torque = 0.0
     if in_program(s, axis):

@@ -2,8 +2,7 @@
 
 All are one-row structured arrays (the friction model has one row per axis), handed to compiled
 functions as arrays, whose row 0 is the record. Lengths that follow the rig are sub-array shapes, so
-one rig size is one compiled version.
-"""
+one rig size is one compiled version."""
 # longer than 300 lines: the law's memory: three tables of fields, each with what it is for
 
 from __future__ import annotations
@@ -63,8 +62,7 @@ def _record(
     vectors: dict[str, Shape] | None = None,
 ) -> np.dtype[np.void]:
     """Scalars, then integer arrays of the given lengths, arrays of numbers of the given shapes, per-axis
-    fields.
-    """
+    fields."""
     fields: list[tuple[str, str] | tuple[str, str, Shape]] = [*scalars.items()]
     fields += [(name, "<i8", (length,)) for name, length in (marks or {}).items()]
     fields += [(name, "<f8", shape) for name, shape in (vectors or {}).items()]
@@ -523,8 +521,7 @@ def command_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: on
 
     A rise of `arm_count`, `stop_count`, `reset_count`, `tare_count` is one request; a rise of
     `target_count` is a fresh renderer target. A rise of `beat_count` is a sign of life of the host, which
-    promises the next one within `beat_ticks` ticks; 0 promises nothing.
-    """
+    promises the next one within `beat_ticks` ticks; 0 promises nothing."""
     return _record(
         {
             "seq": "<i8",

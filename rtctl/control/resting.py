@@ -31,8 +31,7 @@ gate stays as open as it was, and the direction is that of the bristles by then.
 from the first tick on took half the help from a recorded hand that turned back every .2 s
 (`tests/acceptance/test_real_recordings.py`), and left hands that hold still no quieter. An observer as slow
 as the feed-forward lets a joint creep that a hand holds under tension, until it slips seconds later; one as
-quick as ever keeps up a vibration of a stiff and heavy hand on soft bristles for as long.
-"""
+quick as ever keeps up a vibration of a stiff and heavy hand on soft bristles for as long."""
 
 from __future__ import annotations
 
@@ -78,8 +77,7 @@ HELD_AFTER_S, HELD_S = 0.5, 1.0
 @compiled
 def _moves_on(s: Record, p: Record, axis: int) -> bool:
     """True when the joint slides, and faster than it creeps; a joint that follows a virtual mass when it
-    slides at all.
-    """
+    slides at all."""
     creep_rad_s = own_rad(p, axis, CREEP_RAD_S)
     return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > creep_rad_s or is_admittance(s, axis))
 
@@ -111,8 +109,7 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 @compiled
 def slides_on(s: Record, p: Record, axis: int) -> bool:
     """True when the joint slides and does not stand: what sticks without bending leaves the bristles at the
-    end of its last motion.
-    """
+    end of its last motion."""
     return slides(s, axis) and not is_resting(s, p, axis)
 
 
@@ -122,8 +119,7 @@ def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
 
     Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the
     bristles, by more than the joint's damping (22 N s/m on a carriage with .3), while what holds the joint is
-    no curve of speed there.
-    """
+    no curve of speed there."""
     held = s.calm_speed_rad_s[axis]
     if is_resting(s, p, axis) and held > speed:
         held += min(p.period_s / FORGOTTEN_S, 1.0) * (speed - held)
@@ -142,16 +138,14 @@ def is_bent(s: Record, p: Record, axis: int) -> bool:
 @compiled
 def while_bent(s: Record, p: Record, axis: int, alpha: float, times: float) -> float:
     """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent
-    bristles.
-    """
+    bristles."""
     return min(alpha, times * p.rest_alpha[axis]) if is_bent(s, p, axis) else alpha
 
 
 @compiled
 def held_part(s: Record, p: Record, axis: int) -> float:
     """0 on a joint that has moved on of late, 1 on one that has not for long; never of an admittance, which
-    follows its mass.
-    """
+    follows its mass."""
     if is_admittance(s, axis):
         return 0.0
     return min(max(s.bent_ticks[axis] * p.period_s - HELD_AFTER_S, 0.0) / HELD_S, 1.0)

@@ -5,8 +5,7 @@ The same least squares tell them apart where the torque varies enough; what is j
 and the offset alone, each with three of its standard errors. A torque that stays the same shows only their
 sum: then the mean gap between sent and measured must be explained by what both may be together. Two windows
 in a row that are off are CURRENT: a sensor that changed since the test pulse, or a drive that gives less than
-it is asked for at torques that the pulse does not reach.
-"""
+it is asked for at torques that the pulse does not reach."""
 
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ MOST_ERROR = 0.1
 @compiled
 def _apart(s: Record, axis: int, floor: float, share: float) -> tuple[float, float, float, float]:
     """(gain, its standard error, offset, its standard error) of the window; infinite errors where the torque
-    shows neither.
-    """
+    shows neither."""
     slope, rest, left, area = regression(s, axis)
     if area == 0.0:
         return 0.0, math.inf, 0.0, math.inf
@@ -62,8 +60,7 @@ def judge_current(s: Record, p: Record, axis: int, floor: float, share: float) -
     """At the end of a window: CURRENT from the second one in a row on that is off.
 
     `floor`: least noise that is assumed, N m; `share`: coefficient per tick of the low-pass behind which the
-    sums were taken.
-    """
+    sums were taken."""
     off = _is_off(s, p, axis, floor, share)
     s.running_gap_count[axis] = s.running_gap_count[axis] + 1 if off else 0
     return _F_CURRENT if s.running_gap_count[axis] >= BAD_WINDOWS else 0

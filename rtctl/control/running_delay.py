@@ -9,8 +9,7 @@ for a torque that changes little within the delay; a first-order lag counts as d
 where the motion shows it: with a standard error below MOST_ERROR_TICKS, which counts one independent sample
 per two time constants of the low-pass, and a residual of a thousandth of the torque limit at the least. Only
 a delay that leaves the proof by more than three of those errors, in two windows in a row, is DELAY. What the
-same windows say of gain and offset is `running_current`'s.
-"""
+same windows say of gain and offset is `running_current`'s."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ def _restart(s: Record, axis: int) -> None:
 @compiled
 def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, float]:
     """(delay, its standard error) of the window, ticks; an infinite error where the motion does not show
-    it.
-    """
+    it."""
     slope, rest, left, area = regression(s, axis)
     gain = 1.0 - rest
     if area == 0.0 or not gain >= LEAST_GAIN:
@@ -59,8 +57,7 @@ def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, 
 @inlined
 def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> int:
     """Follow the torque of one axis; DELAY while its delay has left the proof of the coupling, CURRENT while
-    it is another.
-    """
+    it is another."""
     if p.follow_kind[axis] == 0 or s.state != _ACTIVE or s.ticks_in_state == 0:
         s.running_bad_count[axis] = s.running_gap_count[axis] = 0
         s.running_ticks[axis] = -1

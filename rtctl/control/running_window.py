@@ -3,8 +3,7 @@
 With u the torque sent, d its change over a tick and e what the measured torque lacks of it, all behind one
 low-pass, the sums of `running_sums` are those of d, u, e, dd, du, uu, de, ue, ee. The gap is e = slope d +
 rest u: a delay of slope ticks and a gain of 1 - rest. `running_delay` judges the first, `running_current` the
-second.
-"""
+second."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ def moments(s: Record, axis: int) -> tuple[float, float, float, float, float, fl
 @compiled
 def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
     """(slope, rest, variance that both leave, determinant) of the window; a determinant of 0 where the torque
-    shows neither.
-    """
+    shows neither."""
     sums, n = s.running_sums[axis], s.running_ticks[axis]
     d, u, e, dd, du, uu = moments(s, axis)
     de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
@@ -38,6 +36,5 @@ def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
 @compiled
 def of_mean(variance: float, n: int, floor: float, share: float) -> float:
     """Variance of the mean of `n` values behind the low-pass, of which one in two time constants is
-    independent.
-    """
+    independent."""
     return max(variance, floor * floor) * 2.0 / (share * n)

@@ -2,8 +2,7 @@
 
 A sample is missed when the link reports damage, its counter does not advance, a value is not finite or
 out of range, or the position jumps further than the axis can travel. A missed sample never reaches the
-law: the last valid one is held (`state.position_rad`, `current_a`, `wrench`) and its age grows.
-"""
+law: the last valid one is held (`state.position_rad`, `current_a`, `wrench`) and its age grows."""
 
 from __future__ import annotations
 
@@ -143,8 +142,7 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
     A sample at the end of a recorded log does not age into STALE: the log's end is not a failure.
     Before the first valid sample, after a loss too, there is nothing to hold: a start may take as long as
     readiness does (`ready_ticks`). What is wrong with a sensor that shows nothing usable by then is named
-    like any other.
-    """
+    like any other."""
     started = s.history_count[0] > 0
     elapsed = s.sample_age_ticks + 1 + skipped
     for axis in range(len(t.position_rad)):

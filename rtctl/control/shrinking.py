@@ -21,8 +21,7 @@ comes to rest anyway is braked.
   helped to slip seconds later.
 
 Less help never breaks a proof: the account, the two lines and the observer's eigenvalues bound it from above.
-A virtual mass is braked by its own damping, and its joint must follow: it is helped as ever.
-"""
+A virtual mass is braked by its own damping, and its joint must follow: it is helped as ever."""
 
 from __future__ import annotations
 
@@ -73,8 +72,7 @@ def _end_stroke(s: Record, axis: int) -> None:
 @compiled
 def _advance_stroke(s: Record, p: Record, axis: int, speed: float) -> None:
     """Find where a stroke ends, and age it and the reference while the joint moves. `speed` in rad/s, >=
-    0.
-    """
+    0."""
     if not slides(s, axis):
         return
     side = 1.0 if s.bristle_share[axis] > 0.0 else -1.0
@@ -93,8 +91,7 @@ def _advance_stroke(s: Record, p: Record, axis: int, speed: float) -> None:
 def steady_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance the strokes of the state; return the share of the help that is left, 1 - LEFT_MOST to 1.
 
-    A velocity that is no number changes nothing. Nothing is remembered without power.
-    """
+    A velocity that is no number changes nothing. Nothing is remembered without power."""
     if not is_powered(s.state) or is_admittance(s, axis):
         _forget_strokes(s, axis)
         return 1.0

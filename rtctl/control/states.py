@@ -3,8 +3,7 @@
 `TRANSITIONS` is read from the top: the first row whose state and event are present decides, so its order
 is the order of priority (LOCKOUT > ESTOP > CUT > RAMP > HOLD > requests). `next_state` is that and nothing
 else; `advance` finds out which events are present and keeps the counters. No fault clears itself into
-motion: the only row that ends in ARMING needs a fresh request.
-"""
+motion: the only row that ends in ARMING needs a fresh request."""
 # longer than 300 lines: the table of transitions and the events it is read with are checked against each
 # other, line by line
 
@@ -137,8 +136,7 @@ def next_state(state: int, events: int) -> int:
     state : int
         `State`.
     events : int
-        `Event` bits present in this tick.
-    """
+        `Event` bits present in this tick."""
     for row in range(len(_TO)):
         if (_FROM[row] >> state) & 1 and events & _EVENT[row]:
             return int(_TO[row])
@@ -172,8 +170,7 @@ def fault_events(faults: int) -> int:
 def request_events(requests: int, may_arm: bool, may_reset: bool) -> int:
     """Events that the request bits bring about.
 
-    `may_arm`: ready, tared, of the present epoch. `may_reset`: the cause has been absent long enough.
-    """
+    `may_arm`: ready, tared, of the present epoch. `may_reset`: the cause has been absent long enough."""
     events = 0
     if requests & STOP:
         events |= _E_STOP
@@ -219,8 +216,7 @@ def lowest_bit(bits: int) -> int:
 def _latch(s: Record, faults: int) -> None:
     """Keep the first cause of a stop; later ones do not replace it.
 
-    What a loop finds after a standstill (a device that let go, say) comes of the standstill.
-    """
+    What a loop finds after a standstill (a device that let go, say) comes of the standstill."""
     if s.fault_first < 0:
         s.fault_first = lowest_bit(faults & _F_STALLED if faults & _F_STALLED else faults & _F_LATCHED)
 
@@ -276,8 +272,7 @@ def advance(
     tested : bool
         The test pulse of ARMING is over and found nothing.
     silent : bool
-        A remote environment's target is too old to follow.
-    """
+        A remote environment's target is too old to follow."""
     s.ticks_in_state += 1
     s.clear_ticks = 0 if faults else s.clear_ticks + 1
     ready = s.good_ticks >= p.ready_ticks and not faults

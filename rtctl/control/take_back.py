@@ -23,8 +23,7 @@ holds as before, E by the torque that acted.
 
 OVERSPEED is why w is enough: above v_max the gate cuts any torque that drives, above OVERSPEED_FACTOR v_max
 every one. A late loop or a missed sample holds a torque for longer than (1) knows; the faults of `passivity`
-remain for them.
-"""
+remain for them."""
 
 from __future__ import annotations
 
@@ -93,8 +92,7 @@ def acting_delay(p: Record, axis: int) -> float:
 @compiled
 def acted_torque(s: Record, p: Record, axis: int, ticks: int) -> float:
     """Mean torque that the motor held over the last so many periods, N m: the one sent last, or earlier ones
-    where it acts late.
-    """
+    where it acts late."""
     late = acting_delay(p, axis)
     if late == 0.0:
         return float(s.torque_applied_nm[axis])

@@ -51,8 +51,7 @@ LONGEST_S = 0.5 / SLOWEST_HZ
 @inlined
 def calm_share(s: Record, p: Record, axis: int) -> float:
     """Advance what is remembered of trembling; return the share of the help that it leaves, 0 to 1. A
-    position that is no number turns nothing.
-    """
+    position that is no number turns nothing."""
     s.turn_s[axis] += p.period_s
     way = -1.0 if s.turned[axis] != 0.0 else 1.0
     on = (s.position_rad[axis] - s.turn_rad[axis]) * way

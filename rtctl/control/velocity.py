@@ -2,8 +2,7 @@
 
 x position rad, T period s, k newest sample, l samples back, d accepted deviation (band).
 Between two valid samples more than one grid tick may have passed (missed samples, missed ticks); the
-history is then filled along the straight line, so every estimator sees equally spaced positions.
-"""
+history is then filled along the straight line, so every estimator sees equally spaced positions."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ def lowpass_alpha(cutoff_hz: float, period_s: float) -> float:
 
     Notes
     -----
-    alpha = 1 - exp(-2 pi f T): the exact sampled pole. A cut-off of 0 means no filter (alpha = 1).
-    """
+    alpha = 1 - exp(-2 pi f T): the exact sampled pole. A cut-off of 0 means no filter (alpha = 1)."""
     return 1.0 if cutoff_hz <= 0 else -math.expm1(-2.0 * math.pi * cutoff_hz * period_s)
 
 
@@ -57,8 +55,7 @@ def kalman_gains(count_rad: float, bandwidth_hz: float, period_s: float) -> tupl
     filter the bandwidth w_c. In units of R and T the discrete Riccati equation in steady state reduces to
         q (1 - a) = b^2,     a^2 + a b + b^2/6 = 2 b,     q = (w_c T)^4,
     with a the position gain and b = T times the velocity gain (derived for this project); solved by
-    bisection in b, on which the difference of the two sides of the first equation is monotone.
-    """
+    bisection in b, on which the difference of the two sides of the first equation is monotone."""
     if not (count_rad > 0 and bandwidth_hz > 0 and period_s > 0):
         msg = f"count, bandwidth and period must be positive: {count_rad}, {bandwidth_hz}, {period_s}"
         raise ValueError(msg)
@@ -137,8 +134,7 @@ def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, per
     accepted slope is the result. Sums are kept relative to x_k, so large angles lose no digits.
     The samples are looked at again only where the line has turned so far, since they were, that one of them
     could lie beside it: no sample is farther from the new line than from the old one and the lines from each
-    other, at the window's ends.
-    """
+    other, at the window's ends."""
     newest = history[0]
     total = 0.0
     weighted = 0.0
@@ -200,8 +196,7 @@ def estimate_velocity(s: Record, p: Record, axis: int, elapsed: int) -> tuple[fl
     velocity : float
         rad/s; a missed sample holds the last estimate.
     difference : float
-        (x_k - x_{k-1})/T, rad/s: 0 on a missed sample, where the held position does not move.
-    """
+        (x_k - x_{k-1})/T, rad/s: 0 on a missed sample, where the held position does not move."""
     if elapsed == 0:
         return s.velocity_rad_s[axis], 0.0
     if s.history_count[axis] == 0:

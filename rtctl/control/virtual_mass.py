@@ -22,8 +22,7 @@ While only a share a of the display is felt (soft start, change of display), b_v
 mass that a weak servo cannot have the joint follow would ring in hands that it bears at full torque (14.2).
 
 The servo never asks for more than the torque limit L: the speed of the mass stays within L/K_v of that of the
-joint, its place within L/K_p: when what holds the joint lets go, it does not come back all at once.
-"""
+joint, its place within L/K_p: when what holds the joint lets go, it does not come back all at once."""
 
 from __future__ import annotations
 
@@ -87,8 +86,7 @@ def _rest_damping(s: Record, p: Record, axis: int) -> float:
     Of its motion beyond a low-pass: a damper to a mass, at rest when the joint begins to stick, so it only
     takes. It begins at the speed of the mass where the joint is no longer seen (a hand that leans on it moves
     the mass on, and to brake that would jolt the joint by counts), and where the joint gave way by a count at
-    the end of its bristles and the mass goes on towards that end: nothing turned back.
-    """
+    the end of its bristles and the mass goes on towards that end: nothing turned back."""
     before, damping, blind = s.mass_calms_nms_rad[axis], 0.0, is_blind(s, p, axis)
     if blind:
         damping = p.mass_blind_nms_rad[axis]
@@ -140,8 +138,7 @@ def _follow_remote(s: Record, p: Record, axis: int) -> None:
 def _world_step(s: Record, p: Record, axis: int, drive: float, stiffness: float) -> float:
     """Place of the mass after this tick, rad: of a remote world on a spring to the renderer's end of it.
 
-    The damper goes to the ground: one to a moving end would do work of the renderer's that nobody pays.
-    """
+    The damper goes to the ground: one to a moving end would do work of the renderer's that nobody pays."""
     before, dt = s.proxy_position_rad[axis], p.period_s
     if s.world_kind[axis] != _REMOTE:
         return solve_proxy(s, axis, drive, stiffness, before, dt)
@@ -270,8 +267,7 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
     granted_j
         What a renderer or a change of environment was allowed to put in.
     speed
-        Of the joint, rad/s.
-    """
+        Of the joint, rad/s."""
     held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
     held += 0.5 * s.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
     if p.mass_rest_alpha[axis] > 0.0:

@@ -1,7 +1,6 @@
 """The numbers behind the words: kinds, methods, policies, states, faults, gate flags.
 
-Integer enums, because compiled functions compare integers; every other place shows the names.
-"""
+Integer enums, because compiled functions compare integers; every other place shows the names."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ class VelocityMethod(IntEnum):
 
 class Display(IntEnum):
     """What an axis shows to the hand: a force for a motion, or the motion of a mass for a force
-    (`control.virtual_mass`).
-    """
+    (`control.virtual_mass`)."""
 
     IMPEDANCE = 0
     ADMITTANCE = 1

@@ -23,8 +23,7 @@ def push(words: np.ndarray, tick: int, marked: bool) -> int:
     words : int array, shape (MARK_WORDS,)
         Zeroed before the first tick.
     tick : int
-        Ticks counted one by one from 0.
-    """
+        Ticks counted one by one from 0."""
     place = tick % TICKS
     word = place // _BITS
     bit = np.int64(1) << np.int64(place % _BITS)

@@ -14,8 +14,7 @@ velocity with which the joint moves the sensor's origin, so in the sensor's own 
     (u, v)_a <- Ad(exp(-(u, v)_n q_n)) ... Ad(exp(-(u, v)_(a+1) q_(a+1))) (u, v)_a        g <- R_n' ... R_1' g
 
 with every (u, v) on the right at position 0. Without a chain lever, direction and weight are what they are; a
-weight that does not turn is in the tare.
-"""
+weight that does not turn is in the tare."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ def turn(vector: np.ndarray, at: int, axis: np.ndarray, angle: float) -> None:
 @compiled
 def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: float) -> None:
     """Show (lever, direction) of a joint in axes that the joint (`direction`, `lever`) has turned by
-    `angle`.
-    """
+    `angle`."""
     turn(screw, 0, direction, -angle)
     turn(screw, 3, direction, -angle)
     u, v, w = direction[0], direction[1], direction[2]
@@ -66,8 +64,7 @@ def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: f
 @inlined
 def _pose(s: Record, p: Record) -> None:
     """Write `screw` (lever, then direction of each joint) and `weight` (force, then moment) at the present
-    positions.
-    """
+    positions."""
     for axis in range(len(s.position_rad)):
         for i in range(3):
             s.screw[axis, i] = p.lever_m[axis, i]
@@ -110,8 +107,7 @@ def take_wrench(t: Record, s: Record, p: Record) -> None:
 @compiled
 def report_wrench(t: Record, s: Record) -> None:
     """Tared force and moment into the tick: less the weight and the tare that is averaged over most
-    samples.
-    """
+    samples."""
     for i in range(3):
         t.force_tared_n[i], t.moment_tared_nm[i] = s.tared[i], s.tared[3 + i]
 
@@ -122,8 +118,7 @@ def beside(s: Record, part: int) -> float:
     N m.
 
     The part that turns no joint: what is left when its projections on the levers (directions), made
-    perpendicular to each other, are taken away. 0 on a rig whose levers have all three directions.
-    """
+    perpendicular to each other, are taken away. 0 on a rig whose levers have all three directions."""
     found = 0
     for axis in range(len(s.position_rad)):
         basis = s.beside_basis[min(found, 2)]

@@ -1,6 +1,5 @@
 """Impedance and admittance display on the same simulated joint: free motion, felt mass, contact, Z-width,
-felt impedance.
-"""
+felt impedance."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """The same simulated joint displayed as an impedance and as an admittance, and what a hand feels of
-either.
-"""
+either."""
 
 from __future__ import annotations
 
@@ -57,8 +56,7 @@ def usual(loaded: LoadedConfig) -> Shown:
 
     K_p is 14 K_v per second: what friction holds up, the servo has taken back within a fourteenth of a
     second. Less of it leaves more of the damping felt to friction; more of it costs a slow drive what its
-    hand may be.
-    """
+    hand may be."""
     axis = loaded.config.axis[0]
     own = axis.admittance
     if min(own.mass_kgm2, own.damping_nms_rad, own.velocity_gain_nms_rad) > 0:
@@ -128,8 +126,7 @@ def _compensation(joint: Rubbing) -> float:
 
 def impedance_felt(loaded: LoadedConfig, hz: float) -> complex:
     """Torque of a hand over its speed at one frequency, N m s/rad, on a joint that hardly rubs. NaN where the
-    rig stopped.
-    """
+    rig stopped."""
     simulation = Simulation(loaded)
     slippery(simulation)
     hold(simulation, 20.0, 0.1)
@@ -204,15 +201,13 @@ def above(signal: np.ndarray, hz: float, period_s: float) -> float:
 
 def widest(loaded: LoadedConfig, shown: Shown | None, damping_nms_rad: float) -> float:
     """Stiffest rigid wall that is calm: largest k_c with this b_c, or largest K_p with this b_v, N m/rad; 0
-    where none is.
-    """
+    where none is."""
     return _largest(lambda stiffness: _wall(loaded, shown, damping_nms_rad, stiffness).calm)
 
 
 def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float) -> float:
     """Largest K_p with this b_v at which the matrices bear every hand to that stiffness in any linear world,
-    N m/rad; 0: none.
-    """
+    N m/rad; 0: none."""
 
     def bears_hand(stiffness: float) -> bool:
         held = replace(shown, position_gain_nm_rad=stiffness, damping_nms_rad=damping_nms_rad)
@@ -223,8 +218,7 @@ def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float)
 
 def _largest(passes: Callable[[float], bool], most: float = 4000.0) -> float:
     """Up to where a stiffness passes, N m/rad, found by halving ratios between 1 and `most`; 0 where it does
-    not.
-    """
+    not."""
     low, high = 0.0, most
     for _ in range(9):
         middle = math.sqrt(max(low, 1.0) * high)
@@ -247,8 +241,7 @@ def _armed_run(
     simulation: Simulation, seconds: float, compensation: float, wish: Mapping[float, float] | None = None
 ) -> np.ndarray | None:
     """Arm, let the hand wish sines (frequency in Hz -> amplitude in rad), let a second go, run; None if it
-    was not ACTIVE.
-    """
+    was not ACTIVE."""
     try:
         simulation.arm(compensation=compensation)
     except FaultError:

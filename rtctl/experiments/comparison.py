@@ -24,8 +24,7 @@ Figures = Mapping[str, tuple[str, float]]
 @dataclass(frozen=True)
 class Words:
     """What one experiment calls itself, the figure it is judged by (`key`, in mrad), and what its runs
-    are.
-    """
+    are."""
 
     name: str
     title: str

@@ -64,8 +64,7 @@ def run(order: Order) -> Outcome:
     Raises
     ------
     ConfigError, DataError
-        Not a simulated rig; or a run that was stopped by a fault.
-    """
+        Not a simulated rig; or a run that was stopped by a fault."""
     order.require_simulated("free-motion --simulate")
     per_motion = 1 / (len(MOTIONS) + 0.3)
     found = {

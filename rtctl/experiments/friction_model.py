@@ -32,8 +32,7 @@ def run(order: Order) -> Outcome:
     Raises
     ------
     ConfigError, DataError
-        Not a simulated rig; points that cannot be used.
-    """
+        Not a simulated rig; points that cannot be used."""
     order.require_simulated("friction-model")
     points, found = models.climb(order)
     tests = _tests(order)
@@ -74,8 +73,7 @@ def other_points(loaded: LoadedConfig, seed: int) -> FrictionPoints:
 
 def predicted(evidence: Evidence, tests: Sequence[FrictionPoints]) -> dict[str, dict[str, Estimate]]:
     """Mean absolute error (N m) of each family over both directions, and its ratio to training, over the test
-    sets.
-    """
+    sets."""
     found = {}
     for family in evidence.families:
         both = evidence.of(family)

@@ -3,8 +3,7 @@ does it take?
 
 One identification has 28 test points in each direction, half of them slow ones with three times the noise of
 the fast: its ratio of prediction to training error scatters by a sixth by chance alone. Only the mean over
-many says whether noise was learned.
-"""
+many says whether noise was learned."""
 
 from __future__ import annotations
 
@@ -113,8 +112,7 @@ def run(order: Order) -> Outcome:
     Raises
     ------
     ConfigError, DataError
-        Not a simulated rig; points that cannot be used.
-    """
+        Not a simulated rig; points that cannot be used."""
     order.require_simulated("identification")
     if order.points is not None:
         raise DataError(f"{order.points}: identification measures its own points; drop --points")
@@ -135,8 +133,7 @@ def measured(loaded: LoadedConfig, seed: int, settings: Settings | None = None) 
     """Points of one identification of the simulated rig, in this process; by the defaults of
     `rtctl identify`, unless told otherwise.
 
-    Nobody holds the axis.
-    """
+    Nobody holds the axis."""
     settings = settings or settings_of(loaded, {})
     hands = [{**hand, "kind": "none"} for hand in loaded.options["hand"]]
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed, "hand": hands}})

@@ -5,8 +5,7 @@ not all.
 
 about                       JSON: what the rest belongs to
 model/NAME/...              friction models compared: their record, held-out error (N m) and terms
-CONTROLLER/CASE/MODEL/...   runs: reference (rad, rad/s, rad/s^2), position (rad), torque (N m)
-"""
+CONTROLLER/CASE/MODEL/...   runs: reference (rad, rad/s, rad/s^2), position (rad), torque (N m)"""
 
 from __future__ import annotations
 
@@ -59,8 +58,7 @@ class KeptRuns:
     ConfigError
         Runs of an earlier start are there, and `resume` is False.
     DataError
-        They cannot be read, or belong to something else.
-    """
+        They cannot be read, or belong to something else."""
 
     def __init__(self, folder: Path, about: Mapping[str, str], *, resume: bool) -> None:
         self.path, self._about = folder / NAME, dict(about)

@@ -50,8 +50,7 @@ def points_of(order: Order) -> FrictionPoints:
     Raises
     ------
     DataError
-        Points that cannot be read.
-    """
+        Points that cannot be read."""
     path = points_path(order)
     if path is not None:
         return read_points(path)
@@ -118,8 +117,7 @@ def compared(order: Order) -> list[Compared]:
     Raises
     ------
     DataError
-        Not one could be learned; says why of each. One of several is left out and announced.
-    """
+        Not one could be learned; says why of each. One of several is left out and announced."""
     points, found = climb(order)
     lost: list[str] = []
     models = [Compared("none", np.zeros(1, MODEL), float("nan"), "-")]

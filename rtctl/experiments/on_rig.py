@@ -1,6 +1,5 @@
 """Free motion and the virtual spring on the real loop: figures and page of one run without and with
-compensation.
-"""
+compensation."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ Runs = dict[str, Columns]
 
 def free_motion(order: Order) -> Outcome:
     """Compare on the rig of `order`, whose first axis must be free. Raises as `real_run.compare`,
-    ConfigError.
-    """
+    ConfigError."""
     _require(order, "free")
     runs = real_run.compare(order)
     wanted = {name: np.zeros(len(one["time_ns"])) for name, one in runs.items()}
@@ -34,8 +32,7 @@ def free_motion(order: Order) -> Outcome:
 
 def spring(order: Order) -> Outcome:
     """Compare on the rig of `order`, whose first axis must be a spring. Raises as `real_run.compare`,
-    ConfigError.
-    """
+    ConfigError."""
     _require(order, "spring")
     runs = real_run.compare(order)
     axis = order.loaded.config.axis[0]

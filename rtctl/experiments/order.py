@@ -24,8 +24,7 @@ class Order:
     """A rig, and how thoroughly: `seeds` runs of everything, on the simulated rig or the real loop.
 
     `points`: measured friction points for the experiments that compare models; None: those beside the rig's
-    model, else measured on the simulated rig. `seconds`: of one measurement on the real loop.
-    """
+    model, else measured on the simulated rig. `seconds`: of one measurement on the real loop."""
 
     loaded: LoadedConfig
     seeds: int = SEEDS

@@ -65,8 +65,7 @@ def _case(order: Order, step_rad: float) -> Case:
 
 def judge(case: Case, run: Followed) -> dict[str, float]:
     """Rise and settling time, s, NaN where never reached; overshoot, share; steady-state error, rad; RMS
-    torque, N m.
-    """
+    torque, N m."""
     step = float(case.reference[-1, 0])
     share = run.position_rad / step
     period_s = SECONDS / len(share)

@@ -1,8 +1,7 @@
 """The policies of friction compensation side by side: good model, wrong model, coarse encoder, other plants.
 
 What decides the direction near rest: docs/theory.md 5.6; the disturbance observer: docs/theory.md 6. A policy
-has to be quiet first: without a hand, and in one that holds still (`still_hand`).
-"""
+has to be quiet first: without a hand, and in one that holds still (`still_hand`)."""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ class Judged:
 
     def faults(self, motion: str = "rotary") -> list[str]:
         """What is wrong on an axis of this motion: speed by the mean over the seeds, energy by the worst of
-        them; NaN: the rig was stopped.
-        """
+        them; NaN: the rig was stopped."""
         speed, energy = self.figures["speed_after_release_rad_s"], self.figures["hand_energy_min_j"]
         most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, motion)
         found = {

@@ -1,6 +1,5 @@
 """What policies leave of the hand's torque on every plant of the mock's family, with the model learned on one
-of them.
-"""
+of them."""
 
 from __future__ import annotations
 
@@ -95,8 +94,7 @@ def _share(left: float) -> str:
 
 def said(found: Mapping[str, Left]) -> tuple[str, ...]:
     """Where the learned model alone loses, and how good the two together are at worst: sentences made of the
-    figures.
-    """
+    figures."""
     lost = [plant for plant, left in found.items() if _loses(left)]
     sentences = [
         "The learned model alone leaves the hand more, in one motion or both, than the observer alone, "

@@ -2,8 +2,7 @@
 
 The formula is that of `rtctl.control.position`, which the law's TRACK program follows on a rig; here it runs
 on the bare plant, thousands of times faster than the whole law. v is the low-passed backward difference. The
-torque goes through the same gate as the law's: limit, rate, velocity limit. No hand is on the rig.
-"""
+torque goes through the same gate as the law's: limit, rate, velocity limit. No hand is on the rig."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ def follow(
     gains : array, shape (1,), `GAINS`
     model : array, shape (1,), `MODEL`
     params : array, shape (1,)
-        Parameters of the law: limits and torque per ampere.
-    """
+        Parameters of the law: limits and torque per ampere."""
     g, p, t = gains[0], params[0], tick[0]
     per_ampere = p.gear_ratio[0] * p.gear_efficiency[0] * p.torque_constant_nm_a[0]
     v, integral, sent = 0.0, 0.0, 0.0

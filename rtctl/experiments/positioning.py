@@ -1,6 +1,5 @@
 """What point-to-point and tracking share: controllers, runs over seeds and models, and the comparison in
-words.
-"""
+words."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ CONTROLLERS = ("PD", "PID")
 class Case:
     """One reference: name, (n, 3) position, velocity, acceleration from rest at 0, and how the law makes it.
 
-    `rate`: see `rtctl.control.position`.
-    """
+    `rate`: see `rtctl.control.position`."""
 
     name: str
     reference: np.ndarray
@@ -84,8 +82,7 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
 
 def scale(order: Order, reach_rad: float, speed_rad_s: float = 0.0) -> float:
     """Factor of the references, by `sizes.scale`; on the loop of a rig they are as they are, or refused
-    (`positioning_on_rig`).
-    """
+    (`positioning_on_rig`)."""
     return sizes.scale(order.loaded, reach_rad, speed_rad_s) if order.simulate else 1.0
 
 
@@ -197,8 +194,7 @@ def to_draw(cases: Sequence[Case], names: Sequence[str]) -> list[Case]:
 
 def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: str) -> str:
     """Name the model with the smallest mean figure of all, and whether the seeds can tell it from the
-    next.
-    """
+    next."""
     means = {
         name: estimate(over_cases(found, controller, name, figure))
         for name in next(iter(found[controller].values()))

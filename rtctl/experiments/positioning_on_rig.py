@@ -2,8 +2,7 @@
 
 Nobody holds the handle: as in an identification, the law ends a motion when it feels a hand, leaves the
 travel, or falls behind its reference. Between cases the joint goes back to where it began and rests. What was
-measured before an error or Ctrl-C is kept (`kept_runs`): a person starts it again and it goes on.
-"""
+measured before an error or Ctrl-C is kept (`kept_runs`): a person starts it again and it goes on."""
 
 from __future__ import annotations
 
@@ -184,8 +183,7 @@ def run_all(order: Order, cases: Sequence[Case], judge: Judge, kept: KeptRuns) -
     Raises
     ------
     DataError, FaultError, HandOnRigError, KeyboardInterrupt
-        As `Session.steps`, or Ctrl-C; what was complete is in `kept`.
-    """
+        As `Session.steps`, or Ctrl-C; what was complete is in `kept`."""
     rig, bare = require(order, cases), without_feedforward(order.loaded)
     if "force" in order.loaded.config.rig.absent:
         order.announce(

@@ -62,8 +62,7 @@ class Comparison:
     Attributes
     ----------
     complete
-        True once the last phase is measured; False when the run ended before (Ctrl-C).
-    """
+        True once the last phase is measured; False when the run ended before (Ctrl-C)."""
 
     def __init__(self, phases: list[Phase], period_s: float, progress: Progress = silent) -> None:
         self.phases, self._period_s, self._progress = phases, period_s, progress
@@ -145,8 +144,7 @@ def compare(order: Order) -> dict[str, Columns]:
     FaultError
         The rig did not arm or left ACTIVE.
     KeyboardInterrupt
-        Ctrl-C before the end: the torque was ramped down, nothing is reported.
-    """
+        Ctrl-C before the end: the torque was ramped down, nothing is reported."""
     phases = [Phase("off", 0.0, PREPARE_S, order.seconds), Phase("on", 1.0, SETTLE_S, order.seconds)]
     watcher = Comparison(phases, order.loaded.config.period_s, order.progress)
     with Host(

@@ -79,8 +79,7 @@ PAPERS = "papers"
 
 def papers(order: Order) -> list[Outcome]:
     """Run every experiment that the axis can do on the simulated rig, one after the other; progress is that
-    of the whole.
-    """
+    of the whole."""
     together = [
         one
         for one in EXPERIMENTS.values()

@@ -2,8 +2,7 @@
 
 report.html    the page, figures inline
 *.png          the same figures
-report.json    the same numbers, SI units
-"""
+report.json    the same numbers, SI units"""
 
 from __future__ import annotations
 
@@ -61,8 +60,7 @@ class Part:
 class Target:
     """A figure that has to be reached. `measured` and `least` have the same unit.
 
-    More is better, unless `at_most`: then `least` is the most that is allowed.
-    """
+    More is better, unless `at_most`: then `least` is the most that is allowed."""
 
     text: str
     measured: Estimate
@@ -125,8 +123,7 @@ def reworded(outcome: Outcome, say: Callable[[str], str]) -> Outcome:
 
 def in_units_of(outcome: Outcome, motion: str) -> Outcome:
     """The same outcome in the units of this motion; it is written for a rotary axis (`hw.motion.words`,
-    `named`).
-    """
+    `named`)."""
     if motion == "rotary":
         return outcome
     own = replace(outcome, numbers=cast("Mapping[str, Any]", named(as_data(outcome.numbers), motion)))
@@ -146,8 +143,7 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
     Raises
     ------
     DataError
-        The folder cannot be written; nothing is left behind then.
-    """
+        The folder cannot be written; nothing is left behind then."""
     now = datetime.now(UTC).isoformat(timespec="seconds")
     facts = {**facts, "date": now, "rtctl": __version__, "python": platform.python_version()}
     files: dict[str, bytes] = {}

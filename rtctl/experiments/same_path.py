@@ -3,8 +3,7 @@
 A hand of 5 N m/rad wishes the same with and without compensation, but goes another path: it gets nearer to
 its wish where less holds it back. What it saves then is what a person saves who wishes the same. A stiff hand
 is led along the same path whatever the friction, and what it saves is what the motor takes over of the torque
-of that very motion. Neither is the other.
-"""
+of that very motion. Neither is the other."""
 
 from __future__ import annotations
 
@@ -63,8 +62,7 @@ def compare(order: Order, motion: Motion) -> dict[str, Way]:
 
 def figures(off: np.ndarray, on: np.ndarray) -> tuple[float, float]:
     """Share of the RMS hand torque saved, and RMS difference of the paths as a share of the path's own
-    RMS.
-    """
+    RMS."""
     left = rms(on["hand_torque_nm"][:, 0]) / rms(off["hand_torque_nm"][:, 0])
     here, there = (x["position_rad"][:, 0] - x["position_rad"][:, 0].mean() for x in (off, on))
     return 1.0 - left, rms(there - here) / rms(here)

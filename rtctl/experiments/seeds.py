@@ -18,8 +18,7 @@ def over_seeds(order: Order, once: Callable[[Order, int], T]) -> list[T]:
     ----------
     once
         Receives an order with the same rig and nothing else, and the seed. It runs in another process where
-        there are several seeds and cores: what it holds besides has to be data.
-    """
+        there are several seeds and cores: what it holds besides has to be data."""
     import joblib
 
     bare = Order(order.loaded, order.seeds)

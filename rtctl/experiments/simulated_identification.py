@@ -24,8 +24,7 @@ def drive(
     Raises
     ------
     KeyboardInterrupt
-        Ctrl-C, after the simulated rig was stopped like a real one. Errors of the procedure likewise.
-    """
+        Ctrl-C, after the simulated rig was stopped like a real one. Errors of the procedure likewise."""
     simulation.command["compensation"] = 0.0
     try:
         order = next(steps)

@@ -1,8 +1,7 @@
 """Sizes of an axis: what an experiment chose for a joint, as it is on the axis that it is run on.
 
 A linear axis has it as it is at a handle 10 cm from a joint (`hw.motion.at_handle`). An axis with less room,
-in travel or speed, has every motion made smaller by one factor, in place and speed alike: periods stay.
-"""
+in travel or speed, has every motion made smaller by one factor, in place and speed alike: periods stay."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> f
     Raises
     ------
     ConfigError
-        It starts at an end of its travel.
-    """
+        It starts at an end of its travel."""
     axis = loaded.config.axis[0]
     start_rad = float(loaded.options["axis"][0]["start_position_rad"])
     up, down = axis.position_max_rad - start_rad, start_rad - axis.position_min_rad

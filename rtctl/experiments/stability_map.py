@@ -1,6 +1,5 @@
 """The k-b region of provably stable couplings against simulation with the worst hands
-(docs/theory.md 2.11).
-"""
+(docs/theory.md 2.11)."""
 
 from __future__ import annotations
 
@@ -77,8 +76,7 @@ def _delayed(device: Device, share: float, delay: int) -> float:
 
 def _with_dry_friction(device: Device, gain: float) -> float:
     """Largest growth on the proven bound with dry friction of which `gain` is compensated, sign a tick
-    late.
-    """
+    late."""
     T, most = device.period_s, 0.0
     for modes in DRY_MODES:
         part = worst_hand.worst(device.inertia, device.damping, T, modes, DRY_PARTS)
@@ -169,8 +167,7 @@ def _edge(device: Device, modes: int) -> list[float]:
 
 def _in_time(device: Device, found: dict[int, list[float]]) -> tuple[float, float]:
     """Largest growth on the proven bound, and least a tenth above the first instability, over every hand and
-    b_c.
-    """
+    b_c."""
     below, above = 0.0, float("inf")
     for modes, edges in found.items():
         hand = worst_hand.worst(device.inertia, device.damping, device.period_s, modes)

@@ -12,8 +12,7 @@ import numpy as np
 class Estimate:
     """Mean of `count` runs and half the width of its 95 % confidence interval; same unit as the runs.
 
-    `half` is 0 for a single run, of which nothing is known.
-    """
+    `half` is 0 for a single run, of which nothing is known."""
 
     mean: float
     half: float
@@ -47,8 +46,7 @@ def estimate(values: Sequence[float] | np.ndarray) -> Estimate:
     Raises
     ------
     ValueError
-        Without a value.
-    """
+        Without a value."""
     x = np.asarray(values, dtype=float)
     if x.size == 0:
         msg = "no runs to average"

@@ -2,8 +2,7 @@
 
 The hand swings the joint by two periods of the fast sine; from then on its wish stands still. What moves two
 seconds later is moved by the compensation: in presliding friction is a spring, and torque that follows the
-sign of the motion, or of the hand's torque, is negative damping there (docs/theory.md 5.4).
-"""
+sign of the motion, or of the hand's torque, is negative damping there (docs/theory.md 5.4)."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ FED_J = 1e-3
 @dataclass(frozen=True)
 class Still:
     """The worst of `HANDS`: RMS speed, rad/s; energy the hand was given, J; whether the rig stopped for a
-    fault.
-    """
+    fault."""
 
     speed_rad_s: float
     fed_j: float

@@ -1,6 +1,5 @@
 """Tracking of sine and triangular references with friction models from none to SVR (Tijani and
-Akmeliawati).
-"""
+Akmeliawati)."""
 
 from __future__ import annotations
 
@@ -47,8 +46,7 @@ def cases_of(order: Order) -> list[Case]:
 
 def _factor(order: Order) -> float:
     """By which the references are smaller than those of a joint with room; a sine goes two amplitudes
-    away.
-    """
+    away."""
     top_rad_s = max(2 * np.pi * SINE_RAD * max(SINES_HZ), *TRIANGLES_RAD_S)
     return positioning.scale(order, max(2 * SINE_RAD, TRIANGLE_RAD), top_rad_s)
 

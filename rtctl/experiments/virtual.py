@@ -2,8 +2,7 @@
 
 A seed draws the noise of every sensor, the place on the circle where the motion happens (friction varies
 over a turn) and the hand's stiffness and damping. The same seed gives the same rig to every variant, so
-that variants are compared run by run.
-"""
+that variants are compared run by run."""
 
 from __future__ import annotations
 
@@ -166,8 +165,7 @@ def both(*changes: Change) -> Change:
 
 def _hand(loaded: LoadedConfig) -> tuple[float, float]:
     """Factors of the hand's stiffness and damping: a carriage whose rig file tells none is held as a joint
-    is, at its handle.
-    """
+    is, at its handle."""
     table = loaded.config.device[0].options
     told = [one for one in table.get("hand", ()) if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
     motion = "rotary" if told else loaded.config.axis[0].motion
@@ -211,8 +209,7 @@ def measure(loaded: LoadedConfig, seed: int, motion: Motion, variant: Variant) -
     Raises
     ------
     DataError
-        The rig left ACTIVE: the figures would be of a rig without torque.
-    """
+        The rig left ACTIVE: the figures would be of a rig without torque."""
     simulation = make(loaded, seed)
     motion.on(loaded).apply(simulation)
     variant.change(simulation)
@@ -239,8 +236,7 @@ def require_active(trace: np.ndarray, what: str) -> None:
 def hand_energy_min_j(run: Run) -> float:
     """Least energy the hand has put in since the measurement began, above what it found stored, J.
 
-    Below zero the hand was fed: the joint moved it.
-    """
+    Below zero the hand was fed: the joint moved it."""
     steps_rad = np.diff(run.truth["position_rad"][:, 0], prepend=run.start_rad)
     return run.start_j + float(np.cumsum(run.truth["hand_torque_nm"][:, 0] * steps_rad).min())
 

@@ -9,8 +9,7 @@ the velocity most:
     phi = 2 (1 + d) theta,  g = Re(1 / Z_c)
 
 Both elements are discrete by Tustin's rule, which keeps them lossless: Z = (2 m / T)(z - 1)/(z + 1), or
-(k T / 2)(z + 1)/(z - 1).
-"""
+(k T / 2)(z + 1)/(z - 1)."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ SEARCHED = (0.25, 0.5, 0.75, 0.9, 0.95, *(1 + 0.01 * k for k in range(31)))
 @dataclass(frozen=True)
 class Environment:
     """Admittance 1/Z_e of a lossless environment: `spring` (z-1)/(z+1) + `mass` (z+1)/(z-1), one of them
-    0.
-    """
+    0."""
 
     spring: float
     mass: float
@@ -47,8 +45,7 @@ def folded_hand(inertia: float, damping: float, T: float, theta: float, modes: i
     inertia, damping
         Of the joint, kg m^2 and N m s/rad.
     theta
-        In (0, pi/2), rad.
-    """
+        In (0, pi/2), rad."""
     w, around = 2 * theta / T, 2 * math.pi / T
     resonances = np.sort([abs(w + n * around) for n in range(-modes, modes + 1)])[:modes]
     between = 0.5 * (resonances[:-1] + resonances[1:])
@@ -94,8 +91,7 @@ def largest_pole(hand: Hand, k_c: float, b_c: float, T: float, delay: int, envir
 
 def _impedance(a: float, b_c: float, environment: Environment) -> tuple[np.ndarray, np.ndarray]:
     """Coupling and environment in series, torque over velocity: numerator and denominator in z, the latter
-    monic.
-    """
+    monic."""
     top, one_less, one_more = np.array([a, -b_c]), np.array([1.0, -1.0]), np.array([1.0, 1.0])
     if environment.mass > 0:
         numerator = np.polymul(top, one_less)
@@ -110,8 +106,7 @@ def first_unstable_share(
     inertia: float, damping: float, T: float, b_c: float, delay: int, modes: int, angles: np.ndarray
 ) -> float:
     """Least unstable k_c over the proven k_c, over the worst hand and environment at every angle; inf if none
-    in reach.
-    """
+    in reach."""
     proven = stability.k_max_sampled_data(damping, b_c, T, delay)
     least = math.inf
     for theta in angles:

@@ -7,8 +7,7 @@ the Nyquist frequency, where sampling folds the device's response onto one place
     w_n = (2n - 1) pi / T,   w_m < p_m < w_m+1
 
 In partial fractions this is a spring to ground and N - 1 masses on springs, all positive. The state is in
-root energy coordinates, in which the network is a rotation and the exact step well conditioned at any N.
-"""
+root energy coordinates, in which the network is a rotation and the exact step well conditioned at any N."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
     T : float
         Control period, s.
     parts : int
-        The step is this part of the period.
-    """
+        The step is this part of the period."""
     w2 = ((2 * np.arange(1, modes + 1) - 1) * math.pi / T) ** 2
     p2 = (2 * np.arange(1, modes) * math.pi / T * 0.97) ** 2
     return network(inertia, damping, T / parts, w2, p2)
@@ -47,8 +45,7 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
 
 def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.ndarray) -> Hand:
     """Joint and hand over a step T with these squared resonances w2, rising, and poles of the hand's
-    impedance p2 between them.
-    """
+    impedance p2 between them."""
     from scipy.linalg import expm
 
     modes = len(w2)
@@ -76,16 +73,14 @@ def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.nda
 
 def _ratio(w2: np.ndarray, p2: np.ndarray, n: int) -> float:
     """Product of (w_m^2 - p_n^2) / (p_m^2 - p_n^2) over the other resonances, paired so that it stays near
-    1.
-    """
+    1."""
     others = np.arange(len(p2)) != n
     return float(np.prod((w2[others] - p2[n]) / (p2[others] - p2[n])))
 
 
 def is_stable(hand: Hand, k_c: float, b_c: float, T: float) -> bool:
     """Whether joint, hand and a coupling to a rigid wall are stable: no pole outside the unit circle. No
-    delay.
-    """
+    delay."""
     n = len(hand.angle)
     b = b_c / T
     loop = np.zeros((n + 1, n + 1))  # state, angle before
@@ -122,8 +117,7 @@ def growth(
     """Energy after `ticks` over that after half of them, run in time.
 
     Starts bent, at the speed `start_rad_s` would be a quarter of the first resonance later: a motion that
-    began at full speed would be sampled at its zeros only.
-    """
+    began at full speed would be sampled at its zeros only."""
     q = np.zeros(len(angle))
     q[0] = start_rad_s / speed[1]
     before, half = np.dot(angle, q), 0.0
@@ -158,8 +152,7 @@ def peak_with_friction(
 
     `step` and `push` are those of a `parts`-th of a tick. Dry friction holds the joint where it can, and
     never turns it; its compensation has the sign of the last tick's motion, so it is late by a tick at every
-    turn. 0 / 0 counts as 0.
-    """
+    turn. 0 / 0 counts as 0."""
     q = np.zeros(len(angle))
     q[0] = start_rad_s / speed[1]
     before, first, second = np.dot(angle, q), 0.0, 0.0

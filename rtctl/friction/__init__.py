@@ -8,5 +8,4 @@
     model      the model in memory; artefact, document: its file, versioned, checksummed, verified on reading
     margins    what model and feed-forward leave of the device's passivity; what follows: gain, advice, ...
 
-Reading a model (`artefact`, `model`, `kind_*`) needs NumPy and pydantic only.
-"""
+Reading a model (`artefact`, `model`, `kind_*`) needs NumPy and pydantic only."""

@@ -1,8 +1,7 @@
 """The feed-forward follows the friction that the watch sees: how far it may, and how fast it does
 (docs/theory.md 5.10).
 
-Pure functions. Factors are of the learned dry friction; 1 is as learned.
-"""
+Pure functions. Factors are of the learned dry friction; 1 is as learned."""
 
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ def followed(
     -----
     An estimate that is tight, and of this session for `SESSION_S`, is followed both ways. Of any other one
     only its far side counts, three standard errors off, and only where that is below the factor: friction is
-    surely less. Nothing moves while `frozen`, or by an estimate that is not finite.
-    """
+    surely less. Nothing moves while `frozen`, or by an estimate that is not finite."""
     wanted = factor
     if found is not None and not frozen and math.isfinite(found.factor + found.factor_error):
         tight = found.factor_error <= TIGHT and found.session_seconds >= SESSION_S
@@ -60,8 +58,7 @@ def followed(
 
 def beyond(factor: float, found: Estimate | None, bounds: Bounds) -> str:
     """Why the friction cannot be followed any further, in words; empty where it can, or is not surely
-    beyond.
-    """
+    beyond."""
     if found is None or bounds.least < factor < bounds.most:
         return ""
     off = found.factor - factor if factor >= bounds.most else factor - found.factor
@@ -89,8 +86,7 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
     -----
     All of the feed-forward grows with the factor, its cap included, which never passes `CAP_SHARE_MAX` of the
     torque limit. The factor is the largest that passes the two-line test (docs/theory.md 5.3) and leaves the
-    damping that the coupling is proved with; 1 where the test fails at 1 already, or nothing is followed.
-    """
+    damping that the coupling is proved with; 1 where the test fails at 1 already, or nothing is followed."""
     if not follows(axis, model):
         return axis, 1.0
     assert model is not None

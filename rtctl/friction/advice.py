@@ -24,8 +24,7 @@ class Advice:
     `margin_nm` is the two-line margin of what is set, N m; `gated` is whether its policy has a force gate.
     `gain_max` is the largest gain that passes, with the cap at that gain times the least dry friction;
     `gain_recommended` and `cap_share_recommended` are what `rtctl fit` suggests to begin with. Temperatures
-    (degC) are those the model was learned at, None unknown.
-    """
+    (degC) are those the model was learned at, None unknown."""
 
     axis: str
     gain: float
@@ -75,8 +74,7 @@ def advise(loaded: LoadedConfig) -> list[Advice]:
     Raises
     ------
     ModelError
-        A friction model that cannot be believed, or is of another rig.
-    """
+        A friction model that cannot be believed, or is of another rig."""
     found = []
     for axis in loaded.config.axis:
         path = loaded.model_path(axis)

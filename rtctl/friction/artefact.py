@@ -3,8 +3,7 @@
 Data only: JSON, no code. Reading verifies, in this order, the JSON, the schema and bounds of every key,
 the checksum and the exact spelling, the knots, the positivity of the curve, the self-test vectors
 through the compiled coefficients, and that compile bound and passivity quantities are those of the curve.
-One byte changed anywhere is refused.
-"""
+One byte changed anywhere is refused."""
 
 from __future__ import annotations
 
@@ -86,8 +85,7 @@ def save(model: FrictionModel, path: str | Path) -> None:
     Raises
     ------
     ModelError
-        A model that `load` would refuse, or a path that cannot be written.
-    """
+        A model that `load` would refuse, or a path that cannot be written."""
     path = Path(path)
     document = _document(model)
     try:
@@ -113,8 +111,7 @@ def load(path: str | Path) -> FrictionModel:
     Raises
     ------
     ModelError
-        Naming the file, the key, what is wrong and the remedy.
-    """
+        Naming the file, the key, what is wrong and the remedy."""
     path = Path(path)
     try:
         raw = read_bounded(path, MAX_BYTES)

@@ -1,6 +1,5 @@
 """What a friction model must be to be believed, beyond the form of its file: every number agrees with the
-curve it is of.
-"""
+curve it is of."""
 
 from __future__ import annotations
 
@@ -79,8 +78,7 @@ def _most_table_error_nm(branch: Branch) -> float:
 
 def check_branch(path: Path, key: str, branch: Branch) -> None:
     """Raise ModelError unless a branch is of its kind, rises from knot to knot, and is positive friction over
-    its whole range.
-    """
+    its whole range."""
     _check_curve(path, key, branch.source)
     knots, coefficients = branch.curve.knots, branch.curve.coefficients
     if len(knots) != len(coefficients):
@@ -105,8 +103,7 @@ def check_branch(path: Path, key: str, branch: Branch) -> None:
 
 def check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> None:
     """Raise ModelError unless what is told of both branches together agrees with them; `friction_max_nm` as
-    the file has it.
-    """
+    the file has it."""
     if model.presliding_rad is None and (model.presliding_spread_rad is not None or model.presliding_ramps):
         refuse(path, "presliding_rad", "is missing beside its own spread or number of ramps")
     if (model.presliding_spread_rad is None) != (model.presliding_ramps == 0):

@@ -1,6 +1,5 @@
 """The band of a learned curve: within it lies, of a session that was not learned from, 95 % of what is
-measured.
-"""
+measured."""
 
 from __future__ import annotations
 
@@ -18,8 +17,7 @@ class Band:
     above them all.
 
     `way` of `learn.hold_out.WAYS` says what was held out together, `units` how many of them, `errors` how
-    many held-out errors the widths are from, both directions together.
-    """
+    many held-out errors the widths are from, both directions together."""
 
     edges_rad_s: tuple[float, ...]
     half_width_nm: tuple[float, ...]

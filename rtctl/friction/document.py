@@ -1,8 +1,7 @@
 """The model file's document: its schema, its one rendering as text, its checksum.
 
 A model file is JSON with exactly one valid spelling: what `render` writes. Any other text of the same
-numbers is treated as edited.
-"""
+numbers is treated as edited."""
 
 from __future__ import annotations
 
@@ -144,8 +143,7 @@ class ModelDocument(Table):
 
     `motion` and `units` stand in that of a linear axis: which unit each ending of its keys means.
 
-    Keys with a default came later: a file without them is one that does not know.
-    """
+    Keys with a default came later: a file without them is one that does not know."""
 
     format: Literal["rtctl friction model"]
     schema_version: Literal[2] = Field(alias="schema")

@@ -1,6 +1,5 @@
 """Ticks thinned out to some 200 a second: means of whole bins, so that noise is averaged and nothing
-aliases.
-"""
+aliases."""
 
 from __future__ import annotations
 
@@ -15,8 +14,7 @@ RATE_HZ = 200.0
 @dataclass(frozen=True)
 class Bins:
     """Whole bins. `number` (n,) counts on the grid of time, a step of 1 where nothing is missing; the others
-    are (n, axes).
-    """
+    are (n, axes)."""
 
     number: np.ndarray
     position_rad: np.ndarray
@@ -30,8 +28,7 @@ class Binning:
     Parameters
     ----------
     stride
-        Ticks of one bin.
-    """
+        Ticks of one bin."""
 
     def __init__(self, stride: int) -> None:
         self.stride = stride
@@ -49,8 +46,7 @@ class Binning:
             none.
         values
             Position (rad), all torques on the joint (N m), and share by which its place is trusted, shape (3,
-            n, axes).
-        """
+            n, axes)."""
         if self._left is not None:
             before = self._left
             ticks, usable = np.concatenate([before[0], ticks]), np.concatenate([before[1], usable])

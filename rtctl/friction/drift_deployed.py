@@ -1,8 +1,7 @@
 """What one axis' compensation rests on: curve, inertia, bristles and feed-forward, read from the law's own
 arrays.
 
-A running host and a recording both have these arrays, hence both watch the friction by the same facts.
-"""
+A running host and a recording both have these arrays, hence both watch the friction by the same facts."""
 
 from __future__ import annotations
 
@@ -61,8 +60,7 @@ class Deployed:
     @property
     def identity(self) -> str:
         """Checksum of all that the watched factor is relative to: another model or inertia, another
-        checksum.
-        """
+        checksum."""
         facts = f"{self.inertia_kgm2!r} {self.presliding_rad!r}".encode()
         if self.place_shift_rad is not None:
             facts += f" {self.place_shift_rad!r}".encode()
@@ -86,8 +84,7 @@ class Deployed:
         self, velocity: np.ndarray, position: np.ndarray | None = None, trust: np.ndarray | float = 1.0
     ) -> np.ndarray:
         """Dry friction of the model at signed velocities, and at positions (rad) as far as they are trusted;
-        a magnitude.
-        """
+        a magnitude."""
         speed, forward = np.abs(velocity), velocity >= 0
         dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
         if position is not None and self.place_shift_rad is not None:
@@ -101,23 +98,20 @@ class Deployed:
         """Viscous slope of each direction: as the model says, or as its curve has it where that is more.
 
         Model files of before `learn.fit.viscous_slope` went by the four fastest speeds say none where their
-        points were few there. What is viscous in them would be called dry, which drift is told by.
-        """
+        points were few there. What is viscous in them would be called dry, which drift is told by."""
         forward, backward = (_viscous_slope(self.model, way) for way in (0, 1))
         return forward, backward
 
     def pushed_nm(self, position: np.ndarray, trust: np.ndarray) -> np.ndarray:
         """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted,
-        N m.
-        """
+        N m."""
         if self.place_shift_rad is None or not self.pushes:
             return np.zeros_like(position)
         return np.asarray(trust * of_conservative(self.model[0], position - self.place_shift_rad))
 
     def unloaded_nm(self, velocity: np.ndarray, hand_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """Hand's and motor's torque together, less what the load of both adds to the friction at these
-        velocities, N m.
-        """
+        velocities, N m."""
         torque, row = hand_nm + motor_nm, self.model[0]
         if not row["load_most_nm"] > 0:
             return np.asarray(torque)
@@ -137,8 +131,7 @@ class Deployed:
 
     def least_factor(self, share: float = 1.0) -> float:
         """Factor of the dry friction below which `share` of the feed-forward exceeds the joint's friction at
-        some speed.
-        """
+        some speed."""
         found = 0.0
         for direction in (1.0, -1.0):
             v = direction * np.linspace(self.speed_min_rad_s, self.speed_max_rad_s, _GRID)
@@ -160,8 +153,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     params
         The law's parameters, shape (1,).
     model
-        The compiled friction models, one for each axis.
-    """
+        The compiled friction models, one for each axis."""
     p, one = params[0], model[axis : axis + 1].copy()
     if int(one["n_segments"][0].min()) < 1 or not p["force_used"] or not p["inertia_kgm2"][axis] > 0:
         return None
@@ -190,8 +182,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
 
 def _viscous_slope(model: np.ndarray, branch: int) -> float:
     """Viscous slope of one direction, N m s/rad: the model's, or the median slope of its curve at the faster
-    speeds where that is more.
-    """
+    speeds where that is more."""
     told, top = float(model["viscous_nms_rad"][0, branch]), float(model["speed_max_rad_s"][0, branch])
     v = np.linspace(SPEED_MIN_SHARE * top, top, _GRID)
     friction = _curve(model, branch, v)
@@ -203,8 +194,7 @@ def _viscous_slope(model: np.ndarray, branch: int) -> float:
 
 def _curve(model: np.ndarray, branch: int, speed: np.ndarray) -> np.ndarray:
     """The compiled curve of one direction at speeds >= 0, as `control.friction_curve.branch_magnitude` has
-    it, for arrays.
-    """
+    it, for arrays."""
     row = model[0]
     n = min(int(row["n_segments"][branch]), MAX_SEGMENTS)
     knot = row["knot_rad_s"][branch][: n + 1]

@@ -11,8 +11,7 @@ changes little with speed: the factor of one direction therefore has the wider i
 
 Rows of one stroke are no independent witnesses. So a stroke counts as one observation against what is known
 before, and standard errors are clustered by stroke: cov = A^-1 (sum of u u' + P) A^-1, u the score of one
-stroke.
-"""
+stroke."""
 
 from __future__ import annotations
 
@@ -88,8 +87,7 @@ _SESSIONS = 8
 @dataclass(frozen=True)
 class Estimate:
     """What the last strokes of one axis say. Factors are of the model's dry friction, each with its standard
-    error.
-    """
+    error."""
 
     factor: float
     factor_error: float
@@ -170,8 +168,7 @@ def _offsets(
     offsets before, in shares of the dry friction, and their moves.
 
     The offset is linear between knots, some `apart` rows from one another, and moves from one to the next by
-    chance: a row of the moves, (moves, unknowns), gives one as if it were over `apart` rows.
-    """
+    chance: a row of the moves, (moves, unknowns), gives one as if it were over `apart` rows."""
     shares, known, moves = np.zeros((len(rows), 0)), np.zeros(0), np.zeros((0, COLUMNS - 1))
     for one in range(int(session.max()) + 1):
         there = np.flatnonzero(session == one)
@@ -196,8 +193,7 @@ def _offsets(
 @dataclass(frozen=True)
 class _Sums:
     """Normal equations of each stroke (`zz`, `zy`) and of all (`A`, `b`), rows of each; the least variance of
-    a row.
-    """
+    a row."""
 
     A: np.ndarray
     b: np.ndarray
@@ -221,8 +217,7 @@ def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
     show them to be, within bounds.
 
     Each round takes the mean square of the moves that are found, and of what is left open of them, for their
-    variance.
-    """
+    variance."""
     share = WANDER_SHARE
     for _ in range(_WANDER_ROUNDS):
         found, cov = _solved(sums, known + moves.T @ moves / share**2)
@@ -236,8 +231,7 @@ def _beside_viscous(sums: _Sums, known: np.ndarray, doubt_nm: float) -> tuple[np
     """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and
     what that may hide of the factor.
 
-    What the model may err by over speed, `doubt_nm`, is no viscous friction.
-    """
+    What the model may err by over speed, `doubt_nm`, is no viscous friction."""
     free = known.copy()
     free[VISCOUS, VISCOUS] = VISCOUS_OFF**-2
     found, cov = _solved(sums, free)
@@ -259,8 +253,7 @@ def _spread(zz: np.ndarray, session: np.ndarray) -> float:
 
 def _solved(sums: _Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients and their covariance, clustered by stroke; a stroke is one observation against what is
-    `known`.
-    """
+    `known`."""
     rows, per_stroke, clusters = float(sums.rows.sum()), float(sums.rows.mean()), len(sums.rows)
     scale = per_stroke * max(sums.yy / rows, sums.least)
     found: np.ndarray = np.zeros(len(sums.b))

@@ -1,6 +1,5 @@
 """What the law's record says of a joint's place, for arrays: `rtctl.control.place_friction` over many rows at
-once.
-"""
+once."""
 
 from __future__ import annotations
 
@@ -13,8 +12,7 @@ from rtctl.control.records import CONSERVATIVE_CELLS, PLACE_ORDERS, PLACE_SEGMEN
 
 def of_place(row: np.void, branch: int, speed: np.ndarray, position: np.ndarray) -> np.ndarray:
     """What place adds to the friction of one direction, N m, at speeds (rad/s, >= 0) and positions (rad);
-    0 for a model without place.
-    """
+    0 for a model without place."""
     found = np.zeros_like(speed)
     orders = min(int(row["place_orders"][branch]), PLACE_ORDERS)
     if orders < 1:

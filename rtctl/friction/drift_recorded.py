@@ -49,8 +49,7 @@ def over_ticks(
     Raises
     ------
     DataError
-        No axis can be watched: no friction model, or no force sensor.
-    """
+        No axis can be watched: no friction model, or no force sensor."""
     watch = RigWatch(params, model, [table] * len(names))
     watched = [(name, axis) for name, axis in zip(names, watch.axes, strict=True) if axis is not None]
     if not watched:
@@ -86,8 +85,7 @@ def told(axis: AxisWatch) -> dict[str, Any]:
     """What is known of an axis, for telemetry and reports: numbers with their intervals, None where nothing
     is.
 
-    Intervals are two standard errors wide on either side, what the method may err by included.
-    """
+    Intervals are two standard errors wide on either side, what the method may err by included."""
     found = axis.found
     if found is None:
         return {

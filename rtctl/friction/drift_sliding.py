@@ -4,8 +4,7 @@ Both sides of the balance pass the same low-pass of 15 Hz, a bell whose derivati
 acceleration. A row counts where the motion keeps its direction over the whole bell, is neither slower nor
 faster than what is watched, and has gone `PRESLIDING_LENGTHS` since the last reversal: before that the
 bristles are still on their way. LuGre's approach sliding as 1 - 2 exp(-x/L): .005 are left after 6 L; the
-last element of Maxwell-slip slides after less than 4.
-"""
+last element of Maxwell-slip slides after less than 4."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ BELL_SIGMAS = 4.0
 @dataclass(frozen=True)
 class Rows:
     """Rows of one axis, in order of time, shape (n,) each: rad, rad/s, rad/s^2, N m, share by which the place
-    is trusted, and the number of the stroke they belong to.
-    """
+    is trusted, and the number of the stroke they belong to."""
 
     position: np.ndarray
     velocity: np.ndarray
@@ -37,8 +35,7 @@ class Rows:
 
 def bell(rate_hz: float) -> np.ndarray:
     """Low-pass, first and second derivative as columns, shape (2 h + 1, 3), for samples in the order of
-    time.
-    """
+    time."""
     sigma_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * CUTOFF_HZ)
     half = max(2, math.ceil(BELL_SIGMAS * sigma_s * rate_hz))
     t = np.arange(-half, half + 1) / rate_hz
@@ -63,8 +60,7 @@ class Sliding:
     Attributes
     ----------
     moved : int
-        Rows of such speeds so far, whether they slide or not.
-    """
+        Rows of such speeds so far, whether they slide or not."""
 
     def __init__(self, rate_hz: float, settle_rad: float, slowest_rad_s: float, fastest_rad_s: float) -> None:
         self._kernel = bell(rate_hz)
@@ -118,8 +114,7 @@ class Sliding:
 
     def _strokes(self, signals: np.ndarray) -> np.ndarray:
         """Position, velocity, acceleration, torque, trust, travel since the reversal, stroke, (n, 7); a
-        reversal is a velocity that changes sign.
-        """
+        reversal is a velocity that changes sign."""
         x, v = signals[:, 0], signals[:, 1]
         sign = np.sign(v)
         turns = sign != np.concatenate([[self._sign], sign[:-1]])

@@ -1,7 +1,6 @@
 """What is remembered of the friction from one run to the next (`rtctl.state_file`).
 
-What was kept of another model or another inertia says nothing of this rig.
-"""
+What was kept of another model or another inertia says nothing of this rig."""
 
 from __future__ import annotations
 
@@ -41,15 +40,13 @@ def write(folder: Path, devices: str, axes: Mapping[str, Mapping[str, Any]]) -> 
 
 def read(folder: Path, devices: str) -> dict[str, Any]:
     """What was kept, by the name of the axis; nothing from a file that is missing, damaged or of other
-    devices.
-    """
+    devices."""
     return state_file.read(folder / NAME, devices, MOST_BYTES)
 
 
 def restore(axis: AxisWatch, kept: object) -> bool:
     """Take up what was kept of this axis, as of earlier sessions; False where it is not of this axis or no
-    such thing.
-    """
+    such thing."""
     if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
         return False
     strokes = kept.get("strokes")

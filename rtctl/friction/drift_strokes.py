@@ -5,8 +5,7 @@ dry friction, at its place as far as that is trusted: m is the factor of the dry
 factors of the two directions differ by, e and c the shares that inertia and viscous friction are off by, k a
 spring that nobody told of (x_0 where the session began to slide), o the offset of the session (of the force
 sensor's tare and the current's zero). A stroke is kept as its sums, which is all that least squares and
-standard errors clustered by stroke ask for.
-"""
+standard errors clustered by stroke ask for."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ class Strokes:
     Attributes
     ----------
     taken : int
-        Strokes that ended so far.
-    """
+        Strokes that ended so far."""
 
     def __init__(self, most_rows: int) -> None:
         self._most_rows = most_rows
@@ -89,8 +87,7 @@ class Strokes:
 
     def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
         """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among
-        them.
-        """
+        them."""
         self._moved += moved
         self._take(settled(rows, by), by)
         if len(self._ended) and self._moved - self._ended[-1] > MOTION_FACTOR * self._most_rows:

@@ -28,8 +28,7 @@ SESSION_S = 10.0
 
 def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
     """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says
-    itself of sliding.
-    """
+    itself of sliding."""
     return max(
         TOLD_SHARE * warn_share, min(warn_share, by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm)
     )
@@ -38,8 +37,7 @@ def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
 def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -> str:
     """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before.
 
-    Both directions together decide: one of them alone is not told from an offset by motion.
-    """
+    Both directions together decide: one of them alone is not told from an offset by motion."""
     most = allowed(found, by, warn_share)
     change = abs(found.factor - 1.0)
     if warned and change > GONE_SHARE * most:
@@ -62,8 +60,7 @@ def overcompensated(found: Estimate, by: Deployed, share: float) -> str:
     0 to 1.
 
     The whole interval of the factor, three standard errors, must lie below what the proofs suppose and below
-    what the feed-forward takes: then it gives more than the friction takes out, where it runs on.
-    """
+    what the feed-forward takes: then it gives more than the friction takes out, where it runs on."""
     if not share > 0.0 or found.session_seconds < SESSION_S:
         return ""
     bound = min(1.0 - by.doubt_nm / found.dry_nm, by.least_factor(share))

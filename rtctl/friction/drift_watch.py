@@ -55,8 +55,7 @@ class AxisWatch:
 
     def take_up(self, table: np.ndarray, *, warned: bool, factor: float = 1.0) -> None:
         """Go on from strokes of an earlier run (`Strokes.table`) and from its factor, within the bounds of
-        this one; `warned`: there was a warning then. Nothing is stopped for them.
-        """
+        this one; `warned`: there was a warning then. Nothing is stopped for them."""
         if self.bounds is not None:
             self.factor = min(max(factor, self.bounds.least), self.bounds.most)
         if not len(table):
@@ -84,8 +83,7 @@ class AxisWatch:
 
     def adapt(self, moved_s: float, *, faulty: bool) -> None:
         """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP
-        or beside a fault.
-        """
+        or beside a fault."""
         if self.bounds is not None:
             frozen = faulty or bool(self.stopped) or not self.following
             self.factor = adaptation.followed(self.factor, self.found, self.bounds, moved_s, frozen=frozen)
@@ -104,8 +102,7 @@ class RigWatch:
     Attributes
     ----------
     axes : list of AxisWatch or None
-        None for an axis that cannot be watched, or is not to be.
-    """
+        None for an axis that cannot be watched, or is not to be."""
 
     def __init__(self, params: np.ndarray, model: np.ndarray, tables: Sequence[DriftTable]) -> None:
         period_s = float(params[0]["period_s"])
@@ -162,8 +159,7 @@ class RigWatch:
 
     def _torque(self, rows: np.ndarray) -> np.ndarray:
         """Torque on each joint with that of its place, less what its load adds to the friction, as far as the
-        model knows these, N m, shape (n, axes).
-        """
+        model knows these, N m, shape (n, axes)."""
         hand, motor, velocity = rows["hand_torque_nm"], rows["motor_torque_nm"], rows["velocity_rad_s"]
         torque: np.ndarray = motor + hand
         for a, axis in enumerate(self.axes):
@@ -180,8 +176,7 @@ class RigWatch:
 
     def _sessions(self, moving: np.ndarray) -> None:
         """Where the motor is switched on, a session begins; what stands before that in the same block is
-        taken as its own.
-        """
+        taken as its own."""
         before = np.concatenate([[self._powered], moving[:-1]])
         self._powered = bool(moving[-1])
         if not (moving & ~before).any():
@@ -193,8 +188,7 @@ class RigWatch:
 
 def _bounds(params: np.void, a: int) -> adaptation.Bounds | None:
     """Bounds of what the feed-forward of axis `a` follows, as the law has them; None where it follows
-    nothing.
-    """
+    nothing."""
     step, largest = float(params["friction_change_step"][a]), 1.0 + float(params["friction_raise"][a])
     return adaptation.Bounds(FACTOR_LEAST, largest, step / float(params["period_s"])) if step > 0 else None
 

@@ -34,8 +34,7 @@ class AxisGain:
     the cap itself for the ungated policies only: hybrid needs the `cap_share`. `gain_uncapped` passes it
     without that cap. 0: not even none does, `margin_at_zero_nm` says by how much. `gain_sampled_data` is the
     share of the whole curve that leaves the damping the sampled-data test needs. `viscous_gain` and
-    `drift_nm` are those of the rig file, which all of this holds for; its gain and cap do not matter.
-    """
+    `drift_nm` are those of the rig file, which all of this holds for; its gain and cap do not matter."""
 
     axis: str
     gain: float
@@ -89,8 +88,7 @@ def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
     Notes
     -----
     docs/theory.md 5.2 and 5.3: kappa <= min over v of F_lo(v)/Fhat(v); the two-line margin falls as kappa
-    rises, so the largest kappa with margin >= 0 is found by halving, from the safe side.
-    """
+    rises, so the largest kappa with margin >= 0 is found by halving, from the safe side."""
     alone = []
     for branch in model.branches:
         v = np.unique(np.append(np.linspace(0, branch.speed_max_rad_s, _GRID), branch.curve.knots))

@@ -1,8 +1,7 @@
 """What is known for sure of an axis' dry friction: its least torque, its presliding length, and the account
 on both.
 
-One place for the rules, used by the plan of the law and by `rtctl check`.
-"""
+One place for the rules, used by the plan of the law and by `rtctl check`."""
 
 from __future__ import annotations
 
@@ -103,8 +102,7 @@ class Guarantee:
     @property
     def given_most_j(self) -> float:
         """Most energy that the compensation gives a hand over any stretch of time, J
-        (`control.assistance`).
-        """
+        (`control.assistance`)."""
         return 2 * self.bank_j + 0.5 * self.peak_nm * self.credited_rad
 
 
@@ -126,23 +124,20 @@ def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
     that ends.
 
     Where it may not, a joint would glide from one edge of two counts to the other, on and on. `dry_share`: of
-    the friction, on the encoder's side of an elastic joint.
-    """
+    the friction, on the encoder's side of an elastic joint."""
     holds_nm = max(sure.floor_nm, axis.dry_friction_nm)
     return holds_nm > 0 and holds_nm >= holding_friction_nm(axis, dry_share)
 
 
 def own(chosen: float, name: str, axis: AxisTable) -> float:
     """A number chosen for a joint, by its name there, on this axis: a linear one has it as it is at a handle
-    (`hw.motion`).
-    """
+    (`hw.motion`)."""
     return chosen * at_handle(name) if axis.motion == "linear" else chosen
 
 
 def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGEST_RAD) -> float:
     """Bank of the account of the help, J: what one turn costs a joint that holds `peak_nm` by bristles of
-    `credited_rad`.
-    """
+    `credited_rad`."""
     return peak_nm * min(credited_rad, longest_rad)
 
 

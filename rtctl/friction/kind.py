@@ -8,8 +8,7 @@ knows no kind by name: a new one is a file of this folder and a row of `table`.
 |---|---|
 | v | speed, abs(velocity), rad/s, >= 0; arrays of any shape |
 | v_i, beta_i, b | support vectors (rad/s), dual coefficients and intercept (N m) of a sum of kernels |
-| c | the curve: `curve.Curve`, the numbers that were learned |
-"""
+| c | the curve: `curve.Curve`, the numbers that were learned |"""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ class Parameter:
     """One number of a kind: its name with the unit, whether it must be above 0, or a whole number from 1 to
     `whole_to`.
 
-    An `optional` one may be missing; what it is then, its kind says.
-    """
+    An `optional` one may be missing; what it is then, its kind says."""
 
     name: str
     positive: bool = False
@@ -72,19 +70,16 @@ class Kind(ABC):
     @abstractmethod
     def derivative(self, c: Curve, v: np.ndarray, order: int) -> np.ndarray:
         """Derivative of `order` (0: the value) at each speed, N m / (rad/s)^order. A kind that is always
-        `exact` needs none.
-        """
+        `exact` needs none."""
 
     @abstractmethod
     def derivative_bound(self, c: Curve, order: int, v: np.ndarray) -> np.ndarray:
         """Bound of abs(derivative of `order` >= 2) over every speed >= each of `v`, `breaks` apart; infinite
-        without one.
-        """
+        without one."""
 
     def breaks(self, c: Curve) -> np.ndarray:
         """Speeds where some derivative jumps, rising: cells of a table end there, and bounds hold between
-        them.
-        """
+        them."""
         return np.zeros(0)
 
     def exact(self, c: Curve) -> PiecewiseCubic | None:
@@ -111,8 +106,7 @@ class Kernel(Kind):
     """A sum of kernels, learned by a support-vector machine: f(v) = sum beta_i k(v, v_i) + b.
 
     `c_shares` are the bounds C that the ladder tries, multiples of the largest friction; `tubes` which of its
-    tubes.
-    """
+    tubes."""
 
     c_shares: ClassVar[tuple[float, ...]]
     tubes: ClassVar[slice] = slice(None)
@@ -146,8 +140,7 @@ class Formula(Kind):
     """A closed formula F_c + b v + (F_s - F_c) shape(v/v_s), fitted by least squares
     (`rtctl.friction.learn.formulas`).
 
-    Parameters come in the order F_c, b, F_s, v_s; a straight one has the first of them.
-    """
+    Parameters come in the order F_c, b, F_s, v_s; a straight one has the first of them."""
 
     is_formula = True
 

@@ -1,8 +1,7 @@
 """Compile any learned curve to a piecewise cubic, with a proof of how far the two can be apart.
 
 Spline-kernel regressions and cubics are compiled exactly; everything else becomes a cubic Hermite table
-whose cells are halved until the proved error of each is below the tolerance.
-"""
+whose cells are halved until the proved error of each is below the tolerance."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
 
 def _within(table: PiecewiseCubic, speed_max: float) -> PiecewiseCubic:
     """The table without the cells that begin beyond the range, straight on from its end: of a curve that both
-    directions share, one of which is faster.
-    """
+    directions share, one of which is faster."""
     kept = table.knots < speed_max
     if kept.sum() == len(kept) or table.knots[-1] == speed_max:
         return table
@@ -70,8 +68,7 @@ def _within(table: PiecewiseCubic, speed_max: float) -> PiecewiseCubic:
 def error_bound(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:
     """Proved largest difference of `table` and `curve` over 0..`speed_max`, N m, rounding included.
 
-    For a Hermite table on its own knots; exact compilations are off by rounding alone.
-    """
+    For a Hermite table on its own knots; exact compilations are off by rounding alone."""
     if curve.exact is not None:
         return curve.of.exact_bound(curve, speed_max)
     return float(cell_bounds(curve, np.append(table.knots, speed_max)).max()) + 2 * curve.rounding(speed_max)
@@ -95,8 +92,7 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
     |f''''| <= sum_{k<8} r^k/k! |f^(4+k)(m)| + r^8/8! sup|f^(12)|: the dual coefficients alternate, so the
     derivatives at the place itself are far below a sum of their sizes, and the remainder is nil in a cell
     small enough to matter. sup is over the cell and all that is faster. Infinite in a cell with a place
-    inside where a derivative jumps.
-    """
+    inside where a derivative jumps."""
     centre, r = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
     breaks = curve.of.breaks(curve)
     inside = np.searchsorted(breaks, edges[:-1], side="right") < np.searchsorted(

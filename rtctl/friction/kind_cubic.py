@@ -1,7 +1,6 @@
 """The curve that the loop evaluates: a piecewise cubic.
 
-Segment j starts at knot_j and holds local coefficients (c0, c1, c2, c3) about it.
-"""
+Segment j starts at knot_j and holds local coefficients (c0, c1, c2, c3) about it."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ class PiecewiseCubic:
 
     def derivative(self, speed: np.ndarray, order: int) -> np.ndarray:
         """Derivative of `order` (0: the value) at each speed >= 0, N m / (rad/s)^order; that of the segment
-        above at a knot.
-        """
+        above at a knot."""
         speed = np.asarray(speed, dtype=float)
         j = np.clip(np.searchsorted(self.knots, speed, side="right") - 1, 0, len(self.knots) - 1)
         h, c = speed - self.knots[j], self.coefficients
@@ -41,8 +39,7 @@ class PiecewiseCubic:
     def extreme_speeds(self, speed_max: float, slope: float = 0.0) -> np.ndarray:
         """Speeds in [0, speed_max] among which curve minus `slope` times speed is least and greatest.
 
-        The knots, the end, and the roots of each cubic's derivative: exact, no grid.
-        """
+        The knots, the end, and the roots of each cubic's derivative: exact, no grid."""
         found = [*self.knots[self.knots <= speed_max], speed_max]
         ends = np.append(self.knots[1:], speed_max)
         for start, end, (_, c1, c2, c3) in zip(self.knots, ends, self.coefficients, strict=True):
@@ -52,8 +49,7 @@ class PiecewiseCubic:
 
     def least_slope(self, speed_max: float) -> float:
         """Least slope over 0..`speed_max`, N m s/rad: at an end of a piece, or where its curvature is
-        zero.
-        """
+        zero."""
         c1, c2, c3 = self.coefficients[:, 1:].T
         width = np.diff(np.append(self.knots, speed_max))
         vertex = np.divide(-c2, 3 * c3, out=np.zeros_like(c2), where=c3 != 0)
@@ -65,8 +61,7 @@ class PiecewiseCubic:
 
         Notes
         -----
-        Within a piece the secant is stationary where slope times speed is the value: a cubic in h.
-        """
+        Within a piece the secant is stationary where slope times speed is the value: a cubic in h."""
         places = [speed_max, *self.knots[self.knots > 0]]
         ends = np.append(self.knots[1:], speed_max)
         for start, end, (c0, c1, c2, c3) in zip(self.knots, ends, self.coefficients, strict=True):

@@ -1,8 +1,7 @@
 """Friction curves as learned, before compilation: values and derivatives of any order.
 
 A curve is a function of v = |velocity|, rad/s, v >= 0, in N m. What its numbers mean its kind knows
-(`table.KINDS`).
-"""
+(`table.KINDS`)."""
 
 from __future__ import annotations
 
@@ -22,8 +21,7 @@ class Curve:
 
     `parameters` are the numbers of a formula (`coulomb_nm`, `breakaway_nm`, `stribeck_rad_s`,
     `viscous_nms_rad`) or of a kernel (`sigma_rad_s`, `degree`); the other fields are empty for a formula.
-    `parts` are those of a mean, each with its share, 0 to 1, all together 1; a mean has nothing else.
-    """
+    `parts` are those of a mean, each with its share, 0 to 1, all together 1; a mean has nothing else."""
 
     kind: str
     parameters: Mapping[str, float]
@@ -50,8 +48,7 @@ class Curve:
     @property
     def n_terms(self) -> int:
         """Support vectors of a kernel sum, parameters of a formula, of a mean those of its parts: what a
-        choice counts.
-        """
+        choice counts."""
         if self.parts:
             return sum(part.n_terms for _, part in self.parts)
         return len(self.parameters) if self.of.is_formula else len(self.support_vectors)
@@ -79,8 +76,7 @@ class Curve:
         infinite without one.
 
         The peak of a formula dies out, and its bound with it (docs/theory.md 8.5); that of a kernel sum is
-        the same everywhere.
-        """
+        the same everywhere."""
         return self.of.derivative_bound(self, order, np.asarray(from_speed, dtype=float))
 
     def rounding(self, speed_max: float) -> float:

@@ -4,8 +4,7 @@ matter which way it moves.
     tau_c(x) = sum_n (p_n cos n a + q_n sin n a),     a = 2 pi x / period
 
 tau_c is positive where it pushes the joint along +x. Compensated, it is a spring of stiffness up to
-max|tau_c'| whose sign changes; over a whole period it gives nothing (docs/theory.md 8.9).
-"""
+max|tau_c'| whose sign changes; over a whole period it gives nothing (docs/theory.md 8.9)."""
 
 from __future__ import annotations
 

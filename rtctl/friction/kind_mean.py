@@ -2,8 +2,7 @@
 (docs/theory.md 8.7).
 
 A sum of kinds of which each says all of itself: values, derivatives, bounds and rounding are those of the
-parts, each by its weight. The law evaluates one compiled cubic, as of every other kind.
-"""
+parts, each by its weight. The law evaluates one compiled cubic, as of every other kind."""
 
 from __future__ import annotations
 

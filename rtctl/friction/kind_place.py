@@ -9,8 +9,7 @@ and two for each order, of duals beta_i lambda rho^(h-1) cos h a_i and beta_i la
 (docs/theory.md 8.6).
 
 x position (rad, any turn), v speed (rad/s, >= 0), b and f N m, lambda and rho 0 to 1 (here `share` and
-`decay`).
-"""
+`decay`)."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ class PlaceKernel:
     """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`),
     `share` and `decay`.
 
-    `unit_rad_s` is the speed that counts as 1 (`spline.UNIT`).
-    """
+    `unit_rad_s` is the speed that counts as 1 (`spline.UNIT`)."""
 
     period_rad: float
     orders: int
@@ -77,8 +75,7 @@ class PlaceTables:
     """What place adds to a curve of speed: `coefficients` (n, 2 H, 4) about `knots` (n,), cos and sin of each
     order in turn.
 
-    The knots are those of the curve itself: both are splines with the same support vectors.
-    """
+    The knots are those of the curve itself: both are splines with the same support vectors."""
 
     period_rad: float
     knots: np.ndarray
@@ -102,16 +99,14 @@ class PlaceTables:
 
     def over_turn(self, speed: np.ndarray) -> np.ndarray:
         """What place adds at each speed (n,) and at `ANGLES` even places of a turn, N m, shape (n,
-        ANGLES).
-        """
+        ANGLES)."""
         angle = 2 * math.pi * np.arange(ANGLES) / ANGLES
         value: np.ndarray = self.waves(speed) @ _basis(angle, self.orders).T
         return value
 
     def steepest_nm_rad(self, speed: np.ndarray) -> float:
         """Bound of its slope over position at any of the speeds, N m/rad: 2 pi / period times sum of h
-        |amplitude|.
-        """
+        |amplitude|."""
         waves = self.waves(speed)
         sizes = np.hypot(waves[:, 0::2], waves[:, 1::2])
         if not self.orders:
@@ -141,8 +136,7 @@ def compile_place(
     ------
     ValueError
         Shapes that differ, values that are not finite, more than `PLACE_SEGMENTS` different speeds or
-        `PLACE_ORDERS` orders.
-    """
+        `PLACE_ORDERS` orders."""
     x = np.asarray(positions, dtype=float)
     if x.shape != np.shape(speeds) or not np.isfinite(x).all():
         msg = f"positions {x.shape} and speeds {np.shape(speeds)} must be equally long and finite"

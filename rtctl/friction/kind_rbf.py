@@ -1,6 +1,5 @@
 """The Gaussian kernel exp(-(u - v)^2/(2 sigma^2)); scikit-learn's gamma is 1/(2 sigma^2)
-(docs/theory.md 8.3).
-"""
+(docs/theory.md 8.3)."""
 
 from __future__ import annotations
 

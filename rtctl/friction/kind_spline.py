@@ -2,8 +2,7 @@
 8.4).
 
 Symbols: v_i support vectors (rad/s), beta_i dual coefficients, b intercept (N m). Given to
-`SVR(kernel=spline)` as a callable, scikit-learn leaves `support_vectors_` empty: take `X[model.support_]`.
-"""
+`SVR(kernel=spline)` as a callable, scikit-learn leaves `support_vectors_` empty: take `X[model.support_]`."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ def spline(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     -----
     Per coordinate, with m = min(u, v): ``k = 1 + uv + uv m/2 - m^3/6``, which is
     ``1 + uv + integral_0^inf (u-t)_+ (v-t)_+ dt``. (Vapnik; as "curvspline" in Gunn's SVM toolbox.)
-    Not scale invariant: speeds of a rotary axis are in rad/s, those of a linear one in `UNIT`.
-    """
+    Not scale invariant: speeds of a rotary axis are in rad/s, those of a linear one in `UNIT`."""
     out = np.ones((len(X), len(Y)))
     for u, v, m in _coordinates(X, Y):
         out *= 1 + u * v * (1 + m / 2) - m**3 / 6
@@ -91,8 +89,7 @@ def compile_spline(
     ``p0 = (b + S0) + S1 v + S1/2 v^2 - S0/6 v^3``, S0 = sum beta_i, S1 = sum beta_i v_i. Re-expanding p0
     from knot to knot keeps rounding local. Beyond the last knot the cubic and quadratic terms cancel
     identically; their rounding residue is removed, so that the tail is exactly linear. A support vector at
-    0 belongs to the first segment.
-    """
+    0 belongs to the first segment."""
     v = np.asarray(support_vectors, dtype=float)
     beta = np.asarray(dual_coef, dtype=float)
     if v.ndim != 1 or v.shape != beta.shape:

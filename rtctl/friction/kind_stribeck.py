@@ -1,7 +1,6 @@
 """Formulas with a Stribeck peak: F_c + (F_s - F_c) shape(v/v_s) + b v (docs/theory.md 8.1).
 
-H_n is the Hermite polynomial: d^n/dy^n exp(-y^2) = (-1)^n H_n(y) exp(-y^2).
-"""
+H_n is the Hermite polynomial: d^n/dy^n exp(-y^2) = (-1)^n H_n(y) exp(-y^2)."""
 
 from __future__ import annotations
 
@@ -64,8 +63,7 @@ class Gaussian(Tustin):
 
 class Lorentzian(Tustin):
     """1/(1+y^2) is the imaginary part of 1/(y - i), whose derivative of order n is that of (-1)^n n! / (y -
-    i)^(n+1).
-    """
+    i)^(n+1)."""
 
     name = "lorentzian"
     what = "a Stribeck peak 1/(1+(v/v_s)^2)"

@@ -1,6 +1,5 @@
 """Every kind of friction curve, simplest first: the one list that ladder, fit, compiler, report, model file
-and documents take theirs from.
-"""
+and documents take theirs from."""
 
 from __future__ import annotations
 

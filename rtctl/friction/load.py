@@ -32,8 +32,7 @@ def added_nm(
     of: Mapping[str, float], fall: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray
 ) -> np.ndarray:
     """What the load adds, N m: `control.load_friction.load_magnitude` for arrays; `of` has the coefficients
-    `IN_LAW` by name.
-    """
+    `IN_LAW` by name."""
     most = of["most_nm"]
     e, m = (np.clip(torque, -most, most) for torque in (outside_nm, motor_nm))
     against = e * m < 0
@@ -45,8 +44,7 @@ def added_nm(
 
 def peak_left(speed: np.ndarray, first: float, power: float, share: float, second: float) -> np.ndarray:
     """Share of the peak that is left at each speed: (1 - share) exp(-(v / first)^power) + share exp(-(v /
-    second)^power).
-    """
+    second)^power)."""
     v = np.asarray(speed)
     return np.asarray(
         (1 - share) * np.exp(-((v / first) ** power)) + share * np.exp(-((v / second) ** power))
@@ -59,8 +57,7 @@ class Load:
     torque.
 
     `outside` and `motor` hold at every speed; what ends in `_peak`, and the squares, which belong to one
-    direction of the power each, fall with speed as `peak_left` says.
-    """
+    direction of the power each, fall with speed as `peak_left` says."""
 
     outside: float
     motor: float
@@ -80,8 +77,7 @@ class Load:
 
     def added_nm(self, speed: np.ndarray, outside_nm: np.ndarray, motor_nm: np.ndarray) -> np.ndarray:
         """What the load adds, N m, at each speed (rad/s, >= 0) and pair of torques of one sign:
-        `control.load_friction` for arrays.
-        """
+        `control.load_friction` for arrays."""
         return added_nm(self.body(), self.fall(speed), outside_nm, motor_nm)
 
     def fall(self, speed: np.ndarray) -> np.ndarray:
@@ -114,8 +110,7 @@ class Load:
 
     def fill(self, row: np.void) -> None:
         """Fill the fields `load_` of a `MODEL` record whose trained range is known; the doubt is of the
-        proofs, not of the law.
-        """
+        proofs, not of the law."""
         for name in IN_LAW:
             row[f"load_{name}"] = getattr(self, name)
         fastest = float(row["speed_max_rad_s"].max())

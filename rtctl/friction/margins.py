@@ -2,8 +2,7 @@
 
 Friction is taken at its lower bound, never below 0: the model minus what `friction.guarantee` says it may be
 off by (its largest known error, its spread over places, `drift_nm`). Beyond the trained range it is taken to
-rise from there with the rig file's `viscous_nms_rad` only, while the feed-forward fades out.
-"""
+rise from there with the rig file's `viscous_nms_rad` only, while the feed-forward fades out."""
 
 from __future__ import annotations
 
@@ -70,8 +69,7 @@ class FrictionFigures:
 class _Curves:
     """One direction over a grid of speeds: model, lower bound of friction, most feed-forward.
 
-    `ff` is of the configured policy; `ff_capped` the same capped below the least dry friction.
-    """
+    `ff` is of the configured policy; `ff_capped` the same capped below the least dry friction."""
 
     v: np.ndarray
     F_hat: np.ndarray
@@ -84,8 +82,7 @@ def _at_places(model: FrictionModel, branch: int, axis: AxisTable, v: np.ndarray
     """Sample the curves of one direction, with the feed-forward as the compiled law limits it.
 
     Of a model that the law goes by place with: at the weakest and at the strongest place, both its friction
-    and its feed-forward; of one that it goes by load with: without load and with most, likewise.
-    """
+    and its feed-forward; of one that it goes by load with: without load and with most, likewise."""
     part = model.branches[branch]
     tables = part.place_tables(model.place) if _by_place(model, axis) else None
     if tables is None:
@@ -114,8 +111,7 @@ def _curves(
     """The curves where friction is `F_hat` by the model, and less by `doubt_nm` at most; by default as the
     curve of speed has it.
 
-    `load_nm` is what load adds, by the model; to the lower bound as far as it surely does.
-    """
+    `load_nm` is what load adds, by the model; to the lower bound as far as it surely does."""
     part, table = model.branches[branch], axis.friction
     end = part.speed_max_rad_s
     F_hat = part.magnitude(v) if F_hat is None else F_hat
@@ -165,8 +161,7 @@ def friction_figures(
     """Figures of one axis, the worse of its two directions.
 
     `T` is the control period, s, `count` one encoder count, rad; `path` is only named in the result.
-    `between` is what lies between law and joint; without it the delay of the rig file.
-    """
+    `between` is what lies between law and joint; without it the delay of the rig file."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
     spring = place_stiffness_nm_rad(model, axis)
@@ -224,8 +219,7 @@ def _by_load(model: FrictionModel, axis: AxisTable) -> bool:
 
 def most_load_nm(model: FrictionModel, axis: AxisTable) -> float:
     """Most that load adds to the friction at torques up to the axis' limit, N m; 0 where the law does not go
-    by load.
-    """
+    by load."""
     if model.load is None or not _by_load(model, axis):
         return 0.0
     return model.load.most_added_nm(axis.torque_limit_nm)
@@ -267,8 +261,7 @@ def conservative_swing_j(model: FrictionModel, axis: AxisTable) -> float:
 
 def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
     """Most slope over position of what is compensated, N m/rad: of a spring, and of friction that changes
-    from place to place.
-    """
+    from place to place."""
     if not _by_place(model, axis):
         return 0.0
     spring = 0.0 if model.conservative is None else model.conservative.steepest_nm_rad
@@ -277,8 +270,7 @@ def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
 
 def _drag(c: _Curves, error_nm: float) -> tuple[float, float]:
     """Least friction over speed, N m s/rad, with the model's error on its side, and the speed where it is
-    least.
-    """
+    least."""
     moving = c.v > 0
     drag = (c.F_hat[moving] + error_nm) / c.v[moving]
     at = int(np.argmin(drag))

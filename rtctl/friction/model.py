@@ -1,7 +1,6 @@
 """A friction model in memory: two branches of |v|, their support vectors, and the compiled curve.
 
-Branch 0 holds for v >= 0, branch 1 for v < 0, as in the `MODEL` record. All arrays of speeds are |v|.
-"""
+Branch 0 holds for v >= 0, branch 1 for v < 0, as in the `MODEL` record. All arrays of speeds are |v|."""
 
 from __future__ import annotations
 
@@ -33,8 +32,7 @@ class Branch:
     `place_spread_nm` is the largest shortfall of the friction below the curve at any place and speed that was
     visited, 0 or more; None where the points do not say. `test_max_error_nm` is the largest error on test
     points, `single_max_error_nm` the largest that a single measurement behind the points is expected to have;
-    None: not known.
-    """
+    None: not known."""
 
     support_vectors: np.ndarray
     dual_coef: np.ndarray
@@ -155,8 +153,7 @@ class FrictionModel:
         """Friction magnitude at each signed velocity (rad/s), N m; NaN for NaN.
 
         The same function as the loop's compiled `friction_magnitude`: branch 1 below zero, values held at
-        the end of the trained range.
-        """
+        the end of the trained range."""
         v = np.asarray(velocity, dtype=float)
         forward, backward = (branch.magnitude(np.abs(v)) for branch in self.branches)
         return np.where(v < 0, backward, forward)
@@ -252,8 +249,7 @@ class FrictionModel:
         """Compiled record for the loop: shape (1,), dtype `MODEL`, look-up filled.
 
         Cell c of the look-up holds the segment in force at its left edge, taken a hair early, because the
-        evaluation may round a speed just below the edge into the cell; it then walks forward.
-        """
+        evaluation may round a speed just below the edge into the cell; it then walks forward."""
         out = np.zeros(1, MODEL)
         row = out[0]
         for d, branch in enumerate(self.branches):
@@ -287,8 +283,7 @@ class FrictionModel:
 def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
     """Vectors (velocity, kernel sum) over the trained range of both branches, ends included, shape (64, 2).
 
-    Half way between regular speeds, so that a shifted knot or a swapped branch shows.
-    """
+    Half way between regular speeds, so that a shifted knot or a swapped branch shows."""
     rows = []
     half = SELF_TEST_VECTORS // 2
     for sign, branch in zip((1.0, -1.0), branches, strict=True):

@@ -1,7 +1,6 @@
 """Points that cannot be friction of the same joint as their neighbours in speed: named, and left out.
 
-One bad point of a hundred (a bump, a cell mistyped, a unit) would otherwise decide which model is chosen.
-"""
+One bad point of a hundred (a bump, a cell mistyped, a unit) would otherwise decide which model is chosen."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ MOST_SHARE = 0.03
 
 def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str, ...]]:
     """Leave bad points out (`FrictionPoints.left_out`), and name them in words; the same points where there
-    are none.
-    """
+    are none."""
     bad: list[int] = []
     notes: list[str] = []
     for direction in (1, -1):
@@ -70,8 +68,7 @@ def _off(speed: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarra
     Notes
     -----
     The neighbours' median slope and level over their rank (Theil-Sen): measured speeds are spaced so that
-    friction is about as smooth over their rank as it can be.
-    """
+    friction is about as smooth over their rank as it can be."""
     n = len(speed)
     expected = np.empty(n)
     for at in range(n):

@@ -1,6 +1,5 @@
 """What a model file says of place: the kernel of friction over a turn, and the conservative part; absent from
-models of speed alone.
-"""
+models of speed alone."""
 
 from __future__ import annotations
 

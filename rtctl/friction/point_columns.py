@@ -1,7 +1,6 @@
 """Columns of a file of friction points: the one table that reader, averages and documents take theirs from.
 
-A column that is not here is kept as well where all its cells are numbers or empty; text is ignored.
-"""
+A column that is not here is kept as well where all its cells are numbers or empty; text is ignored."""
 
 from __future__ import annotations
 
@@ -13,8 +12,7 @@ from rtctl.friction.presliding import LENGTH_MAX_RAD
 @dataclass(frozen=True)
 class Column:
     """One column: bounds in `unit`; `blank` cells may be written "nan"; `of_levels`: its mean over a level of
-    speed says something.
-    """
+    speed says something."""
 
     name: str
     unit: str

@@ -1,8 +1,7 @@
 """The reader of the program's own files of friction points: CSV with the columns of
 `rtctl.friction.point_columns`, in any order.
 
-Lines that begin with `#` are comments. Files of other programs: `rtctl.friction.logs.other_programs`.
-"""
+Lines that begin with `#` are comments. Files of other programs: `rtctl.friction.logs.other_programs`."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     Raises
     ------
     DataError
-        Naming the file, the row and column, what is wrong there, and the remedy. Rows may be in any order.
-    """
+        Naming the file, the row and column, what is wrong there, and the remedy. Rows may be in any order."""
     path = Path(path)
     try:
         raw = read_bounded(path, MOST_BYTES)
@@ -70,8 +68,7 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
 
 def _header(path: Path, numbered: list[tuple[int, str]]) -> tuple[list[str], str]:
     """Names of the columns, those of a linear axis by what they are of a rotary one, and which of the two it
-    is.
-    """
+    is."""
     required = [column.name for column in COLUMNS.values() if column.required]
     if not numbered:
         raise DataError(f"{path}: the file is empty; it needs the columns {', '.join(required)}")

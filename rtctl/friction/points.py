@@ -1,6 +1,5 @@
 """Measured friction points of one axis, whatever file or rig they came from, with every column they were
-measured with.
-"""
+measured with."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ class FrictionPoints:
     else that was measured, by the names of `rtctl.friction.point_columns`, NaN where nobody says; each has at
     least one number. `left_out` marks points that nothing is learned from or judged by
     (`rtctl.friction.outliers`); None: none. `motion` is "rotary" or "linear" (`hw.motion`): of the latter,
-    all is in m and N.
-    """
+    all is in m and N."""
 
     velocity_rad_s: np.ndarray
     friction_nm: np.ndarray
@@ -74,8 +72,7 @@ class FrictionPoints:
         ------
         DataError
             Naming the row by `where(index)`: no friction, friction that points against the motion, a
-            direction that cannot be.
-        """
+            direction that cannot be."""
         rest, unknown = dict(columns), np.full(len(velocity_rad_s), np.nan)
         given, std, count = (rest.pop(name, unknown) for name in ("direction", "std_nm", "count"))
         known = ~np.isnan(given)
@@ -108,8 +105,7 @@ class FrictionPoints:
     @property
     def temperature_range_c(self) -> tuple[float, float] | None:
         """Least and greatest temperature, degrees C; None where nobody says: 0 throughout is a rig without a
-        sensor.
-        """
+        sensor."""
         column = self.columns.get("temperature_c")
         if column is None or not np.nan_to_num(column).any():
             return None
@@ -117,8 +113,7 @@ class FrictionPoints:
 
     def rows_of(self, direction: int) -> np.ndarray:
         """Index of each point of one direction that is not left out, by rising speed: the order of
-        `branch`.
-        """
+        `branch`."""
         mine = self.direction == direction
         chosen = np.flatnonzero(mine if self.left_out is None else mine & ~self.left_out)
         order = np.lexsort((self.friction_nm[chosen], np.abs(self.velocity_rad_s[chosen])))

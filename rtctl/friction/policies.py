@@ -3,8 +3,7 @@
 Every policy is bounded in energy by the account of the compensation (`control.assistance`); this is about
 what a hand feels of it at rest. Measured on 1200 random joints (LuGre, elasto-plastic, Maxwell-slip) in
 random hands (0 to 500 N m/rad, 0 to 1 N m s/rad, 0 to .02 kg m^2) that move and then hold still: bad is a
-speed above .002 rad/s RMS from 2 s after the motion on, or more than 1 mJ fed to the hand.
-"""
+speed above .002 rad/s RMS from 2 s after the motion on, or more than 1 mJ fed to the hand."""
 
 from __future__ import annotations
 

@@ -19,8 +19,7 @@ bend 0 is a spring that yields at once (elasto-plastic), 1 is LuGre's x = -lengt
 x_0, length and length * bend. Points of a ramp are the instants at which the encoder's count changes: there
 the position is known without the quantum's error, up to the x_0 that is fitted anyway. Where the joint bends
 by less than some counts, the mean of the counts over many ramps is fitted instead: ramps begin anywhere
-within a count, so that their mean has no error either.
-"""
+within a count, so that their mean has no error either."""
 
 from __future__ import annotations
 
@@ -63,8 +62,7 @@ class Presliding:
         Standard deviation of one ramp's length: places, directions and noise. None: not known (given by
         hand). 0: the length is not told apart from shorter ones.
     ramps
-        Ramps behind it, or turns of the motion in a log; 0 when it was given by hand.
-    """
+        Ramps behind it, or turns of the motion in a log; 0 when it was given by hand."""
 
     length_rad: float
     spread_rad: float | None
@@ -85,8 +83,7 @@ class Ramp:
     """One ramp as a share of its break-away torque.
 
     `position_rad` where the encoder counted (up to a constant), and the `share` then; `grid_rad` what it
-    showed at `GRID` and `count_rad` its quantum.
-    """
+    showed at `GRID` and `count_rad` its quantum."""
 
     position_rad: np.ndarray
     share: np.ndarray
@@ -109,8 +106,7 @@ def ramp_of(
     Returns
     -------
     Ramp or None
-        None when the ramp is too short, does not reach the end of `GRID`, or anything is NaN.
-    """
+        None when the ramp is too short, does not reach the end of `GRID`, or anything is NaN."""
     width = max(1, round(SMOOTH_S / period_s))
     counts = np.sign(break_away_nm) * position_rad / count_rad
     if len(counts) < 3 * width or not (np.isfinite(counts).all() and np.isfinite(torque_nm).all()):
@@ -140,8 +136,7 @@ def _passed(rising: np.ndarray) -> np.ndarray:
 
 def bend_of(ramps: Sequence[Ramp]) -> float:
     """How much the bristles soften on the way, over all ramps: 0 not at all, 1 as LuGre's (see the
-    module).
-    """
+    module)."""
     x = np.concatenate([ramp.position_rad - np.mean(ramp.position_rad) for ramp in ramps])
     linear = np.concatenate([ramp.share - np.mean(ramp.share) for ramp in ramps])
     softened = np.concatenate([_softening(ramp.share) - np.mean(_softening(ramp.share)) for ramp in ramps])
@@ -177,8 +172,7 @@ def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
 
 def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
     """Length from the counts averaged over ramps; its spread is sqrt(n) jackknife errors, hence mostly the
-    encoder's.
-    """
+    encoder's."""
     grids = np.array([ramp.grid_rad - ramp.grid_rad[0] for ramp in ramps])
     n, seen = len(grids), float(np.mean(grids[:, -1]))
     if n < AVERAGED_MIN or seen < COUNTS_MIN * ramps[0].count_rad:
@@ -200,8 +194,7 @@ def together(parts: Sequence[Presliding]) -> Presliding | None:
 
     Notes
     -----
-    The spread is that of all ramps in one: sum (n_i - 1) s_i^2 + n_i (l_i - l)^2 = (n - 1) s^2.
-    """
+    The spread is that of all ramps in one: sum (n_i - 1) s_i^2 + n_i (l_i - l)^2 = (n - 1) s^2."""
     if not parts:
         return None
     n = np.array([max(part.ramps, 1) for part in parts], dtype=float)

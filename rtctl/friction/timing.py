@@ -33,8 +33,7 @@ def evaluation_ns(record: np.ndarray) -> float:
     Notes
     -----
     Of every speed the quickest of five rounds: the time it takes, without what else the machine does. Of
-    those the largest: the look-up and the walk to the segment take longest there.
-    """
+    those the largest: the look-up and the walk to the segment take longest there."""
     model = records(record)
     ends = record["speed_max_rad_s"][0]
     speeds = [

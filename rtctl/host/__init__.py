@@ -5,5 +5,4 @@ publishes what the loop records, `Gateway` takes requests and writes the newest 
 both a private place to listen. The loop never waits for any of them.
 
 Asked before it runs and beside it: what this machine has to offer (`machine_*`, `rtctl doctor`), what its
-devices answer (`probe_*`, `rtctl probe`), and how the system starts it (`service_*`, `rtctl service`).
-"""
+devices answer (`probe_*`, `rtctl probe`), and how the system starts it (`service_*`, `rtctl service`)."""

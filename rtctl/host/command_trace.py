@@ -1,8 +1,7 @@
 """Which commands the loop took up, of all that were sent: what telemetry tells and a recording keeps.
 
 A replay needs every command that was in force, exactly. The loop takes only the newest when it looks, and
-says in each tick which one that was.
-"""
+says in each tick which one that was."""
 
 from __future__ import annotations
 
@@ -18,8 +17,7 @@ class CommandTrace:
     Attributes
     ----------
     lost : int
-        Commands that were in force and are not known any more.
-    """
+        Commands that were in force and are not known any more."""
 
     def __init__(self, writer: CommandWriter, n_axes: int) -> None:
         self._sent = writer.sent

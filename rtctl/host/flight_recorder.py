@@ -1,8 +1,7 @@
 """Keeps what happened: the event log, and the ticks around each incident. Written by a thread of its own.
 
 The host's poller hands over events and finished incidents through a bounded queue and never waits for
-the disk; what does not fit into the queue is counted. A full or missing disk breaks the log, not the run.
-"""
+the disk; what does not fit into the queue is counted. A full or missing disk breaks the log, not the run."""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ class FlightRecorder:
     words
         What the devices say.
     friction
-        The watch over the friction; None: there is none.
-    """
+        The watch over the friction; None: there is none."""
 
     def __init__(
         self,
@@ -104,16 +102,14 @@ class FlightRecorder:
 
     def later(self, task: Task) -> None:
         """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked
-        again.
-        """
+        again."""
         with suppress(queue.Full):
             self._queue.put_nowait(task)
 
     def status(self) -> dict[str, Any]:
         """How the log is doing, for `health` and the closing summary.
 
-        `broken` is None, or why events or incidents could last not be written.
-        """
+        `broken` is None, or why events or incidents could last not be written."""
         return {
             "folder": str(self.folder),
             "broken": self.broken,
@@ -130,8 +126,7 @@ class FlightRecorder:
 
     def close(self, error: BaseException | None = None) -> None:
         """Write what is left and end; `error` is why the run ended, when it did not end by itself.
-        Idempotent.
-        """
+        Idempotent."""
         if not self._thread.is_alive():
             return
         cause = "" if error is None else f"{type(error).__name__}: {error}".rstrip(": ")
@@ -182,8 +177,7 @@ class FlightRecorder:
 
     def _keep_timing(self, events: list[Event]) -> None:
         """What test pulses measured, for `rtctl check` and the next run; the log has it too when the disk
-        fails.
-        """
+        fails."""
         axes = {}
         for event in events:
             if event["event"] == EVENT:

@@ -4,8 +4,7 @@ for.
 It goes the way a STOP goes, through the command mailbox, and is written by the turn that would have read the
 STOP: nothing else that the host still does (a thread of its own, a flood it works on) counts as life. The law
 compares its age with what was promised (`rtctl.control.intake.host_fault`); commands are recorded, so a
-replay sees the same.
-"""
+replay sees the same."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ processes waiting."""
 
 def promised_ticks(config: Config) -> int:
     """Within how many ticks the host of this rig promises its next beat; 0 promises nothing (virtual
-    clock).
-    """
+    clock)."""
     if config.loop.clock == "virtual":
         return 0
     return round((LENIENT_S if config.may_be_late else SILENCE_S) * config.loop.rate_hz)
@@ -41,8 +39,7 @@ class Heartbeat:
     writer
         The host's end of the mailbox.
     ticks
-        What is promised, from the first beat on; 0: it does not beat at all.
-    """
+        What is promised, from the first beat on; 0: it does not beat at all."""
 
     def __init__(self, writer: CommandWriter, ticks: int) -> None:
         self._writer, self._ticks = writer, ticks

@@ -20,8 +20,7 @@ class LoopGuard:
     Attributes
     ----------
     look_s : float
-        Longest time between two calls of `look`, s.
-    """
+        Longest time between two calls of `look`, s."""
 
     def __init__(self, loaded: LoadedConfig, loop: LoopProcess, memory: Memory, period_s: float) -> None:
         motor = not loaded.config.simulated
@@ -37,8 +36,7 @@ class LoopGuard:
         """Stop the devices of a loop that is dying or late; end one that stalls (on a wall clock) without an
         excuse.
 
-        Raises LoopDiedError for a loop that was ended.
-        """
+        Raises LoopDiedError for a loop that was ended."""
         head, loop = int(self._memory.header[0]["head"]), self._loop
         excused = loop.opening or loop.ended is not None or self._virtual
         verdict = self._watch.look(head, time.monotonic(), excused=excused)

@@ -34,8 +34,7 @@ def is_dying(pid: int) -> bool:
 
     Asked up to a thousand times in a second. Not through `Path`: it interns the parts of a name, and the
     interpreter's table of interned strings keeps the place of each one it drops until it is full and doubled
-    (1.9 MB).
-    """
+    (1.9 MB)."""
     try:
         descriptor = os.open(f"/proc/{pid}/stat", os.O_RDONLY | os.O_CLOEXEC)
     except (FileNotFoundError, ProcessLookupError):
@@ -96,8 +95,7 @@ class LoopProcess:
         """Start it, or have the one that is `waiting` begin. It keeps `lock_fd` open: the rig's lock lasts as
         long as anybody drives the rig.
 
-        `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know.
-        """
+        `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know."""
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
@@ -149,14 +147,12 @@ class LoopProcess:
     @property
     def dying(self) -> bool:
         """Whether the kernel is taking it apart, which lasts 10 to 40 ms before anybody is told of its
-        end.
-        """
+        end."""
         return is_dying(self.pid)
 
     def leave_it_its_core(self) -> None:
         """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its
-        core.
-        """
+        core."""
         with contextlib.suppress(OSError):
             taken = os.sched_getaffinity(self.pid)
             others = os.sched_getaffinity(0) - taken
@@ -185,8 +181,7 @@ class LoopProcess:
 
     def take_words(self) -> list[dict[str, Any]]:
         """What the devices have said of themselves since this was asked last, oldest first
-        (`rtctl.rt.speech`).
-        """
+        (`rtctl.rt.speech`)."""
         words, self._words = self._words, []
         return words
 
@@ -198,8 +193,7 @@ class LoopProcess:
     def raise_if_failed(self, aftermath: str = "check the device") -> None:
         """After the end: raise the named error of what went wrong, or return when it was asked to end.
 
-        `aftermath` says what was done about the torque of a loop that died.
-        """
+        `aftermath` says what was done about the torque of a loop that died."""
         if self.ended is None:
             code = self._process.poll()
             raise LoopDiedError(

@@ -70,8 +70,7 @@ def examine(
     say, measuring
         Called with each line as it comes, and before the measurement.
     install
-        The command that makes the rig a service on this machine.
-    """
+        The command that makes the rig a service on this machine."""
     lines: list[Line] = []
 
     def _add(more: list[Line]) -> None:

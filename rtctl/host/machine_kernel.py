@@ -69,8 +69,7 @@ def preemption(root: Path) -> Line:
 
 def _built(root: Path) -> str:
     """The preemption model that a kernel was built to begin with; empty where its configuration is not
-    there.
-    """
+    there."""
     built = text(root / f"boot/config-{text(root / 'proc/sys/kernel/osrelease')}") or ""
     with suppress(OSError, EOFError, zlib.error):
         built = built or gzip.decompress((root / "proc/config.gz").read_bytes()).decode("ascii", "replace")

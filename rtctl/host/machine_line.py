@@ -22,8 +22,7 @@ class Line:
     found
         What is there.
     fix
-        The command or the line of a file that puts it right; empty when it is right.
-    """
+        The command or the line of a file that puts it right; empty when it is right."""
 
     check: str
     status: Status

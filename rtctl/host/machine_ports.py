@@ -25,8 +25,7 @@ MEDDLERS = {
 
 def serial_port(root: Path, label: str, port: str) -> Iterator[Line]:
     """Presence and permission of a port or other device file, who holds it, and its adapter's latency
-    timer.
-    """
+    timer."""
     path = root / port.lstrip("/")
     try:
         found = path.stat()
@@ -106,8 +105,7 @@ def _held(root: Path, label: str, port: str) -> Iterator[Line]:
 
 def usb_device(root: Path, label: str, wanted: str) -> Line:
     """Presence and permission of a USB device: `vendor:product`, or with its serial number behind a second
-    colon.
-    """
+    colon."""
     there: dict[str, Path] = {}
     for folder in sorted((root / "sys/bus/usb/devices").glob("*")):
         vendor, product = text(folder / "idVendor"), text(folder / "idProduct")

@@ -28,8 +28,7 @@ INSTALL = "sudo rtctl service install RIG.toml"
 def check(root: Path, rig: str, priority: int, install: str = INSTALL) -> list[Line]:
     """Who runs this, and limits of the shell and of the unit of `rig` (or of any rig, when empty).
 
-    `install` is the command that makes the rig a service on this machine.
-    """
+    `install` is the command that makes the rig a service on this machine."""
     return [*user(root, install), *shell(root, priority, install), *service(root, rig, priority, install)]
 
 
@@ -106,8 +105,7 @@ def service(root: Path, rig: str, priority: int, install: str = INSTALL) -> list
 
 def unit_settings(root: Path, rig: str) -> dict[str, str] | None:
     """Settings of the unit's [Service] section with drop-ins applied; the file's path under "". None: no
-    unit.
-    """
+    unit."""
     main = next((path for folder in UNIT_FOLDERS if (path := root / folder / UNIT).is_file()), None)
     if main is None:
         return None

@@ -1,8 +1,7 @@
 """How late the loop's core wakes up: `python -m rtctl.host.machine_wakeup SECONDS PERIOD_NS PRIORITY CPU`.
 
 A process of its own, because it asks for the loop's rights: SCHED_FIFO, locked memory, its core. It sleeps on
-the loop's own absolute grid with the loop's own clock and does nothing in between. Prints one JSON line.
-"""
+the loop's own absolute grid with the loop's own clock and does nothing in between. Prints one JSON line."""
 
 from __future__ import annotations
 

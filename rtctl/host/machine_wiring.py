@@ -44,8 +44,7 @@ def check(
     What a device needs is read off its options, wherever in them it stands: a path below `/dev`, a `port`
     with a path, a `host`, a table of `interface` and `channel`, the name of a CAN interface, a USB id as
     `usb = "0403:6014"` or as `vendor_id` and `product_id`. Any backend is looked at, third parties' too
-    (docs/devices.md).
-    """
+    (docs/devices.md)."""
     out: list[Line] = []
     for label, options in devices:
         before = len(out)

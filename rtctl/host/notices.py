@@ -1,8 +1,7 @@
 """Lines for the journal that never wait and never pile up.
 
 A line is written only where there is room for it at once (`rtctl.host.outlet`), and each kind of line once a
-second; what was left out is counted in the next line of its kind.
-"""
+second; what was left out is counted in the next line of its kind."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ class Notices:
     Attributes
     ----------
     left_out : int
-        Lines not written: too many of a kind, or nobody read them.
-    """
+        Lines not written: too many of a kind, or nobody read them."""
 
     def __init__(self, fd: int = 2, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._outlet = Outlet(fd)

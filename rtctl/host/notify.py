@@ -1,8 +1,7 @@
 """Telling systemd how the daemon is: ready, status, alive, reloading, stopping (sd_notify(3)).
 
 Without `NOTIFY_SOCKET` every call does nothing, so the daemon runs the same in a shell. The datagrams are
-sent without waiting: a manager that does not read must not hold up the host.
-"""
+sent without waiting: a manager that does not read must not hold up the host."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ class Notifier:
     Attributes
     ----------
     dropped
-        Messages that could not be sent.
-    """
+        Messages that could not be sent."""
 
     def __init__(self, address: str | None = None) -> None:
         """`address` is NOTIFY_SOCKET's value; None takes it from the environment."""
@@ -49,8 +47,7 @@ class Notifier:
 
     def stopping(self) -> None:
         """The end has begun: no ticks will feed the watchdog any more, TimeoutStopSec= bounds it from
-        here.
-        """
+        here."""
         self._send(f"STOPPING=1\nWATCHDOG_USEC={ENDING_US}")
 
     def status(self, state: int, faults: int, fault_first: int) -> None:
@@ -67,8 +64,7 @@ class Notifier:
 
     def alive(self, head: int, *, excused: bool = False) -> None:
         """Feed the watchdog, if the loop has run ticks since the last call (`head` counts them) or is
-        `excused` from it.
-        """
+        `excused` from it."""
         if head != self._head or excused:
             self._head = head
             self._send("WATCHDOG=1")

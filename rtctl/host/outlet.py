@@ -3,8 +3,7 @@
 A pipe that nobody reads fills up, and Ctrl-S stops a terminal: whoever writes then waits, and a host that
 waits answers no STOP. Asking first whether there is room is not enough (a terminal with room for one byte
 says yes), so the descriptor's file is opened once more, without waiting; making the descriptor itself so
-would do it to the shell as well.
-"""
+would do it to the shell as well."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ class Outlet:
     Attributes
     ----------
     lost : int
-        Texts that found no room, and were left out.
-    """
+        Texts that found no room, and were left out."""
 
     def __init__(self, fd: int) -> None:
         self.fd, self.lost = fd, 0
@@ -49,8 +47,7 @@ class Outlet:
     def write(self, data: bytes, patience_s: float = 0.0) -> bool:
         """Write `data` as far as there is room; what is begun is ended before anything else. False: left out.
 
-        With some patience it waits that long for room, and then leaves out the rest of it too.
-        """
+        With some patience it waits that long for room, and then leaves out the rest of it too."""
         with self._lock:
             if self._flush(patience_s):
                 self._rest = data
@@ -132,8 +129,7 @@ def streams_that_never_wait(patience_s: float = 0.0) -> Iterator[None]:
     is left out.
 
     No terminal obeys it either (`rtctl.terminal`). Streams that somebody else has replaced already stay as
-    they are.
-    """
+    they are."""
     with contextlib.ExitStack() as stack:
         for name in ("stdout", "stderr"):
             before = getattr(sys, name)

@@ -2,8 +2,7 @@
 
 The host follows the loop with the same law. To load it takes 60 MB; a process that has compiled it keeps 250
 MB for as long as it lives, and a daemon lives for months. So whoever starts first after an update has it done
-elsewhere, while the loop compiles its own.
-"""
+elsewhere, while the loop compiles its own."""
 
 from __future__ import annotations
 
@@ -33,8 +32,7 @@ if TYPE_CHECKING:
 class Preparation:
     """Compiles what a host of `n_axes` needs, unless a mark beside the compiled code says that this was done.
 
-    A mark that is wrong does no harm: the host then compiles what it does not find.
-    """
+    A mark that is wrong does no harm: the host then compiles what it does not find."""
 
     def __init__(self, n_axes: int) -> None:
         self._process: subprocess.Popen[bytes] | None = None

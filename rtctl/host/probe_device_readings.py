@@ -2,8 +2,7 @@
 
 Nothing is armed and no torque is written. A backend whose devices answer only when asked asks them
 (`AskedBackend`), without torque and disabled; `write` is called only on request, disabled and zero, for other
-devices that answer nothing but commands.
-"""
+devices that answer nothing but commands."""
 
 from __future__ import annotations
 
@@ -50,8 +49,7 @@ class DeviceProbe:
     member
         What the rig file says of it.
     error : str
-        Why it cannot be read (any more); empty while it can.
-    """
+        Why it cannot be read (any more); empty while it can."""
 
     def __init__(
         self, member: Member, backend: Backend, axis_names: Sequence[str], poll: bool, tare_samples: int = 0
@@ -72,8 +70,7 @@ class DeviceProbe:
 
     def open(self) -> None:
         """Acquire the device; a failure is kept in `error`. To open a drive is to disarm it: never one that
-        is driven.
-        """
+        is driven."""
         try:
             self._claims.take(self.member.label, self.member.claims)
             self.backend.open()
@@ -234,8 +231,7 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
     Raises
     ------
     ConfigError
-        There is no device of that number or name.
-    """
+        There is no device of that number or name."""
     config, found = loaded.config, []
     tare_samples = round(max(axis.force.tare_s for axis in config.axis) / config.period_s)
     for i, (table, member) in enumerate(zip(config.device, loaded.members(), strict=True)):
@@ -262,8 +258,7 @@ def watch(
     Raises
     ------
     KeyboardInterrupt
-        Ctrl-C, after the devices were closed.
-    """
+        Ctrl-C, after the devices were closed."""
     try:
         for device in found:
             device.open()

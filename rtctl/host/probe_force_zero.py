@@ -1,6 +1,5 @@
 """The zero of a force sensor under observation: its mean over the first samples, as the daemon takes it
-before arming.
-"""
+before arming."""
 
 from __future__ import annotations
 
@@ -14,8 +13,7 @@ class Tare:
     ----------
     offset_n : ndarray or None
         What to take off, once there were enough samples; NaN in a component that was not finite. None for
-        good when `samples` is 0.
-    """
+        good when `samples` is 0."""
 
     def __init__(self, samples: int) -> None:
         self.samples = samples

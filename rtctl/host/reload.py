@@ -1,8 +1,7 @@
 """SIGHUP: what of a changed rig file takes effect without a restart, and what does not.
 
 Only what a client could change too is taken over (environments and the share of compensation are commands,
-not parameters); limits, plant, coupling, models and devices are proved and opened at the start, and stay.
-"""
+not parameters); limits, plant, coupling, models and devices are proved and opened at the start, and stay."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """What the host keeps of a run: event log, incidents, commands in force, and a recording if the rig file
-asks.
-"""
+asks."""
 
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ class RunRecord:
     words
         What the devices say.
     friction
-        The watch over the friction, which is kept from run to run; None: there is none.
-    """
+        The watch over the friction, which is kept from run to run; None: there is none."""
 
     def __init__(
         self,
@@ -78,8 +76,7 @@ class RunRecord:
     def keep(self, first_row: int, rows: np.ndarray) -> list[Event]:
         """Log events, record ticks, tell clients of commands; before the ticks themselves are published.
 
-        `first_row` numbers the first tick among all the loop recorded. Returns the events of these ticks.
-        """
+        `first_row` numbers the first tick among all the loop recorded. Returns the events of these ticks."""
         commands = self._trace.take(rows)
         self._telemetry.publish_commands(commands)
         events = self.flight.observe(rows)
@@ -108,8 +105,7 @@ class RunRecord:
 
     def summary(self) -> dict[str, Any]:
         """For the closing summary: `log`, `recording` (None without one), and whether the law gave all of it
-        again.
-        """
+        again."""
         return {
             "log": self.flight.status(),
             "recording": None if self.recorder is None else self.recorder.status(),

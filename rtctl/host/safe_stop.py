@@ -18,8 +18,7 @@ from rtctl.rig_file.config import LoadedConfig
 @dataclass(frozen=True)
 class Stopped:
     """What became of one actuator. `confirmed`: it was opened afresh and told to stop; else `detail` says why
-    not.
-    """
+    not."""
 
     device: str
     confirmed: bool
@@ -40,8 +39,7 @@ class SafeStop:
     """The actuators of a rig, each behind a backend of its own; simulated devices have no torque to take
     away.
 
-    Making it imports and compiles what is needed, opening nothing, so that `now` is quick.
-    """
+    Making it imports and compiles what is needed, opening nothing, so that `now` is quick."""
 
     def __init__(self, loaded: LoadedConfig) -> None:
         rig = loaded.config.hardware()
@@ -61,8 +59,7 @@ class SafeStop:
         """Stop every actuator. Never raises for a device; whoever else has it open is not asked.
 
         All are told at once; then each is opened, which takes as long as its options allow, told again, and
-        closed.
-        """
+        closed."""
         self.tell()
         return [_stop_opened(label, backend) for label, backend in self._actuators]
 

@@ -20,8 +20,7 @@ MOST_NAMED_BYTES = 1 << 26
 
 def _named(data: dict[str, Any]) -> Iterator[str]:
     """The files that a rig file names, by the keys that do so: a description that reads like a path is
-    none.
-    """
+    none."""
     for axis in data.get("axis", []):
         yield axis.get("friction", {}).get("model", "")
     for device in data.get("device", []):

@@ -116,8 +116,7 @@ def own_command() -> str:
 
 def install_command(config: Path | None) -> str:
     """The command line that makes the rig of `config` a service here; from elsewhere, where its user could
-    not reach rtctl.
-    """
+    not reach rtctl."""
     rig = "RIG.toml" if config is None else shlex.quote(str(config))
     try:
         return f"sudo {own_command()} service install {rig}"
@@ -138,8 +137,7 @@ def for_all_users(rig: str = "RIG.toml") -> str:
 
 def source() -> str:
     """What pip can install this rtctl from: the checkout it runs from, or the file or address it was
-    installed from.
-    """
+    installed from."""
     checkout = Path(__file__).resolve().parents[2]
     if (checkout / "pyproject.toml").is_file():
         return str(checkout)
@@ -158,8 +156,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     ------
     ConfigError
         [gateway] group is none of this machine, or a file the rig file names lies outside its folder by a
-        relative path, is a link, or is no regular file.
-    """
+        relative path, is a link, or is no regular file."""
     name = loaded.config.rig.name
     etc, made = root / "etc", Installation(name, root)
     made.files += [
@@ -201,8 +198,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
 
 def compile_command(command: str, rig: Path) -> list[str]:
     """What compiles for a rig as the service will run it: as its user, in its cache, which systemd makes as
-    it does for the service.
-    """
+    it does for the service."""
     mode = ["-p", "CacheDirectory=rtctl", "-p", "CacheDirectoryMode=0700", "-p", "UMask=0027"]
     whose = ["-p", "User=rtctl", "-p", "Group=rtctl"]
     return [
@@ -249,8 +245,7 @@ def apply(
 
 def removal(name: str, root: Path, *, last: bool, purge: bool) -> tuple[list[list[str]], list[Path]]:
     """Commands and paths that take rig `name` away; `last`: also what all rigs share; `purge`: also its
-    data.
-    """
+    data."""
     etc = root / "etc"
     commands = [["systemctl", "disable", "--now", f"rtctl@{name}.service"]] if root == Path("/") else []
     paths = [etc / f"systemd/system/rtctl@{name}.service.d"]

@@ -10,8 +10,7 @@ import signal
 class Signals:
     """Counts SIGINT and SIGTERM (`ends`) and SIGHUP (`hangups`) from now on, until `close`. Main thread only.
 
-    Any signal makes `fileno()` readable until `drain`, so a poll ends at once.
-    """
+    Any signal makes `fileno()` readable until `drain`, so a poll ends at once."""
 
     def __init__(self) -> None:
         self.ends = 0

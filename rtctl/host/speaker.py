@@ -1,6 +1,5 @@
 """What happens to a rig, said in the terminal (or the journal) as it happens: one line each, never
-waiting.
-"""
+waiting."""
 
 from __future__ import annotations
 
@@ -20,8 +19,7 @@ class Speaker:
     Parameters
     ----------
     notices
-        Where to say it; None: nowhere.
-    """
+        Where to say it; None: nowhere."""
 
     def __init__(self, notices: Notices | None) -> None:
         self._notices = notices
@@ -30,8 +28,7 @@ class Speaker:
 
     def tell(self, events: list[dict[str, Any]], broken: Mapping[str, str | None]) -> None:
         """Say new events, and of each of `broken` (what it is, why it cannot be written) when that
-        changes.
-        """
+        changes."""
         for event in events:
             if text := line_of(event):
                 self._say(text)

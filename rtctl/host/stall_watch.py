@@ -49,8 +49,7 @@ class StallWatch:
     Attributes
     ----------
     look_s : float
-        Longest time the host should let pass between two looks, s.
-    """
+        Longest time the host should let pass between two looks, s."""
 
     def __init__(self, period_s: float, *, motor: bool, punctual: bool) -> None:
         self.look_s = LOOK_S if motor else IDLE_LOOK_S
@@ -75,8 +74,7 @@ class StallWatch:
         now_s
             Monotonic time, taken after `head` was read, s.
         excused
-            The loop has a reason to make no ticks (it opens a device, it has ended).
-        """
+            The loop has a reason to make no ticks (it opens a device, it has ended)."""
         gap_s, self._looked_s = now_s - self._looked_s, now_s
         if head != self._head or head == 0 or excused:
             self._head, self._silent_s = head, 0.0

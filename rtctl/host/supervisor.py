@@ -1,8 +1,7 @@
 """The host process: starts the loop, owns every socket, watches, and makes the rig safe when it ends.
 
 One thread, one poller: signals, the loop's words, client requests, and every `telemetry.batch_ms` the new
-ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it.
-"""
+ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it."""
 # longer than 300 lines: one process with one thread; what it does is in the rooms beside, in which order is
 # here
 
@@ -99,8 +98,7 @@ class Host:
         while the host lives, nothing that this process writes to stdout or stderr makes it wait
         (`rtctl.host.outlet`).
     waiting
-        A loop process that was started already and becomes this rig's; None: one is started on entering.
-    """
+        A loop process that was started already and becomes this rig's; None: one is started on entering."""
 
     def __init__(
         self,
@@ -174,8 +172,7 @@ class Host:
 
     def _log_readers(self) -> list[str]:
         """What the loop needs beyond `hw` to read a log that is played back; nothing is imported for other
-        rigs.
-        """
+        rigs."""
         members = self.loaded.members()
         if all(member.kind != "playback" for member in members):
             return []
@@ -233,8 +230,7 @@ class Host:
 
     def _serve(self, rig: RigDescription) -> None:
         """From the first tick on: tell what was granted, watch late ticks, begin the record and open the
-        view.
-        """
+        view."""
         from rtctl.host.view_process import ViewProcess
         from rtctl.recording.setup import setup_of
 

@@ -1,8 +1,7 @@
 """The daemon's own live view (`view = true`): a process of its own that the rig does not need.
 
 It is a client like any other. When it dies the rig runs on, and it is started again, ever more rarely while
-it keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon.
-"""
+it keeps dying. It reads a pipe that ends with this process, so it never outlives the daemon."""
 
 from __future__ import annotations
 
@@ -43,8 +42,7 @@ class ViewProcess:
     avoid_core
         The loop's core: the view leaves it alone where it can; -1: it may be anywhere.
     clock_s
-        For tests.
-    """
+        For tests."""
 
     def __init__(
         self,

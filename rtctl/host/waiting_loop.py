@@ -1,8 +1,7 @@
 """A loop process that waits for its rig: it imports what a loop needs while the host reads and proves the rig
 file.
 
-Imports little: it is made before anything heavy is imported in the host.
-"""
+Imports little: it is made before anything heavy is imported in the host."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ class WaitingLoop:
     Attributes
     ----------
     process
-        What was started. Its standard output is a pipe to this process.
-    """
+        What was started. Its standard output is a pipe to this process."""
 
     def __init__(self) -> None:
         self._line, theirs = socket.socketpair()
@@ -57,8 +55,7 @@ class WaitingLoop:
         Raises
         ------
         ValueError
-            It prepares for another order.
-        """
+            It prepares for another order."""
         if self._order is None:
             self._order = order
             self._tell(order)
@@ -68,8 +65,7 @@ class WaitingLoop:
 
     def begin(self, *descriptors: int) -> None:
         """Have it drive the rig, with the descriptors it needs: those of the shared memory and of the rig's
-        lock.
-        """
+        lock."""
         self._tell(b"\n", *descriptors)
         self._line.close()
         self._began = True

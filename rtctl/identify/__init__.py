@@ -2,5 +2,4 @@
 
 The procedure (`session.identify`) is one generator. It yields an `Order` and receives the ticks that
 followed; whoever drives it decides where those come from: `simulated.drive` (the compiled simulation) or
-`observer.Identifier` (the host of the real loop). Nothing in between knows which.
-"""
+`observer.Identifier` (the host of the real loop). Nothing in between knows which."""

@@ -2,8 +2,7 @@
 off what the motor gives.
 
 Turned one way and back a motor gives F + c(x) and -F + c(x): half the sum is c, friction aside, of any order
-and over any travel. Its mean is left in: an offset of the sensor, or of a direction, is no cogging.
-"""
+and over any travel. Its mean is left in: an offset of the sensor, or of a direction, is no cogging."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ class Cogging:
     place_rad, torque_nm : array, shape (n,)
         Rising places and what is wanted there, N m along +x, zero in the mean; empty: none that matters.
     turn_rad
-        It comes back after so much; 0: the places are all the travel there is.
-    """
+        It comes back after so much; 0: the places are all the travel there is."""
 
     place_rad: np.ndarray
     torque_nm: np.ndarray
@@ -68,8 +66,7 @@ class Cogging:
 
     def taken_off(self, rows: np.ndarray, axis: int) -> np.ndarray:
         """The same ticks with the motor's torque, measured and sent, as it would be without; a copy where
-        there is any.
-        """
+        there is any."""
         if not self.matters:
             return rows
         rows, torque_nm = rows.copy(), self.at(rows["position_rad"][:, axis])
@@ -97,8 +94,7 @@ def cogging_of(
     Returns
     -------
     Cogging
-        None where it is small beside the friction, or the ways have few places in common.
-    """
+        None where it is small beside the friction, or the ways have few places in common."""
     way = turn_rad / CELLS
     there, back = (_means(*each, way, turn_rad if whole else math.inf) for each in (forward, backward))
     both = np.intersect1d(list(there), list(back))

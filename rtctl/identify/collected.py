@@ -57,8 +57,7 @@ class Collected:
 
     def begin_anew(self) -> None:
         """Forget what was measured with the servo before: what passes where most does not is no sample of the
-        friction.
-        """
+        friction."""
         self.measurements.clear()
         self.starts.clear()
         self.discarded_before += self.discarded

@@ -48,8 +48,7 @@ def points_csv(
     """Write points as the text of a CSV file, by direction and rising speed; a column a point does not have
     stays empty.
 
-    The columns have the names, and so the units, of the axis's motion.
-    """
+    The columns have the names, and so the units, of the axis's motion."""
     out = io.StringIO()
     out.write(f"# rig {rig}, config sha256 {config_sha256}\n")
     writer = csv.writer(out, lineterminator="\n")

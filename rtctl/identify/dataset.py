@@ -7,8 +7,7 @@
     points_sweep.csv    a slow turn each way, likewise
     ticks/NAME.npz      every tick of the bias, the warm-up and each point (`ticks.FIELDS`), without pickle
 
-Every file is written beside its name and renamed, so a cut-off leaves the last complete state.
-"""
+Every file is written beside its name and renamed, so a cut-off leaves the last complete state."""
 
 from __future__ import annotations
 
@@ -50,8 +49,7 @@ class Dataset:
     document
         What `dataset.json` holds, under the names of a rotary axis; the file has those of the axis's motion.
     ticks
-        Give it every tick of the rig; it is kept with the point, the bias or the warm-up it belongs to.
-    """
+        Give it every tick of the rig; it is kept with the point, the bias or the warm-up it belongs to."""
 
     def __init__(self, folder: Path, document: dict[str, Any], axis: int, period_s: float) -> None:
         self.folder, self.document = folder, document
@@ -67,8 +65,7 @@ class Dataset:
         Raises
         ------
         DataError
-            The folder holds something already, or cannot be made.
-        """
+            The folder holds something already, or cannot be made."""
         if folder.exists() and not (folder.is_dir() and _holds_nothing(folder)):
             raise DataError(f"{folder}: exists and is not empty; choose another --out, or give --resume")
         try:
@@ -103,8 +100,7 @@ class Dataset:
         Raises
         ------
         DataError
-            It is not there, is damaged, or was begun with another rig file or other settings.
-        """
+            It is not there, is damaged, or was begun with another rig file or other settings."""
         document = read_document(folder)
         same = {
             "rig file": (document["config_sha256"], loaded.sha256),
@@ -250,8 +246,7 @@ class Dataset:
 
 def _holds_nothing(folder: Path) -> bool:
     """Whether a folder is empty, or a data set whose every start was refused before it had measured the
-    bias.
-    """
+    bias."""
     names = {one.name for one in folder.iterdir()}
     if HEADER not in names or names - {HEADER, "points_train.csv", "points_test.csv", "ticks"}:
         return not names

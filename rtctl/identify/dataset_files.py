@@ -35,8 +35,7 @@ def read_document(folder: Path) -> dict[str, Any]:
     Raises
     ------
     DataError
-        Missing, not JSON, or not of this schema.
-    """
+        Missing, not JSON, or not of this schema."""
     path = folder / HEADER
     try:
         document = json_of(read_bounded(path, MOST_HEADER_BYTES))

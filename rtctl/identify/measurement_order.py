@@ -48,8 +48,7 @@ def speeds(settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     """Speeds for training and for test, rad/s: logarithmic, no speed in both.
 
     The test speeds are geometric means of neighbours among the training speeds (of every k-th pair, or of
-    finer divisions when there are more test than training speeds), so they lie inside the trained range.
-    """
+    finer divisions when there are more test than training speeds), so they lie inside the trained range."""
     low, high = np.log(settings.speed_min_rad_s), np.log(settings.speed_max_rad_s)
     n = settings.train_levels
     train = np.exp(np.linspace(low, high, n))
@@ -65,8 +64,7 @@ def tasks(settings: Settings) -> list[Task]:
     """All points: break-away first, then the speeds shuffled, each in both directions one after the other.
 
     Shuffled, so that a drift of the friction with time does not look like a dependence on speed; to and
-    fro, so that the joint stays within about one turn.
-    """
+    fro, so that the joint stays within about one turn."""
     train, test = speeds(settings)
     runs: list[tuple[Literal["train", "test"], float]] = [("train", float(v)) for v in train]
     runs += [("test", float(v)) for v in test]
@@ -84,8 +82,7 @@ def remaining(settings: Settings, is_over: Callable[[Task], bool], known: Sequen
     -----
     A Stribeck peak below the lowest speed would be cut off. While friction in either direction falls by more
     than `BEND_SHARE` from the lowest speed measured to twice that speed, half of it is measured too, in both
-    directions, `lower_levels` times at most.
-    """
+    directions, `lower_levels` times at most."""
     planned = tasks(settings)
     if todo := [task for task in planned if not is_over(task)]:
         return todo

@@ -1,8 +1,7 @@
 """Motions of one axis as generators: they yield orders, receive ticks, and return what they saw.
 
 A motion never trusts the time between its orders: every program carries its own limits (travel, hand,
-slip, duration), which the law guards at its own rate.
-"""
+slip, duration), which the law guards at its own rate."""
 
 from __future__ import annotations
 
@@ -37,15 +36,13 @@ JOG_CROSSING_S = 1.2
 SLIP_RAD = 0.02
 """Displacement that ends a ramp: well above what a joint creeps (6 mrad on the mock) before it breaks away.
 
-This length and the other constants in rad are multiplied by `Rig.radian`, which is 1 of a rotary axis.
-"""
+This length and the other constants in rad are multiplied by `Rig.radian`, which is 1 of a rotary axis."""
 
 
 @dataclass(frozen=True)
 class Order:
     """What the procedure wants next: command fields (of its axis) or none, and how much to see before it goes
-    on.
-    """
+    on."""
 
     fields: dict[str, float] = field(default_factory=dict)
     look_s: float = LOOK_S
@@ -78,8 +75,7 @@ class Motion:
     creeps
         A joint that creeps counts as one at rest: there is cogging, or nothing is known of it yet.
     notice
-        Receives what a person must know now; an empty text when it is over.
-    """
+        Receives what a person must know now; an empty text when it is over."""
 
     def __init__(
         self, rig: Rig, settings: Settings, notice: Callable[[str], None] = lambda _text: None
@@ -154,8 +150,7 @@ class Motion:
         FaultError
             The rig is not ACTIVE any more.
         HandSeen
-            The program was ended by the force sensor.
-        """
+            The program was ended by the force sensor."""
         rows = yield from self.see_any(order)
         if int(self.last["state"]) != State.ACTIVE:
             first = int(self.last["fault_first"])
@@ -227,8 +222,7 @@ class Motion:
         Raises
         ------
         HandOnRigError
-            The force sensor is not quiet within `HAND_PATIENCE_S`, or after `PAUSES` pauses.
-        """
+            The force sensor is not quiet within `HAND_PATIENCE_S`, or after `PAUSES` pauses."""
         self.notice("hand on the rig: take it off")
         quiet_s = waited_s = 0.0
         most_nm = self.hand_seen_nm
@@ -254,8 +248,7 @@ class Motion:
         """Turn by about `distance_rad` (signed) at a speed, and stay in motion: what follows decides.
 
         Ends early at the end of the travel. Raises DataError when the joint does not follow though the servo
-        had time to give all its torque.
-        """
+        had time to give all its torque."""
         direction = 1 if distance_rad > 0 else -1
         goal = self.position_rad + distance_rad
         patience_s = FOLLOW_S + (2.0 * abs(distance_rad) + self.rig.wind_up_rad) / speed_rad_s

@@ -26,8 +26,7 @@ class Identifier:
     Attributes
     ----------
     complete
-        True once the procedure came to its end; False when the run was ended before (Ctrl-C).
-    """
+        True once the procedure came to its end; False when the run was ended before (Ctrl-C)."""
 
     def __init__(
         self, steps: Steps[None], axis: int, watch: Callable[[np.ndarray], None] = lambda _rows: None

@@ -20,8 +20,7 @@ class Spot:
 
     `place_rad` is a place, whole turns to and fro being the same; None: wherever the joint is. `step_rad` is
     the travel to move on by instead where the joint cannot turn far enough for places. From there the joint
-    moves on to the phase `phase_share` of the gear's ripple, None: any.
-    """
+    moves on to the phase `phase_share` of the gear's ripple, None: any."""
 
     step_rad: float = 0.0
     place_rad: float | None = None
@@ -34,8 +33,7 @@ HERE = Spot()
 def gap_to(motion: Motion, direction: int, place_rad: float, passed_rad: float) -> float:
     """Travel in `direction` to the next place that is whole turns from `place_rad`; 0 when just passed it.
 
-    Just passed: by no more than `passed_rad`.
-    """
+    Just passed: by no more than `passed_rad`."""
     gap = (place_rad - motion.position_rad) * direction % motion.rig.turn_rad
     return 0.0 if gap > motion.rig.turn_rad - passed_rad else gap
 
@@ -82,8 +80,7 @@ def spots(motion: Motion, task: Task) -> Iterator[Spot]:
     they do not meet a gear's ripple always at the same phase. So many turns that a run ends before the next
     place begins; otherwise the places would bunch. Where the ripple's period is shorter than the distance of
     two places, each of them is moved on to a phase of its own, the phases being as even as the places: then
-    the ripple cancels in the mean as well, however little of a period one measurement sees.
-    """
+    the ripple cancels in the mean as well, however little of a period one measurement sees."""
     settings, speed = motion.settings, task.speed_rad_s
     random = np.random.default_rng([settings.seed, task.number])
     places = settings.measurements if speed == 0 else settings.spots

@@ -25,8 +25,7 @@ many times.
 Where friction falls with speed by g' (below 0), a bristle of stiffness s0 acts on a servo like a spring s0 v
 g'/g, which its own must exceed or the joint stick-slips: 48 N m/rad at .01 rad/s on the mock with the
 Stribeck speed .01, against 43. But one count of a coarse encoder may be worth half the friction of a light
-joint, which then jumps from count to count.
-"""
+joint, which then jumps from count to count."""
 UNSTEADY = (
     "the motion never becomes steady there: stick-slip where friction falls with speed, an encoder too "
     "coarse for so slow a motion, backlash or a hard spot"
@@ -138,8 +137,7 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
     DataError
         The joint does not move.
     HandOnRigError
-        A hand stays on the rig.
-    """
+        A hand stays on the rig."""
     settings, rig = motion.settings, motion.rig
     got, pauses, before = Collected(slip_rad=SLIP_RAD * rig.radian), 0, -1
     places = spots(motion, task)
@@ -168,8 +166,7 @@ def _no_other_servo(task: Task, got: Collected) -> bool:
 
 def _other_servo(motion: Motion, task: Task, got: Collected) -> Steps[None]:
     """Give a speed that does not become steady another chance with the next of `SERVOS`; then give it up.
-    Raises UnsteadyError.
-    """
+    Raises UnsteadyError."""
     if _no_other_servo(task, got):
         yield from motion.rest()
         raise UnsteadyError(

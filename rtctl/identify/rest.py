@@ -23,8 +23,7 @@ def held_nm(known: Sequence[Known], direction: int) -> float:
     -----
     Before a joint slips it creeps, at a speed at which friction may have fallen already: a ramp finds up to a
     tenth less than what the joint drags at that speed, on a Stribeck peak at .01 rad/s. Friction that still
-    falls from the slowest speed to the next is no less at rest.
-    """
+    falls from the slowest speed to the next is no less at rest."""
     moving = sorted(
         (one.speed_rad_s, one.friction_nm)
         for one in known
@@ -35,8 +34,7 @@ def held_nm(known: Sequence[Known], direction: int) -> float:
 
 def raise_break_away(points: Sequence[dict[str, Any]], known: Sequence[Known]) -> None:
     """Let the break-away points, as a data set keeps them, say what the slowest speeds show; `ramp_nm` is
-    what the ramps found.
-    """
+    what the ramps found."""
     for point in points:
         if point["target_rad_s"] != 0:
             continue

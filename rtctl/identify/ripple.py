@@ -2,8 +2,7 @@
 
 A gear's ripple has the period 2 pi / gear ratio of the joint (`--ripple-per-turn` where it is another). A
 mean over whole periods does not see it; nor does one over places whose phases are even. What it does to the
-test of a steady motion depends on how large it is, so it is measured once, after the warm-up.
-"""
+test of a steady motion depends on how large it is, so it is measured once, after the warm-up."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ class Ripple:
         Travel of the joint in one period; 0: none is expected.
     amplitude_nm
         Sum of its harmonics' amplitudes times their numbers, so that 2 pi amplitude / period bounds its
-        slope, N m; 0: too small to matter.
-    """
+        slope, N m; 0: too small to matter."""
 
     period_rad: float = 0.0
     amplitude_nm: float = 0.0
@@ -51,8 +49,7 @@ class Ripple:
     def two_periods_s(self, speed_rad_s: float, least_s: float) -> float | None:
         """Length of the shortest window of an even number of periods that is no shorter than `least_s`.
 
-        None when that is too long, or when there is no ripple that matters.
-        """
+        None when that is too long, or when there is no ripple that matters."""
         if self.amplitude_nm <= 0.0:
             return None
         pair_s = 2.0 * self.period_rad / speed_rad_s
@@ -61,8 +58,7 @@ class Ripple:
 
     def whole_window_s(self, window_s: float, windows: int, speed_rad_s: float) -> float:
         """Window length near `window_s` of which so many in a row are whole periods, where they are about one
-        or more.
-        """
+        or more."""
         if self.period_rad <= 0.0:
             return window_s
         periods = math.floor(windows * window_s * speed_rad_s / self.period_rad + 0.5)
@@ -82,8 +78,7 @@ def measured(position_rad: np.ndarray, torque_nm: np.ndarray, period_rad: float)
     Parameters
     ----------
     position_rad, torque_nm : array, shape (n,)
-        Consecutive ticks over at least two periods.
-    """
+        Consecutive ticks over at least two periods."""
     angle = 2.0 * math.pi * position_rad / period_rad
     columns = [np.ones_like(angle), position_rad - np.mean(position_rad)]
     for n in range(1, HARMONICS + 1):

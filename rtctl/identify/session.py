@@ -110,8 +110,7 @@ def identify(
     Raises
     ------
     DataError, FaultError, HandOnRigError
-        As the motions; what was complete is in the store.
-    """
+        As the motions; what was complete is in the store."""
     motion, tried = Motion(rig, settings, notice), set[str]()
 
     def is_over(task: Task) -> bool:
@@ -167,8 +166,7 @@ def _quick_ones_first(todo: list[Task], store: Store, tried: int, top_rad_s: flo
     Raises
     ------
     DataError
-        Many points were tried, those at the highest speed too, and not one speed became steady.
-    """
+        Many points were tried, those at the highest speed too, and not one speed became steady."""
     if tried < HOPELESS or any(one.speed_rad_s > 0 for one in store.known()):
         return todo
     if not any(task.speed_rad_s >= top_rad_s for task in todo):
@@ -268,8 +266,7 @@ def _require_room(motion: Motion) -> None:
 
 def _follow_zero(motion: Motion, point: Point) -> None:
     """Take the slow drift of the force sensor out of the hand guard. Raises HandOnRigError when it is too
-    much.
-    """
+    much."""
     motion.hand_zero_nm = point.hand_torque_nm
     limit = ZERO_LIMITS * motion.rig.hand_limit_nm
     if not abs(motion.hand_zero_nm) <= limit:

@@ -109,8 +109,7 @@ class Rig:
         Notes
         -----
         With d = J / (4 tau) one count moves the torque by d count / tau = J count / (4 tau^2), which is
-        to stay below CHATTER_SHARE of the limit.
-        """
+        to stay below CHATTER_SHARE of the limit."""
         quiet = math.sqrt(self.inertia_kgm2 * self.count_rad / (4 * CHATTER_SHARE * self.torque_limit_nm))
         return self.calmer * max(2 * self.period_s, quiet)
 
@@ -134,8 +133,7 @@ class Rig:
         """How far the servo's reference is ahead of a joint that stands still when all its torque is there.
 
         At a slow loop rate the servo is soft and this is long: 0.5 rad at 250 Hz on the mock, 0.04 rad at 1
-        kHz.
-        """
+        kHz."""
         return self.servo_max_nm / self.stiffness_nm_rad
 
 
@@ -153,8 +151,7 @@ def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
     Raises
     ------
     ConfigError
-        No such axis.
-    """
+        No such axis."""
     options = {name: value for name, value in given.items() if value is not None}
     axis = _axis(loaded, options.get("axis", 0))
     most = VELOCITY_SHARE * axis.velocity_limit_rad_s
@@ -177,8 +174,7 @@ def _axis(loaded: LoadedConfig, number: int) -> AxisTable:
 
 def _ripple_per_turn(axis: AxisTable, given: float, turn_rad: float) -> float:
     """Periods of the ripple in `turn_rad`; `given` is of a turn of the joint or the screw, without a lead of
-    a metre.
-    """
+    a metre."""
     if axis.motion != "linear":
         return given or axis.motor_ratio
     if axis.lead_m:
@@ -192,8 +188,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
     Raises
     ------
     ConfigError
-        No such axis, a speed above the rig's limit, or a travel shorter than its margins.
-    """
+        No such axis, a speed above the rig's limit, or a travel shorter than its margins."""
     config = loaded.config
     axis = _axis(loaded, settings.axis)
     if (
@@ -239,8 +234,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
 
 def without_feedforward(loaded: LoadedConfig) -> LoadedConfig:
     """The same rig with friction feed-forward off and a free environment: what is measured is friction
-    alone.
-    """
+    alone."""
     axes = tuple(
         axis.model_copy(
             update={

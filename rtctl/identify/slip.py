@@ -77,7 +77,6 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
 
 def ramp_slope(asked_nm_s: float, seen_nm: Sequence[float]) -> float:
     """Slope of the next ramp, N m/s, at most `asked_nm_s`; `seen_nm` are the break-away torques so far, each
-    above 0.
-    """
+    above 0."""
     usual_nm = float(np.median(seen_nm)) if seen_nm else math.inf
     return min(asked_nm_s, max(usual_nm / RISE_S, SLOWEST_SHARE * asked_nm_s))

@@ -22,8 +22,7 @@ SMOOTH_S = 0.02
 
 def rows_per_turn(ripple_per_turn: float) -> int:
     """Places of a turn that a sweep is averaged over: 16 for each period of the ripple, 512 to as many as a
-    file may have.
-    """
+    file may have."""
     return min(POINTS_MAX, max(_ROWS_LEAST, math.ceil(_PER_RIPPLE * ripple_per_turn)))
 
 
@@ -40,8 +39,7 @@ def sweep(motion: Motion, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]
 
 def look_for_cogging(motion: Motion) -> Steps[None]:
     """Turn to and fro at the jog speed: what the motor gives at a place whichever way it turns is taken off
-    from then on.
-    """
+    from then on."""
     speed, rig, ways = motion.jog_speed_rad_s(), motion.rig, []
     for direction in (1, -1):
         ticks = yield from _one_way(motion, direction, speed, steady=False)

@@ -23,8 +23,7 @@ LOOK_BACK_S = 0.01
 """Break-away: this many counts within this time, and this travel, mean that the joint slides.
 
 Counts alone would find a fine encoder's joint sliding while its bristles still bend: a ramp of slope r on
-bristles of stiffness s0 creeps at r / s0 / (1 - u) where it is the share u of the break-away torque.
-"""
+bristles of stiffness s0 creeps at r / s0 / (1 - u) where it is the share u of the break-away torque."""
 PEAK_S = 0.02
 """Break-away: least length of the windows through which the joint's acceleration is seen."""
 PEAK_NOISE_SHARE = 0.003
@@ -73,8 +72,7 @@ def is_steady(
     A straight line through the means of 8 blocks. Its rise over the window must be at most 1 % of the
     torque or within twice its own standard error, and that error itself at most 3 % (a window too noisy to
     tell is not steady). No block may be slower than half the wanted speed or quicker than one and a half of
-    it: that is stick-slip, whatever the mean. NaN is never steady.
-    """
+    it: that is stick-slip, whatever the mean. NaN is never steady."""
     n = len(torque_nm) // BLOCKS * BLOCKS
     if n < 2 * BLOCKS:
         return False
@@ -96,8 +94,7 @@ def is_even(
 ) -> bool:
     """False for stick-slip: an eighth of the window off the speed by half, or the whole by `DRIFTED_SHARE`.
 
-    `speed_share` is what a ripple alone may do to the speed. NaN is not even.
-    """
+    `speed_share` is what a ripple alone may do to the speed. NaN is not even."""
     window_s = (len(position_rad) - 1) * period_s
     edges = position_rad[np.linspace(0, len(position_rad) - 1, BLOCKS + 1).astype(int)]
     off = np.abs(np.diff(edges) - speed_rad_s * window_s / BLOCKS)
@@ -117,8 +114,7 @@ def stops_and_starts(torque_nm: np.ndarray, period_s: float, speed_rad_s: float,
     What the torque has beside its mean over an eighth of the window accelerates the joint. A sine of speed
     that just reaches 0 has an RMS of sqrt(1/2) of the mean speed; two thirds of it are allowed (`REST_RMS`).
     The friction of such a motion is no friction at its mean speed: a joint that jumped from count to count
-    had up to 55 % less, one of 2e-6 kg m^2 that seemed to swing by .7 to .9 of it 7 to 10 %. NaN stops.
-    """
+    had up to 55 % less, one of 2e-6 kg m^2 that seemed to swing by .7 to .9 of it 7 to 10 %. NaN stops."""
     block = max(2, len(torque_nm) // BLOCKS)
     if len(torque_nm) < 2 * block:
         return False  # so few ticks show no swing
@@ -178,8 +174,7 @@ def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, b
     -----
     friction = motor torque - bias - J a, with velocity and acceleration from the parabola that fits the
     positions best. J a is small when the motion is steady, and has no error of its own worth naming.
-    Slots that the loop left out are time that passed all the same.
-    """
+    Slots that the loop left out are time that passed all the same."""
     position = rows["position_rad"][:, axis]
     t = (rows["tick"] - np.mean(rows["tick"])) * period_s
     square = t * t - np.mean(t * t)
@@ -209,8 +204,7 @@ def break_away_row(position_rad: np.ndarray, look_back: int, moving_rad: float) 
     """Row where the last slide began: `look_back` rows before the first that moved `moving_rad` since.
 
     A lurch that comes to rest again (gear play, the start of a ramp) is no break-away. Returns -1 when the
-    joint does not slide at the end, or was never at rest before.
-    """
+    joint does not slide at the end, or was never at rest before."""
     moved = np.abs(position_rad[look_back:] - position_rad[:-look_back]) >= moving_rad
     if not moved[-1] or moved.all():
         return -1
@@ -226,8 +220,7 @@ def rows_before_seen(position_rad: np.ndarray, seen: int, look_back: int) -> int
     -----
     A joint with much damping does not jump: it slides ever faster, and long before its speed tells it. The
     parabola through the second half of its way, where no bristles bend any more, tells when it would have
-    stood still. NaN is 0.
-    """
+    stood still. NaN is 0."""
     way_rad = np.abs(position_rad - position_rad[0])
     half = np.flatnonzero(way_rad >= 0.5 * way_rad[-1])
     if len(half) < look_back:
@@ -250,8 +243,7 @@ def peak_nm(
     A ramp goes on while the joint gets faster, and by when it is seen to slide a share of the torque moves
     the inertia, on a light joint a tenth of it. Torque means and accelerations are those of sliding windows,
     by the parabola that fits their positions best. A step of the encoder is `count_rad`/sqrt(12) of noise,
-    which such a parabola makes sqrt(720/n^5)/T^2 as large.
-    """
+    which such a parabola makes sqrt(720/n^5)/T^2 as large."""
     sign = math.copysign(1.0, float(torque_nm[-1]))
     noise_nm = math.sqrt(720.0 / 12.0) * count_rad * inertia_kgm2 / period_s**2
     size = max(abs(float(torque_nm[-1])), 1e-12)
@@ -277,8 +269,7 @@ def break_away(
     """Break-away torque of one ramp: the most that friction held before the slide, or the mean over
     `LOOK_BACK_S` about its beginning.
 
-    The last rows are those of the slip. None without one, and when the loop stood still about then.
-    """
+    The last rows are those of the slip. None without one, and when the loop stood still about then."""
     look_back = max(4, round(LOOK_BACK_S / period_s))
     if len(rows) <= 2 * look_back:
         return None

@@ -1,8 +1,7 @@
 """Every tick of an identification, in blocks: the columns worth keeping, as compressed arrays.
 
 A block holds all ticks since the one before, the moves between the runs too: whoever doubts a point can
-look at what the rig did, or measure it again by another rule.
-"""
+look at what the rig did, or measure it again by another rule."""
 
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ class TickBlock:
     period_ns
         Control period, ns.
     motion
-        Of the axis: the position of a linear one is kept as `position_m`.
-    """
+        Of the axis: the position of a linear one is kept as `position_m`."""
 
     def __init__(self, axis: int, period_ns: int, motion: str = "rotary") -> None:
         self._axis, self._period_ns, self._motion = axis, period_ns, motion
@@ -74,8 +72,7 @@ class TickBlock:
         -------
         bytes
             Columns `FIELDS`; `first_time_ns` and `period_ns`, so that a tick's time is `first_time_ns + (tick
-            - tick[0]) * period_ns`; `measurement_start` (row) and `measurement_rows` of each measurement.
-        """
+            - tick[0]) * period_ns`; `measurement_start` (row) and `measurement_rows` of each measurement."""
         parts, self._parts = self._parts, []
         columns = {name: np.concatenate([part[name] for part in parts]) for name in FIELDS if parts}
         tick = columns.get("tick", np.zeros(0, np.int64))

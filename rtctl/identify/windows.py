@@ -21,8 +21,7 @@ class Allowance:
     """How a motion at a speed is judged: over which window, and what a ripple alone may do to it.
 
     `travel_rad` is what must have been travelled before; `pairs`: the window is an even number of periods of
-    the ripple.
-    """
+    the ripple."""
 
     window_s: float
     pairs: bool
@@ -51,8 +50,7 @@ def per_place(motion: Motion) -> int:
 def window_s(motion: Motion, speed_rad_s: float) -> float:
     """Length of one measurement: as set, but enough counts, and no more than half of the travel left.
 
-    Those of one place together are whole periods of the gear's ripple where they are long enough for one.
-    """
+    Those of one place together are whole periods of the gear's ripple where they are long enough for one."""
     wanted = max(motion.settings.window_s, COUNTS_PER_WINDOW * motion.rig.count_rad / speed_rad_s)
     wanted = motion.ripple.whole_window_s(wanted, per_place(motion), speed_rad_s)
     room = motion.high_rad - motion.low_rad - run_up_rad(motion, speed_rad_s)
@@ -66,8 +64,7 @@ def settle_rad(motion: Motion) -> float:
 
 def steady_window(motion: Motion, speed_rad_s: float) -> tuple[float, bool]:
     """Length of the steady-state test's window (s), and whether it is an even number of periods of the
-    ripple.
-    """
+    ripple."""
     short_s = min(max(settle_rad(motion) / speed_rad_s, STEADY_MIN_S), STEADY_MAX_S)
     pairs_s = motion.ripple.two_periods_s(speed_rad_s, short_s)
     return pairs_s or short_s, pairs_s is not None

@@ -26,8 +26,7 @@ def log_readers(members: Sequence[Member]) -> list[str]:
     """Modules that teach a loop process to read the logs that these devices play back: this one for a
     recording, else none.
 
-    They are named only where a recording is played, so that no other loop loads them.
-    """
+    They are named only where a recording is played, so that no other loop loads them."""
     played = [member.options.get("file", "") for member in members if member.kind == "playback"]
     return [__name__] if any(str(file).endswith(".mcap") for file in played) else []
 
@@ -41,8 +40,7 @@ def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     Raises
     ------
     BackendError
-        Not a recording, and no bag of ROS 2 with joint states.
-    """
+        Not a recording, and no bag of ROS 2 with joint states."""
     try:
         reader = RecordingReader(all_parts(path))
         rows = reader.read().rows

@@ -50,8 +50,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     ConfigError
         A rig file of another rate or number of axes.
     DataError, ModelError
-        As `Replay`, and as `rtctl.check.law_plan.build`.
-    """
+        As `Replay`, and as `rtctl.check.law_plan.build`."""
     plan = build(other)
     if (plan.n_axes, plan.period_ns) != (reader.n_axes, int(reader.about["period_ns"])):
         raise ConfigError(

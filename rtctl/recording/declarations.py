@@ -1,6 +1,5 @@
 """What a recording says of its messages before the first one: schemas, channels, and the schemas'
-checksums.
-"""
+checksums."""
 
 from __future__ import annotations
 

@@ -3,8 +3,7 @@
 A line is written at once and forced to the disk. What a crash cut off is one line without an end, which
 readers skip and count; the next run starts on a line of its own. A write that fails leaves no half line:
 the log is `broken`, its events are counted in `dropped`, and the first write that works again is preceded
-by a line `log_gap` that says how many are missing.
-"""
+by a line `log_gap` that says how many are missing."""
 
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ class EventLog:
     written, dropped : int
         Events on disk, and events lost to a disk that refused them.
     broken : str or None
-        Why the last write failed.
-    """
+        Why the last write failed."""
 
     def __init__(self, folder: Path, max_bytes: int = MAX_BYTES) -> None:
         self._folder = folder

@@ -1,6 +1,5 @@
 """Recordings as npz, Parquet, CSV, or MCAP with a message per tick: every field, every tick, written whole or
-not at all.
-"""
+not at all."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ def export(
     DataError
         It cannot be written.
     RtctlError
-        Parquet without pyarrow.
-    """
+        Parquet without pyarrow."""
     names = _names(fields)
     write = {"npz": _npz, "parquet": _parquet, "csv": _csv, "mcap": _mcap}[kind]
     with whole(path) as part:
@@ -63,8 +61,7 @@ def export(
 
 def columns(rows: np.ndarray, names: list[str], axes: list[str], motions: list[str]) -> dict[str, np.ndarray]:
     """Flat columns: per-axis fields become `field.axis`, vectors `field.x`; each of shape (n,). Those of a
-    linear axis end with its units.
-    """
+    linear axis end with its units."""
     flat: dict[str, np.ndarray] = {}
     for field in RECORDED:
         if field.name not in names:
@@ -90,8 +87,7 @@ def times(rows: np.ndarray, wall_ns: int, first_ns: int) -> dict[str, np.ndarray
     wall_ns
         What the wall clock showed when the clock of the ticks was 0, ns since 1970.
     first_ns
-        `time_ns` of the recording's first tick.
-    """
+        `time_ns` of the recording's first tick."""
     return {"wall_ns": rows["time_ns"] + wall_ns, "time_s": (rows["time_ns"] - first_ns) * 1e-9}
 
 

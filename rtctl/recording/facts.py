@@ -34,8 +34,7 @@ def sound(told: Mapping[str, str], n_axes: int) -> tuple[dict[str, str], list[st
     about
         Empty where nothing says that this is a recording.
     notes
-        One line for each fact replaced.
-    """
+        One line for each fact replaced."""
     about, notes = dict(told), []
     if not _whole(about.get("n_axes", ""), _WHOLE["n_axes"]):
         if not 1 <= n_axes <= MOST_AXES:

@@ -1,8 +1,7 @@
 """Incidents: the ticks around a fault, as one compressed npz file each; the flight recorder's tape.
 
 An npz file holds one array per tick field (first dimension: tick) and `incident`, a JSON text with rig,
-versions, the transition that caused it, and the events inside the window.
-"""
+versions, the transition that caused it, and the events inside the window."""
 
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ class Incident:
     events
         Events inside the window, the trigger among them.
     about
-        Rig, session, version, config.
-    """
+        Rig, session, version, config."""
 
     trigger: Event
     ticks: np.ndarray
@@ -76,8 +74,7 @@ class Capture:
     """Cuts incidents out of the stream of ticks. Pure: no file, no clock.
 
     A further incident inside an open window extends it instead of starting a second one: a ramp that ends
-    in FAULT is one incident. An emergency stop gives the incident its name.
-    """
+    in FAULT is one incident. An emergency stop gives the incident its name."""
 
     def __init__(self, before: int = BEFORE_TICKS, after: int = AFTER_TICKS) -> None:
         self._before, self._after = before, after
@@ -109,8 +106,7 @@ class Capture:
 
     def flush(self, trigger: Event | None = None) -> list[Incident]:
         """End of the run: what is open as it is; with `trigger`, the last ticks as an incident of their
-        own.
-        """
+        own."""
         if self._trigger is None and trigger is not None and self._kept is not None:
             self._trigger, self._parts = trigger, [self._kept]
             self._events.append(trigger)
@@ -164,8 +160,7 @@ def write_incident(folder: Path, incident: Incident) -> Path:
 
 def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
     """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a
-    crash.
-    """
+    crash."""
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0

@@ -2,8 +2,7 @@
 `/joint_states/elbow/position`.
 
 Only `sensor_msgs/msg/JointState` in CDR, little-endian, as rosbag2 writes it. A stamp is that of the
-message's header; of messages without one, when they were recorded.
-"""
+message's header; of messages without one, when they were recorded."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ MOST_JOINTS = 1000
 @dataclass(frozen=True)
 class JointState:
     """One message: stamp in ns (0 without one), joints, and position, velocity and effort of each (empty
-    where they were not told).
-    """
+    where they were not told)."""
 
     stamp_ns: int
     names: tuple[str, ...]
@@ -37,8 +35,7 @@ class JointState:
 
 class _Cdr:
     """Reads little-endian CDR; places are aligned to what stands there, counted behind the four bytes of
-    encapsulation.
-    """
+    encapsulation."""
 
     def __init__(self, data: bytes) -> None:
         if data[:2] != b"\x00\x01":
@@ -98,8 +95,7 @@ def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
     Raises
     ------
     DataError
-        No MCAP file, or none with joint states.
-    """
+        No MCAP file, or none with joint states."""
     contents = Contents()
     found: dict[int, list[tuple[int, bytes]]] = {}
     for chunk in chunks(path, contents):

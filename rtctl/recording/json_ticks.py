@@ -39,8 +39,7 @@ def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
     Raises
     ------
     DataError
-        Text that is not JSON, or not a tick of this rig size.
-    """
+        Text that is not JSON, or not a tick of this rig size."""
     rows = np.zeros(len(texts), tick_dtype(n_axes))
     for name in OPTIONAL_FIELDS:
         rows[name] = np.nan

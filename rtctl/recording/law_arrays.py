@@ -49,8 +49,7 @@ def unpack_law(data: bytes, n_axes: int) -> LawArrays:
     Raises
     ------
     DataError
-        Not such an archive, or one of another rig size.
-    """
+        Not such an archive, or one of another rig size."""
     try:
         archive = read_arrays(io.BytesIO(data), MOST_LAW_BYTES)
         parts = {

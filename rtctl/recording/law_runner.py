@@ -49,8 +49,7 @@ def run_law(
     first
         The first word that the law writes; the last word of a tick is its seal.
     differs : array of bool, shape (n,)
-        Whether the law has written anything else than was recorded.
-    """
+        Whether the law has written anything else than was recorded."""
     command, in_force = arguments[3], -1
     for i in range(len(words)):
         for k in before:
@@ -101,8 +100,7 @@ class LawRunner:
     state : array, shape (1,)
         The law's state after the last row.
     tick_words : array of uint64, shape (1, words per tick)
-        The tick that the law works on.
-    """
+        The tick that the law works on."""
 
     def __init__(self, arrays: LawArrays, n_axes: int) -> None:
         start = np.zeros(1, state_dtype(n_axes)) if arrays.state is None else arrays.state.copy()
@@ -131,8 +129,7 @@ class LawRunner:
         """The ticks as the law leaves them, until the next call, and whether each differs from its row in
         what the law writes.
 
-        `which` is each row's index in `commands`.
-        """
+        `which` is each row's index in `commands`."""
         if len(rows) > len(self._out):
             self._out = np.zeros(len(rows), rows.dtype)
         replayed, differs = self._out[: len(rows)], np.empty(len(rows), np.bool_)

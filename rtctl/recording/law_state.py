@@ -1,6 +1,5 @@
 """The law's state before a chunk of ticks, as a ROS 2 message: with it a chunk is replayed without those
-before it.
-"""
+before it."""
 
 from __future__ import annotations
 

@@ -1,6 +1,5 @@
 """Events of a recording once more as lines of a log, in the form that Foxglove's log panel reads
-(`foxglove.Log`).
-"""
+(`foxglove.Log`)."""
 
 from __future__ import annotations
 
@@ -64,8 +63,7 @@ def log_line(event: Mapping[str, Any], rig: str, time_ns: int) -> bytes:
     rig
         Name of the rig.
     time_ns
-        Time of the event, ns since 1970.
-    """
+        Time of the event, ns since 1970."""
     try:
         text = line_of(event)
     except (KeyError, TypeError, AttributeError):

@@ -1,8 +1,7 @@
 """Writing one MCAP file, chunk by chunk, so that a cut-off file keeps every whole chunk.
 
 Schemas, channels, metadata and attachments that are known at the start stand before the first chunk. A write
-that fails is taken back: the file then ends after its last whole chunk.
-"""
+that fails is taken back: the file then ends after its last whole chunk."""
 
 from __future__ import annotations
 
@@ -40,8 +39,7 @@ class McapFile:
     Raises
     ------
     OSError
-        From every method that writes; `size` is then the length of the file's good part.
-    """
+        From every method that writes; `size` is then the length of the file's good part."""
 
     def __init__(self, path: Path, schemas: list[bytes], channels: list[bytes], level: int = 1) -> None:
         self.path = path
@@ -84,8 +82,7 @@ class McapFile:
         records
             Message records, one after another.
         index
-            Channel id -> times in ns and offsets in `records` of its messages.
-        """
+            Channel id -> times in ns and offsets in `records` of its messages."""
         index = {channel: pair for channel, pair in index.items() if len(pair[0])}
         start = min(int(times.min()) for times, _ in index.values())
         end = max(int(times.max()) for times, _ in index.values())

@@ -78,8 +78,7 @@ class Contents:
     bad_chunks
         Chunks whose checksum or compression is damaged, and damaged lengths between them.
     unpacked, packed
-        Bytes that the chunks so far have unpacked to, with the ticks made of them, and of the file so far.
-    """
+        Bytes that the chunks so far have unpacked to, with the ticks made of them, and of the file so far."""
 
     topics: dict[int, str] = field(default_factory=dict)
     schemas: dict[str, tuple[str, bytes]] = field(default_factory=dict)
@@ -95,8 +94,7 @@ class Contents:
 
     def may_unpack(self, size: int) -> None:
         """Count what a chunk or a block of ticks unpacks to. Raises ValueError for more than a recording of
-        this size can hold.
-        """
+        this size can hold."""
         if size > MOST_RECORD_BYTES or self.unpacked + size > LEAST_UNPACKED + MOST_RATIO * self.packed:
             msg = f"unpacks to {size} bytes"
             raise ValueError(msg)
@@ -109,8 +107,7 @@ def chunks(path: Path, contents: Contents) -> Iterator[Chunk]:
     Raises
     ------
     DataError
-        Not an MCAP file at all, or one that cannot be opened.
-    """
+        Not an MCAP file at all, or one that cannot be opened."""
     try:
         with opened(path) as file:
             if file.read(len(MAGIC)) != MAGIC:
@@ -248,8 +245,7 @@ def _messages(records: bytes) -> Chunk:
 
 def channel_of(kind: int, chunk: Chunk, contents: Contents) -> int:
     """Channel of one kind of messages: by its topic, or where that is damaged by the number that rtctl gives
-    it.
-    """
+    it."""
     named = {topic: number for number, topic in contents.topics.items()}.get(TOPICS[kind], kind)
     lost = contents.topics.get(kind) not in TOPICS.values() and not (chunk.table[:, 0] == named).any()
     return kind if lost else named
@@ -273,8 +269,7 @@ def split_messages(records: np.ndarray, found: np.ndarray) -> int:
     records : array of uint8
         Records, one after another.
     found : array of int64, shape (at least as many as fit, 5)
-        Of each: channel, sequence, log time in ns, and where its data begins and ends.
-    """
+        Of each: channel, sequence, log time in ns, and where its data begins and ends."""
     at, n, size = 0, 0, len(records)
     while at + 9 <= size:
         length = _number(records, at + 1, 8)

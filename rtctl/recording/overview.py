@@ -59,8 +59,7 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
     """Counts and extremes of a recording, ready for JSON.
 
     `lost` counts ticks that the loop recorded and the file does not have; `missed` slots of the time grid
-    in which the loop did not run.
-    """
+    in which the loop did not run."""
     seen = _Counts()
     for batch in reader.batches():
         seen.add(batch)

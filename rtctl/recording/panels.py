@@ -42,8 +42,7 @@ DURATIONS = ("wakeup_ns", "cycle_ns")
 @dataclass
 class Run:
     """Ticks to be shown: rows in order, names of the axes, what to call it, and the motion of each axis;
-    rotary, if nobody says.
-    """
+    rotary, if nobody says."""
 
     label: str
     rows: np.ndarray

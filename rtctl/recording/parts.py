@@ -69,8 +69,7 @@ class Parts:
     written : int
         Ticks on disk.
     files : list of Path
-        All files so far.
-    """
+        All files so far."""
 
     def __init__(
         self, folder: Path, setup: Setup, limits: Limits, level: int | None = None, *, rows: bool = False
@@ -125,8 +124,7 @@ class Parts:
         Raises
         ------
         OSError
-            The disk refused; the ticks not yet written are lost, and the next call begins a new file.
-        """
+            The disk refused; the ticks not yet written are lost, and the next call begins a new file."""
         if len(rows) == 0:
             return
         first_ns, last_ns = (int(t) + self._start_wall_ns for t in rows["time_ns"][[0, -1]])

@@ -1,6 +1,5 @@
 """An iterator that works ahead in a thread of its own, so that two steps of reading a recording share two
-cores.
-"""
+cores."""
 
 from __future__ import annotations
 
@@ -20,8 +19,7 @@ def ahead(items: Iterator[T], depth: int = DEPTH) -> Generator[T, None, None]:
     would have.
 
     What takes the time in `items` must let other threads run (decompression, checksums, compiled code with
-    `nogil`). When the caller goes no further the thread ends with the item it is at.
-    """
+    `nogil`). When the caller goes no further the thread ends with the item it is at."""
     ready: queue.Queue[tuple[T | None, BaseException | None]] = queue.Queue(depth)
     left = threading.Event()
 

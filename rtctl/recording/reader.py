@@ -36,8 +36,7 @@ class OtherRunError(DataError):
 @dataclass
 class Batch:
     """One chunk: ticks with their numbers among all the loop recorded, events, commands, and the law's state
-    before the first tick where it is told.
-    """
+    before the first tick where it is told."""
 
     ticks: np.ndarray | Block
     numbers: np.ndarray
@@ -66,8 +65,7 @@ class Recording:
     Attributes
     ----------
     rows, numbers
-        Ticks, shape (n,), and the number of each among all the loop recorded.
-    """
+        Ticks, shape (n,), and the number of each among all the loop recorded."""
 
     about: dict[str, str]
     rows: np.ndarray
@@ -96,8 +94,7 @@ class RecordingReader:
     notes
         What was damaged beside the ticks, and what is taken in its place.
     bad_chunks : int
-        Damaged chunks left out so far.
-    """
+        Damaged chunks left out so far."""
 
     parts: Sequence[Path]
     about: dict[str, str] = field(default_factory=dict)
@@ -154,8 +151,7 @@ class RecordingReader:
 
     def missing_fields(self) -> list[str]:
         """Tick fields of this version that the recording does not have; they read as 0, optional sensors as
-        NaN.
-        """
+        NaN."""
         return self._layout.missing
 
     def batches(self) -> Iterator[Batch]:
@@ -291,8 +287,7 @@ def all_parts(path: Path) -> list[Path]:
 
 def newest(folder: Path) -> Path | None:
     """The part written last of all recordings in `folder`; a file of another name only where there is none of
-    those. None: neither.
-    """
+    those. None: neither."""
     found = [path for path in folder.glob("*.mcap") if path.is_file()]
     own = [path for path in found if _PART.fullmatch(path.name)]
     return max(own or found, key=lambda path: (path.stat().st_mtime_ns, path.name), default=None)

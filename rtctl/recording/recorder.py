@@ -2,8 +2,7 @@
 
 Ticks that do not fit into the queue are dropped and counted, and show in the file as a gap in the numbers
 of the ticks; their events and commands are kept. A disk that refuses marks the recording as broken; a new
-file is tried every second.
-"""
+file is tried every second."""
 
 from __future__ import annotations
 
@@ -43,8 +42,7 @@ class Recorder:
     limits
         Rotation, and room left on the disk.
     wait
-        Wait for room in the queue instead of dropping: for a virtual clock, which waits for its reader.
-    """
+        Wait for room in the queue instead of dropping: for a virtual clock, which waits for its reader."""
 
     def __init__(
         self, folder: Path, setup: Setup, limits: Limits | None = None, *, wait: bool = False
@@ -103,8 +101,7 @@ class Recorder:
 
     def status(self) -> dict[str, Any]:
         """How it goes. `broken` is why the disk refused, for good once it did; `dropped` counts lost ticks,
-        `cpu_s` is the processor time of the recorder, s.
-        """
+        `cpu_s` is the processor time of the recorder, s."""
         parts = self._parts
         return {
             "folder": str(self.folder),

@@ -2,8 +2,7 @@
 
 What the loop and the devices wrote is put into the tick as it was; the command in force is the recorded
 one; the law decides anew. With the arrays of the recording the result is the same bit for bit, or the law
-has changed. With those of another rig file it is what that one would have asked of the same motion.
-"""
+has changed. With those of another rig file it is what that one would have asked of the same motion."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ class Verdict:
     differing
         Field -> ticks in which it differs.
     stopped
-        Why the replay could not go to the end; empty when it did.
-    """
+        Why the replay could not go to the end; empty when it did."""
 
     ticks: int = 0
     span_s: float = 0.0
@@ -68,8 +66,7 @@ class Verdict:
 @dataclass
 class _Piece:
     """The first ticks of a chunk that can be replayed, the commands among which theirs are, and which each
-    one's is.
-    """
+    one's is."""
 
     batch: Batch
     commands: np.ndarray
@@ -112,8 +109,7 @@ class Replay:
     Raises
     ------
     DataError
-        A recording without the law's arrays, or one that begins in the middle of a run.
-    """
+        A recording without the law's arrays, or one that begins in the middle of a run."""
 
     def __init__(
         self,
@@ -145,8 +141,7 @@ class Replay:
     def run(self) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Recorded and replayed ticks, chunk by chunk, until the end or what stops the replay (`verdict`).
 
-        They are good until the next chunk.
-        """
+        They are good until the next chunk."""
         for piece in self._pieces():
             rows, began = piece.rows(self._law.room), time.perf_counter()
             replayed, _ = self._law.run(rows, piece.commands, piece.which)
@@ -158,8 +153,7 @@ class Replay:
 
         Chunks whose state before them is recorded are replayed beside each other. That counts only where the
         law came to this very state in the chunk before; from where it did not, they are replayed one after
-        another.
-        """
+        another."""
         began = time.perf_counter()
         cores = len(os.sched_getaffinity(0))
         for _ in range(cores):
@@ -264,8 +258,7 @@ class Replay:
         self, rows: np.ndarray, replayed: np.ndarray
     ) -> tuple[Difference | None, dict[str, int]]:
         """The first difference between recorded and replayed ticks, and in how many ticks each field
-        differs.
-        """
+        differs."""
         words, out = as_words(rows), as_words(replayed)
         differing: dict[str, int] = {}
         firsts: list[tuple[int, str]] = []

@@ -30,8 +30,7 @@ def law_key() -> str:
     bit.
 
     Stricter than the key of compiled code: a recording is evidence, and to be read beside the sources it was
-    made with.
-    """
+    made with."""
     control = Path(rtctl.control.__file__).parent
     return source_key(control, Path(hw.__file__).parent)
 
@@ -51,8 +50,7 @@ class Setup:
     def with_state(self, state: np.ndarray) -> Setup:
         """A copy of this setup with the law's state before the first tick.
 
-        A setup without the law's arrays is returned as it is.
-        """
+        A setup without the law's arrays is returned as it is."""
         if LAW_NAME not in self.attachments:
             return self
         media, data = self.attachments[LAW_NAME]

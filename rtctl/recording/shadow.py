@@ -3,8 +3,7 @@ loop.
 
 The state lives in the loop process and never leaves it. But the law is a pure function, so whoever has seen
 every tick and command from the first one on has the state too. With it a recording can be replayed bit for
-bit that begins in the middle of a run, and so can each part of one that goes on for days.
-"""
+bit that begins in the middle of a run, and so can each part of one that goes on for days."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ class ShadowLaw:
     next_row : int
         Number of the row the present state belongs before.
     why : str
-        Why the state is unknown; empty while it is known.
-    """
+        Why the state is unknown; empty while it is known."""
 
     def __init__(self, arrays: LawArrays, n_axes: int) -> None:
         self._law = LawRunner(arrays, n_axes)

@@ -20,8 +20,7 @@ def state_root() -> Path:
     """Folder that holds one folder per rig.
 
     The first of: RTCTL_STATE_DIR, STATE_DIRECTORY (set by systemd), XDG_STATE_HOME/rtctl, and
-    `.local/state/rtctl` in the home folder.
-    """
+    `.local/state/rtctl` in the home folder."""
     chosen = os.environ.get("RTCTL_STATE_DIR") or os.environ.get("STATE_DIRECTORY", "").split(":")[0]
     if chosen:
         return Path(chosen).absolute()

@@ -3,8 +3,7 @@ is made of.
 
 A column has one number for each tick, or a single one where all are the same; counters and clocks are told by
 their steps, and their sum from the first on is the column. Every bit is kept. All words have 8 bytes, the
-lengths before the columns with their padding, too.
-"""
+lengths before the columns with their padding, too."""
 
 from __future__ import annotations
 
@@ -67,8 +66,7 @@ def schema_text(n_axes: int) -> str:
 
 def _order() -> tuple[Field, ...]:
     """The ticks' numbers come first, since they say how many ticks there are: never a single one for
-    several.
-    """
+    several."""
     return (FIELD["tick"], *(field for field in file_order() if field.name != "tick"))
 
 
@@ -105,8 +103,7 @@ def columns_of(schema: bytes) -> tuple[Column, ...]:
 
 def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes:
     """MCAP message record of successive ticks, shape (n,), n >= 1; `sequence` and `time_ns` (since 1970) of
-    the first.
-    """
+    the first."""
     n = len(rows)
     words = np.ascontiguousarray(rows).view(np.uint64).reshape(n, -1)
     same = (words == words[0]).all(axis=0)
@@ -149,8 +146,7 @@ class Block:
     row
         Dtype of a tick.
     missing
-        Fields that the block lacks.
-    """
+        Fields that the block lacks."""
 
     words: np.ndarray
     table: np.ndarray
@@ -170,8 +166,7 @@ class Block:
 
     def rows(self, out: np.ndarray | None = None) -> np.ndarray:
         """The ticks, shape (n,), in `out` where one is given. Fields that the block lacks are 0 (optional
-        sensors: NaN).
-        """
+        sensors: NaN)."""
         rows = np.empty(self.n, self.row) if out is None else out
         for name in self.missing:
             rows[name] = np.nan if name in OPTIONAL_FIELDS else 0
@@ -188,8 +183,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
     Raises
     ------
     DataError
-        What is no block with these columns, or is of a rig of another size.
-    """
+        What is no block with these columns, or is of a rig of another size."""
     if records[start : start + 4] != ENCAPSULATION or (end - start) % 8 != 4:
         raise DataError("a block of ticks is not little-endian CDR")
     words = np.frombuffer(records, np.uint64, (end - start) // 8, start + 4)  # where they lie, aligned or not
@@ -223,8 +217,7 @@ def to_columns(rows: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
     """Turn ticks as words, shape (n, words of a tick), into columns.
 
     Each row of `table`: word of the tick; place in `out`; 1 where the column has a number for every tick, 0
-    where it has one for all.
-    """
+    where it has one for all."""
     for begin in range(0, len(rows), _BLOCK):
         for c in range(len(table)):
             word, at, each = table[c, 0], table[c, 1], table[c, 2]

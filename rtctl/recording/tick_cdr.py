@@ -2,8 +2,7 @@
 tick.
 
 A tick is 8-byte words, so that CDR asks for no padding between them. Every bit is kept, of infinities and of
-any NaN, too.
-"""
+any NaN, too."""
 
 from __future__ import annotations
 
@@ -76,8 +75,7 @@ def layout_of(schema: bytes) -> np.dtype[np.void]:
     Raises
     ------
     DataError
-        Anything else, fields of a tick with another type, or more than 1000 fields.
-    """
+        Anything else, fields of a tick with another type, or more than 1000 fields."""
     descriptors: list[tuple[str, str] | tuple[str, str, tuple[int, ...]]] = [("encapsulation", "V4")]
     try:
         lines = [line.split("#")[0].strip() for line in schema.decode().splitlines()]
@@ -123,8 +121,7 @@ def encode(rows: np.ndarray, channel: int, sequences: np.ndarray, times_ns: np.n
     channel
         Channel id.
     sequences, times_ns
-        Number and log time (ns since 1970) of each message, shape (n,).
-    """
+        Number and log time (ns since 1970) of each message, shape (n,)."""
     layout = own_layout(rows.dtype["position_rad"].shape[0])
     head = np.empty(len(rows), [*_HEAD, ("encapsulation", "V4")])
     head["op"], head["length"], head["channel"] = _MESSAGE, MESSAGE_HEAD - 9 + layout.itemsize, channel
@@ -150,8 +147,7 @@ def decode(
     Raises
     ------
     DataError
-        Messages of another length or encoding than the layout's, or of a rig of another size.
-    """
+        Messages of another length or encoding than the layout's, or of a rig of another size."""
     rows = np.zeros(len(starts), tick_dtype(n_axes))
     known = [name for name in rows.dtype.names or () if name in (layout.names or ())]
     for name in OPTIONAL_FIELDS:  # a recording of before the field had no such sensor

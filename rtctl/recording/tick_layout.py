@@ -1,6 +1,5 @@
 """Which layout the ticks of a file have: by its schema, or where that is damaged, by what this version
-writes.
-"""
+writes."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ class TickLayout:
     fields
         Names of the fields.
     columns
-        The columns of blocks of ticks; none where every tick is a row.
-    """
+        The columns of blocks of ticks; none where every tick is a row."""
 
     words: np.dtype[np.void] | None
     fields: tuple[str, ...]
@@ -45,8 +43,7 @@ class TickLayout:
 
     def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> tuple[np.ndarray | Block, np.ndarray]:
         """The ticks of a chunk, as they lie there, and the sequence number of each. Raises DataError or
-        ValueError for what is no tick of this layout.
-        """
+        ValueError for what is no tick of this layout."""
         ticks = chunk.of(channel_of(TICK, chunk, contents))
         if self.words is None:
             raws = [
@@ -94,8 +91,7 @@ def layout_in(
     """The layout of a file's ticks, and a note where its schema is damaged.
 
     A schema that is not the one it was by its checksum is believed only where the ticks have not the length
-    that this version writes: one flipped bit in a name would otherwise take a field away.
-    """
+    that this version writes: one flipped bit in a name would otherwise take a field away."""
     tick = _first_tick(contents, chunk)
     if _is_old(contents, tick):
         return _old_layout(contents)

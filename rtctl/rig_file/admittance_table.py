@@ -11,8 +11,7 @@ rig."""
 
 class AdmittanceTable(Table):
     """[axis.admittance]: with display = "admittance": the measured force moves a virtual mass, and the joint
-    follows it
-    """
+    follows it"""
 
     mass_kgm2: float = number(
         0, 1e3, "m: inertia of the virtual mass, what the hand feels in place of inertia_kgm2", default=0.0

@@ -3,8 +3,7 @@
 Those of sensors and friction are in `sensor_tables` and `friction_tables`, of the rig in `rig_tables`.
 
 Every number has both bounds here, where it is read; unknown keys, NaN, infinities and strings in place of
-numbers are refused.
-"""
+numbers are refused."""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ class CouplingTable(Table):
 
 class DriveTable(Table):
     """[axis.drive]: what lies between the torque sent and the link; what a device declares counts where it is
-    worse
-    """
+    worse"""
 
     current_loop_hz: float = number(
         0, 1e5, "bandwidth of the current loop, a first-order lag; 0: ideal, else at least 10", default=0.0
@@ -80,8 +78,7 @@ class DriveTable(Table):
 
 class MeasuredTable(Table):
     """[axis.measured]: what was measured on this rig; `rtctl check` takes it where it is worse than what is
-    declared
-    """
+    declared"""
 
     delay_ticks: float = number(0, 20, "delay from a sample to its torque", default=0.0)
     jitter_ticks: float = number(0, 20, "how much shorter it is at times", default=0.0)

@@ -1,8 +1,7 @@
 """The rig file: TOML, validated strictly, every fault reported at once.
 
 The loop process does not import it, and gets plain arrays (`rtctl.check.law_plan`). Tables and their bounds
-stand in `rtctl.rig_file.axis_tables` and beside it.
-"""
+stand in `rtctl.rig_file.axis_tables` and beside it."""
 
 from __future__ import annotations
 
@@ -248,8 +247,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     Raises
     ------
     ConfigError
-        File and, one line each, every key at fault, its value and bound; or a `script` that nothing takes.
-    """
+        File and, one line each, every key at fault, its value and bound; or a `script` that nothing takes."""
     path = real(path)
     raw, data, told = read_toml(path)
     turned = LinearKeys(data, told)

@@ -1,8 +1,7 @@
 """Whether the devices of a rig file make up a whole rig, and what the loop process is told of each.
 
 Every channel is provided by exactly one device (an emergency stop by any number: one pressed is enough), as
-every axis takes its command through one. Nothing is opened to find that out.
-"""
+every axis takes its command through one. Nothing is opened to find that out."""
 
 from __future__ import annotations
 

@@ -14,8 +14,7 @@ CAP_SHARE_MAX = 0.3
 
 class ObserverTable(Table):
     """[axis.friction.observer]: disturbance observer from the force sensor; off while gain is 0, or without a
-    sensor
-    """
+    sensor"""
 
     gain: float = number(0, 0.98, "share of what the feed-forward leaves that it compensates", default=0.95)
     bandwidth_hz: float = number(
@@ -40,8 +39,7 @@ class ObserverTable(Table):
 
 class DriftTable(Table):
     """[axis.friction.drift]: is the friction still what was learned? Watched in ordinary motion, with a force
-    sensor and a model
-    """
+    sensor and a model"""
 
     watch: bool = Field(True, description="watch it (docs/friction.md)")
     warn_share: float = number(

@@ -53,8 +53,7 @@ class TelemetryTable(Table):
 
 class GatewayTable(Table):
     """[gateway]: clients on other machines, and of other users. The daemon's own user always reaches it by
-    ipc.
-    """
+    ipc."""
 
     bind: str = Field(
         "", max_length=15, description="IPv4 address to listen on, 127.0.0.1 for tunnels; empty: no TCP"

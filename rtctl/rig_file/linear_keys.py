@@ -4,8 +4,7 @@ file is read.
 `torque_limit_n` is read as `torque_limit_nm`, `position_min_m` as `position_min_rad`, bounds in the same
 numbers. A device whose axes are all linear has its options so, too; one that serves axes of both motions, the
 tables that it has one per axis. The rotary name of such a key is refused: it would mean another unit than it
-says.
-"""
+says."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ class LinearKeys:
     data
         The whole file, ready to be validated.
     faults
-        One line for each key of a linear axis that has the name of a rotary one.
-    """
+        One line for each key of a linear axis that has the name of a rotary one."""
 
     def __init__(self, data: dict[str, Any], where: Where) -> None:
         self._own: dict[Key, Key] = {}
@@ -79,8 +77,7 @@ class LinearKeys:
 
     def _device(self, k: int, device: dict[str, Any], linear: list[bool]) -> dict[str, Any]:
         """A device with its options turned: all, if every axis that it serves is linear, else what is of a
-        linear one alone.
-        """
+        linear one alone."""
         options = device.get("options")
         if not isinstance(options, dict) or not any(linear):
             return device
@@ -145,8 +142,7 @@ ENDS = ("position_min_rad", "position_max_rad")
 
 def with_defaults(table: Mapping[str, Any], model: type[BaseModel]) -> dict[str, Any]:
     """A table of a linear axis with what it leaves out, where that is a number of rad or N m: as it is at a
-    handle (`HANDLE_M`).
-    """
+    handle (`HANDLE_M`)."""
     whole = dict(table)
     for key, field in model.model_fields.items():
         inner = next(_models(field.annotation), None)
@@ -186,8 +182,7 @@ def _of_linear_axes(axes: list[bool], devices: list[list[bool]]) -> re.Pattern[s
     """What a text that is about a linear axis has in it, of a rig of both: the name of a table, as `written`
     gives it.
 
-    Given which axes are linear, and which of those that each device serves.
-    """
+    Given which axes are linear, and which of those that each device serves."""
     tables = [rf"(?<!options\.)axis\[{k}\]" for k, linear in enumerate(axes) if linear]
     for k, served in enumerate(devices):
         options = rf"device\[{k}\]\.options\b"
@@ -202,8 +197,7 @@ def _of_linear_axes(axes: list[bool], devices: list[list[bool]]) -> re.Pattern[s
 
 def _served(device: object, names: list[Any]) -> list[int]:
     """Axes of a device, by their numbers in the rig, in the order of its tables; a name that no axis has is
-    told elsewhere.
-    """
+    told elsewhere."""
     own = device.get("axes") if isinstance(device, dict) else None
     return (
         [names.index(one) for one in own if one in names]

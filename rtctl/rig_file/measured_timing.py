@@ -3,8 +3,7 @@
 
 A run writes it after arming, passed or refused; `rtctl check` and `rtctl run` read it beside what the rig
 file declares. It is of one set of devices: after any change of a device's kind or options, or of the loop's
-rate, it says nothing.
-"""
+rate, it says nothing."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ class AxisTiming:
     sample_period_s
         Mean time between samples that the law took, s.
     date
-        When, ISO 8601.
-    """
+        When, ISO 8601."""
 
     delay_s: float
     lag_s: float
@@ -59,8 +57,7 @@ class AxisTiming:
 
 def devices_sha256(loaded: LoadedConfig) -> str:
     """What the timing is a property of: rate of the loop, kind and options of every device but scripted
-    faults.
-    """
+    faults."""
     options = [
         {key: value for key, value in table.items() if key != "faults"}
         for table in (loaded.options, *loaded.more_options)
@@ -77,8 +74,7 @@ def write(folder: Path, devices: str, axes: Mapping[str, AxisTiming]) -> None:
 
 def read(folder: Path, devices: str) -> dict[str, AxisTiming]:
     """Timing of each axis that is known, by its name; none from a file that is missing, damaged or of other
-    devices.
-    """
+    devices."""
     kept = state_file.read(folder / NAME, devices, MOST_BYTES)
     found = {name: _axis(table) for name, table in kept.items()}
     return {name: axis for name, axis in found.items() if axis is not None}

@@ -1,6 +1,5 @@
 """How the faults of a rig file are told: by line, key and value, few at a time, in texts that no terminal
-obeys.
-"""
+obeys."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ def fault_lines(
 
 def no_files(where: Where, prefix: Key, folder: Path, device: dict[str, Any]) -> list[str]:
     """One line for each option that names a file where something else is: a device without an end, a pipe
-    nobody writes into.
-    """
+    nobody writes into."""
     options = device.get("options")
     named = {key: options[key] for key in FILE_OPTIONS if key in options} if isinstance(options, dict) else {}
     found = []

@@ -1,6 +1,5 @@
 """The tables of a rig file that are of the whole rig: `[rig]`, `[loop]`, `[passivity]`, and those of its
-devices.
-"""
+devices."""
 
 from __future__ import annotations
 

@@ -2,8 +2,7 @@
 
 A device's options model takes part by having `wire` (interface and channel), `bus`, `frames(rate_hz)` and
 `identifiers()`, as the CAN models do (`hw.can.options.BusUser`). The identifiers are the device's alone on
-this machine, too: a second process that wants to drive them is refused (`hw.claims`).
-"""
+this machine, too: a second process that wants to drive them is refused (`hw.claims`)."""
 
 from __future__ import annotations
 
@@ -98,8 +97,7 @@ class Wire:
 
 def claimed(kind: str, options: Mapping[str, Any]) -> tuple[str, ...]:
     """What of a wire a device of this kind has to itself, as names for `hw.claims`; nothing for one that has
-    no wire.
-    """
+    no wire."""
     try:
         model = registry.options_model(kind)
     except BackendError:
@@ -117,8 +115,7 @@ def shared(kinds: Sequence[str], options: Sequence[Mapping[str, Any]], labels: S
     Parameters
     ----------
     kinds, options, labels
-        Of each device: backend, validated options, how errors name it.
-    """
+        Of each device: backend, validated options, how errors name it."""
     found: dict[tuple[str, str], list[tuple[int, Any]]] = {}
     for number, (kind, given) in enumerate(zip(kinds, options, strict=True)):
         try:

@@ -25,8 +25,7 @@ def _names(text: str) -> list[str]:
 
 def _statements(text: str) -> Iterator[tuple[int, str]]:
     """Numbers and texts of the lines on which something begins: not those inside of lists and long
-    strings.
-    """
+    strings."""
     depth, ends = 0, ""
     for number, line in enumerate(text.split("\n"), 1):
         if ends:
@@ -99,8 +98,7 @@ def read_toml(
 ) -> tuple[bytes, dict[str, Any], Callable[[Key], str]]:
     """The file, its tables, and what tells file and line of a key.
 
-    Raises ConfigError, which calls the file `what` and adds `if_missing` where there is none.
-    """
+    Raises ConfigError, which calls the file `what` and adds `if_missing` where there is none."""
     try:
         raw = read_bounded(path, MOST_TABLE_BYTES)
         data = toml_of(raw)

@@ -1,8 +1,7 @@
 """The loop process: `python -m rtctl.rt FD HOST`, started by the host with that process id; FD is the socket
 between them.
 
-What must hold from the first moment is done here, before anything heavy is imported (`rtctl.rt.process`).
-"""
+What must hold from the first moment is done here, before anything heavy is imported (`rtctl.rt.process`)."""
 
 from __future__ import annotations
 

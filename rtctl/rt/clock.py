@@ -48,8 +48,7 @@ def _sleep(timespec: np.ndarray, until_ns: int) -> int:
 @compiled
 def _follow(early: np.ndarray, late_ns: int) -> None:
     """Move the margin of `auto` to where all but one of two hundred wake-ups are in time
-    (`rtctl.rt.early`).
-    """
+    (`rtctl.rt.early`)."""
     if early[_MOST] > 0:
         step = early[_STEP]
         change = step - step // _ONE_LATE_OF if late_ns > early[_MARGIN] else -max(step // _ONE_LATE_OF, 1)
@@ -80,8 +79,7 @@ def look(timespec: np.ndarray, deadline_ns: int) -> int:
 @compiled
 def wait(timespec: np.ndarray, deadline_ns: int, early: np.ndarray) -> int:
     """Sleep until shortly before the deadline, then look until it comes; the time then, ns, or minus the C
-    error number.
-    """
+    error number."""
     woke = doze(timespec, deadline_ns, early)
     return look(timespec, deadline_ns) if woke >= 0 else woke
 
@@ -105,8 +103,7 @@ class WallClock:
         Scratch of the compiled functions.
     early : array, shape (3,), int64
         How long before each deadline it is awake (`rtctl.rt.early.choose`), ns; it moves where it follows the
-        wake-ups.
-    """
+        wake-ups."""
 
     def __init__(self, early: np.ndarray | None = None) -> None:
         self.timespec = np.zeros(2, np.int64)
@@ -130,8 +127,7 @@ class VirtualClock:
     """Time that jumps to each deadline. Waits only for the reader of the ring, so that no tick is lost.
 
     `header` is the shared header: the loop pauses while the host is more than half a ring behind, unless
-    `ending` says that this process has been told to end: a host that has died reads no more.
-    """
+    `ending` says that this process has been told to end: a host that has died reads no more."""
 
     AHEAD = 256
     """Ticks made at once where nobody reads."""

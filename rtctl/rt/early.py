@@ -51,8 +51,7 @@ def realtime_share(root: Path = _KERNEL) -> float:
     """Share of a core that the kernel leaves to real-time processes, 0 to 1; 1 where it says that it does not
     limit them.
 
-    Where it says nothing, as in a service that does not see all of /proc, its default counts.
-    """
+    Where it says nothing, as in a service that does not see all of /proc, its default counts."""
     try:
         runtime_us, period_us = (
             int((root / f"sched_rt_{name}_us").read_text()) for name in ("runtime", "period")
@@ -92,8 +91,7 @@ def choose(
         The process has real-time rights. Without them others run in the time that it would look, and `auto`
         does not.
     share
-        What of a core the kernel leaves to real-time processes; None asks it.
-    """
+        What of a core the kernel leaves to real-time processes; None asks it."""
     bound_us = most_us(period_s, realtime_share() if share is None else share)
     auto = asked == "auto"
     useful = not auto or (granted and cores > 1)

@@ -4,8 +4,7 @@ wait -> read -> decide (newest command, law, gate) -> write -> record, on an abs
 have passed are skipped and counted, never caught up. Every way out ends in `backend.stop()`.
 
 A device that has compiled parts runs whole cycles in compiled code (`rtctl.rt.whole_cycle`), and comes back
-here in the middle of one where a step needs Python: the cycle is then gone on with from that step.
-"""
+here in the middle of one where a step needs Python: the cycle is then gone on with from that step."""
 
 from __future__ import annotations
 
@@ -77,8 +76,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     Raises
     ------
     Exception
-        Whatever a backend raised (LinkLost among others), after the actuator was stopped.
-    """
+        Whatever a backend raised (LinkLost among others), after the actuator was stopped."""
     cycle = Cycle(memory)
     tick = cycle.tick
     word, grid = _ints(cycle.tick_words[0]), _ints(cycle.grid)

@@ -5,8 +5,7 @@ going to be: the law is loaded, or compiled, while the host proves that rig. The
 is proved; only then is a device opened.
 
 It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
-`note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled.
-"""
+`note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled."""
 
 from __future__ import annotations
 
@@ -65,8 +64,7 @@ def _words(body: dict[str, Any]) -> bool:
 
 def _compiled(_count: int) -> None:
     """Tell the host how far it is. What was compiled for several types counts once, as it does among those
-    there are.
-    """
+    there are."""
     functions, most = len(set(code_cache.made_here)), len(code_cache.may_be_made)
     _mention("compiling", functions=functions, most=most, first=not code_cache.loaded_here)
 
@@ -121,8 +119,7 @@ def _told(line: socket.socket) -> Iterator[tuple[bytes, list[int]]]:
     """The lines that the host writes, each with all descriptors that have come so far; no more of them once
     the host is gone.
 
-    Two lines may come as one: who read without taking descriptors would lose those of the second.
-    """
+    Two lines may come as one: who read without taking descriptors would lose those of the second."""
     pending, descriptors = b"", []
     while True:
         more, came, _, _ = socket.recv_fds(line, 65536, 2, socket.MSG_CMSG_CLOEXEC)
@@ -145,8 +142,7 @@ class _Proved(NamedTuple):
 
 def _proved(line: socket.socket) -> _Proved | None:
     """Prepare what the host says, and wait until that is proved; None where the host refuses the rig, or has
-    died.
-    """
+    died."""
     told = _told(line)
     text, _ = next(told, (b"", []))
     if not text:

@@ -43,8 +43,7 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
     grants
         One per right, in the order asked.
     held
-        File descriptors that must stay open while the rights are to last.
-    """
+        File descriptors that must stay open while the rights are to last."""
     held: list[int] = []
     grants = [_lock_memory(), _affinity(cpu), _fifo(priority), _dma_latency(held), _timer_slack()]
     gc.collect()

@@ -3,8 +3,7 @@
 While it is gone every tick carries `LinkFault.LOST`, so the law cuts, latches LINK_LOST, and nothing is
 sent. Opening may take long: it is tried only then, when the rig is without torque anyway, and not in
 every tick. It is the backend's `open` that insists on the same device. What follows is the operator's:
-reset, then arm.
-"""
+reset, then arm."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ class Replug:
         Called with True before each attempt to open the device, which may take seconds, and with False after
         it. Must not block.
     listen
-        Called with the tick after every `write` (`rtctl.rt.speech`). Must not block.
-    """
+        Called with the tick after every `write` (`rtctl.rt.speech`). Must not block."""
 
     def __init__(
         self,

@@ -12,8 +12,7 @@ Both directions have a single writer and need no lock:
 - The mailbox: the host writes the next of `MAILBOX_SLOTS` slots, then the slot's sequence number. The
   loop takes a slot only when its checksum fits, else it keeps the command it has.
 
-The checksum covers every word with its position, so it also stands on weakly ordered processors.
-"""
+The checksum covers every word with its position, so it also stands on weakly ordered processors."""
 
 from __future__ import annotations
 
@@ -68,8 +67,7 @@ class Memory:
     slots, ring : structured arrays
         Mailbox slots and tick ring, shared.
     slot_words, ring_words : arrays of uint64
-        The same memory as words, one row per slot or tick.
-    """
+        The same memory as words, one row per slot or tick."""
 
     def __init__(self, fd: int, n_axes: int, ring_rows: int) -> None:
         self.fd = fd
@@ -158,8 +156,7 @@ class RingReader:
     """Reads the ring in order, from the newest row at the time it was made.
 
     `overwritten` counts the rows lost because this reader was too slow; `torn` those whose seal did not
-    fit though they should have been complete. Neither is ever returned.
-    """
+    fit though they should have been complete. Neither is ever returned."""
 
     GUARD_ROWS = 2  # rows the writer may be working on: never read
 
@@ -221,8 +218,7 @@ SENT_COMMANDS = 20_000
 class CommandWriter:
     """The host's end of the mailbox: edit `command`, then `send()`. The newest command wins.
 
-    `sent` holds copies of what was sent, oldest first, for who follows it (`rtctl.host.command_trace`).
-    """
+    `sent` holds copies of what was sent, oldest first, for who follows it (`rtctl.host.command_trace`)."""
 
     def __init__(self, memory: Memory) -> None:
         self.sent: deque[np.ndarray] = deque(maxlen=SENT_COMMANDS)

@@ -2,8 +2,7 @@
 
 Words are strings: making them takes memory and microseconds that the cycle of a powered rig has not got. So
 they are made in ticks whose actuator is disabled only: in the first one after a CUT, before that tick is
-recorded (the host then has the words when it sees the fault), when the faults change, and now and then.
-"""
+recorded (the host then has the words when it sees the fault), when the faults change, and now and then."""
 
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ class Speech:
     members
         Its devices, in the order of the rig file.
     tell
-        Given one device's words when they changed; returns False when they could not be passed on.
-    """
+        Given one device's words when they changed; returns False when they could not be passed on."""
 
     def __init__(
         self, backend: Backend, members: Sequence[Member], tell: Callable[[dict[str, Any]], bool]

@@ -8,8 +8,7 @@ Wherever the clock is a wall, Python is back after `PYTHON_EVERY_S` at the lates
 a loop waits for its deadline awake, it rehearses: the law decides on copies of everything, and what it
 decides is thrown away. After a sleep the processor has forgotten the law's code and numbers; fetched before
 the deadline, they cost nothing after it. So does a device that is only simulated; one that is there is
-reached once in a cycle.
-"""
+reached once in a cycle."""
 
 from __future__ import annotations
 
@@ -69,8 +68,7 @@ def _clock(order: Record, grid: Record, timespec: np.ndarray) -> int:
 @compiled
 def _rehearse(order: Record, rehearsal: tuple[tuple[np.ndarray, ...], ...]) -> None:
     """Let the law decide on copies, as if the next sample had come. Nothing of it stays but what the
-    processor remembers.
-    """
+    processor remembers."""
     law_arguments, read_arguments, write_arguments, originals, copies = rehearsal
     for k in range(len(originals)):
         for row in range(len(originals[k])):
@@ -107,8 +105,7 @@ def _until_deadline(
 @compiled
 def _start(grid: Record, tick: Record, woke: int) -> bool:
     """Skip slots that have passed, and stamp the tick. False where the clock refused (`woke` < 0): asked by
-    Python, it says why.
-    """
+    Python, it says why."""
     deadline = grid.deadline_ns
     if woke < 0:
         return False
@@ -176,8 +173,7 @@ def _run(
 
 class Rehearsal(NamedTuple):
     """Arguments of a rehearsal; words of `originals` are copied to `copies`, which are all that it
-    changes.
-    """
+    changes."""
 
     law: tuple[np.ndarray, ...]
     read: tuple[np.ndarray, ...]
@@ -233,8 +229,7 @@ class WholeCycles:
     @classmethod
     def of(cls, backend: Backend, cycle: Cycle, clock: Clock) -> WholeCycles | None:
         """Those of this loop; None where its device or its clock needs Python in every cycle, or nothing is
-        compiled.
-        """
+        compiled."""
         if JIT_DISABLED or not isinstance(backend, Replug) or type(clock) not in (WallClock, VirtualClock):
             return None
         parts = backend.compiled_cycle(cycle.tick)
@@ -242,8 +237,7 @@ class WholeCycles:
 
     def run(self) -> int:
         """Make cycles; returns where Python goes on. At once (WAIT) while a device is lost or a reader is
-        behind.
-        """
+        behind."""
         clock, device = self._clock, self._device
         if not device.is_there:
             return WAIT

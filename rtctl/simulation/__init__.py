@@ -3,5 +3,4 @@ joint (`mock_points`) against what is true of it (`friction_truth`), a recorded 
 (`playback_*`).
 
 `campaign_*` is safety by volume: random rigs, faults and commands in the compiled law, watched by an oracle
-of its own.
-"""
+of its own."""

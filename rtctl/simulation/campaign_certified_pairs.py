@@ -1,6 +1,5 @@
 """What `rtctl campaign --admittance` runs, as it is drawn: rigs that `rtctl check` certifies, hands and
-worlds of their box.
-"""
+worlds of their box."""
 
 from __future__ import annotations
 
@@ -141,8 +140,7 @@ def _calmed(loaded: LoadedConfig, damping_nms_rad: float) -> LoadedConfig:
 
 def _certified(loop: AdmittanceLoop) -> bool:
     """As `rtctl check` passes it: stable at the grid's points, also with dry friction; where samples come
-    every tick, proved between them, too.
-    """
+    every tick, proved between them, too."""
     if not (admittance_margin.judge(loop).ok and admittance_margin.judge_rubbing(loop)[0].ok):
         return False
     if not admittance_help.judge_help(loop).ok:

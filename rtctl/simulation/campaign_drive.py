@@ -109,8 +109,7 @@ def drive(
     Returns
     -------
     violated, after : int
-        Bits of `monitor.INVARIANTS` (0: none), and the ticks run by then.
-    """
+        Bits of `monitor.INVARIANTS` (0: none), and the ticks run by then."""
     t, s, p, c, m = tick[0], state[0], params[0], command[0], memory[0]
     silence, closed, faults_before = 0, 0, np.int64(0)
     for k in range(ticks):

@@ -68,8 +68,7 @@ def operate(s: Record, c: Record, rng: np.ndarray) -> None:
 @compiled
 def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> None:
     """A random environment of this kind, of any stiffness the law may be given; with `own`, its own
-    parameters too.
-    """
+    parameters too."""
     c.environment_kind[axis] = kind
     c.environment_stiffness_nm_rad[axis] = 10.0 ** between(rng, 0.0, 4.0)
     c.environment_damping_nms_rad[axis] = between(rng, 0.0, 0.2)
@@ -83,8 +82,7 @@ def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> No
 @compiled
 def change_world(c: Record, rng: np.ndarray) -> None:
     """Now and then another environment or another share of compensation and factor of the friction, broken
-    numbers among them.
-    """
+    numbers among them."""
     for axis in range(len(c.environment_kind)):
         if chance(rng, 4000.0):
             set_world(c, axis, int(_KINDS * uniform(rng)), rng, True)
@@ -98,8 +96,7 @@ def change_world(c: Record, rng: np.ndarray) -> None:
 @compiled
 def change_display(p: Record, c: Record, rng: np.ndarray) -> None:
     """Now and then another mass, another damping, the other display, within what the rig allows or beyond, or
-    broken.
-    """
+    broken."""
     for axis in range(len(c.display_kind)):
         if p.display_kind[axis] == 0 and p.display_change[axis] == 0:
             continue
@@ -116,8 +113,7 @@ def change_display(p: Record, c: Record, rng: np.ndarray) -> None:
 def stream_world(c: Record, k: int, rng: np.ndarray) -> None:
     """What a graphics program at 60 Hz sets in tick `k`: every other stretch a stream of jumping numbers.
 
-    Never a remote proxy: that one is an active hand, of which passivity is not claimed.
-    """
+    Never a remote proxy: that one is an active hand, of which passivity is not claimed."""
     streaming = (k // STREAM_TICKS) % 2 == 1
     for axis in range(len(c.environment_kind)):
         if chance(rng, 2000.0):

@@ -11,8 +11,7 @@ worlds. The law runs as it is but for watch and account, which would calm what t
 The judge knows the truth only: the hand swings the joint for a moment, then holds still. What is stable comes
 to rest. What still moves at the end, no slower than before, shakes. A rig that rings where the joint sticks
 on its bristles is refused; it is run with the damping at rest that the refusal names. Hands in worlds that
-are not linear, of which the certificate says that they are not proved, are counted apart.
-"""
+are not linear, of which the certificate says that they are not proved, are counted apart."""
 
 from __future__ import annotations
 
@@ -209,8 +208,7 @@ def run(
     first: int = 0,
 ) -> Findings:
     """Run so many rigs from number `first` on, on `jobs` processes (0: one per core); `progress` is told how
-    many were done since.
-    """
+    many were done since."""
     findings = Findings()
     for rig, found in campaign_workers.results(run_rig, [seed] * rigs, range(first, first + rigs), jobs=jobs):
         findings.add(rig, found)

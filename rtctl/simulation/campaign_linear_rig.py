@@ -6,8 +6,7 @@ coupling to a wall, a spring, or the worst lossless world, behind a delay of any
 and samples that are fresh n-th tick, or in any pattern that repeats. All of it is linear and periodic, so the
 eigenvalues of one frame of ticks tell exactly whether it shakes: none may lie outside the unit circle.
 
-Written from first principles: nothing of `rtctl.control` is used here.
-"""
+Written from first principles: nothing of `rtctl.control` is used here."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ GROWTH = 1e-7
 @dataclass(frozen=True)
 class Law:
     """Coupling and world: a spring (infinite: a wall) as the law has it, or a lossless one by Tustin's rule,
-    which wants a fresh sample in every tick.
-    """
+    which wants a fresh sample in every tick."""
 
     k_c: float
     b_c: float
@@ -65,8 +63,7 @@ def network(J: float, b: float, w2: np.ndarray, p2: np.ndarray) -> Plant:
     between.
 
     In root energy coordinates: stretch of the spring to ground, speed of the mass, then stretch and speed of
-    every further mass on its spring.
-    """
+    every further mass on its spring."""
     modes = len(w2)
     ground = J * w2[0] * math.prod(w2[1:] / p2)
     a, rate = np.zeros((2 * modes, 2 * modes)), math.sqrt(ground / J)
@@ -85,8 +82,7 @@ def network(J: float, b: float, w2: np.ndarray, p2: np.ndarray) -> Plant:
 
 def behind_a_joint(link: Plant, J: float, b: float, k: float, damping: float) -> Plant:
     """A motor (J, b) that turns `link` through a joint of stiffness k and a damping of its own; encoder at
-    the motor.
-    """
+    the motor."""
     m = len(link.b)
     a = np.zeros((m + 2, m + 2))
     a[:m, :m] = link.a
@@ -168,8 +164,7 @@ def _steps(case: Case, share: float) -> tuple[np.ndarray, np.ndarray]:
 
 def _law(case: Case, elapsed: int) -> np.ndarray:
     """Torque and new states over angle and states, as the law has it: the proxy is solved for in every
-    tick.
-    """
+    tick."""
     law, T = case.law, case.T
     if law.tustin_spring > 0 or law.tustin_mass > 0:
         return _worst_world(law, T)
@@ -185,8 +180,7 @@ def _law(case: Case, elapsed: int) -> np.ndarray:
 
 def _worst_world(law: Law, T: float) -> np.ndarray:
     """Coupling in series with a lossless spring or mass by Tustin's rule, as a filter of the velocity; every
-    tick fresh.
-    """
+    tick fresh."""
     top = np.array([law.b_c + law.k_c * T, -law.b_c])
     minus, plus = np.array([1.0, -1.0]), np.array([1.0, 1.0])
     if law.tustin_mass > 0:

@@ -3,8 +3,7 @@
 
 Every rig follows from `(seed, index)` alone. Certified ones use up to .9999 of the proven stiffness, behind
 delays, lags and ages of samples no worse than declared; half of the hands are the worst there are
-(`worst_rig`).
-"""
+(`worst_rig`)."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ class Certified:
 @dataclass(frozen=True)
 class Findings:
     """What the campaign found: certified rigs by kind, those of them that shake, and distances of the
-    bound.
-    """
+    bound."""
 
     certified: dict[str, int]
     shaking: list[int]
@@ -172,8 +170,7 @@ def _worst_elastic(draw: np.random.Generator) -> Case:
 
 def _old(draw: np.random.Generator) -> Case:
     """Samples that are fresh every n-th tick, or in any pattern with none older; joint, hand and world at
-    random.
-    """
+    random."""
     loop, J = _loop(draw)
     n = int(draw.integers(2, 5))
     k = _proven(loop, Between(loop.delay, _lag_hz(loop.tau, loop.T), n), draw)
@@ -208,8 +205,7 @@ def _jittery(draw: np.random.Generator) -> Case:
 
 def distance(seed: int, index: int) -> float:
     """Least unstable stiffness over the proven one, less 1, of a random rigid rig in the worst hand and
-    world.
-    """
+    world."""
     draw = np.random.default_rng((seed, index, 1))
     loop, J = _loop(draw)
     proven = stability.k_max_sampled_data(loop.b, loop.b_c, loop.T, loop.delay, _lag_hz(loop.tau, loop.T))
@@ -234,8 +230,7 @@ def distance(seed: int, index: int) -> float:
 
 def run(rigs: int, seed: int, jobs: int = 1, progress: Callable[[int], object] | None = None) -> Findings:
     """`rigs` certified rigs, and the distance of the bound for a tenth as many refused ones, in `jobs`
-    processes.
-    """
+    processes."""
     import joblib
 
     count: dict[str, int] = {}

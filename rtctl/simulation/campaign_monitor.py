@@ -1,8 +1,7 @@
 """The invariants of the safety contract, judged from outside, tick by tick.
 
 Nothing here is taken from the law: states, reactions and bounds are written down once more, from the
-contract. `watch` returns one bit per violated invariant, by the contract's number.
-"""
+contract. `watch` returns one bit per violated invariant, by the contract's number."""
 
 from __future__ import annotations
 
@@ -266,8 +265,7 @@ def watch(t: Record, s: Record, p: Record, c: Record, model: np.ndarray, m: Reco
     m : record of `memory_dtype`
         Zeroed at every (re)start of the law but for `stop_age` -1; brought up to date here.
     passive : bool
-        Rig, hand and environment are passive and nothing is broken: invariant 13 is claimed.
-    """
+        Rig, hand and environment are passive and nothing is broken: invariant 13 is claimed."""
     bad = _entries(t, c, m) | _reactions(t, m) | _stop(t, c, m) | _lease(t, s, p, c, m)
     for axis in range(len(t.torque_applied_nm)):
         bad |= _torque(t, p, m, axis) | _feedforward(t, p, model[axis], axis) | _program(t, c, m, axis)

@@ -4,8 +4,7 @@ untruth.
 The plant keeps its shape (resonance, presliding length, shares, waves, load) and takes its size from the rig
 drawn: inertia, friction, damping. Dry friction is raised until the model, which is never too high, is a lower
 bound of what acts on the motor's side at every place; viscous friction until what the law is told is the
-motor's share. What thins out of it goes with the dry friction, whose model contains it.
-"""
+motor's share. What thins out of it goes with the dry friction, whose model contains it."""
 
 from __future__ import annotations
 

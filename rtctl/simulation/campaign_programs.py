@@ -1,8 +1,7 @@
 """Excitation programs in a campaign: an identification or a positioning experiment asks for motions, sound
 and broken ones.
 
-A program is a source of energy by intent, so passive rigs get none.
-"""
+A program is a source of energy by intent, so passive rigs get none."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ NEXT_ONE_IN = 1500.0
 @compiled
 def ask_for_programs(s: Record, p: Record, c: Record, rng: np.ndarray) -> None:
     """Now and then a motion, or its end; most requests are of the present epoch and made in ACTIVE, but not
-    all.
-    """
+    all."""
     for axis in range(len(c.program_kind)):
         one_in = START_ONE_IN if s.program_kind[axis] == _OFF else NEXT_ONE_IN
         if not chance(rng, one_in) or (s.state != _ACTIVE and not chance(rng, 10.0)):

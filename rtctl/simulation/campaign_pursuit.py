@@ -1,6 +1,5 @@
 """A renderer that wants a passive hand's energy: remote targets with full knowledge of the joint, every
-tick.
-"""
+tick."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def pursue(s: Record, p: Record, c: Record, plant: Record, foe: Record, k: int, 
     plant : record
         The truth: what no renderer can know better.
     foe : record of `foe_dtype`
-        Its strategy.
-    """
+        Its strategy."""
     if uniform(rng) * 3000.0 < 1.0:
         for axis in range(len(c.compensation)):
             c.compensation[axis] = 1.0 if c.compensation[axis] < 0.5 else 0.0

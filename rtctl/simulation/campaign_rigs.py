@@ -1,8 +1,7 @@
 """Random rigs: inertia, friction, delay, encoder, coupling, environment, hand, and faults on a schedule.
 
 Each rig follows from `(seed, index)` alone, so that one of a million can be made again. The coupling is
-drawn inside its proven region; everything the law is told about the device is true within stated bounds.
-"""
+drawn inside its proven region; everything the law is told about the device is true within stated bounds."""
 # longer than 300 lines: one rig is drawn in one order; a draw that moves makes every rig of every seed
 # another one
 
@@ -79,8 +78,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
         No faults, true figures, a tare without a hand: the energy claims hold. Half of the rigs have a
         renderer after the hand's energy.
     faults, ticks
-        How many faults to spread over the run.
-    """
+        How many faults to spread over the run."""
     draw = np.random.default_rng((seed, index))
     made = Simulation(loaded)
     p, command, plant = made.params[0], made.command[0], made.plant_params[0]
@@ -131,8 +129,7 @@ def _plant(loaded: LoadedConfig, name: str, p: np.void, plant: np.void, axis: in
 
 def _presliding(p: np.void, plant: np.void, axis: int) -> None:
     """Tell the law how long this plant's bristles are, as `rtctl identify` would, and give its account their
-    size.
-    """
+    size."""
     length = float(plant["bristle_max_nm"][axis] / plant["bristle_stiffness_nm_rad"][axis])
     p["presliding_rad"][axis] = LENGTH_FACTOR * length
     p["friction_stop_rad"][axis] = length
@@ -195,8 +192,7 @@ def _friction(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.ra
 
 def _factor(p: np.void, draw: np.random.Generator) -> None:
     """Three axes of ten follow a friction that changes, at paces up to reckless ones; their gain is that of
-    the largest factor.
-    """
+    the largest factor."""
     for axis in range(len(p["friction_raise"])):
         if draw.random() < SHARE_OF_FOLLOWERS:
             p["friction_raise"][axis] = draw.uniform(0.0, 0.1)
@@ -235,8 +231,7 @@ def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
 
 def _display(p: np.void, command: np.void, draw: np.random.Generator) -> None:
     """Three axes of ten show an admittance, or may be changed to one, at gains from timid to reckless,
-    certified or not.
-    """
+    certified or not."""
     for axis in range(len(command["display_kind"])):
         if draw.random() >= SHARE_OF_ADMITTANCES:
             continue
@@ -305,8 +300,7 @@ def _hand(plant: np.void, axis: int, draw: np.random.Generator) -> None:
 
 def _take_hold(p: np.void, plant: np.void) -> None:
     """Let the hands take hold of the armed rig: one that leans on the joint during the tare is taken for the
-    sensor's zero.
-    """
+    sensor's zero."""
     samples_s = float(p["period_s"]) * max(float(plant["sample_every_ticks"]), 1.0)
     plant["grip_count"] = 1
     plant["grip_from_s"][:, 0] = ARMED_S + samples_s * max(

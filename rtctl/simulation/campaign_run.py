@@ -165,8 +165,7 @@ def _parts(order: Order) -> Iterator[range]:
 def run(order: Order, jobs: int = 0, progress: Callable[[int], None] = lambda _rigs: None) -> Result:
     """Run the whole campaign on `jobs` processes (0: one per core).
 
-    `progress` is told how many rigs were done since the last call.
-    """
+    `progress` is told how many rigs were done since the last call."""
     began, total = time.monotonic(), Result()
     parts = list(_parts(order))
     for part in campaign_workers.results(run_part, [order] * len(parts), parts, jobs=jobs):

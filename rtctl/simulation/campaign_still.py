@@ -13,8 +13,7 @@ is the joint's own, and is counted apart. Without help the same wish may move th
 stuck with the hand's spring bent, where hardly anything rings. So the hand is tried with larger wishes
 (`FARTHER`), too, as long as the joint goes no farther than it went with help.
 
-The judge knows the truth only: velocity, and the hand's torque times the way of the mass it holds.
-"""
+The judge knows the truth only: velocity, and the hand's torque times the way of the mass it holds."""
 
 from __future__ import annotations
 
@@ -114,8 +113,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
     """True when the hand was given nothing, and the same joint in it rings as much and as long without any
     help.
 
-    After some motion in which the joint went no farther than in this case.
-    """
+    After some motion in which the joint went no farther than in this case."""
     if found.fault >= 0 or not found.fed_j <= FED_J:
         return False
     for farther in FARTHER:
@@ -132,8 +130,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
 @dataclass
 class Findings:
     """Sums over the cases that were run. Speed and energy are those of the cases that do not ring by
-    themselves.
-    """
+    themselves."""
 
     cases: int = 0
     own: int = 0

@@ -131,8 +131,7 @@ def _hand(case: Case) -> dict[str, Any]:
 
 def rig(case: Case) -> Simulation:
     """The simulated rig of a case, nothing run yet. The presliding length is told as break-away over
-    sigma0.
-    """
+    sigma0."""
     shipped = _shipped()
     table = shipped.config.model_dump(mode="json", by_alias=True)
     axis = table["axis"][0]

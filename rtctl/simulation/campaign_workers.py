@@ -17,8 +17,7 @@ def results(work: Callable[..., R], *arguments: Iterable[object], jobs: int = 0)
     core).
 
     The kernel ends the workers when their parent dies: those of an executor otherwise wait for its next word
-    for ever.
-    """
+    for ever."""
     n, parent = jobs or os.cpu_count() or 1, os.getpid()
     with ProcessPoolExecutor(n, initializer=die_with, initargs=(parent,)) as pool:
         yield from pool.map(work, *arguments)

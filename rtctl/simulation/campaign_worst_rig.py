@@ -4,8 +4,7 @@ aliases.
 The hand resonates with the joint at every frequency that sampling folds onto the one where the margin is
 least, each resonance beside its alias by what gives the joint the phase there that hurts most; the world is
 the lossless one with the worst phase. Behind an elastic joint it is the hand that cancels, at that frequency,
-what spring and link would damp.
-"""
+what spring and link would damp."""
 
 from __future__ import annotations
 
@@ -95,8 +94,7 @@ def worst_elastic(w: float, k: float, dampings: tuple[float, float, float], link
     """A motor behind a joint, in the hand that leaves it the least damping at the frequency w, and in
     resonance there.
 
-    `dampings` are those of motor, joint and link. The inertia of the motor is what resonates.
-    """
+    `dampings` are those of motor, joint and link. The inertia of the motor is what resonates."""
     b_m, b_j, b_l = dampings
     Y_j = 1 / (b_j + k / (1j * w))
     centre, radius = Y_j + 1 / (2 * b_l), 1 / (2 * b_l)

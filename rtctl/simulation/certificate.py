@@ -1,6 +1,5 @@
 """What `rtctl check` would say of a simulated rig's admittance display, for reports that show it beside what
-happened.
-"""
+happened."""
 
 from __future__ import annotations
 
@@ -14,15 +13,13 @@ from rtctl.rig_file.config import LoadedConfig
 
 def stiffest_hand_nm_rad(loaded: LoadedConfig) -> float:
     """The stiffest hand that the certificate of the first axis lets pass, in any linear world, N m/rad; 0
-    where none.
-    """
+    where none."""
     return admittance_margin.largest_hand(stability_report.admittance_loop(loaded, 0))
 
 
 def bears(loaded: LoadedConfig, hand_nm_rad: float) -> bool:
     """Whether the matrices of the first axis bear hands of this stiffness, N m/rad, in any linear world: at
-    the grid's points.
-    """
+    the grid's points."""
     loop = stability_report.admittance_loop(loaded, 0)
     box = replace(loop.box, stiffness_nm_rad=hand_nm_rad)
     return admittance_margin.judge_stiffest(replace(loop, box=box)).ok

@@ -1,8 +1,7 @@
 """The control law and the simulated rig as one compiled loop: experiments far faster than real time.
 
 The loop is the same three steps as the real-time one (read, decide, write) on the same records, without
-clock, processes and network. Needs a rig file whose device is the mock.
-"""
+clock, processes and network. Needs a rig file whose device is the mock."""
 
 from __future__ import annotations
 
@@ -55,8 +54,7 @@ def simulate(
     plant_arguments
         Tick, and state and parameters of the rig (`hw.simulators.mock_records`).
     trace, truth : array, shape (n,)
-        Ticks, and states of the rig at the end of each one's period.
-    """
+        Ticks, and states of the rig at the end of each one's period."""
     tick, plant_state, _ = plant_arguments
     for row in range(len(trace)):
         for k in range(every):
@@ -80,8 +78,7 @@ class Simulation:
     state, command, tick
         The law's other records.
     plant_params, plant_state
-        The rig's (`hw.simulators.mock_records`); the state is the truth.
-    """
+        The rig's (`hw.simulators.mock_records`); the state is the truth."""
 
     def __init__(self, loaded: LoadedConfig) -> None:
         """Build everything; nothing has moved yet.
@@ -91,8 +88,7 @@ class Simulation:
         ConfigError
             The rig file's device is not the mock.
         ModelError
-            As `rtctl.check.law_plan.build`.
-        """
+            As `rtctl.check.law_plan.build`."""
         kinds = [device.kind for device in loaded.config.device]
         if kinds != ["mock"]:
             raise ConfigError(
@@ -129,8 +125,7 @@ class Simulation:
         Raises
         ------
         ConfigError
-            A fault that does not exist, or is out of bounds; the text names key, value and bound.
-        """
+            A fault that does not exist, or is out of bounds; the text names key, value and bound."""
         rig = self._loaded.config.hardware()
         try:
             tables = read_faults(faults, {"n_axes": rig.n_axes})
@@ -147,8 +142,7 @@ class Simulation:
     def run(self, seconds: float, every: int = 1, **fields: object) -> np.ndarray:
         """Run for `seconds` after changing the command's `fields`; returns every `every`-th tick.
 
-        `truth` then holds the rig's states at the end of the same ticks.
-        """
+        `truth` then holds the rig's states at the end of the same ticks."""
         if fields:
             self.change(**fields)
         rows = max(1, round(seconds / self.plan.period_s / every))
@@ -168,8 +162,7 @@ class Simulation:
 
     def addresses(self) -> tuple[Address, Address, Address]:
         """Where reading, law and writing of this rig are: the machine code that the loop runs, too, compiled
-        once for all.
-        """
+        once for all."""
         dtypes = tuple(array.dtype for array in (*self._of_law, *self._of_plant))
         # looked up anew only for other types: that takes .3 ms, as long as forty ticks, and many runs are as
         # short
@@ -188,8 +181,7 @@ class Simulation:
         Raises
         ------
         FaultError
-            If it does not get there within `ARM_PATIENCE_S` of simulated time.
-        """
+            If it does not get there within `ARM_PATIENCE_S` of simulated time."""
         parts, until_s = [], self.time_s + ARM_PATIENCE_S
         while self.time_s < until_s:
             # asked for again and again: a request before `ready` is refused and used up

@@ -4,8 +4,7 @@ A plant is told as a change of the mock's options, in the words of a rig file: w
 into every [[device.options.axis]], what stands under `device` into [device.options]. `told` is what the
 controller's own [[axis]] must then say for it to be true of this plant: viscous damping that is surely on the
 motor's side, the delay, and a coupling inside what that leaves (docs/theory.md 2.4). Everything else stays
-the rig file's.
-"""
+the rig file's."""
 
 from __future__ import annotations
 
@@ -148,8 +147,7 @@ def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:
     Raises
     ------
     ConfigError
-        There is no such plant, or the rig's device is not the mock, or the two do not go together.
-    """
+        There is no such plant, or the rig's device is not the mock, or the two do not go together."""
     if name not in FAMILY:
         raise ConfigError(f"no plant {name!r}; there are: {', '.join(FAMILY)}")
     if [device.kind for device in loaded.config.device] != ["mock"]:

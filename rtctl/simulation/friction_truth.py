@@ -1,7 +1,6 @@
 """What was measured or learned, against the friction law of the simulated rig, which the rig file states.
 
-For the mock alone: no real rig's true friction is known. Nothing that measures or learns imports this.
-"""
+For the mock alone: no real rig's true friction is known. Nothing that measures or learns imports this."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ class Deviation:
     `rms_share` and `worst_share` are shares of `dry_nm` over `speeds` moving points, or over the learned
     range; `break_away_share` is that of the break-away point, None without one. `dry_nm` is the rig's Coulomb
     friction F_c, or where that is no half of it its break-away F_s, or of a joint with hardly any dry
-    friction (`DRY_SHARE`) the RMS of all its friction there.
-    """
+    friction (`DRY_SHARE`) the RMS of all its friction there."""
 
     direction: int
     dry_nm: float
@@ -78,8 +76,7 @@ def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray
 
 def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> float:
     """Friction F = F(v, motor torque F) of steady sliding, N m, by iteration: load adds a small part of what
-    loads.
-    """
+    loads."""
     loaded = params.copy()
     friction = -1.0
     for _ in range(_LOAD_STEPS):
@@ -94,8 +91,7 @@ def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> 
 
 def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.record) -> tuple[float, float]:
     """Mean factor of the dry friction over position, and mean torque ripple, N m; 1 and 0 over a whole
-    turn.
-    """
+    turn."""
     table = loaded.config.axis[axis]
     if table.position_max_rad - table.position_min_rad >= 2 * np.pi:
         return 1.0, 0.0
@@ -115,8 +111,7 @@ def of_points(
     Parameters
     ----------
     points
-        (velocity rad/s, friction torque N m, both signed; direction +1 or -1) of each.
-    """
+        (velocity rad/s, friction torque N m, both signed; direction +1 or -1) of each."""
     table = np.array(list(points), dtype=float).reshape(-1, 3)
     found = []
     for direction in (1, -1):

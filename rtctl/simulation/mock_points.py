@@ -5,8 +5,7 @@
 The hand is off. With the motor off the bias of the Hall sensor is read. Then, for each direction: after a
 warm-up, the current is ramped open loop until the joint moves (break-away, the point at zero speed), and
 a speed servo turns the joint at 54 speeds, where motor torque equals friction. Every point is the mean
-of 100 measurements. Nothing here reads the plant's state or its friction law.
-"""
+of 100 measurements. Nothing here reads the plant's state or its friction law."""
 
 from __future__ import annotations
 
@@ -55,8 +54,7 @@ SPEED_FILTER_S = 0.8e-3
 class Point:
     """One friction point. Torque has the sign of the motion it opposes: both are below 0 in reverse.
 
-    The last four are the columns of `learn.point_evidence`; None where there is nothing to say.
-    """
+    The last four are the columns of `learn.point_evidence`; None where there is nothing to say."""
 
     velocity_rad_s: float
     friction_torque_nm: float
@@ -128,8 +126,7 @@ def _turn(
     -----
     torque = k (x_wanted - x) + d (v_wanted - v), v: low-passed difference. The wanted speed changes with
     bounded acceleration, so the joint never swings back. `servo`: x_wanted, v_wanted, x before, v; it
-    carries over to the next call.
-    """
+    carries over to the next call."""
     period = params[0].period_s
     share = period / (period + SPEED_FILTER_S)
     for phase in range(len(velocities)):
@@ -163,8 +160,7 @@ def _break_away(
 ) -> int:
     """Ramp the current by `step_a` a tick until the joint moves; the tick where motion began, or -1.
 
-    Fills `positions_rad` and `currents_a`, whose length is the most ticks it takes.
-    """
+    Fills `positions_rad` and `currents_a`, whose length is the most ticks it takes."""
     for k in range(len(positions_rad)):
         _cycle(tick, state, params, step_a * k)
         positions_rad[k] = tick[0].position_rad[0]
@@ -252,8 +248,7 @@ def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) 
 def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEASUREMENTS) -> list[Point]:
     """Measure both directions of axis 0 of the simulated rig of `loaded`.
 
-    Returns `2 (levels + 1)` points: per direction break-away at zero speed, then rising speed.
-    """
+    Returns `2 (levels + 1)` points: per direction break-away at zero speed, then rising speed."""
     rig = Rig(loaded)
     rig.bias_a = rested_a(rig)
     points = []

@@ -4,8 +4,7 @@ A model is learned from one recording and judged on another. With ``tau_h`` the 
 ``tau_ff`` the feed-forward (both positive when they accelerate the joint), the same motion under
 compensation would have needed ``tau_h - tau_ff`` from the hand: that is *what is left*. It assumes that
 the hand would have moved as it did. `J a` is the part of it that accelerates the joint, which no friction
-model can take away.
-"""
+model can take away."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ class Settings:
     """How friction is taken out of a log.
 
     `inertia_kgm2` None: by regression, in each log for itself. `bias` "midpoint": see `friction_samples`.
-    `train_share` below 1 trains on the first part of each log's time and holds the rest out.
-    """
+    `train_share` below 1 trains on the first part of each log's time and holds the rest out."""
 
     inertia_kgm2: float | None = None
     bias: Literal["midpoint", "zero"] = "midpoint"
@@ -89,8 +87,7 @@ class Judged:
 @dataclass(frozen=True)
 class Learned:
     """A model with the logs it comes from (each stretch without a gap), the points it saw, the samples held
-    out of it (or None), and what `rtctl identify --log` would say of the logs.
-    """
+    out of it (or None), and what `rtctl identify --log` would say of the logs."""
 
     model: FrictionModel
     symmetric: FrictionModel
@@ -129,8 +126,7 @@ def learn(
     Raises
     ------
     ConfigError, DeviceError, DataError
-        A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails.
-    """
+        A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails."""
     of_files = [of_file(options, file) for file in files]
     found = checked(of_files, rig, settings.cutoff_hz, settings.speed_min_rad_s)
     logs = tuple(_judged(part, settings) for stretches in found.logs for part in _long(stretches, settings))
@@ -154,8 +150,7 @@ def against_identify(fit: JointFit, logs: Sequence[Judged]) -> tuple[str, ...]:
     """Logs whose dry friction, as this report reads it, is none that `rtctl identify --log` says.
 
     The report's regression counts turns, too, at which the low-pass blurs the jump of friction: in brisk
-    motion it is told too small.
-    """
+    motion it is told too small."""
     known = fit.symmetric.parameters["coulomb_nm"]
     return tuple(
         f"{each.log.source}: the dry friction learned here, {1e3 * each.dynamics.coulomb_nm:.4g} mN m, is "
@@ -238,8 +233,7 @@ def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: floa
     Raises
     ------
     DataError
-        No tick with full authority.
-    """
+        No tick with full authority."""
     fresh = rows[rows["sample_age_ticks"] == 0]
     position = smooth(fresh["position_rad"][:, 0], rate_hz, cutoff_hz)
     velocity = np.gradient(position, 1.0 / rate_hz)

@@ -69,8 +69,7 @@ def run(job: Job) -> dict[str, Any]:
     Raises
     ------
     RtctlError
-        Each kind by name: config, device, data, model.
-    """
+        Each kind by name: config, device, data, model."""
     loaded = _from_rig_file(job) if job.config else _from_options(job)
     rig = loaded.config.hardware()
     settings = _settings(job, loaded)

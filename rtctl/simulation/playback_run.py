@@ -1,8 +1,7 @@
 """Runs the real loop over a recorded log, as fast as it goes, with an operator who arms the rig.
 
 The loop, the law and the backend are those of `rtctl run`; only the clock is virtual and the rows come
-back as one array. Nothing moves: the motion and the hand stay the recorded ones.
-"""
+back as one array. Nothing moves: the motion and the hand stay the recorded ones."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ def load_log(options: Mapping[str, Any], rig: Rig) -> Recording:
 def with_bias(options: Mapping[str, Any], rig: Rig, bias_nm: float) -> dict[str, Any]:
     """Options of a one-axis log whose hand torque is lowered by `bias_nm`, N m.
 
-    The offset of a column counts in the column's own unit, before its scale.
-    """
+    The offset of a column counts in the column's own unit, before its scale."""
     axis = dict(options["axis"][0])
     column = axis.get("hand_torque")
     if column is None:
@@ -75,8 +73,7 @@ def config_for_log(options: Mapping[str, Any], rate_hz: float, axis: Mapping[str
     Raises
     ------
     ConfigError
-        A value of `axis` that no rig file may hold.
-    """
+        A value of `axis` that no rig file may hold."""
     data = {
         "schema": 1,
         "rig": {"name": "playback"},
@@ -142,8 +139,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     DeviceError
         The log cannot be used.
     DataError
-        The rig never became ACTIVE, with the first fault's name where there was one.
-    """
+        The rig never became ACTIVE, with the first fault's name where there was one."""
     if [device.kind for device in loaded.config.device] != ["playback"]:
         raise ConfigError(
             f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "

@@ -1,6 +1,5 @@
 """Files that come with rtctl, in a checkout or in an installed package; and rig files of one's own made from
-them.
-"""
+them."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ def shipped(name: str) -> Path:
 
 def shipped_config(name: str) -> Path:
     """Path of a rig file that comes with rtctl, e.g. `mock.toml`, in a checkout or in an installed
-    package.
-    """
+    package."""
     return shipped(f"configs/{name}")
 
 
@@ -56,8 +54,7 @@ def write_copy(source: str, target: Path, name: str) -> list[Path]:
     Raises
     ------
     ConfigError
-        No such shipped file, a name that cannot be a rig's, a target that exists or cannot be written.
-    """
+        No such shipped file, a name that cannot be a rig's, a target that exists or cannot be written."""
     from rtctl.friction import artefact  # here: the list of commands does not wait for it
 
     origin = _find(source)

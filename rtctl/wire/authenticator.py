@@ -2,8 +2,7 @@
 
 Every endpoint enforces its ZAP domain: a connection is refused unless this handler, served by the host's own
 poller, says otherwise. Over TCP a client shows a CURVE key; its user id is that key. Over ipc the folder's
-permissions have decided already, and the user id names the process as the kernel knows it.
-"""
+permissions have decided already, and the user id names the process as the kernel knows it."""
 
 from __future__ import annotations
 
@@ -78,8 +77,7 @@ class Authenticator:
     refresh : callable
         Called for a key that is not known: it may have been made just now.
     admitted, refused : int
-        Connections let in and turned away.
-    """
+        Connections let in and turned away."""
 
     def __init__(
         self,
@@ -141,8 +139,7 @@ class Authenticator:
         stop.
 
         As viewers are all one user, they wait for `PAUSE_S` only: one that was expelled must not keep out the
-        others.
-        """
+        others."""
         now = self._clock_s()
         self._banned = {which: until for which, until in self._banned.items() if until > now}
         self._banned[domain, user_id] = now + (PAUSE_S if user_id == VIEWER else BAN_S)

@@ -8,8 +8,7 @@ of the younger ones no more than permissions were given. The count can be too hi
 have come and gone in quick succession, never too low.
 
 libzmq's I/O thread waits when the queue of its monitor is full; so the queue is unlimited here and emptied at
-every turn of the host.
-"""
+every turn of the host."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ class Connections:
     context, socket
         The socket, and the context it is of.
     places
-        Clients that may be connected.
-    """
+        Clients that may be connected."""
 
     def __init__(
         self,
@@ -78,8 +76,7 @@ class Connections:
 
     def permit(self, role: str, peer: str | None = None) -> bool:
         """Whether a client of this role may come in; then its place is taken. `peer`: a process, as
-        `local_peer` names it.
-        """
+        `local_peer` names it."""
         places = self._places if role == "operator" else self._places - RESERVED
         if self.count >= places or (peer is not None and self._held_by(peer) > SHARE * self._places):
             return False
@@ -88,8 +85,7 @@ class Connections:
 
     def _held_by(self, peer: str) -> int:
         """Connections of one process, the one that asks included, those that have not said who they are
-        too.
-        """
+        too."""
         return sum(one == peer for one in self._peers.values())
 
     def descriptors(self) -> list[int]:

@@ -2,8 +2,7 @@
 
 A second bind on a live `ipc://` path succeeds and takes the traffic, so the lock file, not the socket,
 decides who runs the rig. Locks and stale sockets of a daemon that was killed are no obstacle: the kernel
-drops the lock with the process, and binding replaces the socket.
-"""
+drops the lock with the process, and binding replaces the socket."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ class RuntimeDirectory:
         BusyError
             Another process holds the rig; the text names it.
         ConfigError
-            A folder that is not this user's own or that others may enter, or a path too long for a socket.
-        """
+            A folder that is not this user's own or that others may enter, or a path too long for a socket."""
         directory = rig_directory(rig, None if root is None else Path(root))
         endpoints_in(directory)
         _make_private(directory)

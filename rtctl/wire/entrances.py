@@ -1,8 +1,7 @@
 """Every way into the host: ipc in the runtime folder, TCP with keys, viewers of this machine.
 
 By ipc the permissions of the folder decide; over TCP nobody comes in without a CURVE key; the telemetry for
-viewers is off unless asked for, on 127.0.0.1 only, and takes no requests.
-"""
+viewers is off unless asked for, on 127.0.0.1 only, and takes no requests."""
 
 from __future__ import annotations
 
@@ -80,8 +79,7 @@ class Access:
     BusyError
         A TCP address in use.
     RtctlError
-        Too few descriptors for its clients.
-    """
+        Too few descriptors for its clients."""
 
     def __init__(
         self,
@@ -116,8 +114,7 @@ class Access:
 
     def _allow_descriptors(self) -> int:
         """How many this process may open. Without any left, libzmq ends it at the next connection to a Unix
-        socket.
-        """
+        socket."""
         found = allow_descriptors(MOST_DESCRIPTORS)
         remedy = f"raise the hard limit to {DESCRIPTORS} (ulimit -Hn; in a unit: LimitNOFILE=)"
         if found < LEAST_DESCRIPTORS:
@@ -159,8 +156,7 @@ class Access:
         again.
 
         Viewers are one user to the authenticator, and told apart by their connections: of them only that one
-        is cut.
-        """
+        is cut."""
         why = "what it sent is no subscription, or again and again one to topics that do not exist"
 
         def expel(frame: zmq.Frame) -> None:
@@ -203,8 +199,7 @@ class Access:
 
     def _let_in(self) -> None:
         """Where few descriptors are allowed: some more of those who wait, while enough are left for
-        everything else.
-        """
+        everything else."""
         if self._descriptors >= DESCRIPTORS:
             return
         doors = [door for door in self._doors if door.is_open]
@@ -269,8 +264,7 @@ class Access:
 
     def _read_keys(self) -> None:
         """Take over the keys if they changed, and note those that hold no more. What cannot be read has not
-        changed.
-        """
+        changed."""
         if self._store is None:
             return
         try:

@@ -28,8 +28,7 @@ def fault_entries(bits: int) -> list[dict[str, str]]:
 
 def cause_bit(state: int, fault_first: int) -> int:
     """Bit of the fault that a rig stands still for: ESTOP in ESTOP, whatever was latched before; 0 for
-    none.
-    """
+    none."""
     if state == State.ESTOP:
         return int(Fault.ESTOP)
     return 1 << fault_first if fault_first >= 0 else 0

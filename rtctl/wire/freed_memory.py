@@ -1,8 +1,7 @@
 """Gives memory back that was needed once.
 
 The C library keeps what is freed in case it is needed again (measured: 0.7 to 0.9 MB in 10 s); a daemon lives
-for months.
-"""
+for months."""
 
 from __future__ import annotations
 

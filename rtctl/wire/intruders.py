@@ -2,8 +2,7 @@
 memory.
 
 One connection is cut where the culprit is known, all of one kind where it is not; clients connect again by
-themselves.
-"""
+themselves."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ class Resident:
     """Resident memory that this process has alone, read without opening anything.
 
     What is shared is not counted: the ring of ticks, which becomes resident as the loop fills it (6.5 MB a
-    second at 10 kHz), and code. No client makes any of it.
-    """
+    second at 10 kHz), and code. No client makes any of it."""
 
     def __init__(self) -> None:
         self._fd = os.open("/proc/self/statm", os.O_RDONLY | os.O_CLOEXEC)
@@ -80,8 +78,7 @@ class Intruders:
     descriptors
         As many may be open in this process.
     resident
-        Resident memory of this process alone, bytes; None: memory is not looked at.
-    """
+        Resident memory of this process alone, bytes; None: memory is not looked at."""
 
     def __init__(
         self,
@@ -120,8 +117,7 @@ class Intruders:
 
     def _thin_out(self, door: Door) -> None:
         """Leave no more strangers at a door than there is room for: libzmq 4.3.5 aborts when a Unix socket
-        finds none.
-        """
+        finds none."""
         most = min(STRANGERS, max(1, (self._descriptors - SPARED) // (2 * len(self._doors))))
         strangers = door.connections.strangers()
         if len(strangers) <= most:
@@ -136,8 +132,7 @@ class Intruders:
 
     def _is_known(self, door: Door, descriptor: int) -> bool:
         """Whether somebody who was let in has this connection: by the kernel, or by a message that came over
-        it.
-        """
+        it."""
         if door.by_tcp:
             return descriptor in door.traffic.users
         return self._authenticator.knows(door.domain, local_peer(descriptor) or "")
@@ -188,8 +183,7 @@ class Intruders:
 
     def _expel_floods(self) -> bool:
         """Throw out local processes of which more waits to be read than requests can make. False: there are
-        none.
-        """
+        none."""
         floods = [(door, descriptor) for door, descriptor in self._local() if _floods(descriptor)]
         for door, descriptor in floods:
             who = local_peer(descriptor) or ""

@@ -2,8 +2,7 @@
 
 The folder of a rig's keys holds `server.key`, the daemon's own pair, and `clients/NAME.key`, the public key
 and the role of every client that is let in. A client's secret is written once, to a file of its own that is
-taken to the client's machine, and is kept nowhere else. Revoking removes the client's file.
-"""
+taken to the client's machine, and is kept nowhere else. Revoking removes the client's file."""
 
 from __future__ import annotations
 
@@ -56,8 +55,7 @@ class ClientKey:
         Raises
         ------
         ConfigError
-            A file that is missing, readable by others, or no key file.
-        """
+            A file that is missing, readable by others, or no key file."""
         values = _read(Path(path), ("name", "role", "public_key", "secret_key", "server_key"), private=True)
         return cls(**values)
 
@@ -76,8 +74,7 @@ class KeyStore:
     Parameters
     ----------
     folder
-        Made by the first `new`, with mode 0700.
-    """
+        Made by the first `new`, with mode 0700."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
@@ -99,8 +96,7 @@ class KeyStore:
         Raises
         ------
         OSError
-            The folder or a file cannot be read now: nothing is known.
-        """
+            The folder or a file cannot be read now: nothing is known."""
         found: dict[str, Key] = {}
         faults: list[str] = []
         try:
@@ -121,8 +117,7 @@ class KeyStore:
 
     def signature(self) -> tuple[tuple[str, int, int], ...]:
         """Changes whenever a client's file is added, removed or replaced. Raises OSError for a folder that
-        cannot be read.
-        """
+        cannot be read."""
         try:
             with os.scandir(self._clients) as entries:
                 return tuple(sorted(_mark(entry) for entry in entries))
@@ -136,8 +131,7 @@ class KeyStore:
         ------
         ConfigError
             A name or a role that is none, a name or a file that is already there, or a folder that cannot be
-            written.
-        """
+            written."""
         if not _NAME.fullmatch(name):
             raise ConfigError(f"key name {name!r}: a letter, then at most 31 letters, digits, - _ or .")
         if role not in ROLES:
@@ -168,8 +162,7 @@ class KeyStore:
         Raises
         ------
         ConfigError
-            No key of this name.
-        """
+            No key of this name."""
         path = self._clients / f"{name}.key"
         if not _NAME.fullmatch(name) or not path.exists():
             known = ", ".join(sorted(entry.stem for entry in self._clients.glob("*.key"))) or "none"

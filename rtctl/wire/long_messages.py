@@ -2,8 +2,7 @@
 frames a turn.
 
 Whoever sends one is expelled. What of it waits still has to be read before the message of another client, or
-thrown away with all connections of the door: the latter when it would take too long.
-"""
+thrown away with all connections of the door: the latter when it would take too long."""
 
 from __future__ import annotations
 

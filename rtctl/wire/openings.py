@@ -15,8 +15,7 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Openings:
     """What a rig file opens besides ipc for the own user: TCP for clients with keys, a port for viewers, ipc
-    for a group.
-    """
+    for a group."""
 
     bind: str = ""
     port: int = 0

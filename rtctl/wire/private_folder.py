@@ -1,8 +1,7 @@
 """Whose is a folder: what a daemon asks of the one it listens in, and a client of the one it connects to.
 
 A folder with the right name can be made by anybody where all may write (`/tmp/rtctl-1000`). Who owns it, and
-who may write beside it, decides whether what answers there is the rig.
-"""
+who may write beside it, decides whether what answers there is the rig."""
 
 from __future__ import annotations
 
@@ -29,8 +28,7 @@ def objection(path: Path, owners: set[int] | None, forbidden: int) -> str:
     Raises
     ------
     OSError
-        It cannot be looked at.
-    """
+        It cannot be looked at."""
     status = path.lstat()
     if not stat.S_ISDIR(status.st_mode):
         return f"{path}: must be a folder, not a link or a file; remove it"
@@ -51,8 +49,7 @@ def foreign(directory: Path) -> str:
     """Why a client must not believe what answers in a rig's folder; empty where it may, or where nothing is.
 
     The folder must be this user's or root's. Where root alone can make folders (`/run/rtctl`), it has given
-    this one to whom it belongs: to the user of the service.
-    """
+    this one to whom it belongs: to the user of the service."""
     try:
         if reason := open_to_others(directory.parent):
             return reason

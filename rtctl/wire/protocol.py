@@ -1,8 +1,7 @@
 """What both ends of the wire agree on: version, topics, bounds, and where a rig's sockets are.
 
 The host (`rtctl.host`) and the client (`rtctl.client`) both import this and nothing of each other.
-`docs/protocol.md` says the same for other languages.
-"""
+`docs/protocol.md` says the same for other languages."""
 
 from __future__ import annotations
 
@@ -70,8 +69,7 @@ def runtime_root() -> Path:
     """Folder that holds one folder per running rig.
 
     The first of: RTCTL_RUNTIME_DIR, the folder above RUNTIME_DIRECTORY (systemd makes the rig's own),
-    XDG_RUNTIME_DIR/rtctl, and a folder of this user in the temporary directory.
-    """
+    XDG_RUNTIME_DIR/rtctl, and a folder of this user in the temporary directory."""
     if chosen := os.environ.get("RTCTL_RUNTIME_DIR"):
         return Path(chosen).absolute()
     if own := os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0]:
@@ -95,8 +93,7 @@ def client_directory(rig: str, root: Path | None = None) -> Path:
     Raises
     ------
     ConfigError
-        A name that is none, or a folder of somebody else who could answer in the rig's place.
-    """
+        A name that is none, or a folder of somebody else who could answer in the rig's place."""
     own = rig_directory(rig, root)
     service = SERVICE_ROOT / rig
     reason = foreign(own)
@@ -136,8 +133,7 @@ def running_rigs(root: Path | None = None) -> list[str]:
     """Names of the rigs whose daemons run, by the process ids in their lock files.
 
     It looks without locking: a look must never make a daemon that starts at that moment believe the rig is
-    taken. Folders of other users are passed over.
-    """
+    taken. Folders of other users are passed over."""
     roots = [root] if root else [runtime_root(), SERVICE_ROOT]
     locks = sorted({lock for folder in roots for lock in folder.glob(f"*/{LOCK_NAME}")})
     return [lock.parent.name for lock in locks if _RIG_NAME.fullmatch(lock.parent.name) and _alive(lock)]

@@ -7,8 +7,7 @@ door can be cut by opening it anew, without losing the address for a moment: lib
 close a connection that is up.
 
 ZMQ_CONFLATE is used on no socket here: a client that sends one frame of a message of two and waits makes
-libzmq 4.3.5 abort the process (assertion in fq.cpp).
-"""
+libzmq 4.3.5 abort the process (assertion in fq.cpp)."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ HEARTBEAT_MS = 1000
 @dataclass(frozen=True)
 class Binding:
     """Where a door is. `listener` holds the address of TCP; `server_secret` is the daemon's CURVE key;
-    `group` may enter by ipc.
-    """
+    `group` may enter by ipc."""
 
     address: str
     entry: Entry
@@ -60,8 +58,7 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
     Raises
     ------
     BusyError
-        It is in use, or is none of this machine.
-    """
+        It is in use, or is none of this machine."""
     listener = network.socket(network.AF_INET, network.SOCK_STREAM)
     try:
         listener.setsockopt(network.SOL_SOCKET, network.SO_REUSEADDR, 1)
@@ -78,8 +75,7 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
 
 def allow_descriptors(wanted: int) -> int:
     """Have this process open up to `wanted` files and sockets, as far as it may allow itself. Returns how
-    many it may.
-    """
+    many it may."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
     if soft != resource.RLIM_INFINITY and soft < most:
@@ -133,8 +129,7 @@ class Door:
     traffic : Traffic
         What its connections have sent.
     openings : int
-        How often it was opened: its socket is another one each time.
-    """
+        How often it was opened: its socket is another one each time."""
 
     def __init__(
         self,
@@ -190,8 +185,7 @@ class Door:
 
     def let_in(self, count: int) -> None:
         """Let so many of those in who wait, if it is a door that lets in one by one; else all come in by
-        themselves.
-        """
+        themselves."""
         if self._turnstile is not None and count > 0:
             self._turnstile.let_in(count)
 

@@ -5,8 +5,7 @@ Notes
 libzmq's bounds are for whole messages. One that is not finished waits in memory at 64 bytes a frame,
 invisible to `recv` and to every high-water mark (measured: 2.5 GB), and a publisher's socket takes in all
 that subscribers send. So the bytes are taken from TCP_INFO, less those the kernel still holds. A Unix socket
-has no such count: there the memory of the process is looked at (`rtctl.wire.intruders`).
-"""
+has no such count: there the memory of the process is looked at (`rtctl.wire.intruders`)."""
 
 from __future__ import annotations
 
@@ -37,8 +36,7 @@ class Traffic:
     by_tcp
         Otherwise nothing is counted.
     listeners
-        The clients only listen: a publisher's door.
-    """
+        The clients only listen: a publisher's door."""
 
     def __init__(self, *, by_tcp: bool, listeners: bool) -> None:
         self._by_tcp, self._listeners = by_tcp, listeners

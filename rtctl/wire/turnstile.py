@@ -7,8 +7,7 @@ finds no descriptor left (`ipc_listener.cpp`, assertion on EMFILE; its TCP socke
 of connections, and whoever looks after them in Python comes too late: four processes open two thousand within
 a second. So the kernel stops it: in the epoll set of libzmq's I/O thread the listening socket gets
 EPOLLONESHOT, with which one connection is taken and the next one waits until it is armed again. What libzmq
-has put there with it (a pointer) the kernel tells in /proc/self/fdinfo, and it is put back as it was.
-"""
+has put there with it (a pointer) the kernel tells in /proc/self/fdinfo, and it is put back as it was."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ class Turnstile:
     Parameters
     ----------
     address
-        Where it listens, as libzmq has it: `ipc://PATH` or `tcp://HOST:PORT`.
-    """
+        Where it listens, as libzmq has it: `ipc://PATH` or `tcp://HOST:PORT`."""
 
     def __init__(self, address: str) -> None:
         self._address = address
@@ -60,8 +58,7 @@ class Turnstile:
 
     def let_in(self, count: int) -> None:
         """Let at most `count` more connections in, 1 or more; they have to be waiting now. Before it is in
-        place, all are.
-        """
+        place, all are."""
         if not self._places and self._tries:
             self._tries -= 1
             with contextlib.suppress(OSError):

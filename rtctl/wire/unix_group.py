@@ -16,8 +16,7 @@ def group_id(name: str) -> int | None:
     Raises
     ------
     ConfigError
-        There is no such group, or this process is not in it and so cannot give it anything.
-    """
+        There is no such group, or this process is not in it and so cannot give it anything."""
     if not name:
         return None
     try:

@@ -2,5 +2,4 @@
 
 `table` lists the kinds; `kind` says what a kind's file holds. `laws` is the compiled code of the table,
 `coupling` what is felt of it at the joint, `changes` and `targets` how the environment in force follows what
-programs ask.
-"""
+programs ask."""

@@ -35,8 +35,7 @@ What a hand can be given at most, whatever is sent: since arming, beyond what it
 `authority`).
 
 What has no way in between (the kind, and parameters that are a kind's own: side, pitch) is exchanged while
-stiffness and damping are zero.
-"""
+stiffness and damping are zero."""
 
 from __future__ import annotations
 
@@ -72,8 +71,7 @@ HALVINGS = 8
 @compiled
 def felt_through(s: Record, p: Record, axis: int) -> float:
     """Stiffness through which the joint feels the world, N m/rad: the coupling's, or m/T^2 of a virtual mass;
-    0: nothing is felt.
-    """
+    0: nothing is felt."""
     if s.display_kind[axis] == _ADMITTANCE:
         return s.mass_kgm2[axis] / (p.period_s * p.period_s)
     return p.coupling_stiffness_nm_rad[axis]
@@ -185,8 +183,7 @@ def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
 @compiled
 def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
     """One paid step of the centre: at once where nothing is felt of it, never faster than the joint may
-    move.
-    """
+    move."""
     k, k_c = s.world_stiffness_nm_rad[axis], felt_through(s, p, axis)
     s.world_center_rad[axis] = wanted if k == 0.0 else free_center(s, axis, wanted)
     center = s.world_center_rad[axis]
@@ -224,8 +221,7 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
 
     Notes
     -----
-    The command is finite (`laws.finite_command`); `law.step` stops on one that is not.
-    """
+    The command is finite (`laws.finite_command`); `law.step` stops on one that is not."""
     s.renderer_grant_j[axis] = 0.0
     if disabled or felt_through(s, p, axis) <= 0.0:
         _take_all(s, c, axis)

@@ -9,8 +9,7 @@ the proxy. Symbols: k_c, b_c coupling; k, b environment; c its centre; T time si
 Solving both lines for p makes any environment stiffness stable: a wall of 1e6 N m/rad is felt as k_c.
 Every environment satisfies f (p - p_before) >= V(p) - V(p_before) with a potential V bounded below, and
 the coupling adds only stored and dissipated energy, so sum f (x - x_before) >= -const: the condition
-under which the sampled-data bound (docs/theory.md 2.3 and 2.7) covers nonlinear environments.
-"""
+under which the sampled-data bound (docs/theory.md 2.3 and 2.7) covers nonlinear environments."""
 
 from __future__ import annotations
 
@@ -65,8 +64,7 @@ def coupling_torque(
     -------
     float
         Minus the opposing force; 0 without a coupling. NaN for a command that is not finite, of which nothing
-        stays in the state; the proxy then returns to the joint.
-    """
+        stays in the state; the proxy then returns to the joint."""
     x = s.position_rad[axis]
     if s.proxy_set_count[axis] == 0 or disabled:
         s.proxy_position_rad[axis] = x

@@ -8,8 +8,7 @@ never does, but rings in a stiff valley. The larger of the two in the direction 
 
     f = max(V', secant) for a proxy moving up, min(V', secant) for one moving down      (derived here)
 
-so f (p_k - p_{k-1}) >= V(p_k) - V(p_{k-1}) always, and a quiet proxy feels V' exactly.
-"""
+so f (p_k - p_{k-1}) >= V(p_k) - V(p_{k-1}) always, and a quiet proxy feels V' exactly."""
 
 from __future__ import annotations
 
@@ -56,8 +55,7 @@ def force(p: float, before: float, k: float, center: float, pitch: float) -> tup
 
     Notes
     -----
-    secant = k (P/2 pi) sin(m) sin(h)/h with m the mean phase and h half the phase step: no cancellation.
-    """
+    secant = k (P/2 pi) sin(m) sin(h)/h with m the mean phase and h half the phase step: no cancellation."""
     scale = 2.0 * math.pi / pitch
     peak = k / scale
     phase = scale * (p - center)
@@ -86,8 +84,7 @@ def solve(drive: float, stiffness: float, k: float, center: float, pitch: float,
 
     Safeguarded Newton from the last position: the bracket runs from there in the direction the coupling
     pulls, as far as the greatest detent force allows, so an answer always exists and the nearest one in
-    that direction is preferred (a step is at most an eighth of the pitch).
-    """
+    that direction is preferred (a step is at most an eighth of the pitch)."""
     if not (pitch > 0.0 and k > 0.0 and math.isfinite(drive + center + before)):
         return drive / stiffness
     push, slope = force(before, before, k, center, pitch)

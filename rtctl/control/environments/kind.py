@@ -3,8 +3,7 @@ law needs.
 
 A kind's file imports no compiler: `laws` compiles every function in it, and a client that reads the table
 loads none. Angles in rad, torques in N m; p is the proxy, x the joint, c the centre, w and A of
-docs/theory.md 3.1.
-"""
+docs/theory.md 3.1."""
 
 from __future__ import annotations
 
@@ -16,8 +15,7 @@ from typing import Protocol
 @dataclass(frozen=True)
 class Slider:
     """How a page offers a parameter: its label, the range a person tries out, where it begins; `log` for even
-    ratios.
-    """
+    ratios."""
 
     label: str
     low: float
@@ -31,8 +29,7 @@ class Parameter:
     """A number of an environment, by the name that rig file, protocol, client, records and pages have for it.
 
     `low` and `high` are the bounds where it is read; one that may only be 1 or -1 is a `sign`, and
-    its name ends with `side`. `tried` is the range that the campaign draws from.
-    """
+    its name ends with `side`. `tried` is the range that the campaign draws from."""
 
     name: str
     unit: str
@@ -53,8 +50,7 @@ CENTER = Parameter("center_rad", "rad", -1e3, 1e3, 0.0, (-0.3, 0.3), Slider("pla
 SHARED = (STIFFNESS, DAMPING, CENTER)
 """Parameters with a way in between: changes of them are followed step by step, and paid (`changes`).
 
-Any other is a kind's own, stands in its file, and is exchanged while stiffness and damping are zero.
-"""
+Any other is a kind's own, stands in its file, and is exchanged while stiffness and damping are zero."""
 
 
 @dataclass(frozen=True)

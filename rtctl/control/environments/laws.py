@@ -2,8 +2,7 @@
 
 Numba compiles no tuple of functions of different kinds. So each function here is written out from the table
 as the chain of comparisons that a person would write, `if kind == 1: return spring.proxy(...)`, and compiled
-with the rest of the law. A number that is no kind's is as free space.
-"""
+with the rest of the law. A number that is no kind's is as free space."""
 
 from __future__ import annotations
 

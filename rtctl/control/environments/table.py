@@ -21,8 +21,7 @@ class Environment(IntEnum):
 
     def __new__(cls, number: int, file: KindFile = free) -> Environment:
         """A row of the table. It always has its file: to a type checker a look-up by number is a call of
-        this, too.
-        """
+        this, too."""
         row = int.__new__(cls, number)
         row._value_, row.file, row.about = number, file, file.ABOUT
         return row

@@ -5,8 +5,7 @@ state and always be ahead of the motion. Its work on the coupling is exact as we
 store; what is not paid for is not done, and (1) of `changes` holds. The proxy then lags behind its target
 instead of running the port into a deficit. It is never put further ahead than U = L^2/(2 k_c), beyond which
 nobody feels it. The rest of (2) is not asked of it: it would have to stay behind any joint that moves; there
-the account bounds the torque (`take_back`).
-"""
+the account bounds the torque (`take_back`)."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
     may always be ahead of the joint: its work on the coupling's spring and through the coupling's damper is
     paid, one after the other, and what the store does not pay for is not done. The proxy then lags behind its
     target. It rests until the first target since the environment became remote: what was sent before was
-    meant for another world.
-    """
+    meant for another world."""
     if s.target_age_ticks >= s.remote_ticks:
         return 0.0
     age = min(s.target_age_ticks, p.target_hold_ticks)
@@ -53,8 +51,7 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
 @compiled
 def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
     """Set a remote proxy if the store allows, and no further ahead than the torque limit lets through; True
-    when done.
-    """
+    when done."""
     k_c, x = p.coupling_stiffness_nm_rad[axis], s.position_rad[axis]
     stored = 0.5 * k_c * (x - proxy) ** 2
     work = stored - 0.5 * k_c * (x - s.proxy_position_rad[axis]) ** 2
@@ -69,8 +66,7 @@ def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
 @compiled
 def _pull_damper(s: Record, p: Record, axis: int, velocity: float, difference: float) -> bool:
     """Pay for the coupling's damper following `velocity` while the joint moves at `difference`; True when
-    done.
-    """
+    done."""
     work = -p.coupling_damping_nms_rad[axis] * (difference - velocity) * velocity * p.period_s
     if work > s.renderer_store_j[axis]:
         return False

@@ -31,8 +31,7 @@ def proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, d
     -----
     Free proxy w/A; if it is outside the wall, that is the answer. Inside, the wall pushes with
     k d + b u, d the depth. Where that would pull the proxy back in, the wall lets go (free proxy); where
-    its damping would stop the proxy short of the face, the proxy rests on the face.
-    """
+    its damping would stop the proxy short of the face, the proxy rests on the face."""
     k, face = s.world_stiffness_nm_rad[axis], s.world_center_rad[axis]
     damping = s.world_damping_nms_rad[axis] / dt
     side = 1.0 if s.world_side[axis] >= 0 else -1.0

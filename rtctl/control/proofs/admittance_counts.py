@@ -10,8 +10,7 @@ by the describing function of steps
 from nothing within a count to 2/(pi A) across one edge. Where the loop grows with N of the joint's motion
 seen it may swing on at that A, and A w/sqrt(2) counts a second is how fast it shakes the hand
 (docs/theory.md 2.17). Where the law holds a flicker (`control.flicker`) no swing within it lasts: it is blind
-then, the force moves the mass slowly, and that must rest by itself.
-"""
+then, the force moves the mass slowly, and that must rest by itself."""
 
 from __future__ import annotations
 
@@ -87,8 +86,7 @@ class Hunting:
 
 def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
     """The fastest over hands without damping, worlds and the joint's bristles; `held`: the law holds a
-    flicker.
-    """
+    flicker."""
     shares = (*SOFTER, *(4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)))
     stuck = [share * loop.bristle_nm_rad for share in shares] if loop.bristle_nm_rad > 0 else [0.0]
     late = replace(loop, delay=loop.delay + _LATE_TICKS * loop.sample_ticks)
@@ -102,15 +100,13 @@ def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
 
 def creeping(loop: AdmittanceLoop) -> Hunting:
     """How fast a joint rings at most that creeps from count to count: by itself where no flicker is held, or
-    by the edges that it crosses (docs/theory.md 2.17).
-    """
+    by the edges that it crosses (docs/theory.md 2.17)."""
     return max(hunting(loop, held=False), _crept(loop), key=lambda one: one.counts_1_s)
 
 
 def _crept(loop: AdmittanceLoop) -> Hunting:
     """What the loop that sees its joint makes of the error of its readings, on the stiffest bristles: those
-    answer fastest.
-    """
+    answer fastest."""
     at, blind, sight = _seeing(loop, loop.bristles_to * loop.bristle_nm_rad)
     turns = 2 * math.pi * np.geomspace(_EDGES_HZ[0], min(_EDGES_HZ[1], 0.4 / loop.period_s), _EDGES)
     speeds = _answered(loop, blind, sight, turns)
@@ -130,8 +126,7 @@ def _answered(loop: AdmittanceLoop, blind: np.ndarray, sight: np.ndarray, turns:
 
 def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
     """Damping of the mass on a joint that sticks with which it hunts no faster where a flicker is held, N m
-    s/rad; 0: none of those tried.
-    """
+    s/rad; 0: none of those tried."""
     for damping in (share * loop.velocity_gain_nms_rad for share in _DAMPINGS):
         one = replace(loop, rest_damping_nms_rad=damping)
         if damping > loop.rest_damping_nms_rad and hunting(one, held=True).counts_1_s <= most_counts_1_s:
@@ -154,8 +149,7 @@ def _fastest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float, counts: f
 @lru_cache(maxsize=1024)
 def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple[float, str]:
     """The quickest of what grows, rad/s, and the hand, joint and world of that; 0: nothing does. A hunt that
-    creeps asks the same again.
-    """
+    creeps asks the same again."""
     at, blind, sight = _seeing(loop, bristle_nm_rad)
     z = eigenvalues_of(loop, blind + seen * sight)
     turns = np.abs(np.angle(z)) / loop.period_s
@@ -168,8 +162,7 @@ def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple
 @lru_cache(maxsize=1)
 def _seeing(loop: AdmittanceLoop, bristle_nm_rad: float) -> tuple[Points, np.ndarray, np.ndarray]:
     """Points, their closed loops where nothing of the joint's motion is seen, and what is added to them where
-    all is: they are linear in it.
-    """
+    all is: they are linear in it."""
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
     at, none = replace(at, bristle=np.full(at.size, bristle_nm_rad)), np.zeros(at.size)
     blind, sees = (matrices(loop, at, Swing(none, none, none, np.full(at.size, seen))) for seen in (0.0, 1.0))

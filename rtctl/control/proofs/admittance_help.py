@@ -5,8 +5,7 @@ friction with the joint, over its bristles. In a swing of amplitude A both are w
 a spring that slides at its end makes of them (docs/theory.md 2.16):
 
     friction   (F/x_s) [n'(A/x_s) + n''(A/x_s) s/w]   on the joint
-    help     h (F/x_t) [n'(A/x_t) + n''(A/x_t) s/w]   along the mass
-"""
+    help     h (F/x_t) [n'(A/x_t) + n''(A/x_t) s/w]   along the mass"""
 
 from __future__ import annotations
 
@@ -64,8 +63,7 @@ def spring_and_loss(swing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 def judge_help(loop: AdmittanceLoop) -> Helped:
     """The swing that grows the most with the help, over hands without damping, worlds, stiffness of the
-    bristles and amplitudes.
-    """
+    bristles and amplitudes."""
     if not (loop.help_share > 0 and loop.help_turns_rad > 0 and loop.presliding_rad > 0):
         return Helped(0.0)
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
@@ -77,8 +75,7 @@ def judge_help(loop: AdmittanceLoop) -> Helped:
 
 def largest_help(loop: AdmittanceLoop) -> float:
     """Largest share of the dry friction, of those tried up to the present, with which nothing grows; 0 if
-    none.
-    """
+    none."""
     for part in HELPS:
         if judge_help(replace(loop, help_share=part * loop.help_share)).ok:
             return part * loop.help_share
@@ -87,8 +84,7 @@ def largest_help(loop: AdmittanceLoop) -> float:
 
 def _swing(loop: AdmittanceLoop, at: Points, stiff: float, amplitude_rad: float) -> Helped:
     """The worst point at one amplitude, of those that the help makes grow: what grows without it is of other
-    rows.
-    """
+    rows."""
     growth, w = _growth(loop, at, stiff, amplitude_rad)
     grows = np.flatnonzero(~(growth <= GROWS_1_S))
     if grows.size:
@@ -103,8 +99,7 @@ def _growth(
     loop: AdmittanceLoop, at: Points, stiff: float, amplitude_rad: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Growth of every point at one amplitude, 1/s, and its frequency, rad/s: loss and frequency follow each
-    other.
-    """
+    other."""
     friction_nm, T = loop.bristle_nm_rad * loop.presliding_rad, loop.period_s
     spring, loss = spring_and_loss(np.array(stiff * amplitude_rad / loop.presliding_rad))
     pulls, feeds = spring_and_loss(np.array(amplitude_rad / loop.help_turns_rad))

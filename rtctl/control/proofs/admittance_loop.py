@@ -14,8 +14,7 @@ The disturbance observer sends nothing beside a virtual mass.
 
 The plant between two samples is exact. With a fresh sample every n-th tick the law runs n times a sample:
 force, position and v_hat are held, the virtual mass goes on. Left out: the dead band of the force, which is a
-gain between 0 and 1 in front of the mass; worlds that are not linear.
-"""
+gain between 0 and 1 in front of the mass; worlds that are not linear."""
 
 from __future__ import annotations
 
@@ -63,8 +62,7 @@ _OWN_STATES = 8
 @dataclass(frozen=True)
 class Box:
     """The hands that are promised: from nothing to stiffness N m/rad, damping N m s/rad and inertia kg
-    m^2.
-    """
+    m^2."""
 
     stiffness_nm_rad: float = 600.0
     damping_nms_rad: float = 1.0
@@ -74,8 +72,7 @@ class Box:
 @dataclass(frozen=True)
 class AdmittanceLoop:
     """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid
-    goes over.
-    """
+    goes over."""
 
     inertia_kgm2: float
     viscous_nms_rad: float
@@ -86,8 +83,7 @@ class AdmittanceLoop:
     position_gain_nm_rad: float = 0.0
     mass_max_kgm2: float = 0.0
     """The proof covers every virtual mass from `mass_kgm2` to this one; 0: that one alone. More damping is
-    covered anyway, as a damper of the world is.
-    """
+    covered anyway, as a damper of the world is."""
     sensor_hz: float = 0.0
     """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
     ones."""
@@ -100,8 +96,7 @@ class AdmittanceLoop:
     feedforward_lowpass_hz: float = 0.0
     help_share: float = 0.0
     """Share of the dry friction that is helped with at most, in the direction of the virtual mass; the next:
-    the way of the mass over which that turns, rad (`admittance_help`).
-    """
+    the way of the mass over which that turns, rad (`admittance_help`)."""
     help_turns_rad: float = 0.0
     told_viscous_nms_rad: float = 0.0
     """b of the joint as it stands in there, with whatever is compensated of it."""
@@ -130,8 +125,7 @@ class AdmittanceLoop:
     @property
     def bristles(self) -> tuple[float, ...]:
         """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that
-        sticks, N m/rad.
-        """
+        sticks, N m/rad."""
         return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
 
 
@@ -181,8 +175,7 @@ def grid(loop: AdmittanceLoop) -> Points:
 
 def springs(loop: AdmittanceLoop, softest_nm_rad: float, count: int) -> list[float]:
     """None and `count` springs of worlds, N m/rad, from the softest of a usual joint to the stiffest; of a
-    smaller joint softer ones, and that stiffest.
-    """
+    smaller joint softer ones, and that stiffest."""
     smaller = min(loop.size, 1.0)
     ends = smaller * softest_nm_rad, smaller * WORLD_STIFFNESS_NM_RAD
     stiffest = [WORLD_STIFFNESS_NM_RAD] if smaller < 1 else []
@@ -191,8 +184,7 @@ def springs(loop: AdmittanceLoop, softest_nm_rad: float, count: int) -> list[flo
 
 def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -> Points:
     """Hands without damping in springs of all stiffnesses, as the worst are found among them: all the box's,
-    or its stiffest.
-    """
+    or its stiffest."""
     box = loop.box
     k_h = np.geomspace(_SOFTEST, 1.0, _STIFFNESSES)[-1 if only_stiffest else 0 :] * box.stiffness_nm_rad
     m_h = [share * box.inertia_kgm2 for share in _INERTIAS]
@@ -207,8 +199,7 @@ def fine_worlds(loop: AdmittanceLoop, *, only_stiffest: bool, count: int = 40) -
 @dataclass(frozen=True)
 class Swing:
     """What dry friction and the help with it are in a swing, of every point: damping of the joint, spring and
-    damping along the motion of the mass.
-    """
+    damping along the motion of the mass."""
 
     rubs: np.ndarray
     helps_nm_rad: np.ndarray
@@ -225,8 +216,7 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
     States: p of `drive_in_hand.plant`, the commands of the last ticks (D), what the force sensor has not
     shown yet (L), the last position, the force's two low-passes, v_hat, v_r, x_r, the low-passed v_r of a
     joint that sticks, and the torque sent ahead. Columns are built by running one frame from every unit
-    state, all points at once.
-    """
+    state, all points at once."""
     T, n = loop.period_s, loop.sample_ticks
     A, hand, _ = plant(loop, at, 0.0 if swing is None else swing.rubs)
     whole = math.floor(loop.delay + 1e-9)
@@ -276,15 +266,13 @@ def spectral_radii(loop: AdmittanceLoop, at: Points) -> np.ndarray:
 
 def eigenvalues(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np.ndarray:
     """All eigenvalues of one period at every point, as complex numbers; infinite where a matrix is no
-    number.
-    """
+    number."""
     return eigenvalues_of(loop, matrices(loop, at, swing))
 
 
 def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
     """Eigenvalues of one period, of closed loops that are there already as `matrices` gives them; infinite
-    where one is no number.
-    """
+    where one is no number."""
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():

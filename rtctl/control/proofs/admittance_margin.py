@@ -2,8 +2,7 @@
 would be?
 
 Pure functions of numbers, on `admittance_loop` (eigenvalues over a grid) and `admittance_proof` (between its
-points). A joint that sticks on its bristles is judged apart (`admittance_sticking`).
-"""
+points). A joint that sticks on its bristles is judged apart (`admittance_sticking`)."""
 
 from __future__ import annotations
 
@@ -90,8 +89,7 @@ def judge_rubbing(loop: AdmittanceLoop, *, some: bool = False) -> tuple[Finding,
     Dry friction F takes out of a sine of speed amplitude V as much as a damping 4 F/(pi V) does (its
     describing function), from nothing at high speeds to all where it nearly stops. Where the loop grows at
     one of them, a slower motion grows and a quicker one dies: joint, mass and hand swing on at that V. Only
-    speeds are left out at which that is more than ten velocity gains.
-    """
+    speeds are left out at which that is more than ten velocity gains."""
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
     at = at[np.flatnonzero((at.k_h == 0) | (at.k_h == at.k_h.max()))] if some else at
     dampings = [by * loop.velocity_gain_nms_rad for by in RUBS]
@@ -104,8 +102,7 @@ def judge_rubbing(loop: AdmittanceLoop, *, some: bool = False) -> tuple[Finding,
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:
     """The worst of the box's stiffest hands without damping in springs of all stiffnesses, a joint that
-    slides.
-    """
+    slides."""
     return worst_of(loop, fine_worlds(loop, only_stiffest=True))
 
 
@@ -125,8 +122,7 @@ def worst_among(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> Finding:
 
 def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
     """Damping of the least damped vibration of every point, as a share of the ideal one's; 1 where none is
-    less.
-    """
+    less."""
     rings = np.abs(np.angle(z)) > 2 * math.pi * RINGS_HZ * loop.period_s
     ring = np.where(rings, np.abs(z), 0.0).max(axis=1)
     with np.errstate(divide="ignore"):
@@ -143,8 +139,7 @@ def proof(loop: AdmittanceLoop) -> Proof:
 
 def passes_stiffest(loop: AdmittanceLoop, *, world: bool = True, worlds: int = _WORLDS) -> bool:
     """Stable with the stiffest hands, that have no damping, in some worlds or in none: a search goes by
-    these, as they decide most, and what it finds is confirmed by more worlds and by `judge`.
-    """
+    these, as they decide most, and what it finds is confirmed by more worlds and by `judge`."""
     slides = replace(loop, bristle_nm_rad=0.0)
     at = fine_worlds(slides, only_stiffest=True, count=worlds)
     at = at if world else at[np.flatnonzero(at.k_e == 0)]
@@ -155,8 +150,7 @@ def largest_hand(loop: AdmittanceLoop, *, world: bool = True) -> float:
     """Stiffness N m/rad up to which every hand passes, in any world (`world`) or in free motion; 1e5 of a
     usual joint if none is too stiff.
 
-    The softest hands first: what passes is the stretch up to the first that does not.
-    """
+    The softest hands first: what passes is the stretch up to the first that does not."""
 
     def passes(k_h: float) -> bool:
         box = replace(loop.box, stiffness_nm_rad=k_h)
@@ -183,8 +177,7 @@ def slowest_sensor(loop: AdmittanceLoop) -> float:
     passes, infinite: not even the quickest.
 
     The quickest first: what passes is the stretch down to the first that does not. Confirmed by the grid, and
-    with dry friction.
-    """
+    with dry friction."""
 
     def passes(hz: float) -> bool:
         return passes_stiffest(replace(loop, sensor_hz=hz))
@@ -200,8 +193,7 @@ def slowest_sensor(loop: AdmittanceLoop) -> float:
 
 def smallest_mass(loop: AdmittanceLoop) -> float:
     """Least virtual mass from which on, up to 64 times the joint's inertia, all that is tried passes, kg m^2;
-    0 if none does.
-    """
+    0 if none does."""
     masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
     heavier = None
     for mass in masses[::-1]:
@@ -234,8 +226,7 @@ def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
 
 def with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
     """With the share that is sent ahead of a mass below the joint's
-    (`admittance_table.AdmittanceTable.sent_ahead`).
-    """
+    (`admittance_table.AdmittanceTable.sent_ahead`)."""
     now, then = (min(1.0, one / loop.inertia_kgm2) for one in (loop.mass_kgm2, mass))
     return replace(loop, mass_kgm2=mass, feedforward=loop.feedforward * then / now)
 
@@ -277,6 +268,5 @@ def mass_min_continuous(J: float, b: float, K_v: float) -> float:
 
     Notes
     -----
-    J K_v/(b + K_v) (docs/theory.md 2.13). The inertia before the sensor bounds it: no gain renders less.
-    """
+    J K_v/(b + K_v) (docs/theory.md 2.13). The inertia before the sensor bounds it: no gain renders less."""
     return J * K_v / (b + K_v)

@@ -12,8 +12,7 @@ values at the corners, 32 or 64, as F is affine in each of them (Zadeh and
 Desoer's mapping theorem), widened by the disc of the aliases; between the ends it leaves the chord by no more
 than h^2 |F''|/2, h half of the piece, and |F''| <= 2 max|F|/(rho - h)^2, the maximum over a disc of radius
 rho (Cauchy). If all these discs lie in one open half-plane, F is not 0 in the cell. A cell that fails is cut
-in two where it is the widest.
-"""
+in two where it is the widest."""
 
 from __future__ import annotations
 
@@ -61,8 +60,7 @@ _SOFTEST = (0.0, 0.5, 0.01, 1e-3, 0.5, 0.05, 1e-3)
 @dataclass(frozen=True)
 class Proof:
     """Whether every cell is proved, how many were looked at, one that is not, and whether the loop is
-    unstable there.
-    """
+    unstable there."""
 
     proved: bool
     cells: int
@@ -74,8 +72,7 @@ def prove(loop: AdmittanceLoop, budget: int = BUDGET) -> Proof:
     """Prove that the loop is stable with every hand of the box and every linear world.
 
     A fresh sample every tick only. A proof that fails says nothing but that: the loop may be unstable, too
-    near to it, or the cells too many.
-    """
+    near to it, or the cells too many."""
     if loop.sample_ticks != 1:
         return Proof(False, 0, "a fresh sample only every some ticks")
     looked = 0
@@ -158,8 +155,7 @@ def examine(drive: Joint, ends: np.ndarray, box: np.ndarray) -> tuple[np.ndarray
     ends : array, shape (cells, 2)
         s0 and s1, rad/s.
     box : array, shape (cells, 6, 2)
-        Intervals of k_h, b_h, m_h, k_e, b_e, m.
-    """
+        Intervals of k_h, b_h, m_h, k_e, b_e, m."""
     hands = HandCell(box[:, 0], box[:, 1], box[:, 2])
     middle, half = 0.5 * (ends[:, 0] + ends[:, 1]), 0.5 * np.abs(ends[:, 1] - ends[:, 0])
     around = np.minimum(_AROUND * np.abs(middle), _AROUND / drive.loop.period_s)
@@ -176,8 +172,7 @@ def examine(drive: Joint, ends: np.ndarray, box: np.ndarray) -> tuple[np.ndarray
 @dataclass(frozen=True)
 class _Corners:
     """Z_v, Z_h (shape cells x six axes of 2, the last of 1 where the mass is one) and the coefficients beside
-    them.
-    """
+    them."""
 
     hand: Disc
     world: Disc

@@ -14,8 +14,7 @@ k_h, b_h, m_h, k_e, b_e and m.
 
 Symbols: a_n spectrum of the held, late torque (current loop included) at an alias, per sample; D = d0 + d1
 Z_h the impedance that the torque meets; x0 + x1 Z_h over D the velocity that the encoder sees, -t1 Z_h over D
-the hand's torque, of which the sensor shows H(s) = w_s/(s + w_s) times z^-L.
-"""
+the hand's torque, of which the sensor shows H(s) = w_s/(s + w_s) times z^-L."""
 
 from __future__ import annotations
 
@@ -100,8 +99,7 @@ class Joint:
 
     def far(self, least: float, k: float, b: float, m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Bounds of |x/D| |s| and of |t - t(infinity)| |s| for |s| beyond `least`, t the force's part; hands
-        up to k and b, of masses m, shape (cells, 2).
-        """
+        up to k and b, of masses m, shape (cells, 2)."""
         (J_m, J_l), (b_m, b_l) = self.masses, self.dampings
         own, hand = b_m + self.bristle_nm_rad / least, b + k / least
         light, heavy = m[:, 0], m[:, 1]
@@ -174,8 +172,7 @@ def _whole_sum(loop: AdmittanceLoop, last: Disc) -> Disc:
     the commands before.
 
     Behind both current loop and sensor, of cut-offs l and s: 1/((1 + jf/l)(1 + jf/s)) = (s/(1 + jf/l) -
-    l/(1 + jf/s))/(s - l).
-    """
+    l/(1 + jf/s))/(s - l)."""
     lag_hz, sensor_hz = loop.lag_hz, _sensor_hz(loop)
     if lag_hz == 0 or sensor_hz == 0:
         return _held_sum(loop, lag_hz or sensor_hz, last)
@@ -197,8 +194,7 @@ def _held_sum(loop: AdmittanceLoop, hz: float, last: Disc) -> Disc:
 
 def _aliases(drive: Joint, s: Disc, back: Disc, hands: HandCell, rest: Disc) -> tuple[Disc, Disc]:
     """What position and force of all aliases but the first add, for all hands of a cell; `rest`: sum of their
-    a_n H(s_n).
-    """
+    a_n H(s_n)."""
     loop, T = drive.loop, drive.loop.period_s
     (k, w_k), (b, w_b), (m, w_m) = (_middle(one) for one in (hands.k_h, hands.b_h, hands.m_h))
     mass, J = Disc(m + 0j, w_m), loop.inertia_kgm2

@@ -8,8 +8,7 @@ a swing of a presliding lengths friction is the spring k n'(a) and the damping k
     cos phi = 1 - 2/a,     n' = (phi - sin phi cos phi)/pi,     n'' = sin^2 phi/pi
 
 which is the describing function of a spring that slides at its end. No other friction of that stiffness and
-size takes less out of a swing so small.
-"""
+size takes less out of a swing so small."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ class Sticking:
 
 def judge_stuck(loop: AdmittanceLoop) -> Finding:
     """The worst of the grid for a joint that sticks (`bristle_nm_rad` > 0), on softer and stiffer bristles
-    than told.
-    """
+    than told."""
     found = [worst_among(one, *_spectrum(one, share)) for share, one in _tried(loop)]
     return max(found, key=lambda one: math.inf if math.isnan(one.radius) else one.radius)
 
@@ -78,8 +76,7 @@ def calming_rest_damping(loop: AdmittanceLoop) -> float:
     """Damping of the mass on a joint that sticks with which nothing grows there, and half more, N m s/rad; 0:
     none of those tried.
 
-    Searched at the points that grow without it, and confirmed at all.
-    """
+    Searched at the points that grow without it, and confirmed at all."""
     weak = [(one, _growing(one, share)[0]) for share, one in _tried(replace(loop, rest_damping_nms_rad=0.0))]
     for damping in (loop.size * np.geomspace(_LEAST_DAMPING, _MOST_DAMPING, _DAMPINGS)).tolist():
         if all(_rests(replace(one, rest_damping_nms_rad=damping), at) for one, at in weak):
@@ -102,8 +99,7 @@ def _tried(loop: AdmittanceLoop) -> list[tuple[float, AdmittanceLoop]]:
 
 def _points(loop: AdmittanceLoop, share: float) -> Points:
     """Hands and worlds of the grid while the joint sticks; on bristles that are not as told those of hands
-    without damping, which decide.
-    """
+    without damping, which decide."""
     at = grid(loop)
     return at[np.flatnonzero((at.bristle > 0) & ((share == 1.0) | (at.b_h == 0)))]
 
@@ -111,8 +107,7 @@ def _points(loop: AdmittanceLoop, share: float) -> Points:
 @lru_cache(maxsize=8)
 def _spectrum(loop: AdmittanceLoop, share: float) -> tuple[Points, np.ndarray]:
     """The points and their eigenvalues, not to be written to: those that grow are followed once it is known
-    that some do.
-    """
+    that some do."""
     at = _points(loop, share)
     return at, eigenvalues(loop, at)
 

@@ -8,8 +8,7 @@ delta   1              delay from a sample to its torque at the motor, in period
 
 A first-order lag of tau behind the delay is counted as a delay of tau: that asks at least as much damping
 as the lag does, to within 2 % (over a grid in the tests), and the two are hard to tell apart in what a
-sampled current shows.
-"""
+sampled current shows."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ def damping_needed_delayed(k_c: float, b_c: float, T: float, delta: float) -> fl
     any passive environment, is anything in the disc ``r (1 + e^(i phi))``, r = |Zp|^2/(2 Re Zp). With
     delta = k + f, z = e^(2 i theta) and ``x = -(1 - 1/z)^2/(4 sin^2) ((1-f) z^-k + f z^-(k+1))``, every Z of
     it asks ``b >= (sqrt(|Z|^2 - Im(Z x)^2) - Re(Z x))/2``. For whole delays this is (SD-1), that is
-    `stability.damping_needed_sampled_data`.
-    """
+    `stability.damping_needed_sampled_data`."""
     K = k_c * T / 2
     B = b_c + K
     if B == 0:
@@ -66,8 +64,7 @@ def delay_covered_ticks(b: float, k_c: float, b_c: float, T: float, declared_tic
     Notes
     -----
     Past its least value, in the first quarter of a period, the damping needed rises with the delay, so the
-    bound is found by halving.
-    """
+    bound is found by halving."""
 
     def passes(delta: float) -> bool:
         return damping_needed_delayed(k_c, b_c, T, delta) <= b

@@ -3,8 +3,7 @@ operands.
 
 A disc is a centre and a radius, arrays of one shape. Sums, differences and inverses are the smallest discs; a
 product is the usual one, |c| r' + r |c'| + r r'. A disc that holds 0 has an inverse of infinite radius, which
-makes everything after it infinite or NaN: neither passes a comparison with a bound.
-"""
+makes everything after it infinite or NaN: neither passes a comparison with a bound."""
 
 from __future__ import annotations
 

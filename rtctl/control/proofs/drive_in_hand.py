@@ -4,8 +4,7 @@ act on.
 Pure functions of numbers: the joint, rigid or of two masses, its damping, the bristles of a joint that
 sticks, a first-order current loop, and a hand (stiffness k_h to ground, damping b_h, mass m_h) behind the
 force sensor, tau_h = -(m_h dv/dt + b_h v + k_h x), and the sensor's own low-pass, through which the law sees
-tau_h (docs/theory.md 2.14).
-"""
+tau_h (docs/theory.md 2.14)."""
 
 from __future__ import annotations
 
@@ -37,8 +36,7 @@ STATES = 6
 @dataclass(frozen=True)
 class ElasticJoint:
     """Two masses: share of the inertia on the link's side, stiffness N m/rad, damping N m s/rad; 0 stiffness:
-    rigid.
-    """
+    rigid."""
 
     link_share: float = 0.5
     stiffness_nm_rad: float = 0.0
@@ -56,8 +54,7 @@ def resonance(inertia_kgm2: float, hz: float) -> ElasticJoint:
 
 def unknown_gears(inertia_kgm2: float, from_hz: float) -> tuple[ElasticJoint, ...]:
     """What a joint may be that nobody calls elastic, or of which only the lowest resonance is known, Hz:
-    `RESONANCES_HZ` and that one; none where it is beyond them.
-    """
+    `RESONANCES_HZ` and that one; none where it is beyond them."""
     known = (from_hz,) if 0 < from_hz <= RESONANCES_HZ[-1] else ()
     return tuple(
         resonance(inertia_kgm2, hz) for hz in (*known, *(hz for hz in RESONANCES_HZ if hz > from_hz))
@@ -105,8 +102,7 @@ class Drive(Protocol):
 @dataclass(frozen=True)
 class Columns:
     """Points of a grid, a column for each thing that differs: what is common to those that say which columns
-    these are.
-    """
+    these are."""
 
     def __getitem__(self, index: np.ndarray | int) -> Self:
         return type(self)(*(np.atleast_1d(column[index]) for column in self.columns()))
@@ -149,8 +145,7 @@ def exponential(A: np.ndarray) -> np.ndarray:
     """Matrix exponential of a stack of small matrices: Taylor's series of a 4096th part, squared twelve
     times.
 
-    Equal ones that follow each other, as those of one hand in all worlds do, are computed once.
-    """
+    Equal ones that follow each other, as those of one hand in all worlds do, are computed once."""
     differs = np.ones(len(A), dtype=bool)
     differs[1:] = (A[1:] != A[:-1]).any(axis=(1, 2))
     part = A[differs] / 2.0**_HALVINGS
@@ -172,8 +167,7 @@ def held_steps(A: np.ndarray, frame_s: float, late: float) -> list[tuple[np.ndar
     A : ndarray
         Of `plant`, shape (points, STATES + 1, STATES + 1).
     late : float
-        Delay from a sample to its torque, frames, whole or not; whole ones are held over all of a frame.
-    """
+        Delay from a sample to its torque, frames, whole or not; whole ones are held over all of a frame."""
     whole = math.floor(late + 1e-9)
     rest = max(late - whole, 0.0)
     parts = ((rest, whole + 1), (1 - rest, whole))
@@ -185,8 +179,7 @@ def plant(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """dp/dt = A p + B u of every point, u and p = (x_m, v_m, x_l, v_l, i, f) in one: (p, u), and what the
     sensor shows as (c, d) of it: f, its low-pass, or without one tau_h itself. `rubs`: damping besides of
-    what the motor's friction is taken for, of each point, N m s/rad.
-    """
+    what the motor's friction is taken for, of each point, N m s/rad."""
     shares = np.array([(one.link_share, one.stiffness_nm_rad, one.damping_nms_rad) for one in loop.joints])
     share, k_j, b_j = shares[points.joint.astype(int)].T
     rigid = k_j == 0.0

@@ -12,8 +12,7 @@ Delta     rad          one encoder count
 c_1       N m s/rad    slope of the two lines
 ========  ===========  =================================================================
 
-docs/theory.md 5. NaN in a curve gives NaN, which passes no `>= 0`.
-"""
+docs/theory.md 5. NaN in a curve gives NaN, which passes no `>= 0`."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ def secant_damping(v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray) -> tuple[flo
     Notes
     -----
     b_sec = min over v > 0 of (F_lo - ff)/v, docs/theory.md 5.2: then (F - ff) v >= b_sec v^2, so it takes the
-    place of b in the passivity margins. Grid points at v = 0 are left out.
-    """
+    place of b in the passivity margins. Grid points at v = 0 are left out."""
     moving = v > 0
     secant = (F_lo[moving] - ff[moving]) / v[moving]
     at = int(np.argmin(secant))
@@ -43,8 +41,7 @@ def slope_damping(v: np.ndarray, F: np.ndarray, ff: np.ndarray) -> float:
 
 def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) -> float:
     """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat
-    (docs/theory.md 5.2).
-    """
+    (docs/theory.md 5.2)."""
     return float(np.clip(np.min((F_lo - b_need * v) / F_hat), 0.0, 1.0))
 
 
@@ -69,8 +66,7 @@ def two_line_margin(
     docs/theory.md 5.3: c_0 = max_v (ff - c_1 v), c_a = min_v (F_lo - (b_c + k_c T/2 + c_1) v),
     margin = c_a - c_0 - k_c Delta/2 - b_c Delta/T - c_1 Delta/T, best over c_1 >= 0. The margin is concave
     in c_1, and each c_1 is a valid certificate, so halving on the sign of its slope cannot err towards
-    unsafe.
-    """
+    unsafe."""
     if np.isnan(F_lo).any() or np.isnan(ff).any():
         return TwoLine(np.nan, np.nan)
     need = b_c + k_c * T / 2

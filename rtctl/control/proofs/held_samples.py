@@ -26,8 +26,7 @@ given no energy if ``b v^2 + h v`` and the sum add up to no less than zero over 
 
 a matrix of n rows, as h is linear in the a_i. For n = 1 it is the condition of `sampled_loop` with l = 1: it
 covers environments that are not linear. A lag is a mixture of delays, and h h* is convex: the mixture bounds
-it.
-"""
+it."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ _ALLOWANCE = 1.005
 
 def damping_needed(k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0) -> float:
     """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay
-    `d`, lag `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling.
-    """
+    `d`, lag `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling."""
     if k_c == 0 and b_c == 0:
         return 0.0
     return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau)
@@ -75,8 +73,7 @@ def _angles() -> np.ndarray:
 def _torques(k_c: float, b_c: float, T: float, n: int, back: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """y_i as rows over the a_l as columns at every z, and 1/sqrt(L_l).
 
-    ``(1 - 1/z) s_0 = a_0 + (1/z) sum of the others`` closes the frame.
-    """
+    ``(1 - 1/z) s_0 = a_0 + (1/z) sum of the others`` closes the frame."""
     rows = np.zeros((len(back), n, n), dtype=complex)
     rows[:, :, 0] = (k_c / (1 - back))[:, None]
     rows[:, :, 1:] = (k_c * back / (1 - back))[:, None, None]
@@ -90,8 +87,7 @@ def _torques(k_c: float, b_c: float, T: float, n: int, back: np.ndarray) -> tupl
 
 def _gram(torque: np.ndarray, weight: np.ndarray, n: int, late: int, back: np.ndarray) -> np.ndarray:
     """Integral of h* h over the n ticks of a frame, per tick, where the torque in force is `late` whole ticks
-    old.
-    """
+    old."""
     out = np.zeros_like(torque)
     for tick in range(n):
         frame, i = divmod(tick - late, n)

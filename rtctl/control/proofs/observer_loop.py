@@ -13,8 +13,7 @@ Pure functions of numbers. One loop is
 The plant between two samples is exact (matrix exponential). Fresh samples every n-th tick: the law's output
 is held over n ticks, so the frame is n periods long and the delay 1/n of its ticks; the coupling's damping,
 which then acts in one tick of n, is taken as spread over the frame. Feed-forward and energy account are left
-out: the one only takes part of the observer's work, the other only scales both down.
-"""
+out: the one only takes part of the observer's work, the other only scales both down."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ HAND_INERTIA_KGM2 = (0.0, 0.0005, 0.002, 0.006, 0.02)
 @dataclass(frozen=True)
 class Loop:
     """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid
-    goes over.
-    """
+    goes over."""
 
     inertia_kgm2: float
     viscous_nms_rad: float
@@ -112,8 +110,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     States: p of `drive_in_hand.plant`, the commands of the last frames (D), what the force sensor has not
     shown yet (L), the velocities that the law has not gone by yet (V), the last position, the law's low-pass
     of the force, and the observer's q1, w1 (fast) and q2, w2 (slow) of torque and velocity.  Columns are
-    built by running one frame from every unit state, all points at once.
-    """
+    built by running one frame from every unit state, all points at once."""
     n, frame = loop.sample_ticks, loop.sample_ticks * loop.period_s
     A, hand, _ = plant(loop, points)
     whole = math.floor(loop.delay / n + 1e-9)

@@ -1,8 +1,7 @@
 """Is the disturbance observer stable with every hand of a box? Eigenvalues of `observer_loop`, over a grid.
 
 Pure functions of numbers. What is shown holds at the points of the grid, and by the share of damping that
-each vibration must keep a little beyond, not for sure between them.
-"""
+each vibration must keep a little beyond, not for sure between them."""
 
 from __future__ import annotations
 
@@ -62,8 +61,7 @@ class Finding:
 
 def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
     """Largest |eigenvalue| of one period at every point, and that of its vibrations; infinite where it is no
-    number.
-    """
+    number."""
     M = matrices(loop, points)
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
@@ -76,8 +74,7 @@ def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
 
 def _kept(loop: Loop, points: Points, alone: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Largest |eigenvalue| and share of damping kept, at every point; `alone`: the vibrations' |eigenvalue|
-    without the observer.
-    """
+    without the observer."""
     radius, ring = modes(loop, points)
     with np.errstate(divide="ignore", invalid="ignore"):
         rate, before = -np.log(ring) / loop.period_s, -np.log(alone) / loop.period_s
@@ -87,8 +84,7 @@ def _kept(loop: Loop, points: Points, alone: np.ndarray) -> tuple[np.ndarray, np
 
 def _alone(loop: Loop) -> np.ndarray:
     """Largest |eigenvalue| of vibrations without the observer, at every point of the grid: then nothing goes
-    by the force or by how it is used.
-    """
+    by the force or by how it is used."""
     return _vibrations(
         replace(loop, gain=0.0, bandwidth_hz=1.0, excess=0.0, sensor_hz=0.0, sensor_ticks=0, own_ticks=0)
     )
@@ -97,8 +93,7 @@ def _alone(loop: Loop) -> np.ndarray:
 @lru_cache(maxsize=256)
 def _vibrations(loop: Loop) -> np.ndarray:
     """Largest |eigenvalue| of vibrations at every point of the grid, not to be written to; asked once for all
-    sensors, gains and bandwidths that are tried.
-    """
+    sensors, gains and bandwidths that are tried."""
     return modes(loop, grid(loop))[1]
 
 
@@ -132,8 +127,7 @@ def _words(loop: Loop, points: Points, at: int) -> str:
 
 def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[float, float] | None:
     """First pair of gain and bandwidth that passes. The points that are worst as things are come first: they
-    decide most.
-    """
+    decide most."""
     radius, kept = _kept(loop, grid(loop), _alone(loop))
     weak = np.flatnonzero((radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST))
     for gain, bandwidth_hz in tried:
@@ -147,8 +141,7 @@ def slowest_sensor(loop: Loop) -> float:
     """Own low-pass of the force sensor down to which the observer passes, Hz; 0: the slowest tried passes,
     infinite: not even the quickest.
 
-    Searched at the points that are weak with some sensor, and confirmed at all.
-    """
+    Searched at the points that are weak with some sensor, and confirmed at all."""
     points = grid(loop)
     alone = _alone(loop)
     weak = np.zeros(points.size, dtype=bool)

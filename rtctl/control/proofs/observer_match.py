@@ -4,8 +4,7 @@ high it takes the inertia, how quick it is.
 Pure functions of numbers, over the undamped hands of `observer_loop.grid` on a joint that slides. A sensor
 may be anything from immediate to as late as it is said to be, so torque and velocity are delayed by a part of
 that, and what is left over is damped by an inertia that is taken too high (docs/theory.md 6.4). That the
-whole box passes with what is chosen here is for `observer_margin` to show.
-"""
+whole box passes with what is chosen here is for `observer_margin` to show."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ def in_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Finding | None:
 
     A hand that holds the link leaves the motor to swing on its gear, J_m of the inertia J that the observer
     takes from its torque. It feeds gain LP (J - J_m) dv/dt to that swing, which drives it from where
-    low-passes, delay and lag turn by half a turn (docs/theory.md 6.5).
-    """
+    low-passes, delay and lag turn by half a turn (docs/theory.md 6.5)."""
     if not gears:
         return None
     free = replace(loop, joints=gears, stiffness_nm_rad=0.0, damping_nms_rad=0.0, bristle_nm_rad=0.0)
@@ -70,8 +68,7 @@ def largest_in_gears(loop: Loop, gears: tuple[ElasticJoint, ...], bandwidths_hz:
 
 def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint, ...] = ()) -> Loop:
     """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration
-    enough behind every sensor, those of unknown gears, too; the last if none does.
-    """
+    enough behind every sensor, those of unknown gears, too; the last if none does."""
     points, hard = _sliding(loop), _Hard()
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
     tried: list[Loop] = []
@@ -87,8 +84,7 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint,
 
 class _Hard:
     """The sensor with which a loop was damped too little, and points that were the worst with it: most that
-    fail, fail there, too.
-    """
+    fail, fail there, too."""
 
     def __init__(self) -> None:
         self._sensor, self._points = (0.0, 0), dict[int, None]()
@@ -109,8 +105,7 @@ def _best(loops: list[Loop], points: np.ndarray, hard: _Hard, known: dict[Loop, 
     """The one that keeps the most, of equals the one that delays least; None if none keeps enough. What
     cannot be the best is not looked at to the end.
 
-    `known`: what those keep that were looked at to the end.
-    """
+    `known`: what those keep that were looked at to the end."""
     best, most = None, (KEPT_WANTED, -math.inf)
     for one in sorted(loops, key=lambda one: one not in known):
         if one not in known and not hard.fails(one, most[0]):

@@ -1,6 +1,5 @@
 """Force sensors that are less late than declared: a proof that counts on a sensor has to hold with these,
-too.
-"""
+too."""
 
 from __future__ import annotations
 
@@ -16,8 +15,7 @@ L = TypeVar("L", "AdmittanceLoop", "Loop")
 
 def quicker_sensors(loop: L) -> list[L]:
     """The loop with a force sensor that is less late than declared, by quarters, with and without its
-    low-pass, but not itself.
-    """
+    low-pass, but not itself."""
     ticks = {round(share * loop.sensor_ticks) for share in (0.0, 0.25, 0.5, 0.75, 1.0)}
     cuts = {0.0, loop.sensor_hz}
     both = [replace(loop, sensor_ticks=late, sensor_hz=hz) for late in sorted(ticks) for hz in sorted(cuts)]

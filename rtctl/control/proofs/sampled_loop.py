@@ -24,8 +24,7 @@ a lag.
 Both sums are exact. A fractional delay mixes whole ones: ``E S1 = -sum_m p_m z^-m`` with p_m >= 0 and sum 1,
 where a lag is a mixture of delays d + X, X exponential with mean tau, each shared between the two whole ticks
 beside it; ``S2/S0 = sum_m r_m cos(2 m theta)`` in the same way with |X|. So W is a mixture of ``2 sin^2(m
-theta)``, W/sin^2 one of Fejer kernels, and their curvature is bounded by the moments of the mixture.
-"""
+theta)``, W/sin^2 one of Fejer kernels, and their curvature is bounded by the moments of the mixture."""
 
 from __future__ import annotations
 
@@ -60,8 +59,7 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
     On a cell of width h a function whose curvature is at most C exceeds the larger of its values at the ends
     by at most C h^2/8, whatever convex function is added; both ends of every cell are listed with that added.
     The root is bounded by its tangent, ``sqrt(R) <= (R/lam + lam)/2`` with lam from the middle of the cell,
-    which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex.
-    """
+    which leaves W a mixture of sin^2 and a constant >= 0, over sin^2 convex."""
     cells = _cells(d, tau)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     turned, ratio = _alias_sums(theta, d, tau)
@@ -96,8 +94,7 @@ def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.n
     m; what the hand may be given in a tick is a sum over the torques felt of share times ``|y - y of the tick
     to come|^2``, so taking every share at its largest covers whatever way it changes: ``W = 2 sum_m share_m
     sin^2(m theta)``. The shares add up to 1 + high - low. It covers worlds that are not linear; of a lag it
-    takes the mixture of delays.
-    """
+    takes the mixture of delays."""
     shares: dict[int, float] = {}
     for weight, late in delays(high, tau):
         for m, share in slots(max(late - (high - low), 0.0), late).items():
@@ -118,15 +115,13 @@ def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.n
 
 def _cells(d: float, tau: float) -> int:
     """How many cells: the longer the delay, the narrower the peaks. Fewer would be as safe, only less
-    exact.
-    """
+    exact."""
     return min(math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau)), _MOST_CELLS)
 
 
 def slots(low: float, high: float) -> dict[int, float]:
     """Largest share of a tick for which the torque of m - 1 ticks ago may be felt, for delays within [low,
-    high].
-    """
+    high]."""
     out = {}
     for k in range(math.floor(low), math.ceil(high) + 1):
         # the torque of k ticks ago is felt for 1 - |delay - k| of a tick
@@ -141,8 +136,7 @@ def delays(d: float, tau: float) -> tuple[tuple[float, float], ...]:
     """Shares and lengths, in ticks, of the delays that a lag behind the delay `d` is a mixture of.
 
     Of each tick the mean, rounded by sharing it between the whole ticks beside it, which is exact for what is
-    linear in the delay between whole ticks; the tail is put where its mean is rounded up.
-    """
+    linear in the delay between whole ticks; the tail is put where its mean is rounded up."""
     if tau == 0:
         return ((1.0, d),)
     shares: dict[int, float] = {}
@@ -176,8 +170,7 @@ def _alias_sums(theta: np.ndarray, d: float, tau: float) -> tuple[np.ndarray, np
     ``1/(s^2 (1 + s tau))`` is the step-invariant image of ``t - tau + tau e^(-t/tau)``, so that with d = k +
     f and q = e^(-1/tau) its samples at the times m - f give the modified z-transform
     ``E S1 = -z^-(k+1) (1 - (f + tau)(1 - 1/z) + tau e^(-(1-f)/tau) (1 - 1/z)^2/(1 - q/z))``;
-    ``sum 1/(1/tau^2 + w_n^2)`` is ``T tau/2 sinh(1/tau)/(cosh(1/tau) - cos w T)``.
-    """
+    ``sum 1/(1/tau^2 + w_n^2)`` is ``T tau/2 sinh(1/tau)/(cosh(1/tau) - cos w T)``."""
     k = math.floor(d)
     f = d - k
     back = np.exp(-2j * theta)  # 1/z

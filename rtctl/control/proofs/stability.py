@@ -17,8 +17,7 @@ theta   rad            w T / 2, in (0, pi/2]
 
 Every margin is a surplus of device damping: `b` minus the least `b` that passes, N m s/rad. Zero or more
 means passive with every passive hand and every passive virtual environment; NaN in `b` gives NaN, which
-passes no `>= 0`.
-"""
+passes no `>= 0`."""
 
 from __future__ import annotations
 
@@ -92,8 +91,7 @@ def damping_needed_sampled_data(
     docs/theory.md 2.4; derivation and bound between the points of the sweep in
     `sampled_loop`. Whole ticks without a lag are (SD-1) of docs/theory.md 2.3, ``sin^2((1+d) theta) (B^2 +
     K^2 cot^2 theta)/B``, with the closed forms ``b_c + k_c T/2`` for d = 0 (Colgate and Brown's wall) and a
-    parabola in cos^2 theta for d = 1. Swept values are up to some 1e-5 too large, never too small.
-    """
+    parabola in cos^2 theta for d = 1. Swept values are up to some 1e-5 too large, never too small."""
     require_coupling(k_c, b_c, T, d, lag_hz)
     K = k_c * T / 2
     B = b_c + K
@@ -124,8 +122,7 @@ def _cases(T: float, between: Between) -> list[tuple[float, float]]:
     none.
 
     Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
-    lags between are some steps, as the damping needed changes little from one to the next.
-    """
+    lags between are some steps, as the damping needed changes little from one to the next."""
     delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
     lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
     return [(d, lag) for d in delays for lag in lags]
@@ -135,8 +132,7 @@ def damping_needed_between(
     k_c: float, b_c: float, T: float, between: Between = IDEAL, *, any_world: bool = False
 ) -> float:
     """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age
-    of samples up to those declared. Raises ValueError as `damping_needed_sampled_data`.
-    """
+    of samples up to those declared. Raises ValueError as `damping_needed_sampled_data`."""
     needed = [
         damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
     ]
@@ -156,8 +152,7 @@ def damping_needed_between(
 def margin_sampled_data(b: float, k_c: float, b_c: float, T: float, d: float = 0.0) -> float:
     """Surplus of device damping over what the exact sampled-data two-port needs, N m s/rad.
 
-    Raises ValueError as `damping_needed_sampled_data`.
-    """
+    Raises ValueError as `damping_needed_sampled_data`."""
     return b - damping_needed_sampled_data(k_c, b_c, T, d)
 
 
@@ -167,8 +162,7 @@ def damping_needed_adams_hannaford(k_c: float, b_c: float, T: float) -> float:
     Notes
     -----
     docs/theory.md 2.2: ``2 b B >= max over c in [0,1] of B^2 c (1-c) + K^2 c^3/(1+c)``. The maximum lies
-    at c = 1 if ``K^2 >= 0.8 B^2``, else at the root of ``2 c^3 + 3 c^2 = B^2/(B^2 - K^2)``.
-    """
+    at c = 1 if ``K^2 >= 0.8 B^2``, else at the root of ``2 c^3 + 3 c^2 = B^2/(B^2 - K^2)``."""
     require_coupling(k_c, b_c, T)
     K = k_c * T / 2
     B = b_c + K
@@ -185,8 +179,7 @@ def margin_adams_hannaford(b: float, k_c: float, b_c: float, T: float) -> float:
     """Surplus of device damping by the papers' Llewellyn test, N m s/rad. Reported, never a gate.
 
     It treats the velocity as sampled directly; a loop that samples position needs four times the damping
-    at b_c = 0 and more as b_c grows (docs/theory.md 2.2).
-    """
+    at b_c = 0 and more as b_c grows (docs/theory.md 2.2)."""
     return b - damping_needed_adams_hannaford(k_c, b_c, T)
 
 
@@ -218,8 +211,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
     Notes
     -----
     The damping needed rises with k_c (the derivatives of K^2/B and of (B^2 - K^2)/B are not negative), so the
-    bound is the least of the roots of ``U K^2 + 2 (W b_c - b) K = b_c (2 b - W b_c)`` over all cells.
-    """
+    bound is the least of the roots of ``U K^2 + 2 (W b_c - b) K = b_c (2 b - W b_c)`` over all cells."""
     require_coupling(0.0, b_c, T, d, lag_hz)
     if not b >= b_c:
         return 0.0
@@ -279,8 +271,7 @@ def recommended_coupling(
     Notes
     -----
     docs/theory.md 2.9, with the delay inside: b_c = r eta b, and k_c the largest that eta b allows, which
-    for d = 0 is 2 (1 - r) eta b / T.
-    """
+    for d = 0 is 2 (1 - r) eta b / T."""
     if not b > 0:
         return 0.0, 0.0
     spent = share * b

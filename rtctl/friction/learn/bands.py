@@ -2,8 +2,7 @@
 
 Conformal prediction, of normalised errors: the scale of the held-out errors by region of speed, times that
 quantile of the errors in their scale which a further one exceeds once in twenty. Nothing is supposed of their
-distribution, only that the next session is another one of the same kind.
-"""
+distribution, only that the next session is another one of the same kind."""
 
 from __future__ import annotations
 
@@ -59,8 +58,7 @@ def band_of(
     -------
     Band or None
         None where it cannot be learned without each of the units held out: nothing is known of a session
-        then.
-    """
+        then."""
     way = way_of(points, folds)
     sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
     scores = [search.cross_validate(one, data) for (one, _), data in zip(candidates, sides, strict=True)]
@@ -89,8 +87,7 @@ def _with_parts(points: FrictionPoints, data: Side, error_nm: np.ndarray) -> np.
     """Held-out errors with what each point differs by between stretches of its log, where that is known.
 
     The means of one session over one speed and the next agree in whatever that session's motion, places and
-    bristles were; another one's are as those of a stretch.
-    """
+    bristles were; another one's are as those of a stretch."""
     apart = points.columns.get(BETWEEN.name)
     if apart is None or not np.isfinite(apart).any():
         return error_nm
@@ -104,8 +101,7 @@ def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None
     """The band of errors held out, or of sessions foretold by those before them where they are the larger
     ones.
 
-    What another session may err is known by all sessions, and is larger by as much as these errors are.
-    """
+    What another session may err is known by all sessions, and is larger by as much as these errors are."""
     least_nm = certainty.another_session(held_out.error_nm, held_out.block, LEVEL)
     if ahead is not None and ahead.rmse_nm > held_out.rmse_nm > 0:
         least_nm *= ahead.rmse_nm / held_out.rmse_nm
@@ -117,8 +113,7 @@ def of_scores(
     points: FrictionPoints, scores: Sequence[Score], folds: str, break_away_weight: float
 ) -> Band | None:
     """The band of the candidates that a ladder chose, from the errors it held out itself where it held out
-    the same.
-    """
+    the same."""
     if way_of(points, folds) == folds:
         sides = [search.side(points, one.direction, break_away_weight, folds) for one in scores]
         return _of_sides(points, sides, scores, folds)
@@ -144,8 +139,7 @@ def of_errors(
     RMS of the errors is known to some standard errors only, by blocks (few blocks: error by error), and is
     the least of many candidates': the band is stretched by `SURE` of them. Where few sessions share most of
     their errors, the largest of them are not the largest there are: `least_nm` is what another one may err
-    (`certainty.another_session`).
-    """
+    (`certainty.another_session`)."""
     n = len(error_nm)
     if not n:
         return None

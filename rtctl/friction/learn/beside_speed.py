@@ -1,6 +1,5 @@
 """Whether friction depends on load and temperature, judged by what was held out. Judged, not deployed: the
-law goes by speed and place alone.
-"""
+law goes by speed and place alone."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ ALIKE = 0.5
 @dataclass(frozen=True)
 class LoadRung:
     """One form: `terms` fitted to all points, its held-out RMSE and what it may differ by by chance
-    (`certainty.doubt`), N m.
-    """
+    (`certainty.doubt`), N m."""
 
     terms: Terms
     rmse_nm: float
@@ -46,8 +44,7 @@ class LoadRung:
 @dataclass(frozen=True)
 class LoadVerdict:
     """What load is worth. `chosen` None: `reason` says why nothing can be said. `span_nm` is the span of the
-    load.
-    """
+    load."""
 
     span_nm: float
     rungs: tuple[LoadRung, ...] = ()
@@ -69,8 +66,7 @@ def rows_of(points: FrictionPoints) -> tuple[Rows, np.ndarray]:
     """Points of both directions along their motion, and their index.
 
     The motor's torque is the column motor_nm where it is known, else what a steady speed needs: friction less
-    load.
-    """
+    load."""
     kept = np.concatenate([points.rows_of(direction) for direction in (1, -1)])
     load = points.columns["load_nm"]
     sign = points.direction
@@ -85,8 +81,7 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
     """Fit every form of `RUNGS` with load and without, and choose as everywhere: the plainest as good as the
     best on what was held out.
 
-    `folds` is what is held out together, of `hold_out.WAYS`; sessions where there are some.
-    """
+    `folds` is what is held out together, of `hold_out.WAYS`; sessions where there are some."""
     if "load_nm" not in points.columns:
         return LoadVerdict(0.0, reason="no column load_nm: nothing is known of load")
     rows, kept = rows_of(points)
@@ -135,8 +130,7 @@ class Warmth:
     """How friction scales per kelvin, dry and viscous part, each with its standard error; `reason` where
     nothing can be said.
 
-    `middle_c` is where the scales are 1, `span_k` the range of temperature.
-    """
+    `middle_c` is where the scales are 1, `span_k` the range of temperature."""
 
     span_k: float = 0.0
     middle_c: float = 0.0
@@ -152,8 +146,7 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
     -----
     f = F(v) + (T - T0) (d D(v) + b V v), D the curve's dry part and V its viscous slope: d and b are shares
     per kelvin. The curve was learned over all temperatures, so that it is right at about T0, their mean.
-    Errors by the blocks the points are held out in.
-    """
+    Errors by the blocks the points are held out in."""
     if points.temperature_range_c is None:
         return Warmth(reason="no column temperature_c: nothing is known of temperature")
     column = points.columns["temperature_c"]

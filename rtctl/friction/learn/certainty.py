@@ -19,8 +19,7 @@ def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> floa
     Notes
     -----
     The variance of a ratio of sums over blocks. One block says nothing of others: its standard error is
-    infinite.
-    """
+    infinite."""
     squares = errors**2
     rmse = np.sqrt(squares.mean()) if len(squares) else 0.0
     return float(of_mean(squares, blocks) / (2 * rmse)) if rmse > 0 else 0.0
@@ -28,8 +27,7 @@ def standard_error(errors: np.ndarray, blocks: np.ndarray | None = None) -> floa
 
 def of_mean(values: np.ndarray, blocks: np.ndarray | None = None) -> float:
     """Standard error of the mean of `values`, shape (n,), in their unit; `blocks` and one block as in
-    `standard_error`.
-    """
+    `standard_error`."""
     names, block = np.unique(np.arange(len(values)) if blocks is None else blocks, return_inverse=True)
     n = len(names)
     if n < 2:
@@ -53,8 +51,7 @@ def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
     by error.
 
     The spread of two or three sessions is a matter of luck: as often as not it would let the plainest model
-    through. What sessions differ by is common to all models, and says little of which one is better.
-    """
+    through. What sessions differ by is common to all models, and says little of which one is better."""
     return standard_error(errors, _known(blocks))
 
 
@@ -66,8 +63,7 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> flo
     -----
     An error is what its block shares and what is its own. Of the own part there are many; the shared one is
     known by as few numbers as there are blocks, one of which is spent: each is held against the mean of the
-    others. So its quantile is Student's of blocks - 1 degrees of freedom (`FREEDOM_MIN` at least).
-    """
+    others. So its quantile is Student's of blocks - 1 degrees of freedom (`FREEDOM_MIN` at least)."""
     from scipy.stats import norm, t
 
     names, block, count = np.unique(blocks, return_inverse=True, return_counts=True)
@@ -90,8 +86,7 @@ def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) ->
     squared; blocks as in `doubt`.
 
     Point by point, for what is hard to say for one model is hard for the other: their difference is known
-    better than either.
-    """
+    better than either."""
     difference = errors**2 - others**2
     return float(difference.mean()), of_mean(difference, _known(blocks))
 

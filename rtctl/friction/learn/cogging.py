@@ -2,8 +2,7 @@
 
 A motor that turns a joint slowly gives tau = d F - tau_c(x): friction F has the sign d of the motion, the
 conservative part has not. So one regression on both directions tells them apart: a level for each direction
-(and speed), friction's own waves with d, and the conservative ones without.
-"""
+(and speed), friction's own waves with d, and the conservative ones without."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ _SHIFTS = 4096
 @dataclass(frozen=True)
 class Sweep:
     """Slow motion over places: arrays of one length. `torque_nm` the motor's, along +x; `direction` +1 or
-    -1.
-    """
+    -1."""
 
     position_rad: np.ndarray
     torque_nm: np.ndarray
@@ -55,8 +53,7 @@ class CoggingFit:
     """What was found. `tried`: number of harmonics -> held-out RMSE, N m; `friction_nm` mean friction of both
     directions.
 
-    `two_way`: both directions were seen, so friction and conservative part are told apart.
-    """
+    `two_way`: both directions were seen, so friction and conservative part are told apart."""
 
     part: Harmonics
     friction_nm: tuple[float, float]
@@ -70,8 +67,7 @@ class Shift:
     """Where the places of a part are now: x_now = x_then + `shift_rad`, -period/2 to period/2.
 
     `explained` is the share of the variance that the shifted part explains, `rmse_nm` what it leaves; `fits`
-    whether it may be used.
-    """
+    whether it may be used."""
 
     shift_rad: float
     explained: float
@@ -103,8 +99,7 @@ def _waves(position_rad: np.ndarray, period_rad: float, orders: np.ndarray) -> n
 
 def _levels(sweep: Sweep, period_rad: float) -> np.ndarray:
     """Columns of friction: one level for each direction there is, and its waves with the sign of the
-    motion.
-    """
+    motion."""
     ways = [(sweep.direction == way).astype(float) for way in (1, -1) if (sweep.direction == way).any()]
     columns = np.column_stack(ways)
     if len(ways) == 2:
@@ -127,8 +122,7 @@ def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float |
     Raises
     ------
     DataError
-        Too few rows, or numbers that are not finite.
-    """
+        Too few rows, or numbers that are not finite."""
     x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
     if not (np.isfinite(x).all() and np.isfinite(tau).all()) or len(x) < 32:
         raise DataError(
@@ -153,8 +147,7 @@ def _places(sweep: Sweep, period_rad: float) -> int:
 
     A row of a sweep is a mean over the way to the next one. Its places scatter a little from lap to lap:
     counted one by one they would be many, and a wave would be found at 3 x 16 + 1 waves a period, where
-    16 rows a period saw one.
-    """
+    16 rows a period saw one."""
     found = len(np.unique(np.round((sweep.position_rad / period_rad) % 1.0, 4)))
     ways = [np.diff(sweep.position_rad[sweep.direction == way]) for way in (1, -1)]
     steps = np.concatenate([one * np.sign(np.median(one)) for one in ways if len(one)])
@@ -179,8 +172,7 @@ def _held_out(
     x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, places: int, counts: list[int]
 ) -> dict[int, np.ndarray]:
     """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what
-    trains are chosen.
-    """
+    trains are chosen."""
     fold = np.floor((x / period_rad) % 1.0 * _BLOCKS).astype(int) % FOLDS
     squares = {n: np.zeros(len(x)) for n in counts}
     for k in np.unique(fold):
@@ -214,8 +206,7 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
     Raises
     ------
     DataError
-        A part without harmonics, or rows too few for them.
-    """
+        A part without harmonics, or rows too few for them."""
     x, tau = np.asarray(sweep.position_rad, dtype=float), np.asarray(sweep.torque_nm, dtype=float)
     levels = _levels(sweep, friction_period_rad or part.period_rad)
     if not len(part.orders) or len(x) < 2 * len(part.orders) + 8:
@@ -253,8 +244,7 @@ def changed_since(
     -------
     CoggingFit
         Of the difference: `part` is to be added to the shifted one; `tried[0]` is what the shift alone leaves
-        at held-out places.
-    """
+        at held-out places."""
     moved = part.shifted(found.shift_rad)
     rest = np.asarray(sweep.torque_nm, dtype=float) + moved(np.asarray(sweep.position_rad, dtype=float))
     told = Sweep(sweep.position_rad, rest, sweep.direction)

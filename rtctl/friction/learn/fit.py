@@ -2,8 +2,7 @@
 
 `ladder` compares this with other machines, kernels and formulas; both end in `describe_branch`.
 
-scikit-learn is imported when a fit runs, so that reading this module costs nothing.
-"""
+scikit-learn is imported when a fit runs, so that reading this module costs nothing."""
 
 from __future__ import annotations
 
@@ -59,8 +58,7 @@ def train(
     Raises
     ------
     DataError
-        When the regression does not converge.
-    """
+        When the regression does not converge."""
     try:
         trained = machines.train(
             candidate(c, epsilon_nm, unit_rad_s),
@@ -105,8 +103,7 @@ def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
     Theil-Sen: the median of the slopes between all pairs of points with different speeds in the upper half
     of the range, where the Stribeck part has died out; an outlier cannot tilt it. With fewer than 4 such
     speeds it is between the 4 fastest, so that few speeds do not make damping, which is left to the device,
-    look like dry friction, which is compensated. A falling curve has no viscous part: 0.
-    """
+    look like dry friction, which is compensated. A falling curve has no viscous part: 0."""
     upper = speed >= min(0.5 * speed.max(), np.unique(speed)[-4:][0])
     v, f = speed[upper], friction_nm[upper]
     i, j = np.triu_indices(len(v), 1)
@@ -141,8 +138,7 @@ def fit_branch(
     Raises
     ------
     DataError
-        A regression that fails, or a curve that is not positive over the range.
-    """
+        A regression that fails, or a curve that is not positive over the range."""
     unit, size = unit_of(motion, float(speed.max())), at_handle("c_nm") if motion == "linear" else 1.0
     tried = {
         value: validation_errors(speed, friction_nm, value, epsilon_nm, fold, unit)
@@ -177,8 +173,7 @@ def describe_branch(
     Raises
     ------
     DataError
-        A curve that is not positive over the range, or that cannot be compiled.
-    """
+        A curve that is not positive over the range, or that cannot be compiled."""
     speed_max, viscous = float(speed.max()), viscous_slope(speed, friction_nm)
     try:
         curve, _ = compile_curve(source, speed_max)
@@ -237,8 +232,7 @@ def fit_points(
     Raises
     ------
     DataError
-        Naming the file, the direction, what went wrong and the remedy.
-    """
+        Naming the file, the direction, what went wrong and the remedy."""
     if epsilon_nm is None:
         epsilon_nm = min(EPSILON_NM, EPSILON_SHARE * float(points.friction_nm.max()))
     branches = []

@@ -2,8 +2,7 @@
 way.
 
 A session that is held out of the others has neighbours on both sides. The next one has not: with wear, it
-lies beyond them all (docs/theory.md 8.8).
-"""
+lies beyond them all (docs/theory.md 8.8)."""
 
 from __future__ import annotations
 
@@ -24,8 +23,7 @@ before it."""
 @dataclass(frozen=True)
 class Foretold:
     """Errors (N m) of sessions at their speeds (rad/s), each learned from those before it alone, and the
-    session of each, (n,).
-    """
+    session of each, (n,)."""
 
     speed: np.ndarray
     error_nm: np.ndarray
@@ -42,8 +40,7 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
     where a fit fails.
 
     Sessions come in the order of their numbers. The earlier half foretell from little, and not far. What is
-    faster than all before was never in question, and is not judged.
-    """
+    faster than all before was never in question, and is not judged."""
     parts = []
     for one, data in candidates:
         sessions = np.unique(data.session) if data.session is not None else np.zeros(0)
@@ -65,8 +62,7 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
 
 def said(found: Foretold | None, held_out_nm: float) -> str:
     """Say what the next session may be expected to err, where that is more than was held out; else
-    nothing.
-    """
+    nothing."""
     if found is None or found.rmse_nm <= held_out_nm:
         return ""
     return (

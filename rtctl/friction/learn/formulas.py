@@ -1,8 +1,7 @@
 """The classical friction formulas, fitted by bounded least squares, one direction at a time.
 
 F_c, F_s, b >= 0; F_s below F_c is allowed (a friction that rises with speed before it levels out).
-docs/theory.md 8.1.
-"""
+docs/theory.md 8.1."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ class FormulaFit:
 
     `covariance` follows the order of `curve.parameters`, squared units; a parameter on its bound (0) has
     zero there; it is infinite where the points cannot separate them. `standard_error` is the root of its
-    diagonal. `peak_p_value` is the chance of points as peaked as these if friction were Coulomb + viscous.
-    """
+    diagonal. `peak_p_value` is the chance of points as peaked as these if friction were Coulomb + viscous."""
 
     curve: Curve
     covariance: np.ndarray
@@ -79,8 +77,7 @@ def fit_formula(
     -----
     For a given v_s the formulas are linear, so v_s alone is searched on a grid with the other parameters at
     their bounded optimum; the best three are starts of the bounded refinement in all parameters.
-    Covariance s^2 (J'WJ)^-1 over the parameters that are not on a bound.
-    """
+    Covariance s^2 (J'WJ)^-1 over the parameters that are not on a bound."""
     formula = FORMULAS[kind]
     n = len(formula.names)
     if len(speed) <= n:
@@ -125,8 +122,7 @@ def require_identifiable(fit: FormulaFit, speed: np.ndarray) -> None:
     ------
     UnidentifiableError
         Reasons "no_points_below_stribeck_speed", "stribeck_speed_beyond_range", "singular",
-        "peak_within_its_error", "stribeck_speed_within_its_error".
-    """
+        "peak_within_its_error", "stribeck_speed_within_its_error"."""
     p = fit.curve.parameters
     if "stribeck_rad_s" not in p:
         return
@@ -173,8 +169,7 @@ def require_told(fit: FormulaFit, speed: np.ndarray) -> None:
     ------
     UnidentifiableError
         Any reason of `require_identifiable` but a v_s beyond the range of a fit that a straight line is told
-        from.
-    """
+        from."""
     try:
         require_identifiable(fit, speed)
     except UnidentifiableError as error:
@@ -184,8 +179,7 @@ def require_told(fit: FormulaFit, speed: np.ndarray) -> None:
 
 def is_bend(fit: FormulaFit, speed: np.ndarray) -> bool:
     """Whether v_s is beyond half of the range: the formula follows the points, but its numbers are no
-    Stribeck peak.
-    """
+    Stribeck peak."""
     return fit.curve.parameters.get("stribeck_rad_s", 0.0) > 0.5 * float(np.max(speed))
 
 

@@ -1,8 +1,7 @@
 """The kernel matrix of the points of one direction, computed once for all that share it: C, tubes, machines
 and folds.
 
-Of many points its factor of low rank is what is trained on; that of a fold is its rows.
-"""
+Of many points its factor of low rank is what is trained on; that of a fold is its rows."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ class Gram:
 
 def pivoted(matrix: np.ndarray, tolerance: float) -> np.ndarray:
     """Factor Z (n, r) with Z Z' = matrix but for `tolerance` times its largest diagonal value (pivoted
-    Cholesky).
-    """
+    Cholesky)."""
     left = matrix.diagonal().copy()
     limit = tolerance * left.max()
     columns = np.zeros((len(matrix), len(matrix)), order="F")

@@ -2,8 +2,7 @@
 
 What a kernel's own parameters and bounds C are tried at is said by its kind. The papers' own values are not
 published. C is given as a multiple of the largest friction and epsilon as a multiple of the points' noise, so
-that the same grids serve a rig of .03 N m and one of 30 N m.
-"""
+that the same grids serve a rig of .03 N m and one of 30 N m."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ NU = (0.05, 0.1, 0.2, 0.3, 0.5)
 
 def families_of(kernel: str, motion: str) -> tuple[str, ...]:
     """Rungs to climb for an axis: of a linear one, whose speeds have no usual size in m/s, those that do not
-    know it.
-    """
+    know it."""
     known = [f"-{name}" for name, kind in KERNELS.items() if motion == "linear" and not kind.any_unit]
     return tuple(one for one in families(kernel) if not one.endswith(tuple(known)))
 
@@ -58,8 +56,7 @@ def noise_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | N
     Notes
     -----
     Second differences of neighbours in speed, weighted so that any straight line cancels; their median size
-    over .6745 and the root of their squared weights. Not below a thousandth of the largest friction.
-    """
+    over .6745 and the root of their squared weights. Not below a thousandth of the largest friction."""
     names = () if session is None else tuple(np.unique(session))
     sizes = [_second_differences(speed[session == one], friction_nm[session == one]) for one in names]
     size = np.concatenate([*sizes, np.zeros(0)])
@@ -94,8 +91,7 @@ def in_scale_of(
     them.
 
     `speed` (by rising speed) and `friction_nm` are the points whose scale the candidate has; `training`
-    chooses, (n,) bool.
-    """
+    chooses, (n,) bool."""
     if one.machine == "formula":
         return one
     if one.parts:
@@ -118,8 +114,7 @@ TOP_RAD_S = 2.0
 
 def unit_of(motion: str, speed_max: float) -> float:
     """Speed that counts as 1 in a kernel that is not scale-free: 1 rad/s, of a linear axis by its largest
-    speed (m/s).
-    """
+    speed (m/s)."""
     return speed_max / TOP_RAD_S if motion == "linear" else 1.0
 
 
@@ -136,8 +131,7 @@ def candidates(
     Raises
     ------
     ValueError
-        An unknown family.
-    """
+        An unknown family."""
     if family in FORMULAS:
         return [Candidate("formula", family)]
     if family not in FAMILIES:

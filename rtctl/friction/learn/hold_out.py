@@ -4,8 +4,7 @@ Shuffled folds put a point's neighbour, or its repeat, in the training set, and 
 Points that are means of many measurements are held out by speed. Samples of a log are held out by time: what
 was measured just before and after one shares its temperature, its place and its noise, whatever the speed.
 Where there are several logs, or a motion that was repeated, whole logs and whole laps are held out: another
-session is what a model is for.
-"""
+session is what a model is for."""
 
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ def way_for(points: FrictionPoints, wanted: str = "auto") -> str:
     Raises
     ------
     DataError
-        What is wanted cannot be told from the points: no times, one log, no laps, less than two turns.
-    """
+        What is wanted cannot be told from the points: no times, one log, no laps, less than two turns."""
     if wanted != "auto":
         if wanted != "speed":
             units_of(points, wanted)
@@ -76,8 +74,7 @@ def units_of(points: FrictionPoints, way: str) -> np.ndarray:
     Raises
     ------
     DataError
-        As `way_for`.
-    """
+        As `way_for`."""
     if way == "speed":
         levels: np.ndarray = np.unique(np.abs(points.velocity_rad_s), return_inverse=True)[1]
         return np.where(points.direction > 0, 2 * levels, 2 * levels + 1)
@@ -133,8 +130,7 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     """Fold of each point of one direction, or of both one after the other, in the order of `branch`.
 
     Whatever the way, the lowest and the highest speed train always: the model is never used beyond them. A
-    point that is left out (`FrictionPoints.left_out`) keeps its place in the folds of the others.
-    """
+    point that is left out (`FrictionPoints.left_out`) keeps its place in the folds of the others."""
     rows = np.concatenate([points.rows_of(direction) for direction in directions])
     speed = np.abs(points.velocity_rad_s[rows])
     if way == "speed":
@@ -149,8 +145,7 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
 
 def shared_out(units: np.ndarray) -> np.ndarray:
     """Fold of each point, shape (n,): whole units, neighbours together, the folds of about equally many
-    points.
-    """
+    points."""
     names, unit, count = np.unique(units, return_inverse=True, return_counts=True)
     middle = np.cumsum(count) - 0.5 * count
     share = np.arange(len(names)) if len(names) <= FOLDS else (middle * FOLDS / count.sum()).astype(int)
@@ -167,8 +162,7 @@ def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS, levels: np.ndarray |
     Raises
     ------
     DataError
-        Fewer than 4 different speeds.
-    """
+        Fewer than 4 different speeds."""
     if len(np.unique(speed)) < 4:
         raise DataError(
             f"{len(np.unique(speed))} different speeds, at least 4 are needed; measure more speeds"
@@ -186,8 +180,7 @@ def folds_by_time(time_s: np.ndarray) -> np.ndarray:
     Raises
     ------
     DataError
-        Times that are not finite or all the same, or fewer samples than folds.
-    """
+        Times that are not finite or all the same, or fewer samples than folds."""
     time_s = np.asarray(time_s, dtype=float)
     if not np.isfinite(time_s).all() or not np.ptp(time_s) > 0:
         raise DataError("the times of the log are not finite or all the same; correct the time column")

@@ -3,8 +3,7 @@
 
 The kernels of speed are smooth, so that the matrix of a thousand points has a rank of twenty to a hundred:
 one step costs points times rank squared, and a dozen steps are enough whatever C is. A decomposition method
-(LIBSVM) takes ten thousands of steps there, or gives up.
-"""
+(LIBSVM) takes ten thousands of steps there, or gives up."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ _BACK = 0.995
 @dataclass(frozen=True)
 class Solution:
     """beta (n,): dual coefficients, 0 of points inside the tube; intercept and half width of the tube,
-    N m.
-    """
+    N m."""
 
     beta: np.ndarray
     intercept: float
@@ -42,8 +40,7 @@ class Solution:
 @dataclass
 class _Iterate:
     """Where the method is: `x` = (alpha, alpha*), `room` to their bounds, multipliers of both, and of the
-    equations.
-    """
+    equations."""
 
     x: np.ndarray
     room: np.ndarray
@@ -102,8 +99,7 @@ def solve(
     -----
     Predictor and corrector after Mehrotra, on min x'Hx/2 + c'x with 0 <= x <= bound, x = (alpha, alpha*),
     whose sums are equal, and with nu together nu sum(bound), as LIBSVM has it. H has the rank of the factor,
-    so that each step solves r equations.
-    """
+    so that each step solves r equations."""
     with _libraries().limit(limits=1):  # so little at a time that threads only wait for each other
         return _solved(factor, friction_nm, bound, epsilon_nm, nu, tolerance_nm)
 

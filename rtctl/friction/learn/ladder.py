@@ -28,8 +28,7 @@ class Options:
     Held-out errors up to `tolerance_share` (0 to 1) of the largest friction are as good as smaller ones.
     `max_support_vectors`: most that a curve may have when trained on all points; None: any number. `mean`:
     the mean of the rungs may be taken (`learn.mean`), which has the numbers of all of them; not where their
-    number is bounded.
-    """
+    number is bounded."""
 
     families: tuple[str, ...] = FAMILIES
     strategy: str = "halving"
@@ -50,8 +49,7 @@ class Ladder:
     `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models
     were equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may
     be expected to err, N m: what was held out, or what each session errs that those before it foretell,
-    whichever is more.
-    """
+    whichever is more."""
 
     choice: Choice
     sides: tuple[Side, ...]
@@ -76,8 +74,7 @@ def ascend(
     Raises
     ------
     DataError
-        Nothing could be learned, or an unknown family, or dask asked for and not installed.
-    """
+        Nothing could be learned, or an unknown family, or dask asked for and not installed."""
     found = _climbed(points, options or Options(), progress)
     rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
     tasks = [(score.candidate, data) for score, data in zip(rung.scores, found.sides, strict=True)]
@@ -130,8 +127,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
     beside.
 
     Where errors are so small that they count as equal (decision 0012), the fewest numbers stand; so they do
-    where no loop could run the mean.
-    """
+    where no loop could run the mean."""
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
     if one.expected_nm <= equal_nm:
@@ -149,8 +145,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
 
 def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) -> Rung:
     """The chosen rung as one curve for both directions: of a mean the mean of its rungs', each by its
-    share.
-    """
+    share."""
     parts = chosen.scores[0].candidate.parts
     if not parts:
         return climb(chosen.family, tried, [pooled], share)
@@ -162,8 +157,7 @@ def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) 
 
 def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
     """Refuse a rung whose curves, trained on all points, no loop could run; `sides` is how they are
-    learned.
-    """
+    learned."""
     if rung.refused:
         return rung
     try:
@@ -175,8 +169,7 @@ def _usable(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> Rung:
 
 def _branches(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> tuple[Branch, Branch]:
     """Both directions of a rung, trained on all points and compiled. Raises DataError, naming the
-    direction.
-    """
+    direction."""
     found = []
     for direction in (1, -1):
         score = next(score for score in rung.scores if score.direction in (0, direction))
@@ -215,8 +208,7 @@ def _pooled_tasks(
     chosen: Rung, scores: Sequence[Score], sides: Sequence[Side], share: float
 ) -> list[tuple[Candidate, int]]:
     """Candidates good for either direction, each once, the chosen ones first; of a mean those of its rungs,
-    fewer of each.
-    """
+    fewer of each."""
     parts = chosen.scores[0].candidate.parts
     families = [candidate.family for _, candidate in parts] or [chosen.family]
     most = max(1, _POOLED_MAX // (2 * len(families)))
@@ -251,8 +243,7 @@ def learn(
     Raises
     ------
     DataError
-        A curve that is not positive, or that cannot be compiled; the direction is named.
-    """
+        A curve that is not positive, or that cannot be compiled; the direction is named."""
     if rung is None:
         rung = ladder.symmetric_rung if ladder.symmetric and ladder.symmetric_rung else ladder.choice.chosen
     ways = {score.direction for score in rung.scores}

@@ -20,8 +20,7 @@ def laps_of(points: FrictionPoints) -> np.ndarray | None:
     """Number of the lap each point was measured in, shape (n,); None where no motion repeats itself, or
     nobody knows.
 
-    The columns time_s and position_rad are needed, with a number in every row.
-    """
+    The columns time_s and position_rad are needed, with a number in every row."""
     time_s, position = points.columns.get("time_s"), points.columns.get("position_rad")
     if time_s is None or position is None or len(time_s) < ROWS_MIN:
         return None
@@ -49,8 +48,7 @@ def period_s(time_s: np.ndarray, signals: np.ndarray) -> float | None:
     Notes
     -----
     Each signal less its mean, on an even grid: its correlation with itself one lag later, both parts by their
-    own power. The first lag of a maximum from `ALIKE` on, after the correlation fell below one half.
-    """
+    own power. The first lag of a maximum from `ALIKE` on, after the correlation fell below one half."""
     order = np.argsort(time_s, kind="stable")
     t = time_s[order]
     n = len(t)

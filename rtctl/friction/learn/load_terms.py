@@ -8,8 +8,7 @@ motion, v >= 0 and s = exp(-(v / v_s)^a):
 q = q_e e^2 where the motor drives against the load (e m < 0, |e| < |m|), q_m m^2 where the load drives it
 back (|e| > |m|), else 0. So friction differs by the direction of the power. The rungs below leave terms away.
 They are the forms of Duclusaud, Passault, Padois and Ly, Extended Friction Models for the Physics Simulation
-of Servo Actuators (arXiv 2410.08650).
-"""
+of Servo Actuators (arXiv 2410.08650)."""
 
 from __future__ import annotations
 
@@ -67,8 +66,7 @@ _FALL = NAMES.index("stribeck_rad_s")
 @dataclass(frozen=True)
 class Rows:
     """Measurements along their motion, shape (n,): speed (rad/s, >= 0), friction (N m), outside and motor's
-    torque (N m), and which were backward.
-    """
+    torque (N m), and which were backward."""
 
     speed: np.ndarray
     friction_nm: np.ndarray
@@ -89,8 +87,7 @@ class Rows:
 @dataclass(frozen=True)
 class Terms:
     """A rung fitted: `values` and `errors` (standard errors; NaN where the points do not tell) in the order
-    of `NAMES`.
-    """
+    of `NAMES`."""
 
     rung: str
     values: np.ndarray
@@ -129,8 +126,7 @@ def friction(values: np.ndarray, rows: Rows) -> np.ndarray:
 
 def slopes(values: np.ndarray, rows: Rows) -> np.ndarray:
     """Derivatives of `friction` by each parameter, shape (n, len(NAMES)); those of the fall are nil where v_s
-    is.
-    """
+    is."""
     _, _, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power, second, v_2, backward = values
     e, m, v = rows.outside_nm, rows.motor_nm, rows.speed
     drives, driven = _squares(rows)
@@ -158,8 +154,7 @@ def slopes(values: np.ndarray, rows: Rows) -> np.ndarray:
 
 def _squares(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
     """The smaller torque's square where the two oppose each other: where the motor drives, and where it is
-    driven.
-    """
+    driven."""
     e, m = rows.outside_nm, rows.motor_nm
     against = e * m < 0
     drives, driven = against & (np.abs(e) < np.abs(m)), against & (np.abs(e) > np.abs(m))
@@ -172,8 +167,7 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
     Notes
     -----
     Where the torques oppose each other the form is linear but for v_s and a: the best of a grid of these two,
-    by non-negative least squares, is where the search of all parameters at once begins.
-    """
+    by non-negative least squares, is where the search of all parameters at once begins."""
     from scipy.optimize import least_squares
 
     free = [NAMES.index(name) for name in RUNGS[rung]]

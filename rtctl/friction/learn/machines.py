@@ -1,8 +1,7 @@
 """Train one candidate of the ladder: a support-vector machine with a given kernel matrix, or a formula.
 
 Few points are trained by scikit-learn (imported when a fit runs), many, and what it gives up, by an
-interior-point method (`interior`).
-"""
+interior-point method (`interior`)."""
 
 from __future__ import annotations
 
@@ -34,8 +33,7 @@ class Candidate:
     """One rung and its hyper-parameters.
 
     `machine` is "formula", "epsilon", "nu" or "mean"; `tube` the half width epsilon (N m) or nu; `parameters`
-    the kernel's (`sigma_rad_s`, `degree`); `parts` the candidates of a mean, each with its share.
-    """
+    the kernel's (`sigma_rad_s`, `degree`); `parts` the candidates of a mean, each with its share."""
 
     machine: str
     kind: str
@@ -57,8 +55,7 @@ class Candidate:
 
 class FailedFitError(Exception):
     """A fit that gave no usable solution; `reason` is "not finite", "not converged", "refused", or "not
-    fitted" and why.
-    """
+    fitted" and why."""
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -70,8 +67,7 @@ class Trained:
     """A trained curve and the half width of its tube, N m (found by the machine for nu, 0 for a formula).
 
     `weights` (r,) are those of the columns of the factor it was trained by: factor @ weights + intercept is
-    the curve at any row of it.
-    """
+    the curve at any row of it."""
 
     curve: Curve
     epsilon_nm: float
@@ -105,8 +101,7 @@ def train(
         A solution that is not finite, as scikit-learn's NuSVR may return or refuse itself; a formula whose
         solver gave up.
     UnidentifiableError
-        A formula with as many parameters as points.
-    """
+        A formula with as many parameters as points."""
     if candidate.parts:
         parts = [
             (share, train(part, speed, friction_nm, weight, max_iterations=max_iterations))
@@ -175,8 +170,7 @@ def _by_factor(
     tolerance_nm: float,
 ) -> Trained:
     """Train by the factor of the kernel matrix; where the whole matrix is there, the sum of kernels is held
-    to it, and a finer factor taken if need be.
-    """
+    to it, and a finer factor taken if need be."""
     assert gram.factor is not None
     factor, bound = gram.factor, candidate.c * weight
     while True:

@@ -2,8 +2,7 @@
 matter of luck (decision 0049).
 
 Rungs err in different ways, and the mean of what they say errs less than most of them, often less than the
-best. Nothing is learned for it: its held-out errors are the means of theirs, point by point.
-"""
+best. Nothing is learned for it: its held-out errors are the means of theirs, point by point."""
 
 from __future__ import annotations
 
@@ -27,8 +26,7 @@ be in the file for nothing."""
 
 def shares(rungs: Sequence[Rung]) -> dict[str, float]:
     """Share of each rung in the mean, by its family, together 1; without those that say next to nothing.
-    `rungs` are usable ones.
-    """
+    `rungs` are usable ones."""
     expected = np.array([rung.expected_nm for rung in rungs])
     least = float(expected.min())
     heavy = np.where(expected > 0, least / np.where(expected > 0, expected, 1.0), 1.0) ** (2 * POWER)
@@ -41,8 +39,7 @@ def mean_of(rungs: Sequence[Rung], wanted: Mapping[str, float]) -> Rung | None:
     """The mean of those of `rungs` that `wanted` gives a share, as a rung; None where fewer than two of them
     can be used.
 
-    A rung that has no part in it (refused here) leaves its share to the others.
-    """
+    A rung that has no part in it (refused here) leaves its share to the others."""
     parts = [rung for rung in rungs if rung.family in wanted and not rung.refused]
     if len(parts) < 2 or len({tuple(len(score.errors) for score in rung.scores) for rung in parts}) > 1:
         return None
@@ -58,8 +55,7 @@ def mean_of(rungs: Sequence[Rung], wanted: Mapping[str, float]) -> Rung | None:
 
 def _mean_score(parts: Sequence[tuple[float, Score]]) -> Score:
     """Score of one side: the errors are means of the parts', since they are of the same points without the
-    same folds.
-    """
+    same folds."""
     first = parts[0][1]
     return Score(
         Candidate.mean([(share, score.candidate) for share, score in parts]),

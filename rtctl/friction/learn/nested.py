@@ -1,8 +1,7 @@
 """The error of a whole fit on points it never saw: chosen anew without each fold, then judged by that fold.
 
 A held-out error of a ladder is the least of hundreds, so it is smaller than that of the next log. Nested in
-another cross-validation it is not: what is held out outside has chosen nothing.
-"""
+another cross-validation it is not: what is held out outside has chosen nothing."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ class Generalisation:
     they promised. `of_rungs` has (error, its standard error) of every rung that each fit could learn, when
     they were asked for, N m. `covered` is the share of what was held out that lies within the band of the fit
     without it (`band.Band`), 0 to 1, of the choice (`CHOSEN`) and of every such rung; without a name where
-    some fit has no band.
-    """
+    some fit has no band."""
 
     rmse_nm: float
     se_nm: float
@@ -61,8 +59,7 @@ def generalisation(
     Raises
     ------
     DataError
-        A fold without which nothing can be learned.
-    """
+        A fold without which nothing can be learned."""
     fold = _folds(points, options.folds)
     unit = units_of(points, options.folds)
     errors: dict[str, list[np.ndarray]] = {}
@@ -115,8 +112,7 @@ def _figures(parts: list[np.ndarray], block: np.ndarray) -> tuple[float, float]:
 
 def _of_rungs(points: FrictionPoints, found: ladder.Ladder) -> dict[str, FrictionModel]:
     """Models of all rungs that can be learned from these points, also of formulas whose peak they do not
-    tell: it may predict all the same.
-    """
+    tell: it may predict all the same."""
     models = {}
     for rung in found.choice.rungs:
         if len(rung.scores) == len(found.choice.chosen.scores):

@@ -3,8 +3,7 @@
 Rows are measurements at one place and speed each. The machine is least squares with the product kernel of
 `rtctl.friction.kind_place` (a ridge in its space): with so many rows at the same speeds an epsilon-SVR took
 a hundred times as long, and no better. Without a wave it is the spline of speed alone, which is the rung to
-beat.
-"""
+beat."""
 
 from __future__ import annotations
 
@@ -115,8 +114,7 @@ def fit_places(
     Raises
     ------
     DataError
-        No positions, too few places or too many rows, or a curve that is not positive.
-    """
+        No positions, too few places or too many rows, or a curve that is not positive."""
     if points.columns.get("position_rad") is None:
         raise DataError(f"{points.source}: no column position_rad; give points_places.csv of rtctl identify")
     sides = [_side(points, way, period_rad, conservative) for way in (1, -1)]
@@ -261,8 +259,7 @@ def _with_bands(
     What sessions differ by is in the band of the curve of speed, which is then wider by as much as the two
     curves are apart. Else the band is of what the curve of speed and place errs by itself, at places or at
     speeds that were held out, whichever is more: the curve of speed is learned from means over places that
-    are never quite even, and what it is off by is no error of this one.
-    """
+    are never quite even, and what it is off by is no error of this one."""
     if any(branch.band is None for branch in before):
         return after
     if before[0].band is not None and before[0].band.way == "log":

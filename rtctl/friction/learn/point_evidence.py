@@ -1,8 +1,7 @@
 """What is known beside the points a model was learned from: presliding length, the weakest place, single
 measurements, test points.
 
-The columns are in `rtctl.friction.point_columns`; `rtctl identify` writes them.
-"""
+The columns are in `rtctl.friction.point_columns`; `rtctl identify` writes them."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ def with_evidence(
     test: FrictionPoints | None = None,
 ) -> FrictionModel:
     """Return the model with what its points, and test points, know beside them; a length given by hand (rad)
-    goes first.
-    """
+    goes first."""
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
@@ -48,16 +46,14 @@ def with_evidence(
 
 def zero_doubt_nm(points: FrictionPoints) -> float:
     """By how much the zero of the torque of these points may be off, N m: by the largest of the offsets that
-    were taken out of their logs.
-    """
+    were taken out of their logs."""
     doubt = points.columns.get("zero_doubt_nm")
     return 0.0 if doubt is None else float(np.nanmax(doubt, initial=0.0))
 
 
 def _with_zero_in_doubt(branch: Branch, doubt_nm: float) -> Branch:
     """The branch of measurements that may all be off by so much besides: friction in this direction may be
-    less by it.
-    """
+    less by it."""
     if not doubt_nm:
         return branch
     return replace(branch, single_max_error_nm=branch.error_max_nm + doubt_nm)
@@ -86,8 +82,7 @@ def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) 
     -----
     A point of n measurements that is off by e with a spread s: e plus s times the largest of n normal
     numbers, and of all points the largest. So the bound is about the same whether samples are averaged or
-    not, and over how many.
-    """
+    not, and over how many."""
     if "weakest_place_nm" in points.columns:
         return None
     rows = points.rows_of(direction)
@@ -106,8 +101,7 @@ def sliding_doubt_nm(branch: Branch, points: FrictionPoints, direction: int) -> 
     None without weakest places.
 
     A joint that hardly moves may stick or creep, and soft bristles never slide there: what is off at the
-    slowest points says nothing of the motion that the drift watch counts.
-    """
+    slowest points says nothing of the motion that the drift watch counts."""
     weakest = points.columns.get("weakest_place_nm")
     if weakest is None:
         return None
@@ -133,8 +127,7 @@ def with_presliding(model: FrictionModel, found: Presliding | None) -> FrictionM
 
 def presliding_of(points: FrictionPoints) -> Presliding | None:
     """Presliding length over all break-away points of a file; None without the columns, or with empty
-    ones.
-    """
+    ones."""
     lengths, spreads, ramps = (
         points.columns.get(name) for name in ("presliding_rad", "presliding_spread_rad", "presliding_ramps")
     )
@@ -151,8 +144,7 @@ def presliding_of(points: FrictionPoints) -> Presliding | None:
 
 def place_spread_nm(model: FrictionModel, points: FrictionPoints) -> tuple[float | None, float | None]:
     """Largest shortfall of the friction at any place below the curve, per branch, N m; None without the
-    column.
-    """
+    column."""
     weakest = points.columns.get("weakest_place_nm")
     if weakest is None:
         return None, None

@@ -19,8 +19,7 @@ def workers(backend: str, n_jobs: int) -> Iterator[Any]:
     Raises
     ------
     DataError
-        When dask is asked for and not installed.
-    """
+        When dask is asked for and not installed."""
     import joblib
 
     with contextlib.ExitStack() as stack:

@@ -1,6 +1,5 @@
 """What fit and report say of load and temperature: judged by what was held out; load is deployed where that
-was asked for.
-"""
+was asked for."""
 
 from __future__ import annotations
 
@@ -17,8 +16,7 @@ DEPLOYED = (
 
 def sentences(load: LoadVerdict, warmth: Warmth, *, deployed: bool = False) -> list[str]:
     """One of load, one of temperature; each says why where nothing can be said. `deployed`: the model carries
-    the load.
-    """
+    the load."""
     return [
         f"Load: {load.reason}."
         if load.chosen is None

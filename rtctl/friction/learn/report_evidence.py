@@ -1,7 +1,6 @@
 """What a report of a fit stands on: every learned curve with its errors, trained, held out and predicted.
 
-Everything here is computed from the points, the ladder and the model; the pages only show it.
-"""
+Everything here is computed from the points, the ladder and the model; the pages only show it."""
 
 from __future__ import annotations
 
@@ -73,8 +72,7 @@ class Evidence:
     """Everything a report says. `boundary_rad_s` parts low from high speed.
 
     `lost` names the families that could not be trained on all points, and why. `folds` is how points were
-    held out, of `hold_out.WAYS`. `beside` is what is known of load and temperature; None: not looked at.
-    """
+    held out, of `hold_out.WAYS`. `beside` is what is known of load and temperature; None: not looked at."""
 
     points: FrictionPoints
     test: FrictionPoints | None
@@ -106,8 +104,7 @@ class Evidence:
 
 def interval_nm(rung: Rung) -> tuple[float, float]:
     """Confidence interval of a rung's held-out RMSE, N m, from its standard error: normal, of few blocks
-    Student's t.
-    """
+    Student's t."""
     n = len(rung.errors) if rung.blocks is None else len(np.unique(rung.blocks))
     wide = _quantile(n) * rung.se_nm
     return max(0.0, rung.rmse_nm - wide), rung.rmse_nm + wide
@@ -137,8 +134,7 @@ def gather(
     """Learn every rung again on all points, and gather its errors.
 
     Without a ladder: the fitted model and the formulas, which cost nothing. `folds` says how the points were
-    held out; a ladder knows it itself.
-    """
+    held out; a ladder knows it itself."""
     folds = folds if ladder is None else ladder.folds
     lost: dict[str, str] = {}
     if ladder is None:

@@ -26,8 +26,7 @@ class Line:
     `refused` says why.
 
     `covered` is the share of what was held out that lies in the band of the fit without it, 0 to 1; None: no
-    band.
-    """
+    band."""
 
     family: str
     held_out_nm: float | None
@@ -46,8 +45,7 @@ class Found:
     about a smooth curve of their own.
 
     `chosen_nm` is the nested error of whatever the ladder chose each time, `chosen_held_out_nm` what it then
-    held out, `chosen_covered` the share of it that lay in the band.
-    """
+    held out, `chosen_covered` the share of it that lay in the band."""
 
     name: str
     source: str
@@ -82,8 +80,7 @@ def judge_set(
     Raises
     ------
     DataError
-        Nothing can be learned.
-    """
+        Nothing can be learned."""
     whole = ladder.ascend(points, options)
     without = nested.generalisation(points, options, every_rung=True)
     noise = [noise_nm(*points.branch(direction)) for direction in (1, -1)]

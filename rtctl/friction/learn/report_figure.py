@@ -23,8 +23,7 @@ def draw(model: FrictionModel, points: FrictionPoints, path: str | Path) -> None
     Raises
     ------
     DataError
-        When the file cannot be written.
-    """
+        When the file cannot be written."""
     figure = pictures.blank(7.2, 4.6)
     plot = figure.subplots()
     for sign, branch in zip((1, -1), model.branches, strict=True):

@@ -24,8 +24,7 @@ _COLOURS = {1: "tab:blue", -1: "tab:orange"}
 
 def curves(evidence: Evidence, family: str) -> bytes:
     """Draw points, curve, tube and support vectors of one family: each direction, whole range and low
-    speeds.
-    """
+    speeds."""
     figure = pictures.blank(10, 7.2)
     plots = figure.subplots(2, 2, squeeze=False)
     bands = [branch.band if family == evidence.chosen else None for branch in evidence.model.branches]
@@ -141,8 +140,7 @@ def residuals(evidence: Evidence) -> bytes:
 
 def _speed_ticks(least: float, most: float) -> list[float]:
     """0, and 1, 2 and 5 of every decade between the slowest run and the fastest; far apart when there are
-    many.
-    """
+    many."""
     decades = range(math.floor(math.log10(least)), math.ceil(math.log10(most)) + 1)
     fine = (1, 2, 5) if len(decades) <= 5 else (1,)
     return [0.0, *(x for d in decades for n in fine if least <= (x := n * 10.0**d) <= most)]
@@ -191,8 +189,7 @@ def _label(plot: Axes, x: str, y: str, title: str) -> None:
 
 def speak(figure: Figure, motion: str) -> None:
     """Write the labels of a figure in the units of its axis; they were written for a rotary one. Small speeds
-    are in mm/s.
-    """
+    are in mm/s."""
     for plot in figure.axes:
         if "[rad/s]" in plot.get_xlabel():
             unit, factor = speed_scale(motion, max(map(abs, plot.get_xlim())))

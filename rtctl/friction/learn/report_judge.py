@@ -20,8 +20,7 @@ class Judgement:
     by more than its file states (`bound_nm`). `floor_rmse_nm` is the RMSE of Coulomb + viscous fitted to
     these very points, `allowed_rmse_nm` what the model may err beside it: those two numbers have seen the
     points, and the model has not. `outside_band_share` is the share of points outside the model's band, 0 to
-    1 (None also without a band). None where no point lies within the range.
-    """
+    1 (None also without a band). None where no point lies within the range."""
 
     direction: int
     points: int
@@ -62,8 +61,7 @@ def judge(model: FrictionModel, points: FrictionPoints) -> tuple[Judgement, Judg
     """Judge both directions, +1 first.
 
     Of a model by place a point is a mean over places that are never quite even: it may be off by what its
-    measurements scatter by, over the root of their number, before it speaks against the curve of speed.
-    """
+    measurements scatter by, over the root of their number, before it speaks against the curve of speed."""
     slack_nm = np.zeros(len(points.direction))
     if model.place is not None:
         slack_nm = np.nan_to_num(UNEVEN_SURE * points.std_nm / np.sqrt(np.maximum(points.count, 1)))
@@ -99,8 +97,7 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
 
 def not_judged(found: tuple[Judgement, ...]) -> list[str]:
     """Which points nothing is said of: another session of the same joint is hardly ever just as quick, and
-    help fades there.
-    """
+    help fades there."""
     return [
         f"direction {one.direction:+d}: {one.outside} of {one.points} points are faster than the trained "
         "range: not judged"
@@ -147,8 +144,7 @@ def _allowed(branch: Branch, v: np.ndarray, f: np.ndarray, floor: np.ndarray) ->
 
     Two numbers fitted to n points err by 2/n of the power less than those that are not; and between two
     sessions the model may be off by a standard deviation of its band, or by what counts as equal where it is
-    more (decision 0012).
-    """
+    more (decision 0012)."""
     session = RESOLUTION_SHARE * float(np.abs(f).max())
     if branch.band is not None:
         session = max(session, float(np.sqrt(np.mean(branch.band.at(v) ** 2))) / BAND_SIGMAS)

@@ -1,6 +1,5 @@
 """Why points that speak against a model do: the one reading of them under which the model fits, where there
-is one.
-"""
+is one."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ def cause(model: FrictionModel, points: FrictionPoints) -> str:
 
 def _error(model: FrictionModel, v: np.ndarray, f: np.ndarray, most: float = 0.5) -> float:
     """RMS of model less friction (signed, N m) over the RMS of the friction, within the trained range;
-    infinite where hardly a point lies in it.
-    """
+    infinite where hardly a point lies in it."""
     inside = _inside(model, v)
     if inside.mean() < most:
         return math.inf

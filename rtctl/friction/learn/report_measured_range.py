@@ -20,8 +20,7 @@ GAP_RATIO = 5.0
 
 def unmeasured(speed: np.ndarray) -> list[tuple[float, float]]:
     """Spans (rad/s) of 0 to the highest speed in which no point lies, rising; `speed` of one direction, >= 0,
-    shape (n,).
-    """
+    shape (n,)."""
     levels = np.unique(speed)
     spans = [(0.0, float(levels[0]))] if levels[0] > 0 else []
     gaps = np.diff(levels)
@@ -53,8 +52,7 @@ def draw(
     linewidth: float | None = None,
 ) -> None:
     """Draw a curve over v (rad/s, its sign is the direction's), solid where points at `speed` carry it,
-    dashed elsewhere.
-    """
+    dashed elsewhere."""
     dashed = np.zeros(len(v), dtype=bool)
     for low, high in unmeasured(speed):
         dashed |= (np.abs(v) >= low) & (np.abs(v) < high)

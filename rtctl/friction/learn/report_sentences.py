@@ -1,6 +1,5 @@
 """What a report says in words: each sentence follows from the rows of the tables below it, and from nothing
-else.
-"""
+else."""
 
 from __future__ import annotations
 
@@ -75,16 +74,14 @@ def of_test(rows: Sequence[Row], chosen: str) -> str:
 
 def of_test_formulas(rows: Sequence[Row]) -> str:
     """Whether a formula is as good as the best learned curve on the test points; empty where there is none of
-    either.
-    """
+    either."""
     said = formula_or_machine(rows)[1]
     return f"There {said}" if said else ""
 
 
 def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
     """Who errs less, "formula" (also where it is as good), "machine", or "" where one of them is missing; and
-    that in words.
-    """
+    that in words."""
     formulas = [row for row in rows if row["family"] in FORMULAS]
     machines = [row for row in rows if is_machine(row["family"])]
     if not formulas or not machines:
@@ -123,8 +120,7 @@ def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> s
 
 def of_verdict(model: FrictionModel, test: FrictionPoints) -> str:
     """What `rtctl fit --judge` says of the model on the test points; empty where nothing speaks against
-    it.
-    """
+    it."""
     said = faults(judge(model, test))
     if not said:
         return ""

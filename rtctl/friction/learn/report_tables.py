@@ -27,8 +27,7 @@ class Table:
 
 def error_rows(evidence: Evidence) -> list[dict[str, Any]]:
     """Mean and largest absolute error (N m) per family, direction and regime; None where there is no
-    point.
-    """
+    point."""
     return [
         {
             "family": one.family,
@@ -69,8 +68,7 @@ def ladder_rows(evidence: Evidence) -> list[dict[str, Any]]:
 
 def overall_rows(evidence: Evidence) -> list[dict[str, Any]]:
     """Mean and largest absolute error (N m) per family over all speeds of both directions, and their
-    ratio.
-    """
+    ratio."""
     rows: list[dict[str, Any]] = []
     for family in evidence.families:
         both = evidence.of(family)

@@ -4,8 +4,7 @@
     *.png          the same figures
     report.json    the same numbers, in SI units
 
-Built in a folder beside the wanted one and renamed, so that it is whole or not there.
-"""
+Built in a folder beside the wanted one and renamed, so that it is whole or not there."""
 
 from __future__ import annotations
 
@@ -54,8 +53,7 @@ def require_place(folder: Path) -> None:
     Raises
     ------
     DataError
-        Naming what is in the way.
-    """
+        Naming what is in the way."""
     if not folder.exists():
         return
     found = {item.name for item in folder.iterdir()} if folder.is_dir() else {folder.name}
@@ -89,8 +87,7 @@ def write(
     Raises
     ------
     DataError
-        `folder` holds something else, or cannot be written.
-    """
+        `folder` holds something else, or cannot be written."""
     require_place(folder)
     gains = report_gain.recommend(evidence.model, loaded)
     pictures = _pictures(evidence)

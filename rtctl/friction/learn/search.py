@@ -1,8 +1,7 @@
 """Search the hyper-parameters by cross-validation in blocks, on one machine or many.
 
 The work is a list of independent chunks handed to joblib; results come back in the order of the list, so
-the outcome does not depend on the backend or on the number of workers.
-"""
+the outcome does not depend on the backend or on the number of workers."""
 
 from __future__ import annotations
 
@@ -31,8 +30,7 @@ BREAK_AWAY_WEIGHT = 3.0
 @dataclass(frozen=True)
 class Effort:
     """What a round spends on a candidate: solver iterations, folds held out and points trained on, at most
-    (None: all).
-    """
+    (None: all)."""
 
     iterations: int = MAX_ITERATIONS
     folds: int | None = None
@@ -74,8 +72,7 @@ class Score:
     """Held-out errors (N m) of one candidate on one side; `failed` says why there are none.
 
     `n_terms` is the number of support vectors, or parameters, trained on all points (before the last round of
-    halving: mean over the folds).
-    """
+    halving: mean over the folds)."""
 
     candidate: Candidate
     direction: int
@@ -130,8 +127,7 @@ def cross_validate(
 
     A fit that fails gives a score that says so: "not finite", "not converged" (only in the last round: the
     early ones stop early on purpose), "refused", or "more than N support vectors" when it has more than
-    `max_terms` trained on all points; `n_terms` is then their number.
-    """
+    `max_terms` trained on all points; `n_terms` is then their number."""
     final = effort == ALL
     errors, terms, converged = np.zeros(len(data.speed)), [], True
     folds = np.unique(data.fold[data.fold != TRAINS])[: effort.folds]
@@ -253,8 +249,7 @@ def halving(
 
     What has converged early stays beside the most promising of the rest, so that a family whose best
     candidates never converge still has one. Returns the scores of the last round (all converged or failed),
-    and every failure of the earlier ones.
-    """
+    and every failure of the earlier ones."""
     lost: list[Score] = []
     left = list(tasks)
     for effort in ROUNDS:

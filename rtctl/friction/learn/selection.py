@@ -3,8 +3,7 @@
 A rung is one family of the ladder; a score is one candidate's held-out errors. Among the candidates of a
 rung, side by side, errors are compared as they are; among the rungs by what each is expected to err: a rung
 of a hundred candidates shows the luckiest, one of a formula has nothing to choose (decision 0037). Errors
-below the tolerance are not told apart either, however small their standard errors (decision 0012).
-"""
+below the tolerance are not told apart either, however small their standard errors (decision 0012)."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ class Rung:
 
     `failures` counts the candidates lost, by reason, all sides together. `luck_nm2` is how much the mean
     square of the held-out errors is too small for being the least of many (`luck`), N^2 m^2. `bends`: a
-    formula whose v_s is beyond the range on some side, no Stribeck peak.
-    """
+    formula whose v_s is beyond the range on some side, no Stribeck peak."""
 
     family: str
     scores: tuple[Score, ...]
@@ -58,8 +56,7 @@ class Rung:
     @property
     def expected_nm(self) -> float:
         """What the rung is expected to err, RMS: its held-out error without the luck of the choice, N m;
-        infinite for a refused rung.
-        """
+        infinite for a refused rung."""
         return float("inf") if self.refused else float(np.sqrt(self.rmse_nm**2 + self.luck_nm2))
 
     @property
@@ -104,8 +101,7 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     Parameters
     ----------
     tolerance_nm : float
-        Held-out errors (RMSE, N m, >= 0) up to this one are as good as any smaller one.
-    """
+        Held-out errors (RMSE, N m, >= 0) up to this one are as good as any smaller one."""
     usable = [score for score in scores if not score.failed]
     if not usable:
         return []
@@ -159,8 +155,7 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
     candidate alone has none.
 
     One that was chosen for its few numbers among errors that count as equal (decision 0012) has the luck of
-    the least of them: what it errs more is in its held-out error, and not counted again (decision 0046).
-    """
+    the least of them: what it errs more is in its held-out error, and not counted again (decision 0046)."""
     fold = data.fold[data.fold != TRAINS]
     same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
     if len(same) < 2 or len(chosen.errors) != len(fold):
@@ -172,8 +167,7 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
 
 def _told_apart(rung: Rung, best: Rung) -> bool:
     """Whether a rung is expected to err more than the best by more than one standard error of the difference,
-    point by point.
-    """
+    point by point."""
     if len(rung.errors) != len(best.errors):
         return rung.expected_nm > best.expected_nm + best.doubt_nm
     more, se = excess(rung.errors, best.errors, best.blocks)
@@ -193,8 +187,7 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
     Raises
     ------
     DataError
-        When every rung failed or was refused.
-    """
+        When every rung failed or was refused."""
     usable = [rung for rung in rungs if not rung.refused]
     if not usable:
         said = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs)
@@ -223,8 +216,7 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
 
 def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
     """Say why in a sentence; `among` says what the rungs it was chosen from have in common, "" one standard
-    error.
-    """
+    error."""
     said = f"Chosen: {_figures(chosen)}, "
     if near == 1:
         return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
@@ -250,8 +242,7 @@ def _figures(rung: Rung) -> str:
 
 def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
     """Say whether a formula is as good as the best learned curve. `near` are the rungs to choose from,
-    `among` as in `_why`.
-    """
+    `among` as in `_why`."""
     formulas = [rung for rung in usable if rung.is_formula]
     learned = [rung for rung in usable if not rung.is_formula]
     if not formulas or not learned:

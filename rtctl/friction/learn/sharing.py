@@ -15,8 +15,7 @@ def as_good_together(
     together: Rung, pooled: Side, apart: Rung, sides: Sequence[Side], equal_nm: float
 ) -> bool:
     """Whether one curve for both directions is expected to err no more than one for each, on the points that
-    are held out of both (decision 0043).
-    """
+    are held out of both (decision 0043)."""
     if together.refused:
         return False
     if together.rmse_nm <= equal_nm:
@@ -29,8 +28,7 @@ def as_good_together(
 
 def on_all_points(rung: Rung, sides: Sequence[Side]) -> np.ndarray:
     """Held-out errors of a rung on every point of its sides, in their order; NaN where a point always
-    trains.
-    """
+    trains."""
     found = []
     for score, data in zip(rung.scores, sides, strict=True):
         errors = np.full(len(data.speed), np.nan)

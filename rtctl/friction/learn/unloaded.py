@@ -1,6 +1,5 @@
 """From points under load to points of a gear without load, and the coefficients that a model carries for the
-law.
-"""
+law."""
 
 from __future__ import annotations
 
@@ -25,8 +24,7 @@ def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
     Raises
     ------
     DataError
-        Nothing can be said of load, or friction does not depend on it.
-    """
+        Nothing can be said of load, or friction does not depend on it."""
     if verdict.chosen is None:
         raise DataError(f"{points.source}: {verdict.reason}; leave --by-load out")
     terms = verdict.chosen.terms
@@ -62,8 +60,7 @@ def without_load(points: FrictionPoints, load: Load) -> FrictionPoints:
     Raises
     ------
     DataError
-        Points of an unknown load.
-    """
+        Points of an unknown load."""
     if "load_nm" not in points.columns or not np.isfinite(points.columns["load_nm"]).all():
         raise DataError(
             f"{points.source}: the load of some points is unknown; leave them out, or leave --by-load out"

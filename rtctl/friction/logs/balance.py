@@ -1,6 +1,5 @@
 """The balance of torques on the sliding rows of logs, fitted with or without further causes
-(`rtctl.friction.logs.balance_faults`).
-"""
+(`rtctl.friction.logs.balance_faults`)."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ friction."""
 @dataclass(frozen=True)
 class Fit:
     """A least-squares fit of the balance: inertia, viscous and Coulomb friction, the added coefficients, what
-    is left over (RMS).
-    """
+    is left over (RMS)."""
 
     inertia: float
     viscous: float
@@ -34,8 +32,7 @@ class Fit:
 
     def is_joint(self, speed_rad_s: float) -> bool:
         """Whether these are parameters of a joint that goes at that speed, RMS: a part of a log that hardly
-        tells them has any.
-        """
+        tells them has any."""
         return (
             self.inertia > 0
             and self.coulomb > 0
@@ -116,8 +113,7 @@ class Balance:
 
     def inertia(self) -> tuple[float, float]:
         """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the
-        others.
-        """
+        others."""
         own = self.own_acceleration()
         found = self.fit()
         free = max(len(own) / ROWS_ALIKE, 1.0)
@@ -131,8 +127,7 @@ class Balance:
         rows: np.ndarray | slice = slice(None),
     ) -> Fit:
         """Fit the balance: of another torque, with added columns (n, k), another reading of the motion (n,
-        3), on some rows.
-        """
+        3), on some rows."""
         motion = self.motion if motion is None else motion
         more = np.zeros((len(motion), 0)) if added is None else added
         matrix = np.hstack([motion, more, self.nuisance])[rows]

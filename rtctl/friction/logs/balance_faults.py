@@ -4,8 +4,7 @@ the parameters then differ.
 The balance is ``tau = J a + b v + F_c s + o`` (`rtctl.friction.logs.regression`). A cause (a torque that is
 late, a spring, a column in another unit, friction that changes) is one more column or another reading of one.
 It is told when it explains much that was left over *and* moves a parameter; so a log of which the parameters
-are right gives no alarm.
-"""
+are right gives no alarm."""
 
 from __future__ import annotations
 
@@ -69,8 +68,7 @@ CHANGES = 0.2
 
 def changed(balance: Balance, before: Fit, after: Fit) -> float:
     """Largest change of a parameter, share of what it is after; viscous friction against the whole friction
-    where that is larger.
-    """
+    where that is larger."""
     viscous = max(abs(after.viscous), 0.25 * abs(after.coulomb) / balance.speed)
     return max(
         abs(before.inertia - after.inertia) / max(abs(after.inertia), 1e-12),
@@ -250,8 +248,7 @@ def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
 
 def _needed(balance: Balance, rows: np.ndarray, of: int, usual: float) -> bool:
     """Whether rows need a parameter of their own in place of the usual one: the slow part of a chirp hardly
-    tells an inertia.
-    """
+    tells an inertia."""
     motion = balance.motion
     given, motion[:, of] = usual * motion[:, of], 0.0
     without = balance.fit(torque=balance.torque - given, motion=motion, rows=rows)

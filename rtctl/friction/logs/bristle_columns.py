@@ -2,8 +2,7 @@
 operator, LuGre's bristle.
 
 Each is (rows, 2 + number of Stribeck peaks): the direction forwards, backwards, and times each peak,
-low-passed; by acceleration has each peak once more.
-"""
+low-passed; by acceleration has each peak once more."""
 
 from __future__ import annotations
 
@@ -45,8 +44,7 @@ def by_speed(part: TurningPart, which: float, lag_s: float = 0.0) -> np.ndarray:
     (1).
 
     The filter moves a turn between two unlike strokes by some milliseconds, a coarse encoder shows it late:
-    the log tells.
-    """
+    the log tells."""
     late = round(lag_s * part.rate_hz)
     speed = np.abs(part.motion[:, 1])
     shifted = np.concatenate([np.full(late, speed[0]), speed[: len(speed) - late]])
@@ -68,8 +66,7 @@ def by_acceleration(which: float, part: TurningPart, _none: float = 0.0) -> np.n
     when it falls.
 
     A regression over (|v|, a) with the kernel k(v, v')(1 + lambda a a') is a curve of speed plus a times
-    another; here the peaks' shapes are the other. A part of it that does not depend on speed is inertia.
-    """
+    another; here the peaks' shapes are the other. A part of it that does not depend on speed is inertia."""
     plain = by_speed(part, which)
     direction = (
         stop_operator(part.path_rad, SHORTEST_RAD * part.radian) if which else np.sign(part.motion[:, 1])

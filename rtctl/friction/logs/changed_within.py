@@ -1,6 +1,5 @@
 """A log that is of two parts: from some time on the torque has another zero or scale, the position another
-scale, or another joint moves.
-"""
+scale, or another joint moves."""
 
 from __future__ import annotations
 
@@ -32,8 +31,7 @@ ALIKE = 1.15
 
 def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The time from which on a log has other parameters, that leaves least over; the parameters told are
-    those before it.
-    """
+    those before it."""
     n = len(balance.time_s)
     if len(balance.signals.sources) > 1 or n < 3 * PART_LEAST:
         return None
@@ -79,8 +77,7 @@ def _own(balance: Balance, row: int) -> np.ndarray:
 
 def _is_bent(balance: Balance, row: int) -> bool:
     """Whether friction that is not Coulomb + viscous explains most of it: parts of other speeds then look
-    like other parameters.
-    """
+    like other parameters."""
     bent = balance.bends()
     return (
         balance.fit(added=np.hstack([bent, _own(balance, row)])).rest > STILL * balance.fit(added=bent).rest
@@ -89,8 +86,7 @@ def _is_bent(balance: Balance, row: int) -> bool:
 
 def _what(balance: Balance, row: int) -> tuple[str, Fit]:
     """What changes there: the least that leaves hardly more over than parameters of their own, and that
-    fit.
-    """
+    fit."""
     since, whole = _since(balance, row), _parted(balance, row)
     zero = balance.fit(added=since)
     if zero.rest < ALIKE * whole.rest:

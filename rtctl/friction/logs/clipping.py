@@ -3,8 +3,7 @@ wants more there.
 
 A torque may stay at one value for honest reasons: a joint that accelerates evenly, or slides at one speed,
 wants one. So equal values are no fault by themselves: the balance, fitted where the torque is smaller, must
-contradict them.
-"""
+contradict them."""
 
 from __future__ import annotations
 
@@ -71,8 +70,7 @@ def plateaus(signal: np.ndarray, where: str) -> tuple[Plateau, ...]:
 @dataclass(frozen=True)
 class _Top:
     """What the balance says of the largest torques of a column on one side: shares of the largest, but
-    `slope` and `better`.
-    """
+    `slope` and `better`."""
 
     level_nm: float
     wanted_nm: float
@@ -104,8 +102,7 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
     -----
     The balance is fitted on rows below `TOP_SHARE` of the largest torque. Rows of the largest are chosen by
     what was recorded: noise of it is selected upwards, which looks like the contrary of a torque that was cut
-    off.
-    """
+    off."""
     for log, plateau in seen:
         found = _of_plateau(balance, log, plateau)
         if found is not None and (not found.judged or _contradicted(found, SHORT_AT_LEVEL)):
@@ -165,8 +162,7 @@ def _compared(
     balance: Balance, column: np.ndarray, side: float, at_top: np.ndarray, top: float
 ) -> _Top | None:
     """What the rows `at_top` lack of what is wanted there by all rows with a smaller torque; None where
-    hardly any row is at the top.
-    """
+    hardly any row is at the top."""
     others, middle = balance.torque - column, float(np.median(column))
     signal = side * (column - middle)
     below = np.abs(signal) < TOP_SHARE * top

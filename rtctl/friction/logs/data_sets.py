@@ -1,6 +1,5 @@
 """Data on disk that models are judged by: a description (TOML) of sets of logs, of runs at one speed, or of
-points.
-"""
+points."""
 
 from __future__ import annotations
 
@@ -33,8 +32,7 @@ ROLES = {
 
 class DataSet(Table):
     """One set: `logs` (each a session, for the balance of a joint in motion), `runs` (each at one speed), or
-    `points`.
-    """
+    `points`."""
 
     name: str = Field(min_length=1, max_length=200, description="heading on the page")
     source: str = Field("", max_length=1000, description="where it is from, and what it is")
@@ -76,8 +74,7 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
     ConfigError
         A file that is not there.
     DataError
-        What `rtctl identify --log` or `rtctl fit` would refuse, likewise.
-    """
+        What `rtctl identify --log` or `rtctl fit` would refuse, likewise."""
     notes: tuple[str, ...] = ()
     if one.points:
         points = read_points(_found(one.points, folder)[0])

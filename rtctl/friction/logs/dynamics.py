@@ -8,8 +8,7 @@ v, a     rad/s, ...  velocity, acceleration
 tau      N m         motor torque plus hand torque
 J, b     kg m^2, ..  inertia, viscous friction (N m s/rad)
 f+, f-   N m         torque level of slow motion forwards, backwards
-=======  ==========  ===============================================
-"""
+=======  ==========  ==============================================="""
 
 from __future__ import annotations
 
@@ -39,8 +38,7 @@ RANK_TOLERANCE = 1e-6
 @dataclass(frozen=True)
 class Plateau:
     """A run of `rows` equal extreme values of a torque, from `row` on; `side` 1 at the largest, -1 at the
-    smallest, `where` the file and the column.
-    """
+    smallest, `where` the file and the column."""
 
     where: str
     level_nm: float
@@ -59,8 +57,7 @@ class AxisLog:
     is what stands for a radian in every threshold of the logs: 1 of a rotary axis, so many m of a linear one
     (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
     `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its
-    bristles bend, 0 where that is not longer than usual.
-    """
+    bristles bend, 0 where that is not longer than usual."""
 
     rate_hz: float
     position_rad: np.ndarray
@@ -92,8 +89,7 @@ class Dynamics:
     """Result of `regress`: tau = J a + b v + f+ (v > 0) or f- (v < 0).
 
     `level_forward_nm` > `level_backward_nm` for a rig with friction; `rms_nm` is the residual, `n` the
-    number of samples.
-    """
+    number of samples."""
 
     inertia_kgm2: float
     viscous_nms_rad: float
@@ -139,8 +135,7 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     Notes
     -----
     Central differences of the filtered position. One period of the cut-off is dropped at each end, where
-    the filter does not know what came before.
-    """
+    the filter does not know what came before."""
     if not 0 < cutoff_hz <= 0.2 * log.rate_hz:
         raise DataError(
             f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{0.2 * log.rate_hz:g} Hz (rate / 5)"
@@ -175,8 +170,7 @@ def regress(motion: Motion, speed_min_rad_s: float = SPEED_MIN_RAD_S, source: st
     -----
     tau = J a + b v + f+ H(v) + f- H(-v) over the samples with |v| >= `speed_min_rad_s`. A bias of the
     torque sensor and a difference of friction between the directions cannot be told apart from motion
-    alone: both move f+ and f- together.
-    """
+    alone: both move f+ and f- together."""
     v = motion.velocity_rad_s
     moving = np.abs(v) >= speed_min_rad_s
     require_both_directions(v[moving], source)

@@ -3,8 +3,7 @@ large it may be.
 
 To and fro at constant speeds the joint accelerates at the turns alone, where its bristles bend. So inertia,
 and with one speed the share of viscous friction, are not in the rows that slide: no least squares makes them
-of noise. Friction at the speeds is (docs/theory.md 9.8).
-"""
+of noise. Friction at the speeds is (docs/theory.md 9.8)."""
 
 from __future__ import annotations
 
@@ -35,8 +34,7 @@ def require_acceleration(signals: Regressors) -> None:
     Raises
     ------
     TooEvenError
-        Says how much of it.
-    """
+        Says how much of it."""
     if signals.inertia_short > DROWNED:
         raise TooEvenError(
             f"{signals.source}: {100 * min(1.0, signals.inertia_short):.0f} % of the acceleration, by "
@@ -46,8 +44,7 @@ def require_acceleration(signals: Regressors) -> None:
 
 def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[dict[str, np.ndarray], ...]:
     """The columns that a motion at even speeds may tell, richest first: without the inertia, and without
-    viscous friction.
-    """
+    viscous friction."""
     speed = np.abs(signals.velocity_rad_s[signals.sliding])
     low, high = np.quantile(speed, [0.1, 0.9])
     steady = {name: column for name, column in columns.items() if name != "inertia_kgm2"}
@@ -57,8 +54,7 @@ def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[
 
 def largest_inertia(signals: Regressors, friction: float) -> float:
     """The most an inertia can be: the torque that there was, and `friction` (N m), moved it at its turns,
-    (largest torque + friction)/largest acceleration.
-    """
+    (largest torque + friction)/largest acceleration."""
     torque = np.abs(signals.torque_nm - np.median(signals.torque_nm))
     acceleration = np.abs(signals.acceleration_rad_s2)
     return (float(np.quantile(torque, 0.99)) + friction) / max(float(np.quantile(acceleration, 0.99)), 1e-12)
@@ -70,8 +66,7 @@ def completed(
     """The parameters `names` in their order; what was not `found` is 0 with an interval up to the most it can
     be.
 
-    All of the friction may be viscous.
-    """
+    All of the friction may be viscous."""
     levels = [abs(each.high) for name, each in found.items() if name.startswith(("coulomb", "level"))]
     friction, speed = max(levels), float(np.median(np.abs(signals.velocity_rad_s[signals.sliding])))
     most = {"inertia": largest_inertia(signals, friction), "viscous": friction / speed}

@@ -3,8 +3,7 @@ high-passed by a program.
 
 A high-pass of the first order leaves of a torque u the m with ``m' + w m = u'``, so ``u = m + w int m``: the
 balance of what was recorded has one more column, its own integral, and all other parameters are again those
-of the joint (docs/theory.md 9.5).
-"""
+of the joint (docs/theory.md 9.5)."""
 
 from __future__ import annotations
 

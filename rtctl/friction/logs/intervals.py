@@ -5,8 +5,7 @@ independent of each other, and the scores of each, grown by what it fitted away 
 (docs/theory.md 9.7), are summed as squares, times ``(G - 1)/(G - 1 - K)``, with a t distribution of G - 1 - K
 degrees of freedom give the interval (Bester, Conley and Hansen, J. Econometrics 165, 2011, where K = 0 and
 all blocks are alike). K counts the columns slower than a block, such as drift: each takes the freedom of one
-block. A column that few blocks tell has their freedom only.
-"""
+block. A column that few blocks tell has their freedom only."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ BLOCKS_MIN, BLOCKS_MAX = 6, 20
 @dataclass(frozen=True)
 class Estimate:
     """One parameter: value, standard error and 95 % interval, in the parameter's unit; `doubt` is the part of
-    the interval's half width that is not random.
-    """
+    the interval's half width that is not random."""
 
     value: float
     standard_error: float
@@ -39,8 +37,7 @@ class Estimate:
 
     def doubted(self, by: float) -> Estimate:
         """The estimate with `by` added to both sides of the interval
-        (`rtctl.friction.logs.other_readings`).
-        """
+        (`rtctl.friction.logs.other_readings`)."""
         return Estimate(self.value, self.standard_error, self.low - by, self.high + by, self.doubt + by)
 
     def holds(self, truth: float) -> bool:
@@ -62,8 +59,7 @@ def blocks_in(duration_s: float, cutoff_hz: float) -> int:
 
 def recorded_s(time_s: np.ndarray) -> float:
     """Time that was recorded between the first and the last row, without the gaps (steps half as long again
-    as most), s.
-    """
+    as most), s."""
     steps = np.diff(time_s)
     return float(time_s[-1] - time_s[0] - steps[steps > 1.5 * np.median(steps)].sum())
 
@@ -74,8 +70,7 @@ def time_blocks(signals: Regressors) -> np.ndarray:
     Raises
     ------
     DataError
-        Logs too short for `BLOCKS_MIN` blocks, or a log with no sliding rows.
-    """
+        Logs too short for `BLOCKS_MIN` blocks, or a log with no sliding rows."""
     block = np.empty(len(signals.sliding), int)
     first, spent_s = 0, 0.0
     for k, source in enumerate(signals.sources):
@@ -106,8 +101,7 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
     Notes
     -----
     What a block leaves over is what it was, times (1 - h), h its leverage along each axis: so it is grown by
-    (1 - h)^-1/2, which makes the variance right for errors that are alike.
-    """
+    (1 - h)^-1/2, which makes the variance right for errors that are alike."""
     blocks = int(block[-1]) + 1
     power, axes = np.linalg.eigh(X.T @ X)
     # columns that say the same leave a direction of which nothing is known: none of it is told
@@ -124,8 +118,7 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
 
 def telling_blocks(X: np.ndarray, block: np.ndarray) -> np.ndarray:
     """How many blocks tell each column of X (n, p): fewer where most of a column's own variation lies in
-    some; (sum w_g)^2/sum w_g^2, w_g the share of a block in its variance.
-    """
+    some; (sum w_g)^2/sum w_g^2, w_g the share of a block in its variance."""
     influence = np.linalg.pinv(X.T @ X, rcond=RANK, hermitian=True) @ X.T
     shares = np.array([(influence[:, block == k] ** 2).sum(axis=1) for k in range(int(block[-1]) + 1)])
     return np.asarray(shares.sum(axis=0) ** 2 / np.maximum((shares**2).sum(axis=0), 1e-300))

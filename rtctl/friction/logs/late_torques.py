@@ -1,6 +1,5 @@
 """A torque that is not of the time of the position: late or early by one delay, or of a device whose clock
-runs at another rate.
-"""
+runs at another rate."""
 
 from __future__ import annotations
 
@@ -26,8 +25,7 @@ CLOCKS_BETTER = 0.75
 
 def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.ndarray:
     """The torque as it was recorded so much later, at the first row of each log and at its last, on the
-    sliding rows (every so many of them).
-    """
+    sliding rows (every so many of them)."""
     signals = balance.signals
     rows = np.flatnonzero(signals.sliding)[::every]
     found = np.empty(len(rows))

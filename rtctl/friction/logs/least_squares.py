@@ -1,6 +1,5 @@
 """Least squares of the balance of torques on the sliding rows of logs: columns, solution and intervals
-(docs/theory.md 9.3).
-"""
+(docs/theory.md 9.3)."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ class Regression:
     """A least-squares fit: parameters by name (unit in the name) and how good it is.
 
     `relative_error` is the residual's RMS over the torque's, `condition` the condition number of the
-    columns scaled to unit size, `blocks` the number of stretches of time behind the intervals.
-    """
+    columns scaled to unit size, `blocks` the number of stretches of time behind the intervals."""
 
     parameters: dict[str, Estimate]
     condition: float

@@ -3,8 +3,7 @@
 A torque that is in the balance and not in its model (a hand that was not mapped, a shaft that twists, play,
 friction by place) goes into the parameters by as much as it looks like their columns; what of it does not is
 left over. Nothing tells how it was shared out, but of what is seen left over a bound follows
-(docs/theory.md 9.5).
-"""
+(docs/theory.md 9.5)."""
 
 from __future__ import annotations
 
@@ -40,8 +39,7 @@ def smooth_rest(balance: Balance) -> float:
     Notes
     -----
     Noise behind a low-pass is uncorrelated after a period of its cut-off, so the covariance over such times
-    is of what is no noise. Several are tried, since a shaft that swings crosses 0 at one of them.
-    """
+    is of what is no noise. Several are tried, since a shaft that swings crosses 0 at one of them."""
     rest = balance.residual()
     power = max(
         (abs(_covariance(balance, rest, round(lag * SAMPLES_PER_CUTOFF))) for lag in LAGS), default=0.0
@@ -51,8 +49,7 @@ def smooth_rest(balance: Balance) -> float:
 
 def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
     """Covariance of what is left over on two rows of a stroke, `lag` rows apart; 0 where there are hardly
-    such rows.
-    """
+    such rows."""
     if len(rest) <= 2 * lag:
         return 0.0
     time, log, ahead = balance.time_s, balance.log, balance.velocity > 0
@@ -69,8 +66,7 @@ def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
 
 def bounds(balance: Balance, rest: float) -> dict[str, float]:
     """Share by which each parameter is off when a torque of `rest` N m, RMS, looks wholly like what its
-    column has beyond the others.
-    """
+    column has beyond the others."""
     fit = balance.fit()
     values = {"inertia": fit.inertia, "viscous friction": fit.viscous, "Coulomb friction": fit.coulomb}
     found = {}

@@ -45,8 +45,7 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     Raises
     ------
     DataError
-        A cause that makes the parameters useless; named with column, amount and remedy.
-    """
+        A cause that makes the parameters useless; named with column, amount and remedy."""
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         _require_levels(logs, signals)
@@ -72,8 +71,7 @@ def external_of(
     logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, speed_min_rad_s: float
 ) -> np.ndarray | None:
     """The external torque alone, on the rows of the signals of both torques; None where only one is
-    recorded.
-    """
+    recorded."""
     if any(stretch.external_nm is None for stretches in logs for stretch in stretches):
         return None
     alone = [
@@ -94,8 +92,7 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     -----
     Noise in a regressor makes its coefficient too small by the noise's share of the regressor's power (of
     what of it the others do not have). As much noise as the steps make is made once more, and its power
-    measured. Of a recorded velocity the steps of the position make no acceleration.
-    """
+    measured. Of a recorded velocity the steps of the position make no acceleration."""
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
@@ -140,8 +137,7 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
 
 def _few_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[str]:
     """What is to be said of a position of few levels although the inertia comes out of it: velocity and its
-    sign are of the steps.
-    """
+    sign are of the steps."""
     stretches = [one for stretches in logs for one in stretches if one.velocity_rad_s is None]
     step, range_rad = max(
         ((_step(one), float(np.ptp(one.position_rad))) for one in stretches), default=(0.0, 0.0)
@@ -159,8 +155,7 @@ def _gained_by_lower_cutoff(
     logs: Sequence[Sequence[AxisLog]], balance: Balance, speed_min_rad_s: float
 ) -> float:
     """Share that the inertia surely lacks against that of a lower cut-off, where the noise of an acceleration
-    is far less, whatever makes it.
-    """
+    is far less, whatever makes it."""
     cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
     try:
         lower = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
@@ -177,8 +172,7 @@ def _gained_by_lower_cutoff(
 
 def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:
     """The log with as much noise of rounding again: rounded where the joint lingers on a step, else white
-    noise, since even motion may pass its steps in time with the rows.
-    """
+    noise, since even motion may pass its steps in time with the rows."""
     step = _step(log)
     if step == 0:
         return log

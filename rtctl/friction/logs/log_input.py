@@ -29,8 +29,7 @@ from rtctl.friction.logs.signal_shift import advanced
 @dataclass(frozen=True)
 class Gearing:
     """What turns a motor current into a torque at the joint, and counts into an angle; of a linear axis as
-    `hw.interface.Rig` has it.
-    """
+    `hw.interface.Rig` has it."""
 
     torque_constant_nm_a: float = 1.0
     gear_ratio: float = 1.0
@@ -55,8 +54,7 @@ class Gearing:
 
     def of_screw(self) -> Gearing:
         """Ratio and counts of a screw's turn, or of a metre where there is no lead, as those of the
-        coordinate.
-        """
+        coordinate."""
         ratio, counts = of_coordinate(self.motion, self.lead_m)
         return replace(self, gear_ratio=self.gear_ratio * ratio, counts_per_rev=self.counts_per_rev * counts)
 
@@ -97,8 +95,7 @@ def read_log(
     A current measured at slot k was held since slot k - 1, so on average it is half a period old. The
     external torque of a sensor is taken as of its own instant. What a longer delay leaves without torque at
     the ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there
-    are others.
-    """
+    are others."""
     rig = gearing.rig() if isinstance(gearing, Gearing) else gearing
     try:
         stretches = load_stretches(options, rig, mend)
@@ -119,8 +116,7 @@ def _radian(stretches: Sequence[Recording], rig: Rig) -> float:
     largest speed makes in 1 s.
 
     Not a radian of its screw: a carriage at .2 m/s on a lead of 5 mm turns it at 250 rad/s, and what is slow
-    for a joint, .03 rad/s, would be 24 um/s, where bristles still bend.
-    """
+    for a joint, .03 rad/s, would be 24 um/s, where bristles still bend."""
     if rig.moves(0)[0] != "linear":
         return 1.0
     speeds = [largest_speed(one.position_rad[:, 0], one.rate_hz) for one in stretches]
@@ -137,8 +133,7 @@ def mend(
     path: Path, time_s: np.ndarray | None, position: np.ndarray, torques: dict[str, np.ndarray]
 ) -> tuple[str, ...]:
     """Mend spikes, jumps and repeated rows of the first axis in place (`rtctl.friction.logs.row_faults`);
-    what was done.
-    """
+    what was done."""
     rows = Rows(str(path), time_s, position[:, 0], {name: column[:, 0] for name, column in torques.items()})
     return tuple(mended(rows).notes)
 
@@ -170,8 +165,7 @@ def require_different(logs: Sequence[AxisLog]) -> None:
     Raises
     ------
     DataError
-        Names both files.
-    """
+        Names both files."""
     first: dict[str, str] = {}
     for log in logs:
         if log.sha256 in first:
@@ -199,8 +193,7 @@ def samples(
     """Friction of the sliding rows: torque - inertia * acceleration (- offset and its drift).
 
     An offset that was removed may be a difference between the directions: unless `zero_known`, the samples
-    carry it as `zero_doubt_nm`.
-    """
+    carry it as `zero_doubt_nm`."""
     found = fit.symmetric.parameters
     rows = signals.sliding
     friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
@@ -222,8 +215,7 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
     Raises
     ------
     ConfigError
-        There is no such file.
-    """
+        There is no such file."""
     table = {**options, "file": str(file), "start_s": 0.0, "end_s": None, "loop": False}
     try:
         return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")
@@ -241,8 +233,7 @@ def options_of(
     Raises
     ------
     ConfigError
-        A table or a file that cannot be.
-    """
+        A table or a file that cannot be."""
     axis = {name: table for name, table in columns.items() if name != "time"}
     time = {} if rate_hz else {"time": columns.get("time", {"column": "time_s"})}
     return of_file({**time, "rate_hz": rate_hz, "axis": [axis], **(text or {})}, file)

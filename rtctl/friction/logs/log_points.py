@@ -1,6 +1,5 @@
 """Recordings of a joint in motion, looked at as `rtctl identify --log` does, and the friction points in
-them.
-"""
+them."""
 
 from __future__ import annotations
 
@@ -52,8 +51,7 @@ class InTime:
     was come by.
 
     `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell, `bent` the
-    presliding length of all together.
-    """
+    presliding length of all together."""
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
@@ -88,8 +86,7 @@ def read_in_time(
     Raises
     ------
     DataError
-        What cannot be read, a log given twice.
-    """
+        What cannot be read, a log given twice."""
 
     def read(delay_s: float | None) -> tuple[tuple[AxisLog, ...], ...]:
         return tuple(of_one_radian([read_log(each, gearing, delay_s, limits) for each in options]))
@@ -131,8 +128,7 @@ def settled(
     logs: tuple[tuple[AxisLog, ...], ...], bent: Presliding | None
 ) -> tuple[tuple[AxisLog, ...], ...]:
     """Logs whose rows count as sliding only where bristles as long as that are bent; the same where that is
-    what is usual.
-    """
+    what is usual."""
     if (
         bent is None
         or not bent.spread_rad
@@ -158,8 +154,7 @@ def _shared(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str
 @dataclass(frozen=True)
 class Checked:
     """Logs that can be used: stretches of each, signals and regression of all together, and what is to be
-    said of them.
-    """
+    said of them."""
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
@@ -181,8 +176,7 @@ def checked(
     Raises
     ------
     DataError
-        What `rtctl identify --log` refuses (docs/logs.md), a log given twice.
-    """
+        What `rtctl identify --log` refuses (docs/logs.md), a log given twice."""
     found = read_in_time(options, gearing, cutoff_hz=cutoff_hz, speed_min_rad_s=speed_min_rad_s)
     told = diagnose(found.logs, found.signals)
     fit = joint_fit(found.signals)
@@ -202,8 +196,7 @@ def points_of_logs(
     Raises
     ------
     ConfigError, DataError
-        What `rtctl identify --log` refuses.
-    """
+        What `rtctl identify --log` refuses."""
     found = checked([options_of(file, columns, None) for file in files], gearing)
     digests = "".join(stretches[0].sha256 for stretches in found.logs)
     sha256 = hashlib.sha256(digests.encode()).hexdigest()

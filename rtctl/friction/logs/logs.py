@@ -2,8 +2,7 @@
 
 The balance of the joint (docs/theory.md 1.1) is ``J a = tau_m + tau_h - F(v) - bias``, so torque
 minus inertia times acceleration is friction plus the bias of the torque sensor
-(`rtctl.friction.logs.dynamics`).
-"""
+(`rtctl.friction.logs.dynamics`)."""
 
 from __future__ import annotations
 
@@ -82,8 +81,7 @@ def axis_log(
     Raises
     ------
     DataError
-        The recording maps none of the torques asked for, or force columns only.
-    """
+        The recording maps none of the torques asked for, or force columns only."""
     torques = []
     if use != "hand" and recording.current_a is not None:
         per_ampere = rig.gear_ratio[axis] * rig.gear_efficiency[axis] * rig.torque_constant_nm_a[axis]
@@ -132,8 +130,7 @@ def friction_samples(
     Raises
     ------
     DataError
-        See `differentiate`; too little motion in one direction; torque without the sign of friction.
-    """
+        See `differentiate`; too little motion in one direction; torque without the sign of friction."""
     motion = differentiate(log, cutoff_hz)
     if bias_nm == "midpoint":
         bias_nm = regress(motion, speed_min_rad_s, log.source).midpoint_nm
@@ -165,8 +162,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
     Raises
     ------
     DataError
-        Too few samples in one direction, or a level whose friction does not oppose the motion.
-    """
+        Too few samples in one direction, or a level whose friction does not oppose the motion."""
     require_both_directions(samples.velocity_rad_s, samples.source)
     rows: list[tuple[float, ...]] = []
     part, between = _parts(samples), list[float]()
@@ -202,8 +198,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
 
 def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
     """Standard deviation of friction about its line over speed, N m: what the width of a level adds to it is
-    not its spread.
-    """
+    not its spread."""
     v = speed - speed.mean()
     slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
     rest = friction - friction.mean() - slope * v
@@ -248,8 +243,7 @@ def _of_level(name: str, values: np.ndarray) -> float:
 
 def pool(parts: list[FrictionSamples]) -> FrictionSamples:
     """Samples of several logs as one set, each with its number as `log`; the checksum is that of their
-    checksums.
-    """
+    checksums."""
     if len(parts) == 1:
         return parts[0]
     names = set.intersection(*(set(part.columns) for part in parts))

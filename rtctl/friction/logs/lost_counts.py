@@ -1,6 +1,5 @@
 """A position that loses counts the faster the joint goes: above the highest frequency of an encoder or its
-counter.
-"""
+counter."""
 
 from __future__ import annotations
 
@@ -18,8 +17,7 @@ speed."""
 
 def lost_counts(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The motion read as quicker the faster it is: w = v (1 + k q), q = (v/V)^2, and so an acceleration a
-    (1 + 3 k q).
-    """
+    (1 + 3 k q)."""
     v, a = balance.velocity, balance.acceleration
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     q = np.minimum((v / largest) ** 2, 1.0)

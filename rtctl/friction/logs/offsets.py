@@ -4,8 +4,7 @@ A force sensor's zero wanders while a log is taken. A constant would push that i
 leave an interval around a number the offset never had. So the offset of a log is its mean over the rows that
 are regressed on plus the first cosines of a period of the log, which are the principal components of a random
 walk about its mean. Only what is slower than the motion is modelled: a term that turned as fast as the joint
-does could not be told from friction.
-"""
+does could not be told from friction."""
 
 from __future__ import annotations
 
@@ -36,8 +35,7 @@ class Offset:
     """Offset of one log: its row in the symmetric parameters, and the drift about it.
 
     `terms` is the number of cosines, 0 where the log is too short or turns too seldom: the offset is then
-    taken as constant. `drift_range_nm` is that of the drift found (and removed).
-    """
+    taken as constant. `drift_range_nm` is that of the drift found (and removed)."""
 
     source: str
     parameter: str
@@ -48,8 +46,7 @@ class Offset:
 @dataclass(frozen=True)
 class OffsetColumns:
     """Columns of the regression: `logs` (n, logs) are 1 on the rows of each log, `drift` (n, terms) its
-    cosines.
-    """
+    cosines."""
 
     names: tuple[str, ...]
     logs: np.ndarray
@@ -64,8 +61,7 @@ class OffsetColumns:
     def freedom(self, name: str, log: np.ndarray, block: np.ndarray) -> int:
         """Degrees of freedom of a parameter: for the offset of a log, those of its own blocks.
 
-        `log` and `block` are those of the rows regressed on.
-        """
+        `log` and `block` are those of the rows regressed on."""
         if name not in self.names:
             return int(block[-1]) - len(self.owner)
         k = self.names.index(name)
@@ -108,8 +104,7 @@ def drift_beside_friction(signals: Regressors, offset: OffsetColumns, inertia_kg
 
     Beside Coulomb + viscous friction the drift takes what these miss, by as much as slow and quick, or
     forward and backward motion are uneven in time: the points of two sessions of one joint then differ by
-    it.
-    """
+    it."""
     rows = signals.sliding
     v = signals.velocity_rad_s[rows]
     columns = [offset.drift[rows], offset.relative(rows)[rows]]

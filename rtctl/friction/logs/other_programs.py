@@ -1,6 +1,5 @@
 """Friction points from files as other programs write them: columns by name and unit, averaged by file or by
-speed.
-"""
+speed."""
 
 from __future__ import annotations
 
@@ -81,8 +80,7 @@ class LogColumn(Column):
 
 class Columns(BaseModel):
     """Which column is what; friction is a torque (N m at the joint), or a current with the torque it makes as
-    scale (N m/A).
-    """
+    scale (N m/A)."""
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
     velocity: VelocityColumn = VelocityColumn(column="velocity_rad_s")
@@ -123,8 +121,7 @@ def read_mapped(
         A table that cannot be.
     DataError
         A file that cannot be read, friction that points against the motion, a run that is not steady, too few
-        points.
-    """
+        points."""
     columns = _columns(tables)
     motion = "linear" if lead_m else of_units(table.get("unit") for table in tables.values())
     parts = [_signals(file, columns, text, units_of(motion, lead_m)) for file in files]
@@ -156,8 +153,7 @@ def read_mapped(
 
 def _columns(tables: Mapping[str, Any]) -> Columns:
     """The map of columns, believed; friction is the column of our own name where none is mapped. Raises
-    ConfigError.
-    """
+    ConfigError."""
     try:
         columns = Columns.model_validate(dict(tables))
     except ValidationError as error:
@@ -173,8 +169,7 @@ def _columns(tables: Mapping[str, Any]) -> Columns:
 @dataclass(frozen=True)
 class _Signals:
     """Velocity (rad/s), friction torque (N m) and the other columns of the points, of one file. Arrays of one
-    length.
-    """
+    length."""
 
     velocity: np.ndarray
     torque: np.ndarray
@@ -244,8 +239,7 @@ def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamp
 
 def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[float, ...], dict[str, float]]:
     """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows
-    far off are left out and told.
-    """
+    far off are left out and told."""
     velocity, torque = part.velocity, part.torque
     off = np.abs(torque - np.median(torque))
     far = off > OUTLIER_SCALES * 1.4826 * max(float(np.median(off)), quantum(torque))

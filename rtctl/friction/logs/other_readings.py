@@ -6,8 +6,7 @@ moves it the same way in every block, and no scatter tells. But another model, o
 otherwise. So the balance is solved again with what joints do besides (`_readings`): a torque that is late,
 friction that bends over speed, that remembers a turn, that grows with the torque, a scale of the torque that
 bends, and with rows further from the turns. A parameter that changes by more than chance has changed by d;
-what is beyond chance of the largest d is its doubt (docs/theory.md 9.6).
-"""
+what is beyond chance of the largest d is its doubt (docs/theory.md 9.6)."""
 
 from __future__ import annotations
 
@@ -55,8 +54,7 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     """Doubt of inertia, viscous and Coulomb friction, (3,), added to both sides of their intervals.
 
     `late` is the delay that looks left in the torque, s; where it surely is not 0 the motion as it was so
-    much earlier is another reading.
-    """
+    much earlier is another reading."""
     rows, offset = signals.sliding, offset_columns(signals)
     nuisance = np.hstack([offset.logs, offset.drift, *signals.shares])
     block = np.full(len(rows), -1)
@@ -93,8 +91,7 @@ def _of_other_speeds(
     bends is drawn through other speeds, beyond chance.
 
     The rows that are used have fewer slow ones than the motion, for those near turns are left out; a line
-    through every speed alike has more.
-    """
+    through every speed alike has more."""
     rows, v, s = signals.sliding, signals.velocity_rad_s, signals.direction
     bends = np.column_stack([v * np.abs(v), s * np.exp(-np.abs(v) / _peak_speed(signals))])
     others = np.hstack([motion, nuisance])[rows]
@@ -118,8 +115,7 @@ def _of_other_speeds(
 
 def _weights(signals: Regressors) -> Iterator[np.ndarray]:
     """Weights of all rows (n,): those that are used; all that move as fast; the used ones with every speed
-    alike.
-    """
+    alike."""
     rows, speed = signals.sliding.astype(float), np.abs(signals.velocity_rad_s)
     yield rows
     used = speed[signals.sliding]
@@ -145,8 +141,7 @@ def _moved_by_half_a_period(signals: Regressors, columns: np.ndarray) -> np.ndar
     measured with the position.
 
     What a motor that damps gives late is acceleration: the balance does not tell by itself when it was
-    measured.
-    """
+    measured."""
     if signals.external_nm is None or not signals.held_s:
         return np.zeros(3)
     rows = signals.sliding
@@ -167,8 +162,7 @@ def _readings(
     signals: Regressors, motion: np.ndarray, wanted: np.ndarray, late: Estimate | None
 ) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
     """Columns of the motion, those that are added (the first of them no friction), and the rows; `wanted` is
-    the torque that the plain one wants, (n,).
-    """
+    the torque that the plain one wants, (n,)."""
     v, s, rows = signals.velocity_rad_s, signals.direction, signals.sliding
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     x = signals.position_rad
@@ -200,8 +194,7 @@ def _solved(
     block: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Inertia, viscous and Coulomb friction with the columns `more`, of which what is friction is told as
-    viscous and Coulomb, and what each block moved them by.
-    """
+    viscous and Coulomb, and what each block moved them by."""
     matrix, torque = np.hstack([motion, more, nuisance])[rows], signals.torque_nm[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
     scale[scale == 0] = 1.0

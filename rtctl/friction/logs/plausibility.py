@@ -108,8 +108,7 @@ def plausible(
     Raises
     ------
     DataError
-        Speed, travel or torque beyond `limits`, a torque too small to move anything, or constant.
-    """
+        Speed, travel or torque beyond `limits`, a torque too small to move anything, or constant."""
     _require_rate(log)
     _require_motion(log, limits)
     external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
@@ -282,8 +281,7 @@ def doubtful_friction(fit: JointFit) -> tuple[str, ...]:
 
 def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
     """Offsets of a motor torque that are taken out as its zero, and may be a difference between the
-    directions as well: nothing in a log tells.
-    """
+    directions as well: nothing in a log tells."""
     found, told = fit.symmetric.parameters, []
     coulomb = found["coulomb_nm"].value
     for each in fit.offsets:

@@ -34,8 +34,7 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
 
     A constant in the torque, gravity, a load or acceleration go into friction points unseen: nothing opposes
     them there, as the balance of `rtctl identify --log` does. `known`: a rig file says what speeds and
-    torques there may be.
-    """
+    torques there may be."""
     told = [*([] if known else _doubtful_units(points)), *_doubtful_rows(points)]
     (v, f), (w, g) = points.branch(1), points.branch(-1)
     shared = v[(v >= w[0]) & (v <= w[-1])]
@@ -87,8 +86,7 @@ def _doubtful_rows(points: FrictionPoints) -> list[str]:
 
 def _scatter(points: FrictionPoints) -> float:
     """Robust standard deviation of a point about the line through its neighbours in speed, share of the
-    friction.
-    """
+    friction."""
     off = []
     for v, f in (points.branch(1), points.branch(-1)):
         wide = v[2:] - v[:-2]
@@ -123,8 +121,7 @@ def require_plausible_points(points: FrictionPoints, loaded: LoadedConfig) -> No
     Raises
     ------
     DataError
-        Naming the column, its largest value, the bound of the rig file and the unit that is likely wrong.
-    """
+        Naming the column, its largest value, the bound of the rig file and the unit that is likely wrong."""
     refusals = [
         _refusal(points, Limits.of_axis(axis, loaded.path.name), axis.torque_limit_nm)
         for axis in loaded.config.axis
@@ -139,8 +136,7 @@ def require_held_out(test: FrictionPoints, training: FrictionPoints) -> None:
     Raises
     ------
     DataError
-        Both files hold the same bytes.
-    """
+        Both files hold the same bytes."""
     if test.sha256 == training.sha256:
         raise DataError(
             f"{test.source}: the same points as {training.source}; --test needs points not trained on"

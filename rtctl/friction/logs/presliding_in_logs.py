@@ -13,8 +13,7 @@ nested regression (F = t^2).
 
 LuGre's bristles approach sliding slowly, so that no stop operator is theirs. What is found is then the length
 of the stop operator that takes up as much work in a turn, which is what credit and direction of the
-feed-forward are about.
-"""
+feed-forward are about."""
 
 from __future__ import annotations
 
@@ -50,8 +49,7 @@ def presliding_of_logs(
         `length_rad` is the length that leaves least, `spread_rad` half the way from it to the first longer
         one that is ruled out, and `ramps` the turns. Where all shorter lengths are as good, the length is the
         shortest that is told apart from a longer one: at most so long. None: too few turns, or a motion that
-        tells nothing.
-    """
+        tells nothing."""
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     turns = sum(part.turns for part in parts)
     if turns < TURNS_MIN:

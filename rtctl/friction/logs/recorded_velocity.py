@@ -2,8 +2,7 @@
 
 The position is the reference: the velocity of a drive or an estimator may be of another unit, turned in sign,
 late, low-passed by its program, or off by the zero of a tachometer. The derivative of a position of coarse
-steps is noise in most rows, so it is what is explained here, never what explains (docs/theory.md 9.7).
-"""
+steps is noise in most rows, so it is what is explained here, never what explains (docs/theory.md 9.7)."""
 
 from __future__ import annotations
 
@@ -68,8 +67,7 @@ TRIES = 4
 @dataclass(frozen=True)
 class _Read:
     """A recorded velocity put on the instants of the position; with `scale` and `zero` still in it, and what
-    of the position's it leaves over.
-    """
+    of the position's it leaves over."""
 
     velocity: np.ndarray
     late_s: float
@@ -102,8 +100,7 @@ def aligned_velocity(
     Raises
     ------
     DataError
-        It does not follow the position, or does with another sign or scale, or too late.
-    """
+        It does not follow the position, or does with another sign or scale, or too late."""
     edge = max(4, round(rate_hz / cutoff_hz))
     inside = slice(edge, len(recorded) - edge)
     where = f"{source}: column velocity"
@@ -142,8 +139,7 @@ def aligned_velocity(
 
 def _free(rows: int, rate_hz: float, cutoff_hz: float, step_s: float) -> float:
     """Values that are independent of each other, of so many rows; `step_s` is the time of a step of the
-    position, which is wrong by the same as long.
-    """
+    position, which is wrong by the same as long."""
     return max(1.0, rows / rate_hz / max(1 / cutoff_hz, step_s))
 
 
@@ -159,8 +155,7 @@ def _best(recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside: sl
 
 def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float) -> str:
     """What is said where the scale against the position's derivative is another one at large speeds; ""
-    else.
-    """
+    else."""
     v, x = read.velocity[inside], velocity[inside]
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     cut = np.clip(x, -largest, largest)
@@ -189,8 +184,7 @@ def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float)
 
 def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float, grain_rad_s: float) -> str:
     """What is said where its scale against the position's derivative changes over the log, of which `free`
-    values are independent; "" else. A speed of few steps is off by up to half of one.
-    """
+    values are independent; "" else. A speed of few steps is off by up to half of one."""
     parts = np.array_split(np.arange(*inside.indices(len(velocity))), PARTS)
     scales, errors = [], []
     for rows in parts:
@@ -248,8 +242,7 @@ def _filtered(
     recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside: slice, passes: int
 ) -> _Read:
     """The velocity taken for low-passed, by so many filters of the first order (of two the second need not be
-    as the first).
-    """
+    as the first)."""
     (z, c, *more), rest = _explained(recorded, velocity, rate_hz, inside, passes)
     lags = [float(each / c) if c else 0.0 for each in more]
     undone = recorded + sum(
@@ -265,8 +258,7 @@ def _inverse(c: float, z: float) -> tuple[float, float]:
 
 def _unexplained(read: _Read, velocity: np.ndarray, rate_hz: float, step_rad: float) -> float:
     """Share of the position's derivative that the recorded velocity leaves over, RMS, both as means over the
-    time of `STEPS` steps.
-    """
+    time of `STEPS` steps."""
     explained = velocity - read.rest
     rows = round(rate_hz * STEPS * step_rad / max(float(explained.std()), 1e-12))
     window = np.ones(min(max(1, rows), max(1, len(velocity) // 10)))

@@ -15,8 +15,7 @@ offset of each log drifts slowly (`rtctl.friction.logs.offsets`); o, f+ and f- a
 The intervals cover what is random in a log, and what other readings of it say
 (`rtctl.friction.logs.other_readings`). A torque recorded early or late against the position, or bristles that
 still bend, shift the parameters: d seconds of delay add J d w^2 to the viscous friction seen at the angular
-frequency w. Correct a known delay before (`rtctl.friction.logs.signal_shift.advanced`).
-"""
+frequency w. Correct a known delay before (`rtctl.friction.logs.signal_shift.advanced`)."""
 
 from __future__ import annotations
 
@@ -46,8 +45,7 @@ class JointFit:
     """Both fits, the offset of each log, and what a reader of the numbers must know besides (`warnings`).
 
     `speeds` are those of the rows forwards and backwards; `drift_nm` are the coefficients of the drift
-    columns (`rtctl.friction.logs.offsets`).
-    """
+    columns (`rtctl.friction.logs.offsets`)."""
 
     symmetric: Regression
     per_direction: Regression
@@ -70,8 +68,7 @@ def joint_fit(signals: Regressors) -> JointFit:
     Notes
     -----
     Few slow rows are a warning as long as the condition number says that the parameters can be told apart:
-    the standard errors then carry what the few rows leave open.
-    """
+    the standard errors then carry what the few rows leave open."""
     require_both_directions(signals.velocity_rad_s[signals.sliding], signals.source)
     offset = offset_columns(signals)
     columns, by_direction = columns_of(signals, offset)
@@ -147,8 +144,7 @@ def _remaining_delay(
     Notes
     -----
     While the joint slides, a torque late by d is J (a - d da/dt) + b (v - d a) + ...: the coefficient of the
-    jerk is -d J. Friction that is not Coulomb + viscous goes into it too.
-    """
+    jerk is -d J. Friction that is not Coulomb + viscous goes into it too."""
     try:
         fit = solve(signals, {**columns, "jerk": signals.jerk_rad_s3}, offset, offset.drift)
     except DataError:

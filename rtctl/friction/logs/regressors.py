@@ -51,8 +51,7 @@ class Regressors:
     `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of
     `AxisLog`, `inertia_short` the share by which coarse positions make the inertia too small (`coarseness`),
     `share_nm` the torque that friction is a share of, where there is one (`torque_shape`). Of two torques
-    `external_nm` is the hand's, `held_s` by what the motor's was put back.
-    """
+    `external_nm` is the hand's, `held_s` by what the motor's was put back."""
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -126,8 +125,7 @@ def regressors(
     -----
     The direction is a column of the regression and is filtered too: around a reversal both sides of the
     balance are then blurred alike. A recorded velocity takes the place of the first derivative. Not `sliding`
-    are rows within margin or `settle_rad` of a reversal, where bristles bend.
-    """
+    are rows within margin or `settle_rad` of a reversal, where bristles bend."""
     edge, span = _checked(log, cutoff_hz)
     rate, n = log.rate_hz, len(log.position_rad)
     x = smooth(log.position_rad, rate, cutoff_hz)
@@ -185,8 +183,7 @@ def of_stretches(
     Raises
     ------
     DataError
-        As `regressors`, of the longest stretch where all are too short.
-    """
+        As `regressors`, of the longest stretch where all are too short."""
     need = STRETCH_PERIODS * max(4, round(parts[0].rate_hz / cutoff_hz))
     kept = [part for part in parts if len(part.position_rad) >= need]
     if len(parts) == 1 or not kept:

@@ -20,8 +20,7 @@ maxwell       a sum of stop operators of several lengths, each of weight >= 0 (M
 
 Both sides pass one zero-phase low-pass, so a turn that the filter blurs is blurred alike. The stretches are
 cut into blocks of time; what is told is the error in each half of the blocks of what was fitted to the other,
-length and lag too.
-"""
+length and lag too."""
 
 from __future__ import annotations
 
@@ -85,8 +84,7 @@ class Rung:
         blocks.
     parameter
         Length (rad; of `maxwell` the mean by weight) or lag (s) fitted to all rows; 0 for `speed` and
-        `acceleration`.
-    """
+        `acceleration`."""
 
     name: str
     near_nm: float
@@ -99,8 +97,7 @@ class Rung:
 @dataclass(frozen=True)
 class Reversals:
     """The rungs, simplest first, the number of turns, and the simplest rung that none beats by `WORTH` and
-    beyond chance.
-    """
+    beyond chance."""
 
     rungs: tuple[Rung, ...]
     turns: int
@@ -115,8 +112,7 @@ def reversals_of_logs(
     Returns
     -------
     Reversals or None
-        None: fewer than `TURNS_MIN` turns, or strokes too short to bend anything.
-    """
+        None: fewer than `TURNS_MIN` turns, or strokes too short to bend anything."""
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     lengths, turns = tried_lengths(parts), sum(part.turns for part in parts)
     if not len(lengths):
@@ -136,8 +132,7 @@ def reversals_of_logs(
 
 def tried_lengths(parts: Sequence[TurningPart]) -> np.ndarray:
     """Lengths of bristles that are tried, rad; none where there are fewer than `TURNS_MIN` turns, or strokes
-    too short to bend anything.
-    """
+    too short to bend anything."""
     shortest, longest = shortest_length(parts), longest_length(parts)
     if sum(part.turns for part in parts) < TURNS_MIN or longest <= 2 * shortest:
         return np.zeros(0)
@@ -147,8 +142,7 @@ def tried_lengths(parts: Sequence[TurningPart]) -> np.ndarray:
 @dataclass(frozen=True)
 class TurnRows:
     """Kept rows of all parts: torque (n,), columns of the motion, which are near a turn, their blocks and
-    halves.
-    """
+    halves."""
 
     parts: tuple[TurningPart, ...]
     torque_nm: np.ndarray
@@ -188,8 +182,7 @@ class TurnRows:
 
     def judged(self, columns: Columns, values: Sequence[float] | np.ndarray) -> _Found:
         """Held-out residuals, the parameter chosen in the rows fitted to; and the parameter that fits all
-        rows best.
-        """
+        rows best."""
         designs = [
             np.hstack([self.motion, np.concatenate([columns(part, value) for part in self.parts])])
             for value in values
@@ -211,8 +204,7 @@ class TurnRows:
 
     def judged_sum(self, lengths_rad: np.ndarray, peaks_at_rad: float) -> _Found:
         """Held-out residuals of a sum of stop operators: weights >= 0 by direction, the peaks on the operator
-        of one length.
-        """
+        of one length."""
         every = [np.concatenate([by_stop(part, length) for part in self.parts]) for length in lengths_rad]
         peaks = every[int(np.argmin(np.abs(lengths_rad - peaks_at_rad)))][:, 2:]
         free, bound = np.hstack([self.motion, peaks]), np.hstack([each[:, :2] for each in every])
@@ -244,8 +236,7 @@ def _bounded(bound: np.ndarray, free: np.ndarray, torque: np.ndarray) -> tuple[n
 
 def _compared(found: Mapping[str, _Found], rows: TurnRows, turns: int) -> Reversals:
     """The rungs told, and the simplest that the best does not beat by `WORTH` and `SURE` standard errors over
-    the blocks.
-    """
+    the blocks."""
     squares = {
         name: np.bincount(rows.block[rows.near], one.residual_nm[rows.near] ** 2, rows.block.max() + 1)
         for name, one in found.items()

@@ -2,8 +2,7 @@
 
 A spike leaves the position for a few rows and comes back; a jump does not come back. Both are outliers of the
 velocity from row to row against its running median, which motion, however brisk, is not: whatever moves keeps
-its velocity for a few rows, or changes it for good.
-"""
+its velocity for a few rows, or changes it for good."""
 
 from __future__ import annotations
 
@@ -80,8 +79,7 @@ def mended(rows: Rows) -> Rows:
     Raises
     ------
     DataError
-        More spikes, lost or repeated rows than can be mended, with column, row, how many and the remedy.
-    """
+        More spikes, lost or repeated rows than can be mended, with column, row, how many and the remedy."""
     if len(rows.position_rad) < 4 * WINDOW_MIN:
         return rows
     require_one_axis(rows.where, rows.position_rad)

@@ -1,6 +1,5 @@
 """Rows that are not one after the other of one axis: two axes or devices in turn, and a slower log brought to
-a higher rate by holding its rows.
-"""
+a higher rate by holding its rows."""
 
 from __future__ import annotations
 
@@ -28,8 +27,7 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
     Raises
     ------
     DataError
-        Says how many, and what to do.
-    """
+        Says how many, and what to do."""
     moves = [float(np.median(np.abs(position_rad[n:] - position_rad[:-n]))) for n in range(1, AXES_MOST + 1)]
     axes = int(np.argmin(moves)) + 1
     if axes > 1 and moves[axes - 1] * NEARER < moves[0]:
@@ -42,8 +40,7 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
 
 def held(columns: list[np.ndarray]) -> tuple[np.ndarray, int]:
     """Rows that only repeat the row before in every column, where nearly all rows stand equally often: their
-    marks (n,), and how often; none and 1 elsewhere.
-    """
+    marks (n,), and how often; none and 1 elsewhere."""
     same = np.logical_and.reduce([np.diff(column) == 0 for column in columns])
     repeats = np.concatenate([[False], same])
     lengths = np.diff(np.append(np.flatnonzero(~repeats), len(repeats)))

@@ -11,8 +11,7 @@ def derivatives(position: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarr
     Notes
     -----
     The error is (w T)^4/30 of the first and (w T)^4/90 of the second, against (w T)^2/6 and (w T)^2/12 of
-    three points, so a log of 100 Hz does as well as one of 1 kHz.
-    """
+    three points, so a log of 100 Hz does as well as one of 1 kHz."""
     x = position
     v, a = np.zeros_like(x), np.zeros_like(x)
     v[2:-2] = (8 * (x[3:-1] - x[1:-3]) - (x[4:] - x[:-4])) / (12 * step)
@@ -29,8 +28,7 @@ def advanced(signal: np.ndarray, rate_hz: float, delay_s: float) -> np.ndarray:
     -----
     By whole samples, and the rest d of at most half a sample by the second-order Taylor series
     ``s(t + d) = s + d s' + d^2/2 s''``: the error is (w d)^3/6, 2e-6 for half a period of 1 kHz and 3 Hz of
-    motion. Linear, so it may come before or after a filter.
-    """
+    motion. Linear, so it may come before or after a filter."""
     whole = round(delay_s * rate_hz)
     rest_s = delay_s - whole / rate_hz
     s = signal[np.clip(np.arange(len(signal)) + whole, 0, len(signal) - 1)]

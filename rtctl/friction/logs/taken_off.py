@@ -9,8 +9,7 @@ the torque that is left jumps the wrong way at each turn. In the balance of
     tau = J a + b v + (friction of LuGre's bristles of length L, with Stribeck peaks) + c sgn(v) + offset
 
 c is 0 of a joint and -c_0 where c_0 is taken off (docs/theory.md 9.5). A joint whose friction turns over at
-once leaves both columns alike, and nothing is told.
-"""
+once leaves both columns alike, and nothing is told."""
 
 from __future__ import annotations
 
@@ -49,8 +48,7 @@ CANNOT = (
 @dataclass(frozen=True)
 class _Found:
     """Torque of the sign, its standard error, friction of the bristles, N m; what is left over with and
-    without it, squares.
-    """
+    without it, squares."""
 
     sign_nm: float
     error_nm: float
@@ -63,8 +61,7 @@ def taken_off(
     logs: Sequence[AxisLog], cutoff_hz: float, speed_min_rad_s: float, source: str
 ) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Warning that friction is taken off the torque of some logs (or of stretches of them), and what they
-    cannot tell of it; each empty or of one text.
-    """
+    cannot tell of it; each empty or of one text."""
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
     lengths = tried_lengths(parts)
     if not len(lengths):
@@ -93,8 +90,7 @@ def taken_off(
 
 def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
     """The balance with friction columns (n, k), forwards and backwards first, with and without the sign of
-    the velocity (n,).
-    """
+    the velocity (n,)."""
     plain = np.hstack([rows.motion, friction])
     scale = np.sqrt((plain**2).mean(axis=0)) + np.finfo(float).tiny
     both = np.column_stack([sign, rows.torque_nm])

@@ -60,8 +60,7 @@ def faults(
     Raises
     ------
     DataError
-        It stands still for a good part of the log.
-    """
+        It stands still for a good part of the log."""
     if np.ptp(signal) == 0:
         return [
             f"{where}: constant at {signal[0]:.4g} {unit}; map the column that was measured, or leave it "
@@ -108,8 +107,7 @@ def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: s
     Raises
     ------
     DataError
-        Names row and time.
-    """
+        Names row and time."""
     if len(np.unique(motor)) < LEVELS_MIN:
         return  # 0 is a level as any other
     off = np.abs(motor) <= OFF_SHARE * float(np.quantile(np.abs(motor), 0.95))

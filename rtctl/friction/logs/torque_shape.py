@@ -5,8 +5,7 @@ With u = J a + b v + F_c s, what the motion wants, a gear that rubs by the torqu
 s |m|, a sensor or a drive that saturates softly shows m = u (1 - c (u/U)^2), U the largest u, and a position
 whose scale drifts by d over a log shows J a + b v that grow by d. Each is one more column of the balance,
 made of what the balance itself wants: made of the recorded torque it would repeat that one's noise. It is
-told when it is surely there, alone and beside whatever else bends a balance (docs/theory.md 9.9).
-"""
+told when it is surely there, alone and beside whatever else bends a balance (docs/theory.md 9.9)."""
 
 from __future__ import annotations
 
@@ -62,8 +61,7 @@ PEAK_SHARE = 0.25
 @dataclass(frozen=True)
 class Effect:
     """Coefficient of a column, on all rows (n,): alone and beside others, with standard errors; what is left
-    over with it alone and without it, RMS.
-    """
+    over with it alone and without it, RMS."""
 
     column: np.ndarray
     value: float
@@ -132,8 +130,7 @@ class PlainBalance:
 
     def coefficient(self, column: np.ndarray, more: np.ndarray | None = None) -> tuple[float, float, float]:
         """Coefficient of a column: value, standard error by blocks, what is left over; an infinite error
-        where the others have all of it.
-        """
+        where the others have all of it."""
         beside = [] if more is None else [more]
         matrix = np.hstack([self.motion, self.nuisance, *beside])[self.rows]
         matrix = matrix / np.maximum(np.sqrt((matrix**2).mean(axis=0)), 1e-300)
@@ -150,8 +147,7 @@ class PlainBalance:
         self, make: Callable[[np.ndarray, float], np.ndarray], more: np.ndarray | None = None
     ) -> Effect:
         """The effect whose column `make` makes of what is wanted and of its coefficient so far; `more` beside
-        the usual others.
-        """
+        the usual others."""
         u, value = self.wanted(None)
         column = make(u, 0.0)
         for _ in range(ROUNDS):
@@ -170,8 +166,7 @@ class PlainBalance:
 
     def is_explained(self, rest: float) -> bool:
         """Whether so much that is left over, RMS, is far less than before, and than friction that bends over
-        speed leaves.
-        """
+        speed leaves."""
         none = np.zeros(len(self.rows))
         over_speed = self.coefficient(none, self.others[:, 1:3])[2]
         return rest < min(EXPLAINS_MUCH * self.coefficient(none)[2], over_speed)
@@ -196,8 +191,7 @@ class PlainBalance:
 
 def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[str, ...]]:
     """The signals of a single torque with the share of it that friction is as a column, where the log tells
-    one; the warning about it; what the log cannot tell.
-    """
+    one; the warning about it; what the log cannot tell."""
     plain = PlainBalance(signals)
     bend = plain.bend()
     share = plain.share(bend)
@@ -226,8 +220,7 @@ def with_share(signals: Regressors) -> tuple[Regressors, tuple[str, ...], tuple[
 
 def bent(signals: Regressors) -> tuple[str, ...]:
     """The warning that a single torque does not grow as the motion wants, where friction that bends over
-    speed does not say it better.
-    """
+    speed does not say it better."""
     plain = PlainBalance(signals)
     found = plain.bend()
     if not (found.sure() and abs(found.value) > BEND_LEAST and plain.is_explained(found.rest)):

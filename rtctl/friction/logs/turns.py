@@ -1,6 +1,5 @@
 """A log made ready to look at its turns, and the stop operator over its path: what presliding length and
-memory share.
-"""
+memory share."""
 
 from __future__ import annotations
 
@@ -30,8 +29,7 @@ class TurningPart:
     path of its bristles.
 
     `rows` are the rows looked at, `turned` those in which the motion turns back while the joint moves;
-    `radian` is that of `AxisLog`.
-    """
+    `radian` is that of `AxisLog`."""
 
     motion: np.ndarray
     torque_nm: np.ndarray

@@ -3,8 +3,7 @@
 Beside a hand the motor's part of a torque is not what the motion wants, so the column is made of the record.
 Its noise is in the balance as well and would alone make a share; a column made of what the balance wants less
 the *other* record has the other one's noise, with the other sign. A share is told where both say so, and
-their mean is fitted (docs/theory.md 9.9).
-"""
+their mean is fitted (docs/theory.md 9.9)."""
 
 from __future__ import annotations
 

@@ -1,8 +1,7 @@
 """What the devices of a rig say of themselves, as the loop has told it, and whom a fault is to be laid at.
 
 The loop speaks while the rig is disabled (`rtctl.rt.speech`): before it records the tick that shows a fault,
-so whoever looks here after reading that tick finds the words that belong to it.
-"""
+so whoever looks here after reading that tick finds the words that belong to it."""
 
 from __future__ import annotations
 
@@ -36,8 +35,7 @@ class Voice:
     faults
         Bits of `LinkFault` it shows.
     silent
-        Its sample is too old, or parts of it are missing.
-    """
+        Its sample is too old, or parts of it are missing."""
 
     device: str
     axis: str | None
@@ -115,14 +113,12 @@ class DeviceWords:
 
     def spoke(self, device: str, tick: int) -> bool:
         """Whether a device said something in this very tick; what it said before it was powered may be long
-        over.
-        """
+        over."""
         return any(one.tick == tick for one in self._said.get(device, ()))
 
     def blame(self, bits: int, tick: int | None = None) -> Voice | None:
         """Who shows one of these bits of `LinkFault`; one that names its axis and has words before one that
-        does not.
-        """
+        does not."""
         return _best([voice for voice in self.voices(tick) if voice.faults & bits])
 
     def silent(self, tick: int | None = None) -> Voice | None:

@@ -1,6 +1,5 @@
 """Events from ticks: one per change of state, one per fault or warning that appears or goes, and devices'
-words.
-"""
+words."""
 
 from __future__ import annotations
 
@@ -81,8 +80,7 @@ class EventDetector:
     book : FaultBook
         Where each fault came from.
     late : LateNews
-        Of the watch over late ticks, once there is one.
-    """
+        Of the watch over late ticks, once there is one."""
 
     def __init__(
         self,

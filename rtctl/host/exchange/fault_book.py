@@ -38,8 +38,7 @@ class FaultBook:
     rig
         Axes, devices and, where they are known, the law's parameters.
     words
-        What the devices say.
-    """
+        What the devices say."""
 
     def __init__(self, rig: RigDescription, words: DeviceWords | None = None) -> None:
         self._rig = rig
@@ -62,8 +61,7 @@ class FaultBook:
 
     def glance(self, row: np.void) -> None:
         """Lay faults of a tick that is newer than those followed at the place that this tick shows, until it
-        is followed.
-        """
+        is followed."""
         ahead = int(row["faults"]) & ~self._present
         if ahead:
             self._lay(ahead, np.array([row], row.dtype), 0)
@@ -78,8 +76,7 @@ class FaultBook:
 
     def entries(self, bits: int) -> list[Entry]:
         """`name`, `text`, `axis`, `channel`, `device`, `detail` of every fault in `bits`, lowest bit
-        first.
-        """
+        first."""
         empty = dict.fromkeys(PLACE)
         return [
             {**entry, **(self._latest(entry["name"]) or empty)}  # a bit of another version has no place
@@ -88,8 +85,7 @@ class FaultBook:
 
     def cause(self, row: np.void) -> Entry | None:
         """What the rig stands still for in this tick: the emergency stop in ESTOP, else the latched first
-        cause.
-        """
+        cause."""
         bit = cause_bit(int(row["state"]), int(row["fault_first"]))
         return self.entries(bit)[0] if bit else None
 
@@ -143,8 +139,7 @@ class FaultBook:
 
     def _of_samples(self, fault: Fault, tick: int | None = None) -> Entry | None:
         """The device that says by itself that something is wrong with its samples (None: now); None when none
-        does.
-        """
+        does."""
         bits = int(_LINK_BITS.get(fault, 0))
         voice = self.words.blame(bits, tick) if bits else None
         if fault in (Fault.STALE, Fault.SAMPLE_AGE):

@@ -2,8 +2,7 @@
 
 The law says only that a fault is there. A person needs to know where: this looks at the tick that raised it
 with the law's own limits. Where the tick does not show it beyond doubt, nothing is named; a rig of one axis
-has no doubt.
-"""
+has no doubt."""
 
 from __future__ import annotations
 
@@ -22,8 +21,7 @@ from rtctl.control.vocabulary import Fault, GateFlag
 @dataclass(frozen=True)
 class Where:
     """Number of the axis and channel of `hw.interface.CHANNEL_FIELDS` (None: not known, or none), and what
-    was seen.
-    """
+    was seen."""
 
     axis: int | None = None
     channel: str | None = None
@@ -45,8 +43,7 @@ class Scene:
     arming
         Ticks of the test pulse so far, oldest first; may be empty.
     params
-        Row of the law's parameters.
-    """
+        Row of the law's parameters."""
 
     row: np.void
     before: np.void | None
@@ -75,8 +72,7 @@ def locate(fault: Fault, scene: Scene) -> Where:
 
 def _worst(scores: np.ndarray, channel: str | None, detail: Callable[[int], str]) -> Where:
     """The axis with the largest score, if that is above 1 and so beyond its limit; not finite is beyond
-    all.
-    """
+    all."""
     scores = np.where(np.isfinite(scores), scores, math.inf)
     axis = int(np.argmax(scores))
     if not scores[axis] >= 1.0:

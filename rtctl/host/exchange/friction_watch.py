@@ -1,6 +1,5 @@
 """Is the friction still what was learned? The host's watch over all axes: warnings, what health tells,
-reasons to stop.
-"""
+reasons to stop."""
 
 from __future__ import annotations
 
@@ -44,8 +43,7 @@ class FrictionWatch:
     tables
         `[axis.friction.drift]` of each axis.
     folder
-        Where the last run left what it remembered, and this one does; None: nowhere.
-    """
+        Where the last run left what it remembered, and this one does; None: nowhere."""
 
     def __init__(
         self,
@@ -77,8 +75,7 @@ class FrictionWatch:
 
     def follow(self, rows: np.ndarray) -> bool:
         """Take the next ticks, in order; True when the rig must be stopped for what they show, once for each
-        time it is armed.
-        """
+        time it is armed."""
         if not self._watch.follow(rows):
             return False
         stopped = {name for name, axis in self._axes.items() if axis.stopped}
@@ -117,8 +114,7 @@ class FrictionWatch:
         """Have axis `a`, or with None every axis that may, follow what is seen, or hold its factor where it
         is.
 
-        Returns why not, empty where it is done; nothing is changed then.
-        """
+        Returns why not, empty where it is done; nothing is changed then."""
         asked = self._watch.axes if a is None else self._watch.axes[a : a + 1]
         may = [axis for axis in asked if axis is not None and axis.bounds is not None]
         for axis in may:
@@ -132,8 +128,7 @@ class FrictionWatch:
 
     def changes(self) -> np.ndarray | None:
         """What the law is to be asked for: change of the learned friction that each axis' feed-forward goes
-        by; None: as before.
-        """
+        by; None: as before."""
         asked = np.array([0.0 if axis is None else axis.factor - 1.0 for axis in self._watch.axes])
         if (asked == self._asked).all():
             return None
@@ -144,8 +139,7 @@ class FrictionWatch:
         """What writes the state, for a thread that may wait for a disk; None while there is nothing new, or
         it is too early.
 
-        `now_ns` is the loop's time; None: at once.
-        """
+        `now_ns` is the loop's time; None: at once."""
         taken = self._taken
         if self._folder is None or taken == self._kept_strokes:
             return None

@@ -53,8 +53,7 @@ OPTIONS = {
 @dataclass
 class Counters:
     """What came in: messages received, requests carried out or refused (`limited` of these for asking too
-    often, `forbidden` for their role), messages that were no request, replies that could not be delivered.
-    """
+    often, `forbidden` for their role), messages that were no request, replies that could not be delivered."""
 
     received: int = 0
     accepted: int = 0
@@ -92,8 +91,7 @@ class Gateway:
     counters : Counters
         Told in `health`.
     latency : TargetLatency
-        Give it the new ticks.
-    """
+        Give it the new ticks."""
 
     def __init__(
         self,
@@ -145,8 +143,7 @@ class Gateway:
     def serve(self, limit: int = REQUESTS_PER_CALL) -> bool:
         """Let clients in and handle what waits, at most `limit` requests.
 
-        Returns True when more waits: the caller then rests for `PAUSE_S` before the next turn.
-        """
+        Returns True when more waits: the caller then rests for `PAUSE_S` before the next turn."""
         flooded = self.inbox.serve()  # first: a hand waits for the renderer
         self.access.authenticator.serve()
         self.access.look()

@@ -39,8 +39,7 @@ class HealthWindow:
 
     def take(self, book: FaultBook) -> dict[str, Any]:
         """What was seen since the last call, faults with their places of `book`. Percentiles are nil without
-        a tick.
-        """
+        a tick."""
         rows = joined(self._batches) if self._batches else None
         self._batches, self._rows = [], 0
         summary: dict[str, Any] = {"ticks": self.ticks, "measured_rate_hz": _rate_hz(rows)}

@@ -1,6 +1,5 @@
 """What a core's clock did, and how often its firmware took it: counters of /sys, and one of
-perf_event_open(2).
-"""
+perf_event_open(2)."""
 
 from __future__ import annotations
 
@@ -37,8 +36,7 @@ class CoreClock(NamedTuple):
     changes, change_ns
         How often the frequency was changed, and for how long a change holds the core up, ns.
     throttled
-        How often the core was slowed down because it was too hot.
-    """
+        How often the core was slowed down because it was too hot."""
 
     khz: float = NAN
     changes: float = NAN
@@ -48,8 +46,7 @@ class CoreClock(NamedTuple):
 
 def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
     """The core's clock, by a function that returns a file's text, or nothing (names without the leading
-    /).
-    """
+    /)."""
     folder = f"sys/devices/system/cpu/cpu{core}"
     latency = number(read(f"{folder}/cpufreq/cpuinfo_transition_latency"))
     return CoreClock(
@@ -62,8 +59,7 @@ def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
 
 class Interruptions:
     """Counts the system management interrupts (SMI) of one core, where processor, kernel and rights
-    (CAP_PERFMON) let it.
-    """
+    (CAP_PERFMON) let it."""
 
     def __init__(
         self, core: int, root: Path = Path("/"), opened: Callable[[int, int, int], int] | None = None

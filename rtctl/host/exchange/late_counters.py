@@ -1,6 +1,5 @@
 """What the kernel counts on the loop's core and of the loop, read from /proc by an ordinary service; all of
-it optional.
-"""
+it optional."""
 
 from __future__ import annotations
 
@@ -73,8 +72,7 @@ class Counters:
     core
         The core that it runs on; None: ask where it last ran, look by look.
     root
-        Where /proc and /sys are, for tests.
-    """
+        Where /proc and /sys are, for tests."""
 
     def __init__(self, pid: int, core: int | None = None, root: Path = Path("/")) -> None:
         self._root, self._core, self._pid = root, core, pid
@@ -94,8 +92,7 @@ class Counters:
 
     def look(self, at_ns: int, *, late: bool = True) -> Reading:
         """Everything now. Clock and SMIs are those of before, unless a tick was `late` or `SELDOM_NS` have
-        passed.
-        """
+        passed."""
         own = self._read(self._stat).rpartition(")")[2].split()
         if len(own) > _CORE:
             self._core = int(own[_CORE])
@@ -126,8 +123,7 @@ class Counters:
     def stopped(self) -> bool:
         """Whether the loop is stopped by a signal now, or was and goes on since this was last asked.
 
-        The second is told to the loop's parent only, which the host is.
-        """
+        The second is told to the loop's parent only, which the host is."""
         with suppress(ChildProcessError):
             if os.waitid(os.P_PID, self._pid, os.WSTOPPED | os.WCONTINUED | os.WNOHANG) is not None:
                 return True
@@ -159,8 +155,7 @@ class Counters:
 
     def _by_core(self, name: str) -> dict[str, int]:
         """Counts of a table with a column per core, by what stands last in the row, or first where that is
-        all.
-        """
+        all."""
         head, *rows = self._lines(name) or [""]
         cores = head.split()
         wanted = f"CPU{self.core}"
@@ -206,8 +201,7 @@ class Counters:
 
     def _quota_file(self) -> str:
         """Where the loop's control group counts how long it was held, of version 2 or 1; empty where there is
-        none.
-        """
+        none."""
         found = ""
         for line in self._lines(self._group):
             _, controllers, path = line.split(":", 2)
@@ -231,8 +225,7 @@ def _priority(own: list[str]) -> int:
 
 def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
     """What rose from one reading to the next; `usual` is what each soft and hard interrupt usually does in a
-    second.
-    """
+    second."""
     seconds = (after.at_ns - before.at_ns) / 1e9
     entered = [
         exit_ns

@@ -2,8 +2,7 @@
 (CAP_NET_ADMIN).
 
 The kernel says it once, when the task ends; /proc shows nothing of it any more. Source:
-Documentation/accounting/taskstats.rst and linux/taskstats.h, linux/genetlink.h.
-"""
+Documentation/accounting/taskstats.rst and linux/taskstats.h, linux/genetlink.h."""
 
 from __future__ import annotations
 
@@ -42,8 +41,7 @@ MOST = 1000
 
 class Ended(NamedTuple):
     """A task that has ended: number, name, run time of its whole life in ns, and whether its policy was a
-    real-time one.
-    """
+    real-time one."""
 
     task: str
     name: str
@@ -53,8 +51,7 @@ class Ended(NamedTuple):
 
 class Exits:
     """Hears of every task that ends on one core. Raises OSError where that is not granted, or not in this
-    kernel.
-    """
+    kernel."""
 
     def __init__(self) -> None:
         self._socket = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW | socket.SOCK_CLOEXEC, _GENERIC)
@@ -79,8 +76,7 @@ class Exits:
 
     def read(self) -> list[Ended]:
         """Tasks that have ended since this was last asked, `MOST` at once. Some are lost where more ended
-        than the kernel keeps.
-        """
+        than the kernel keeps."""
         found: list[Ended] = []
         for _ in range(MOST):
             try:

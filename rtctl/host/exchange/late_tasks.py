@@ -1,6 +1,5 @@
 """Which tasks ran on a core in a stretch of time: run times of tasks, each with the time that it was read
-at.
-"""
+at."""
 
 from __future__ import annotations
 
@@ -41,8 +40,7 @@ class Ran(NamedTuple):
 
     `ran_ns` is for how long at most: NaN for one that has ended meanwhile, which was seen before and nobody
     tells of. `likely_ns` is that if it ran evenly from one reading to the next. `may_preempt`: its priority
-    keeps a task of the priority asked for waiting.
-    """
+    keeps a task of the priority asked for waiting."""
 
     name: str
     ran_ns: float
@@ -79,8 +77,7 @@ class _Task:
 
     def within(self, core: int, since_ns: int, until_ns: int) -> tuple[float, float]:
         """How long it ran on `core` between two times, at most and if it ran evenly, ns; on the core at one
-        end of a step at least.
-        """
+        end of a step at least."""
         most = likely = 0.0
         for a, b in zip(self.samples, self.samples[1:], strict=False):
             shared = min(b.at_ns, until_ns) - max(a.at_ns, since_ns)
@@ -103,8 +100,7 @@ class Tasks:
     exits
         Tells of tasks that have ended; None: what /proc showed of them last is all.
     clock
-        CLOCK_MONOTONIC, ns: each reading bears its own time, as a look may be interrupted for long.
-    """
+        CLOCK_MONOTONIC, ns: each reading bears its own time, as a look may be interrupted for long."""
 
     def __init__(
         self,
@@ -122,8 +118,7 @@ class Tasks:
         """Look at all tasks, or at those that matter: that may preempt one of real-time `priority`, or, where
         that is 0, ran lately on `core`.
 
-        Who has ended on `core` is heard as well.
-        """
+        Who has ended on `core` is heard as well."""
         self._hear(core)
         if everywhere:
             self._scan()
@@ -139,8 +134,7 @@ class Tasks:
 
     def ran(self, core: int, priority: int, since_ns: int, until_ns: int) -> tuple[Ran, ...]:
         """Who ran on `core` between two times, the likeliest first; who has ended without telling how long,
-        last.
-        """
+        last."""
         known, unknown = [], []
         for task, one in self._tasks.items():
             name, may = f"{one.name} {task}", one.priority >= priority
@@ -216,16 +210,14 @@ class Tasks:
         """A task seen for the first time: begun `after` all were looked at, unless they never were.
 
         One that has ended may have done so before the newest look came to it: that it had not begun, only the
-        look before can say.
-        """
+        look before can say."""
         first = [_Sample(at_ns, 0, sample.core) for at_ns in after]
         self._tasks[task] = _Task(name, folder, priority, [*first, sample], sample.at_ns)
         return self._tasks[task]
 
     def _forget(self, task: str) -> None:
         """A task has ended. Where that is not told with its run time, remember for a while that there was
-        one.
-        """
+        one."""
         one, now_ns = self._tasks[task], self._clock()
         if not one.gone_ns and self._exits is None:
             one.gone_ns = now_ns

@@ -38,8 +38,7 @@ class LateTick:
     phase
         The longest part of that cycle, of `PHASES`.
     cycle_ns
-        How long all parts of that cycle took.
-    """
+        How long all parts of that cycle took."""
 
     tick: int
     woke_ns: int
@@ -57,8 +56,7 @@ def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
     -----
     The deadline is that of the slot after the row before: slots that were skipped are lateness too, which
     `wakeup_ns` does not hold. The cycle before is what it read, decided and wrote, and `record_ns` of the row
-    after it.
-    """
+    after it."""
     if len(rows) < 2:
         return []
     before, after = rows[:-1], rows[1:]

@@ -1,6 +1,5 @@
 """What made a tick late: the one cause that what was counted meanwhile explains by at least half, or
-`unknown`.
-"""
+`unknown`."""
 
 from __future__ import annotations
 
@@ -53,8 +52,7 @@ class Rise:
     """What was counted between two readings, on the loop's core and of the loop; NaN: this kernel does not
     tell.
 
-    Those of soft and hard interrupts are beyond what is usual in as much time without a late tick.
-    """
+    Those of soft and hard interrupts are beyond what is usual in as much time without a late tick."""
 
     run_delay_ns: float = float("nan")
     """How long the loop was ready to run and did not."""
@@ -84,8 +82,7 @@ class Rise:
 @dataclass(frozen=True)
 class Verdict:
     """Cause (of `CAUSES`), its name in particular (a task, a softirq, a part of the cycle), and the share
-    explained, 0 to 1.
-    """
+    explained, 0 to 1."""
 
     cause: str
     name: str
@@ -104,8 +101,7 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
     -----
     Looked at in this order, the first that explains half wins: what is exact before what is counted, what
     stops a process before what delays it. An own cycle that was long because its memory was not there, or
-    another task ran in the middle of it, is theirs.
-    """
+    another task ran in the middle of it, is theirs."""
     needed = max(late_sum_ns, 1.0)
     each = needed / max(late.late_ns, 1)
     found = [
@@ -162,8 +158,7 @@ def _kept_waiting(late: LateTick, rise: Rise) -> list[tuple[str, str, float]]:
     work of the kernel and interrupts; tasks that may preempt it and can have run for long enough; one that
     may and has ended, if there is one only; a task that may not, and was in a section of the kernel that
     cannot be preempted. A task that may not preempt the loop rules out no softirq: the kernel counts those as
-    run time of whom they interrupt.
-    """
+    run time of whom they interrupt."""
     delay = rise.run_delay_ns
     if not delay > 0:
         return []

@@ -1,6 +1,5 @@
 """The host's watch over late ticks: looks at the kernel's counters beside the ticks, and keeps account of the
-causes.
-"""
+causes."""
 
 from __future__ import annotations
 
@@ -48,8 +47,7 @@ class LateWatch:
     period_ns
         Of the loop.
     early_ns
-        Returns by how much the loop wakes early now, ns; 0: it sleeps until the deadline.
-    """
+        Returns by how much the loop wakes early now, ns; 0: it sleeps until the deadline."""
 
     def __init__(
         self, counters: Counters | None, tasks: Tasks | None, period_ns: int, early_ns: Callable[[], int]

@@ -1,8 +1,7 @@
 """The lease: who may move the proxy. At most one client, until it is stopped, releases it, or falls silent.
 
 The loop enforces it a second time: it takes a target only with the epoch and the number of the lease it
-knows. Here it is bound to the client's authenticated user id, so a number that leaked is of no use.
-"""
+knows. Here it is bound to the client's authenticated user id, so a number that leaked is of no use."""
 
 from __future__ import annotations
 
@@ -51,8 +50,7 @@ class LeaseDesk:
     Attributes
     ----------
     ended : str
-        Why the last lease ended, for the refusal its holder meets.
-    """
+        Why the last lease ended, for the refusal its holder meets."""
 
     def __init__(self, rate_hz: float, clock_s: Callable[[], float] = time.monotonic) -> None:
         self.silence_s = max(SILENCE_S, SILENCE_TICKS / rate_hz)
@@ -79,8 +77,7 @@ class LeaseDesk:
         epoch
             The present one.
         loop_holds
-            The loop still holds a lease: of the present holder, or of the one before.
-        """
+            The loop still holds a lease: of the present holder, or of the one before."""
         lease = self.present(epoch)
         if lease is not None:
             return Refusal(

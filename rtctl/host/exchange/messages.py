@@ -2,8 +2,7 @@
 
 `decode` is a pure function of the bytes: it never raises, never allocates beyond a small multiple of the
 message, and returns either a `Request` whose every value is known, finite and within its bounds, or a
-`Refusal` that says what is wrong.
-"""
+`Refusal` that says what is wrong."""
 
 from __future__ import annotations
 
@@ -71,8 +70,7 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
     -------
     Request | Refusal
         Codes of refusals: `too_large`, `malformed`, `unknown_op`, `unknown_key`, `missing_key`,
-        `wrong_type`, `unknown_axis`, `out_of_bounds`.
-    """
+        `wrong_type`, `unknown_axis`, `out_of_bounds`."""
     identity: Id | None = None
     op: str | None = None
     try:
@@ -88,8 +86,7 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
 def decode_target(payload: bytes, rig: RigDescription) -> Request | Refusal:
     """Decode one message of the endpoint for targets: the keys of the operation `target` and `epoch`.
 
-    `id` and `op` need not be there and mean nothing. Codes of refusals as for `decode`.
-    """
+    `id` and `op` need not be there and mean nothing. Codes of refusals as for `decode`."""
     try:
         message = _unpack(payload)
         operation = OPERATIONS["target"]

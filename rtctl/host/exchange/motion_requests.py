@@ -28,8 +28,7 @@ class Steering:
     rig
         Names, axes and bounds.
     desk
-        The lease.
-    """
+        The lease."""
 
     def __init__(self, slot: CommandSlot, rig: RigDescription, desk: LeaseDesk) -> None:
         self._slot = slot

@@ -1,8 +1,7 @@
 """Is the motor as warm as it was when its friction was learned? Otherwise a warning, never a fault.
 
 Grease thins as it warms: friction learned on a cold gearbox is too high for a warm one. The daemon cannot
-know by how much, so it says so and goes on; `rtctl identify` measures it again.
-"""
+know by how much, so it says so and goes on; `rtctl identify` measures it again."""
 
 from __future__ import annotations
 
@@ -38,8 +37,7 @@ def temperature_warnings(
     Returns
     -------
     list of dict
-        `name` ("TEMPERATURE"), `axis` (name), `text`.
-    """
+        `name` ("TEMPERATURE"), `axis` (name), `text`."""
     found = []
     for axis, value in zip(rig.axes, np.ravel(row["temperature_c"]).tolist(), strict=True):
         if axis.trained_c is None or value == 0.0:

@@ -1,8 +1,7 @@
 """The newest command, as the host edits it for clients: what counts, for which epoch, and what a stop voids.
 
 The loop takes the newest command only. What must not outlive a stop (a request to arm, a target) carries the
-epoch its client saw, and a stop empties both, so that nothing from before it can move the rig after it.
-"""
+epoch its client saw, and a stop empties both, so that nothing from before it can move the rig after it."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ class CommandSlot:
     command : structured scalar
         The command as it is; edit it, then `send`.
     stop_seq : int
-        Sequence number of the last stop: until a tick carries it, the loop has not seen the stop.
-    """
+        Sequence number of the last stop: until a tick carries it, the loop has not seen the stop."""
 
     def __init__(self, writer: CommandWriter) -> None:
         self._writer = writer

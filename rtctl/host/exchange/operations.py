@@ -1,7 +1,6 @@
 """The table of operations: what a client may ask, who may, and the keys, types and bounds of each.
 
-The decoder (`messages`), the handlers (`requests`), `hello` and the document all follow this table.
-"""
+The decoder (`messages`), the handlers (`requests`), `hello` and the document all follow this table."""
 
 from __future__ import annotations
 
@@ -23,8 +22,7 @@ class Key:
 
     kind `number`: one finite number; `numbers`: one per axis of the rig; `axis`: an axis' name or index;
     `choice`: one of `choices`; `lease`: the text that `lease` gave. Bounds are fixed (`low`, `high`), or the
-    axis' own when `low` is None.
-    """
+    axis' own when `low` is None."""
 
     name: str
     kind: Literal["number", "numbers", "axis", "choice", "lease"]
@@ -39,8 +37,7 @@ class Key:
 class Operation:
     """One operation: its keys besides `id`, `op` and `epoch`, and whether `epoch` must be given.
 
-    `role` is the least a client must be.
-    """
+    `role` is the least a client must be."""
 
     meaning: str
     role: Role

@@ -18,8 +18,7 @@ class RateLimit:
     rate_hz
         Lasting rate, 1/s, above 0.
     burst
-        Messages allowed at once after a pause.
-    """
+        Messages allowed at once after a pause."""
 
     def __init__(self, rate_hz: float, burst: float, clock_s: Callable[[], float] = time.monotonic) -> None:
         self._rate_hz = rate_hz

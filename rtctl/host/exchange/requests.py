@@ -1,8 +1,7 @@
 """What the daemon does for each operation: reads the newest tick, edits the newest command, or refuses.
 
 A request is accepted *for the loop*: the reply's `command_seq` is in force once a tick carries it. Nothing
-here waits, and nothing but an accepted request changes the command.
-"""
+here waits, and nothing but an accepted request changes the command."""
 
 from __future__ import annotations
 
@@ -56,8 +55,7 @@ class Requests:
     book
         Where faults come from.
     friction
-        The watch over the friction; None: there is none.
-    """
+        The watch over the friction; None: there is none."""
 
     def __init__(
         self,

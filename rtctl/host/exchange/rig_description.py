@@ -33,8 +33,7 @@ STATE_HZ = 100.0
 
 def pace(rate_hz: float, batch_ms: float | None, state_hz: float | None) -> tuple[float, float]:
     """Seconds from one telemetry message to the next, and state samples a second, where the rig file leaves
-    them out.
-    """
+    them out."""
     batch_s = min(max(BATCH_TICKS / rate_hz, SHORTEST_BATCH_S), LONGEST_BATCH_S)
     if batch_ms is not None:
         batch_s = batch_ms * 1e-3
@@ -48,8 +47,7 @@ class AxisDescription:
     `trained_c` is the range of temperature its friction was learned at, degC: None without a model in use, or
     one that does not say. `coupling` is the virtual coupling in force: stiffness_nm_rad, damping_nms_rad.
     `displays` are those that it may show, the rig file's first; `motion` says whether `_rad` and `_nm` are of
-    rad and N m, or of m and N.
-    """
+    rad and N m, or of m and N."""
 
     name: str
     bounds: Bounds
@@ -84,8 +82,7 @@ class RigDescription:
     devices
         In the order of the rig file.
     params
-        The law's parameters, shape (1,), by which a fault is laid at an axis; None: they are not known.
-    """
+        The law's parameters, shape (1,), by which a fault is laid at an axis; None: they are not known."""
 
     name: str
     axes: tuple[AxisDescription, ...]
@@ -151,8 +148,7 @@ def describe(rig: LoadedConfig | RigDescription) -> RigDescription:
 def describe_run(loaded: LoadedConfig, params: np.ndarray) -> RigDescription:
     """The description of a rig that is about to run, with all that tells where a fault comes from.
 
-    `params` are the law's, shape (1,).
-    """
+    `params` are the law's, shape (1,)."""
     devices = tuple(
         DeviceDescription(member.label, member.axes, member.channels) for member in loaded.members()
     )

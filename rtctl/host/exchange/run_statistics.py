@@ -19,8 +19,7 @@ class Histogram:
     Attributes
     ----------
     max_ns : int
-        The exact largest value.
-    """
+        The exact largest value."""
 
     def __init__(self) -> None:
         self._counts = np.zeros(_PER_OCTAVE * _OCTAVES + 1, np.int64)

@@ -47,8 +47,7 @@ def state_samples(
     first_sequence
         Number of the first sample.
     now_ns
-        CLOCK_MONOTONIC now, ns.
-    """
+        CLOCK_MONOTONIC now, ns."""
     loop_ns = rows["time_ns"]
     age_s = np.full(len(rows), math.nan) if rig.virtual else (now_ns - loop_ns) * 1e-9
     heads = zip(

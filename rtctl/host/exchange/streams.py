@@ -1,8 +1,7 @@
 """Publishes what the loop recorded: state, full-rate ticks, events, health. Never waits for a subscriber.
 
 Each subscriber has its own queue of `QUEUE_S` seconds. One that falls further behind loses messages; the
-others lose nothing.
-"""
+others lose nothing."""
 
 from __future__ import annotations
 
@@ -93,8 +92,7 @@ class Telemetry:
     ----------
     published, dropped : int
         Messages published, and those that found a subscriber's queue full (see
-        `rtctl.host.exchange.publisher`).
-    """
+        `rtctl.host.exchange.publisher`)."""
 
     def __init__(
         self,
@@ -176,8 +174,7 @@ class Telemetry:
         rows
             Complete ticks since the last call, oldest first; may be empty.
         overwritten
-            Ticks lost so far between the loop and the host, all of them before the last of `rows`.
-        """
+            Ticks lost so far between the loop and the host, all of them before the last of `rows`."""
         self._overwritten = overwritten
         for first in range(0, len(rows), MOST_ROWS):
             self._publish_ticks(rows[first : first + MOST_ROWS])

@@ -17,8 +17,7 @@ class TargetLatency:
     Parameters
     ----------
     virtual
-        The loop runs on a virtual clock: its times are no times of this machine, and nothing is measured.
-    """
+        The loop runs on a virtual clock: its times are no times of this machine, and nothing is measured."""
 
     def __init__(self, *, virtual: bool) -> None:
         self._virtual = virtual

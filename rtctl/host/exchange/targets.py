@@ -1,8 +1,7 @@
 """The endpoint for targets: single frames, no replies, of each client only the newest.
 
 A renderer that is quicker than the loop costs the loop nothing: all that waits is read here, and at most one
-target a turn is handed on.
-"""
+target a turn is handed on."""
 
 from __future__ import annotations
 
@@ -47,8 +46,7 @@ class TargetInbox:
     Attributes
     ----------
     read_ns : int
-        CLOCK_MONOTONIC at the beginning of the last turn.
-    """
+        CLOCK_MONOTONIC at the beginning of the last turn."""
 
     def __init__(
         self,

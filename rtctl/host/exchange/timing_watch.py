@@ -57,8 +57,7 @@ class TimingWatch:
 
 def measured_in(row: np.void, period_s: float) -> list[dict[str, float | None]]:
     """What is known of each axis' torque: by the last test pulse, and as motion shows it; None where nothing
-    is.
-    """
+    is."""
     ticks = {
         "delay_s": "arming_delay_ticks",
         "lag_s": "arming_lag_ticks",
