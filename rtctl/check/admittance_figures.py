@@ -83,10 +83,8 @@ class AdmittanceFigures:
 
 def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: float) -> AdmittanceLoop:
     """The loop of an axis as `admittance_loop` wants it."""
-    from rtctl.control.proofs.admittance_loop import (
-        AdmittanceLoop,
-        Box,
-    )  # a report's names must not load the compiler
+    # here, since the names of a report must not load the compiler
+    from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box
     from rtctl.control.virtual_mass import MASS_REST_HZ
 
     a = table.admittance
@@ -225,8 +223,7 @@ def hunting_of(loop: AdmittanceLoop, held: bool) -> Hunting:
     """The fastest hunting about encoder counts of all masses; `held`: the law holds a flicker."""
     from rtctl.control.proofs.admittance_counts import hunting
 
-    found = (hunting(one, held=held) for one in (loop, *heavier(loop)))
-    return max(found, key=lambda one: one.counts_1_s)
+    return max((hunting(one, held=held) for one in (loop, *heavier(loop))), key=lambda one: one.counts_1_s)
 
 
 @lru_cache(maxsize=64)
