@@ -21,6 +21,19 @@ ORDINARY_SHARE = 0.05
 would keep friction's waves from being judged by it."""
 
 
+def judged_by(
+    axis: AxisTable, waves_per_rad: tuple[float, float], trained_rad_s: float, bandwidth_hz: float
+) -> tuple[float, bool]:
+    """Speed below which motion says something of the places, rad/s, and whether it says it of the
+    conservative part: waves a rad of friction and of that part pass a joint that was trained up to
+    `trained_rad_s`, and an observer of this bandwidth sees them."""
+    of_friction, of_part = waves_per_rad
+    seen_hz = PLACE_LAG * bandwidth_hz
+    slow_rad_s = SLOW_RAD_S * (at_handle("slow_rad_s") if axis.motion == "linear" else 1.0)
+    judged = of_friction == 0 or seen_hz > max(slow_rad_s, ORDINARY_SHARE * trained_rad_s) * of_part
+    return seen_hz / (max(of_friction, of_part) if judged else of_friction), judged
+
+
 def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> None:
     """Parameters of what the model says of place; without a force sensor it is never seen.
 
@@ -34,13 +47,10 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     p["place_shift_rad"][a] = friction.place_shift_rad
     p["place_trough_nm"][a] = model.place_trough_nm
     p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
-    size = at_handle("slow_rad_s") if axis.motion == "linear" else 1.0
-    seen_rad_s = PLACE_LAG * p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
-    of_friction, of_part = model.place_waves_per_rad
-    ordinary_rad_s = ORDINARY_SHARE * min(branch.speed_max_rad_s for branch in model.branches)
-    judged = of_friction == 0 or seen_rad_s > max(SLOW_RAD_S * size, ordinary_rad_s) * of_part
-    p["conservative_judged"][a] = judged
-    p["place_speed_rad_s"][a] = seen_rad_s / (max(of_friction, of_part) if judged else of_friction)
+    bandwidth_hz = p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
+    trained_rad_s = min(branch.speed_max_rad_s for branch in model.branches)
+    speed_rad_s, judged = judged_by(axis, model.place_waves_per_rad, trained_rad_s, bandwidth_hz)
+    p["conservative_judged"][a], p["place_speed_rad_s"][a] = judged, speed_rad_s
     known = judged or friction.place == "given"
     if known and model.conservative is not None and friction.policy != "observer":
         p["conservative_gain"][a] = friction.gain

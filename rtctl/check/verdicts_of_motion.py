@@ -1,4 +1,5 @@
-"""Row of the help with friction in the hand that moves the joint: measured, as nothing is proved."""
+"""Rows of the motion that a hand makes: what help with friction does in it was measured, as nothing is
+proved; and which of it lets the law know the places of a model."""
 
 from __future__ import annotations
 
@@ -26,3 +27,24 @@ def moved(s: Subject) -> list[Verdict]:
             "file tells which; half of gain and observer.gain shakes a fifth as many",
         )
     ]
+
+
+def places_seen(s: Subject) -> list[Verdict]:
+    """Faster motion says nothing of the places: who turns the joint by more has a model that is never
+    trusted."""
+    from rtctl.check.place_plan import judged_by  # the names of a report must not load the compiler
+
+    found = s.axis.friction
+    if found is None or s.table.friction.place != "seen" or not max(found.place_waves_per_rad) > 0:
+        return []
+    bandwidth_hz = s.axis.observer.bandwidth_hz if s.axis.force_sensor else 0.0
+    speed, judged = judged_by(s.table, found.place_waves_per_rad, found.speed_max_rad_s, bandwidth_hz)
+    figure = f"{speed:.3g} rad/s"
+    if speed <= 0:
+        meaning = 'no force sensor, so the places are never seen: friction.place = "given" or "off"'
+        return [s.row("places that are seen", figure, "> 0", Outcome.WARN, meaning)]
+    meaning = (
+        "after power-up a whole turn to and fro, slower than this, lets the law trust the model's places"
+        + ("" if judged else "; its conservative part passes too quick to be seen, and is not compensated")
+    )
+    return [s.row("places that are seen", figure, "told only", Outcome.PASS, meaning)]

@@ -49,6 +49,8 @@ class FrictionFigures:
     """Length that a feed-forward by displacement takes to turn."""
     place_stiffness_nm_rad: float = 0.0
     """How steeply the feed-forward may change over position, N m/rad; 0 where it does not go by place."""
+    place_waves_per_rad: tuple[float, float] = (0.0, 0.0)
+    """Most waves of a rad that friction has over place, and the conservative part."""
     conservative_most_nm: float = 0.0
     """Most of the conservative part that is compensated, N m."""
     conservative_swing_j: float = 0.0
@@ -204,6 +206,7 @@ def friction_figures(
         presliding_rad=axis.friction.stop_rad
         or guarantee(axis, model).turn_rad(Policy[axis.friction.policy.upper()]),
         place_stiffness_nm_rad=spring,
+        place_waves_per_rad=model.place_waves_per_rad if model.has_place else (0.0, 0.0),
         conservative_most_nm=conservative_most_nm(model, axis),
         conservative_swing_j=conservative_swing_j(model, axis),
         load_share=_load_share(model, axis),

@@ -80,3 +80,16 @@ def test_a_rig_that_asks_for_nothing_has_no_row_and_one_with_nothing_to_go_by_a_
         found = row(loaded)
         assert found.outcome == Outcome.WARN
         assert "follows nothing" in found.meaning
+
+
+def test_a_place_that_is_seen_is_told_by_which_motion():
+    """Of a joint turned faster than that the trust stayed 0, and nothing said why."""
+    rows = {}
+    for place in ("seen", "given"):
+        loaded = rig("mock-places.toml", per_min=0.0, place=place)
+        rows[place] = {one.name: one for one in examine(loaded, telling=False).axes[0].verdicts}
+    told = rows["seen"]["places that are seen"]
+    judged_rad_s = build(rig("mock-places.toml", per_min=0.0, place="seen")).params["place_speed_rad_s"][0, 0]
+    assert told.outcome == Outcome.PASS
+    assert float(told.figure.split()[0]) == pytest.approx(judged_rad_s, rel=0.01)
+    assert "places that are seen" not in rows["given"]
