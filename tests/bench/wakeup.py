@@ -67,7 +67,7 @@ class Beside:
         # slots missed meanwhile: `wakeup_ns` counts from the last of them
         passed = np.diff(ours[2], prepend=ours[2][:1])
         self.ours += Latencies.of(ours[0] + passed * round(1e9 / self.rate_hz))
-        self.missed += int(ours[2][-1])
+        self.missed += int(ours[2][-1] - ours[2][0])
         self.awake += Latencies.of(np.array(looked["awake_ns"]))
         self.cost.append(looked["share"])
         self.early_us.append(looked["early_us"])
