@@ -16,8 +16,10 @@ _OF_LENGTH = {
 class Luck:
     """Numbers of one case."""
 
+    FIRST = 20261125
+
     def __init__(self, *seed):
-        self.draw = np.random.default_rng((20261125, *seed))
+        self.draw = np.random.default_rng((self.FIRST, *seed))
 
     def spread(self, low, high):
         return float(np.exp(self.draw.uniform(math.log(low), math.log(high))))

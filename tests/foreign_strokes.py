@@ -3,6 +3,7 @@
 import math
 from typing import NamedTuple
 
+import foreign_luck
 import numpy as np
 from foreign_files import fitted, model
 from foreign_swings import AXIS
@@ -16,20 +17,10 @@ _OF_LENGTH = {
 }  # fmt: skip
 
 
-class Luck:
-    """Numbers of one case."""
+class Luck(foreign_luck.Luck):
+    """Numbers of one case of this judge."""
 
-    def __init__(self, *seed):
-        self.draw = np.random.default_rng((777, *seed))
-
-    def spread(self, low, high):
-        return float(np.exp(self.draw.uniform(math.log(low), math.log(high))))
-
-    def within(self, low, high):
-        return float(self.draw.uniform(low, high))
-
-    def one(self, *of):
-        return of[int(self.draw.integers(len(of)))]
+    FIRST = 777
 
 
 def _joint(luck, size):

@@ -107,3 +107,8 @@ def test_a_reading_that_errs_by_a_sawtooth_moves_the_joint_as_fast_as_is_told():
     told = admittance_counts._answered(loop, blind[:1], sight[:1], np.array([turns]))[0, 0]
     assert first == pytest.approx(admittance_counts._CREPT_COUNTS * told / math.sqrt(2.0), rel=0.03)
     assert first <= admittance_counts.creeping(loop).counts_1_s
+
+
+@pytest.mark.parametrize("field", ["inertia_kgm2", "mass_kgm2", "velocity_gain_nms_rad", "bristle_nm_rad"])
+def test_a_loop_that_is_no_number_rings_without_bound(field):
+    assert admittance_counts.creeping(replace(HEAVY, **{field: math.nan})).counts_1_s == math.inf
