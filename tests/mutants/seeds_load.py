@@ -179,8 +179,8 @@ SEEDS = (
     Seed(
         "a ripple that only creeping shows keeps places from being judged",
         "rtctl/check/place_plan.py",
-        "max(SLOW_RAD_S * size, ordinary_rad_s) * of_part",
-        "SLOW_RAD_S * size * of_part",
+        "max(slow_rad_s, ORDINARY_SHARE * trained_rad_s) * of_part",
+        "slow_rad_s * of_part",
         ("tests/unit/control/test_place_trust.py",),
     ),
     Seed(
