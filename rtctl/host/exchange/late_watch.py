@@ -29,6 +29,9 @@ at the counters."""
 STANDS_NS = 5_000_000
 """A loop that has made no tick for so long stands: whoever has its core is there to be seen now."""
 
+LOOK_TAKES_NS = 1_000_000
+"""A look is over so long after it began, on a host that was held up in the middle of it too."""
+
 TELL_NS = 250_000_000
 """From one event to the next: all late ticks since are in it. The event log keeps a burst, then one every 5
 s."""
@@ -54,7 +57,8 @@ class LateWatch:
     ) -> None:
         self._counters, self._tasks = counters, tasks
         self._period_ns, self._early_ns = period_ns, early_ns
-        self._before: Reading | None = None
+        self._looks: list[tuple[Reading, float]] = []
+        """The two newest looks, each with the lateness that was judged at it, ns."""
         self._usual: dict[str, float] = {}
         self._scanned_ns = self._told_ns = 0
         self._row: np.ndarray | None = None
@@ -81,28 +85,28 @@ class LateWatch:
         if self._counters is None:
             self._judge(None)
             return
-        if idle and self._before is not None:  # the loop stands: afterwards nothing says that it was stopped
+        if idle and self._looks:  # the loop stands: afterwards nothing says that it was stopped
             self._stopped |= self._counters.stopped()
             if self._row is not None and now_ns - int(self._row["time_ns"][0]) > self._period_ns + STANDS_NS:
-                self._look_at_tasks(now_ns, self._before.priority, late=True)
+                self._look_at_tasks(now_ns, self._looks[-1][0].priority, late=True)
             return
         late = bool(self._waiting)
-        if self._before is not None and not late and now_ns - self._before.at_ns < self._pause_ns():
+        if self._looks and not late and now_ns - self._looks[-1][0].at_ns < self._pause_ns():
             return
         reading = self._counters.look(now_ns, late=late)
         self._look_at_tasks(now_ns, reading.priority, late=late)
-        before, self._before = self._before, reading
-        if before is None:
-            return
-        self._stopped |= late and self._counters.stopped()
-        if late:
-            self._judge((before, reading))
-        else:
-            self._learn(before, reading)
-        self._stopped = False
+        judged_ns = 0.0
+        if self._looks:
+            self._stopped |= late and self._counters.stopped()
+            if late:
+                judged_ns = self._judge(reading)
+            else:
+                self._learn(self._looks[-1][0], reading)
+            self._stopped = False
+        self._looks = [*self._looks[-1:], (reading, judged_ns)]
 
     def _pause_ns(self) -> int:
-        return LOOK_NS if self._before is not None and self._before.priority > 0 else LOOK_ORDINARY_NS
+        return LOOK_NS if self._looks[-1][0].priority > 0 else LOOK_ORDINARY_NS
 
     def _look_at_tasks(self, now_ns: int, priority: int, *, late: bool) -> None:
         if self._tasks is None or self._counters is None:
@@ -123,23 +127,35 @@ class LateWatch:
         for name, rate in rates(before, reading).items():
             self._usual[name] = (1 - MEMORY) * self._usual.get(name, rate) + MEMORY * rate
 
-    def _judge(self, between: tuple[Reading, Reading] | None) -> None:
-        """Give the waiting ticks their causes."""
+    def _since(self, late: list[LateTick]) -> tuple[Reading, float]:
+        """What was read before the first of these ticks was held up, and the lateness judged since then, ns.
+
+        That may be the look before the newest: a batch of ticks that comes while the loop is being held up
+        has the counters looked at in the middle, and what held it up before that is in neither rise."""
+        (reading, judged_ns), began_ns = self._looks[-1], min(one.woke_ns - one.late_ns for one in late)
+        if reading.at_ns + LOOK_TAKES_NS <= began_ns - self._period_ns or len(self._looks) < 2:
+            return reading, 0.0
+        self._stopped |= reading.stopped
+        return self._looks[0][0], judged_ns
+
+    def _judge(self, reading: Reading | None) -> float:
+        """Give the waiting ticks their causes; returns their lateness, ns."""
         late, self._waiting = self._waiting, []
-        if not late:
-            return
+        total = float(sum(one.late_ns for one in late))
         verdicts = [Verdict("unknown", "", 0.0)] * len(late)
-        if between is not None:
-            risen = rise(*between, self._usual)
+        if reading is not None and late:
+            before, judged_ns = self._since(late)
+            risen = rise(before, reading, self._usual)
             risen = replace(risen, stopped=risen.stopped or self._stopped)
-            total, priority = float(sum(one.late_ns for one in late)), between[1].priority
-            verdicts = [judge(one, replace(risen, tasks=self._ran(one, priority)), total) for one in late]
+            ran = [replace(risen, tasks=self._ran(one, reading.priority)) for one in late]
+            verdicts = [judge(one, its, total + judged_ns) for one, its in zip(late, ran, strict=True)]
         for one, verdict in zip(late, verdicts, strict=True):
             self.count += 1
             self.causes[verdict.cause] += 1
             self._untold[verdict.cause] += 1
             if self._worst is None or one.late_ns > self._worst[0].late_ns:
                 self._worst = one, verdict
+        return total
 
     def _tell(self, now_ns: int) -> None:
         """Make an event of the late ticks since the last one, unless that was just now."""

@@ -176,10 +176,17 @@ class Scripted:
 
     def __init__(self, priority=0):
         self.delay_ns, self.is_stopped, self.looks, self.priority = 0.0, False, 0, priority
+        self.minor_faults = 0.0
 
     def look(self, at_ns, *, late):
         self.looks += 1
-        return Reading(at_ns, run_delay_ns=self.delay_ns, stopped=False, priority=self.priority)
+        return Reading(
+            at_ns,
+            run_delay_ns=self.delay_ns,
+            minor_faults=self.minor_faults,
+            major_faults=0.0,
+            priority=self.priority,
+        )
 
     def stopped(self):
         return self.is_stopped
@@ -217,6 +224,22 @@ def test_a_loop_that_was_stopped_while_no_tick_came_is_known_to_have_been():
     counters.is_stopped = False
     watch.follow(ticks([0], slots=[60]), 60 * MS)
     assert watch.health()["causes"] == {"stopped": 1}
+
+
+def test_what_held_the_loop_up_before_a_look_in_the_middle_counts():
+    """A batch of ticks comes some ms late, while the cycle after it already works on memory that is not
+    there."""
+    counters = Scripted(80)
+    watch = LateWatch(counters, None, MS, lambda: 40_000)
+    watch.follow(ticks([0], slots=[101]), 12 * MS)
+    counters.minor_faults = 6000.0
+    watch.follow(ticks([0], slots=[102], read_ns=[17 * MS]), 122 * MS)
+    counters.minor_faults = 8000.0
+    watch.follow(ticks([0], slots=[119]), 130 * MS)
+    assert watch.health()["causes"] == {"page fault": 1}
+    counters.minor_faults += 1000.0
+    watch.follow(ticks([600_000], slots=[120]), 131 * MS)
+    assert watch.health()["causes"] == {"page fault": 1, "unknown": 1}, "what was judged is no cause again"
 
 
 @pytest.mark.parametrize(("priority", "looks"), [(80, 10), (0, 20)])
