@@ -19,9 +19,9 @@ us."""
 SMI_NS = 1_000_000.0
 """Taken by the machine's firmware at most, at each SMI: .1 to 1 ms."""
 
-MINOR_FAULT_NS, MAJOR_FAULT_NS = 2_000.0, 1_000_000.0
-"""Taken by a page fault without and with a disk: .5 to 5 us, and a millisecond at least on a disk that
-spins."""
+MINOR_FAULT_NS, MAJOR_FAULT_NS = 5_000.0, 1_000_000.0
+"""Taken by a page fault without a disk at most (.5 to 3 us; more where a virtual machine's own memory is not
+there yet), and with one: a millisecond at least on a disk that spins."""
 
 SOFTIRQ_TASK = "ksoftirqd/"
 """Begin of the name of the kernel's task that does deferred work where there is much of it."""

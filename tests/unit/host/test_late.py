@@ -232,7 +232,7 @@ def test_what_held_the_loop_up_before_a_look_in_the_middle_counts():
     counters = Scripted(80)
     watch = LateWatch(counters, None, MS, lambda: 40_000)
     watch.follow(ticks([0], slots=[101]), 12 * MS)
-    counters.minor_faults = 6000.0
+    counters.minor_faults = 7500.0
     watch.follow(ticks([0], slots=[102], read_ns=[17 * MS]), 122 * MS)
     counters.minor_faults = 8000.0
     watch.follow(ticks([0], slots=[119]), 130 * MS)

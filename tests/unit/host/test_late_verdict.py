@@ -65,7 +65,7 @@ NET = {"NET_RX": 80.0, "RCU": 3.0}
         (LATE, Rise(stopped=True, run_delay_ns=4e5), "stopped", ""),
         (LATE, Rise(steal_ns=1e7), "steal", ""),
         (LATE, Rise(minor_faults=0, major_faults=1), "page fault", "read"),
-        (LATE, Rise(minor_faults=150, major_faults=0), "page fault", "read"),
+        (LATE, Rise(minor_faults=50, major_faults=0), "page fault", "read"),
         # the core itself
         (LATE, Rise(smis=1.0), "SMI", ""),
         (LATE, Rise(smis=0.0), "unknown", ""),
