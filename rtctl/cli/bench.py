@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -101,7 +102,8 @@ def command(
 
     Give GROUPS to run only some. The whole takes about ten minutes and wants an otherwise idle machine;
     wakeup and streams need cyclictest (Debian rt-tests), friction the extra rtctl[bench].
-    Exit code 0 whatever the figures are; `ok` in each row says whether its target was met."""
+    Exit code 0 whatever the figures are; `ok` in each row says whether its target was met. Rows come as they
+    are measured; Ctrl-C ends the bench after those of the rounds that are over (exit code 130)."""
     from rtctl.errors import ConfigError, RtctlError
 
     if not BENCHMARKS.is_dir():
@@ -127,15 +129,16 @@ def command(
 
 
 class _Text:
-    """A table for each group, as soon as it is measured: what comes later cannot lose it."""
+    """A table for each group, each row as soon as it is measured: what comes later cannot lose it."""
 
     def __init__(self) -> None:
         self.skipped: dict[str, str] = {}
 
-    def rows(self, measured: list[Row]) -> None:
+    def rows(self, measured: Iterable[Row]) -> None:
         from tests.bench.row import table
 
-        click.echo("\n".join(table(measured)))
+        for line in table(measured):
+            click.echo(line)
 
     def end(self) -> None:
         for name, why in self.skipped.items():
@@ -149,7 +152,7 @@ class _Json(_Text):
         super().__init__()
         self._before = '{"rows": ['
 
-    def rows(self, measured: list[Row]) -> None:
+    def rows(self, measured: Iterable[Row]) -> None:
         for row in measured:
             click.echo(self._before + json_text(row), nl=False)
             self._before = ",\n"
@@ -169,28 +172,25 @@ class Wakeups(NamedTuple):
     picture: Path | None = None
 
 
-def _wakeup(*, quick: bool, minutes: float | None, asked: Wakeups) -> list[Row]:
+def _wakeup(*, quick: bool, minutes: float | None, asked: Wakeups) -> Iterator[Row]:
     from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import wakeup
 
     seconds = 2.0 if quick else 5.0
     conditions = wakeup.Conditions(asked.loads, asked.apart, asked.cpu)
     rounds = wakeup.rounds_in(minutes, seconds, conditions) if minutes else (1 if quick else 4)
-    pairs = wakeup.measure(shipped_config("mock.toml"), rounds, seconds, conditions)
-    if asked.picture is not None:
-        wakeup.picture(pairs, asked.picture)
-    return [row for pair in pairs for row in pair.rows()]
+    return wakeup.rows(shipped_config("mock.toml"), rounds, seconds, conditions, asked.picture)
 
 
 def measurements(
     *, quick: bool, minutes: float | None, rig_seconds: float, asked: Wakeups
-) -> dict[str, Callable[[], list[Row]]]:
+) -> dict[str, Callable[[], Iterable[Row]]]:
     """What measures each group; nothing is measured yet."""
     wakeups = {"wakeup": lambda: _wakeup(quick=quick, minutes=minutes, asked=asked)}
     return _without_clock(quick, minutes) | _with_clock(quick, minutes, rig_seconds) | wakeups
 
 
-def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[], list[Row]]]:
+def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[], Iterable[Row]]]:
     """Groups that compute and simulate."""
     from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import drift, feel, ladder, safety, virtual
@@ -202,18 +202,15 @@ def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[],
         "friction": lambda: friction.rows(mock.parent / "friction" / "mock.json"),
         "safety": lambda: safety.rows(mock, 60 * short),
         "feel": lambda: feel.rows(mock, 20 * short),
-        "virtual": lambda: [
-            *virtual.speed_rows(mock, 5, 20 * short),
-            *virtual.torque_rows(mock, "fast sine", 20.0),
-            *virtual.torque_rows(shipped_config("mock-triangle.toml"), "slow triangle", 36.0),
-            *virtual.kick_rows(mock),
-        ],
+        "virtual": lambda: virtual.rows(mock, shipped_config("mock-triangle.toml"), 20 * short),
         "ladder": lambda: ladder.rows(mock, quick=quick),
         "drift": lambda: drift.rows(mock, minutes or 600.0, lambda text: click.echo(text, err=True)),
     }
 
 
-def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[str, Callable[[], list[Row]]]:
+def _with_clock(
+    quick: bool, minutes: float | None, rig_seconds: float
+) -> dict[str, Callable[[], Iterable[Row]]]:
     """Groups that run daemons, devices and loads of this machine."""
     from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import (
@@ -244,10 +241,9 @@ def _with_clock(quick: bool, minutes: float | None, rig_seconds: float) -> dict[
         "deaths": lambda: deaths.rows(
             shipped_config("serial.toml"), mock, 5 if quick else 100, lambda text: click.echo(text, err=True)
         ),
-        "scheduler": lambda: [
-            *scheduler.rows(1000.0, 10 * short, 80, 3),
-            *scheduler.rows(4000.0, 10 * short, 80, 3),
-        ],
+        "scheduler": lambda: chain.from_iterable(
+            scheduler.rows(rate_hz, 10 * short, 80, 3) for rate_hz in (1000.0, 4000.0)
+        ),
         "recording": lambda: recording.rows(
             shipped_config("mock-10khz.toml"), 2 if quick else 6, 60 * short / 2
         ),

@@ -67,11 +67,10 @@ ATTACKS = (
 )
 
 
-def rows(config: Path, stops: int) -> list[Row]:
+def rows(config: Path, stops: int) -> Iterator[Row]:
     """A row for each attack, on a daemon of its own, with `stops` times STOP; then the most memory a host
     took.
     """
-    out = []
     calm_mb, most_mb = 0.0, 0.0
     for attack in ATTACKS:
         with (
@@ -85,9 +84,8 @@ def rows(config: Path, stops: int) -> list[Row]:
                 found = stops_ms(rig, stops, begin)
             most_mb = max(most_mb, memory_mb(process.pid))
         text = f"median {np.median(found):.1f} ms of {stops}, quiet {calm_ms:.1f} ms"
-        out.append(Row(f"stop under {attack.name}: slowest", max(found), "ms", text, MOST_STOP_MS))
-    out.append(Row("memory of the host under attack", most_mb, "MB", f"before {calm_mb:.0f} MB", MOST_MB))
-    return out
+        yield Row(f"stop under {attack.name}: slowest", max(found), "ms", text, MOST_STOP_MS)
+    yield Row("memory of the host under attack", most_mb, "MB", f"before {calm_mb:.0f} MB", MOST_MB)
 
 
 def address_of(door: str, rig: RigClient, port: int) -> str:

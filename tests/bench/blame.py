@@ -28,7 +28,7 @@ from rtctl.rig_file.config import load
 from tests.bench.child import SAID, START_S, daemon
 from tests.bench.disturbed_device import BLOCK, FAULT, KIND, install
 from tests.bench.disturber import NAME, SPELL_S, disturber
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 PAUSE_S = 0.6
 """From burst to burst: the daemon tells of late ticks four times a second at most."""
@@ -91,15 +91,16 @@ class Kind:
     least_us: float = LEAST_US
 
 
-def rows(config: Path, bursts: int) -> list[Row]:
+def rows(config: Path, bursts: int) -> Iterator[Row]:
     """One row for each kind, and one for all. Raises RtctlError without the right to a real-time priority."""
     period_s = 1.0 / load(config).config.loop.rate_hz
     rounds = 2 if bursts < 20 else 4
     block = -(-bursts // rounds)
     found: dict[str, Told] = {}
     ended: list[str] = []
-    for _ in range(rounds):
-        for kinds_of, realtime in ((_on_real_time, "require"), (_without_rights, "off")):
+
+    def turns() -> Iterator[None]:
+        for kinds_of, realtime in ((_on_real_time, "require"), (_without_rights, "off")) * rounds:
             with (
                 _noted(ended),
                 tempfile.TemporaryDirectory(prefix="rt") as name,
@@ -108,9 +109,15 @@ def rows(config: Path, bursts: int) -> list[Row]:
             ):
                 for kind in kinds_of(stack, Path(name), loop, core, block):
                     _judge(rig, kind, block, period_s, found.setdefault(kind.text, Told()))
-    each = [told.row(f"late ticks by {kind}: named right") for kind, told in found.items()]
-    cut = Row("rigs that ended in the middle", float(len(ended)), "", "; ".join(ended))
-    return [*each, cut, _sum(list(found.values())).row("late ticks of all kinds: named right")]
+                    yield
+
+    def told() -> Iterator[Row]:
+        for kind, one in found.items():
+            yield one.row(f"late ticks by {kind}: named right")
+        yield Row("rigs that ended in the middle", float(len(ended)), "", "; ".join(ended))
+        yield _sum(list(found.values())).row("late ticks of all kinds: named right")
+
+    return in_turns(turns(), told)
 
 
 @contextmanager

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,7 +25,7 @@ import numpy as np
 from rtctl.client import RigClient
 from rtctl.errors import ClientError, RtctlError
 from rtctl.rig_file.config import load
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 from tests.simulated_board import SimulatedBoard
 
 TARGET_MS = 15.0
@@ -50,7 +50,7 @@ class Death:
 
 def rows(
     config: Path, board_rig: Path, kills: int, say: Callable[[str], None] = lambda _text: None
-) -> list[Row]:
+) -> Iterator[Row]:
     """Kill the loop `kills` times under torque, SIGKILL and SIGSEGV in turn, at random phases.
 
     Parameters
@@ -64,9 +64,14 @@ def rows(
     say
         Receives one line per death.
     """
-    draw = random.Random(1)
     deaths: list[Death] = []
-    lost = 0
+    return in_turns(_turns(config, board_rig, kills, deaths, say), lambda: _rows(deaths))
+
+
+def _turns(
+    config: Path, board_rig: Path, kills: int, deaths: list[Death], say: Callable[[str], None]
+) -> Iterator[None]:
+    draw, lost = random.Random(1), 0
     with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
         root = Path(folder)
         with SimulatedBoard(root, "--rig", str(board_rig), "--rate-hz", str(BOARD_HZ)) as board:
@@ -81,14 +86,18 @@ def rows(
                     continue
                 deaths.append(death)
                 say(f"death {len(deaths)} of {kills}: torque-free after {death.free_ms:.1f} ms")
+                yield
     if len(deaths) < kills:
         msg = f"{lost} daemons ended before they had torque; is the machine busy?"
         raise RtctlError(msg)
+
+
+def _rows(deaths: list[Death]) -> list[Row]:
+    """Of all deaths."""
     free_ms = np.array([death.free_ms for death in deaths])
     silent = max(death.silent_cycles for death in deaths)
-    spread = (
-        f"{kills} deaths, 95 % within {np.percentile(free_ms, 95):.1f} ms, all within {free_ms.max():.1f} ms"
-    )
+    most_ms, all_ms = np.percentile(free_ms, 95), free_ms.max()
+    spread = f"{len(deaths)} deaths, 95 % within {most_ms:.1f} ms, all within {all_ms:.1f} ms"
     held = f"time to live {TIME_TO_LIVE_CYCLES} cycles of the board at {BOARD_HZ} Hz"
     return [
         Row("loop death to zero torque, median", float(np.median(free_ms)), "ms", spread, TARGET_MS),

@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import os
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from copy import deepcopy
 from dataclasses import dataclass, field, fields
@@ -44,7 +44,7 @@ from tests.bench.drift_plants import (
     plant,
     watched,
 )
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 DRIFTED = "drifted"
 CHUNK_S = 2.0
@@ -88,13 +88,20 @@ class Sum:
         )
 
 
-def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text: None) -> list[Row]:
+def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text: None) -> Iterator[Row]:
     """Watch `minutes` of motion without drift in all, then a tenth more and less on each plant and motion;
     `say` has each plant's sum as it comes.
     """
     names = [name for name in FAMILY if name != DRIFTED] + [BY_PLACE, SEEN]
     seconds = 60.0 * minutes / (len(names) * len(MOTIONS) * len(WORLDS))
-    quiet, load_sum, local = Sum(), Sum(), Sum()
+    sums = Sum(), Sum(), Sum()
+    return in_turns(_turns(config, names, seconds, sums, say), lambda: _figures(*sums))
+
+
+def _turns(
+    config: Path, names: list[str], seconds: float, sums: tuple[Sum, Sum, Sum], say: Callable[[str], None]
+) -> Iterator[None]:
+    quiet, load_sum, local = sums
     cores = len(os.sched_getaffinity(0))
     with ProcessPoolExecutor(cores, get_context("spawn")) as pool:
         asked = {pool.submit(_of_plant, config, name, seconds): name for name in names}
@@ -105,7 +112,7 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
             of_drift = () if name == LOADED else (*found.alarms, *found.missed, *found.silent)
             for text in (*of_drift, *found.of_account, *found.faults):
                 say(f"    {text}")
-    return _figures(quiet, load_sum, local)
+            yield
 
 
 def _of_plant(config: Path, name: str, seconds: float) -> Sum:

@@ -24,7 +24,7 @@ from rtctl.rig_file.config import load
 from rtctl.wire.keys import KeyStore
 from tests.bench.child import START_S, daemon
 from tests.bench.flooder import CONNECTIONS, RATE_HZ
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 SETTLE_S = 0.5
 STOP_PERIOD_S = 0.1
@@ -47,50 +47,70 @@ class Sample:
         return float(np.percentile(np.concatenate(getattr(self, name)), 99)) / 1e3
 
 
-def rows(config: Path, seconds: float, rounds: int) -> list[Row]:
-    """Quiet and flooded in turn, `rounds` times `seconds` each; then connections."""
+KINDS = ("junk", "valid", "targets")
+
+
+@dataclass
+class Found:
+    """What is known by now of one daemon, quiet and under each kind of flood."""
+
+    quiet: Sample = field(default_factory=Sample)
+    floods: dict[str, Sample] = field(default_factory=lambda: {kind: Sample() for kind in KINDS})
+    taken_per_s: dict[str, list[float]] = field(default_factory=lambda: {kind: [] for kind in KINDS})
+    idle_mb: float = float("nan")
+    flooded_mb: float = float("nan")
+    latency_us: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    alone_ms: list[float] = field(default_factory=list)
+    crowded_ms: list[float] = field(default_factory=list)
+
+
+def rows(config: Path, seconds: float, rounds: int) -> Iterator[Row]:
+    """Quiet and flooded in turn, `rounds` times `seconds` each; then targets, and connections."""
     period_us = 1e6 / load(config).config.loop.rate_hz
-    quiet, floods = Sample(), {"junk": Sample(), "valid": Sample(), "targets": Sample()}
-    taken = dict.fromkeys(floods, 0.0)
+    found = Found()
+    return in_turns(_turns(config, seconds, rounds, found), lambda: _rows(found, period_us))
+
+
+def _turns(config: Path, seconds: float, rounds: int, found: Found) -> Iterator[None]:
     with (
         daemon_on_loopback(config) as (process, folder, key, port),
         RigClient(_rig(config), runtime_dir=folder) as rig,
     ):
         rig.timeout_s = START_S
         rig.hello()
-        idle_mb = memory_mb(process.pid)
+        found.idle_mb = memory_mb(process.pid)
         for _ in range(rounds):
-            _measure(rig, quiet, seconds)
-            for kind, sample in floods.items():
+            _measure(rig, found.quiet, seconds)
+            for kind, sample in found.floods.items():
                 address = rig.endpoints.targets if kind == "targets" else rig.endpoints.command
                 with flooding(kind, address, seconds + 2 * SETTLE_S) as flooder:
                     _measure(rig, sample, seconds)
                     counts = json.loads(flooder.communicate(timeout=60)[0])
-                    taken[kind] += counts["taken"] / (rounds * (seconds + 2 * SETTLE_S))
-        flooded_mb = memory_mb(process.pid)
-        latency_us = 1e6 * np.array(_target_latency_s(rig, seconds))
-        alone_ms = _connect_ms(port, key, seconds)
+                    found.taken_per_s[kind].append(counts["taken"] / (seconds + 2 * SETTLE_S))
+            found.flooded_mb = memory_mb(process.pid)
+            yield
+        found.latency_us = 1e6 * np.array(_target_latency_s(rig, seconds))
+        found.alone_ms = _connect_ms(port, key, seconds)
         with flooding("connections", f"tcp://127.0.0.1:{port}", seconds + 5.0):
             time.sleep(SETTLE_S)
-            crowded_ms = _connect_ms(port, key, seconds)
-    out = []
-    for kind, sample in floods.items():
-        out += _under(kind, sample, quiet, taken[kind], period_us)
-    out.append(Row("memory of the host under flood", flooded_mb, "MB", f"before {idle_mb:.0f} MB", 200.0))
+            found.crowded_ms = _connect_ms(port, key, seconds)
+        yield
+
+
+def _rows(found: Found, period_us: float) -> Iterator[Row]:
+    for kind, sample in found.floods.items():
+        yield from _under(kind, sample, found.quiet, float(np.mean(found.taken_per_s[kind])), period_us)
+    text = f"before {found.idle_mb:.0f} MB"
+    yield Row("memory of the host under flood", found.flooded_mb, "MB", text, 200.0)
+    latency_us, alone_ms, crowded_ms = found.latency_us, found.alone_ms, found.crowded_ms
+    if not crowded_ms:  # it was ended before
+        return
     text = f"p99 {np.percentile(latency_us, 99):.0f} us of {len(latency_us)}; period {period_us:.0f} us"
     p50_us = float(np.median(latency_us))
-    out.append(Row("target by ipc: sent to tick that takes it, p50", p50_us, "us", text, period_us + 150.0))
+    yield Row("target by ipc: sent to tick that takes it, p50", p50_us, "us", text, period_us + 150.0)
     text = f"alone {np.median(alone_ms):.1f} ms; slowest {max(crowded_ms):.1f} ms of {len(crowded_ms)}"
-    out.append(
-        Row(
-            f"connect beside {CONNECTIONS} noisy and {CONNECTIONS} silent, median",
-            float(np.median(crowded_ms)),
-            "ms",
-            text,
-            50.0,
-        )
-    )
-    return out  # fmt: skip
+    name = f"connect beside {CONNECTIONS} noisy and {CONNECTIONS} silent, median"
+    yield Row(name, float(np.median(crowded_ms)), "ms", text, 50.0)
 
 
 def _under(kind: str, sample: Sample, quiet: Sample, taken_per_s: float, period_us: float) -> list[Row]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ SAMPLES = 2500
 RATE_HZ = 50.0
 NOISE_NM = 0.006
 JOBS = 2
+MOST_S = {"halving": 30.0, "full": 90.0}
 SHARE = 0.1
 """Of each grid, what plain GridSearchCV is timed on in a quick run."""
 
@@ -39,10 +41,11 @@ def samples(config: Path, n: int = SAMPLES, seed: int = 1) -> FrictionPoints:
     return FrictionPoints.from_rows(rows, "simulated log", "0" * 64, {"time_s": t})
 
 
-def rows(config: Path, *, quick: bool) -> list[Row]:
+def rows(config: Path, *, quick: bool) -> Iterator[Row]:
     """Seconds of both searches and of plain GridSearchCV, and how many times longer the last takes."""
     points = samples(config)
     took, chosen = {}, {}
+    beside = f"{SAMPLES} samples, {len(FAMILIES)} rungs, {JOBS} processes"
     for strategy in ("halving", "full"):
         began = time.perf_counter()
         found = ladder.ascend(
@@ -50,22 +53,19 @@ def rows(config: Path, *, quick: bool) -> list[Row]:
         )
         took[strategy] = time.perf_counter() - began
         chosen[strategy] = found.choice.chosen
+        text, most_s = f"{beside}: {chosen[strategy].family}", MOST_S[strategy]
+        yield Row(f"ladder: {strategy}", took[strategy], "s", text, most_s)
+    both = chosen["halving"].rmse_nm / chosen["full"].rmse_nm
+    yield Row("ladder: held-out error of halving's choice over full's", both, "x", "the same folds", 1.1)
     sides = [search.side(points, direction, folds="time") for direction in (1, -1)]
     share = SHARE if quick else 1.0
     plain_s = _plain_s(sides, share) / share
-    beside = f"{SAMPLES} samples, {len(FAMILIES)} rungs, {JOBS} processes"
     least = "the same grids and folds, scikit-learn" + (
         f", timed on {100 * share:g} % of them" if quick else ""
     )
-    both = chosen["halving"].rmse_nm / chosen["full"].rmse_nm
-    return [
-        Row("ladder: halving", took["halving"], "s", f"{beside}: {chosen['halving'].family}", 30.0),
-        Row("ladder: full", took["full"], "s", f"{beside}: {chosen['full'].family}", 90.0),
-        Row("ladder: plain GridSearchCV", plain_s, "s", least),
-        Row("ladder: plain over full", plain_s / took["full"], "x", least, 3.0, ">="),
-        Row("ladder: plain over halving", plain_s / took["halving"], "x", least, 3.0, ">="),
-        Row("ladder: held-out error of halving's choice over full's", both, "x", "the same folds", 1.1),
-    ]
+    yield Row("ladder: plain GridSearchCV", plain_s, "s", least)
+    for strategy, took_s in took.items():
+        yield Row(f"ladder: plain over {strategy}", plain_s / took_s, "x", least, 3.0, ">=")
 
 
 def _plain_s(sides: list[Side], share: float) -> float:

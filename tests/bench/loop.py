@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from rtctl.errors import FaultError, RtctlError
 from rtctl.rig_file.config import load
 from tests.bench import cyclictest
 from tests.bench.cyclictest import Latencies
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 
 def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0, cpu: int = -1) -> np.ndarray:
@@ -42,20 +43,29 @@ def last_core() -> int:
     return sorted(os.sched_getaffinity(0))[-1]
 
 
-def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
+def cycle_rows(config: Path, rounds: int, seconds: float) -> Iterator[Row]:
     """Work of one cycle, plant included, beside an empty loop in Python, six axes without a plant, and
     cyclictest, in turn.
     """
-    full, empty, six = [], [], []
-    theirs = Latencies.of(np.zeros(0))
     loop = load(config).config.loop
-    for _ in range(rounds):
-        empty.append(probe("empty", config, seconds))
-        full.append(probe("loop", config, seconds))
-        six.append(probe("six", config, seconds))
-        if cyclictest.available():
-            theirs += cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, last_core())
-    work, bare, many = (np.concatenate(part, axis=1) for part in (full, empty, six))
+    found: list[tuple[np.ndarray, np.ndarray, np.ndarray, Latencies | None]] = []
+
+    def turns() -> Iterator[None]:
+        for _ in range(rounds):
+            bare, work, six = (probe(kind, config, seconds) for kind in ("empty", "loop", "six"))
+            theirs = None
+            if cyclictest.available():
+                theirs = cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, last_core())
+            found.append((work, bare, six, theirs))
+            yield
+
+    return in_turns(turns(), lambda: _cycle_rows(found))
+
+
+def _cycle_rows(found: list[tuple[np.ndarray, np.ndarray, np.ndarray, Latencies | None]]) -> list[Row]:
+    """Of all rounds."""
+    work, bare, many = (np.concatenate(part, axis=1) for part in list(zip(*found, strict=True))[:3])
+    theirs = [one[3] for one in found if one[3] is not None]
     done_us, bare_us = (np.percentile(part[0] + part[1], 99) / 1e3 for part in (work, bare))
     work_us, python_us, many_us = (np.percentile(part[1], [50, 99]) / 1e3 for part in (work, bare, many))
     ticks = f"{work.shape[1]} ticks"
@@ -68,8 +78,8 @@ def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
             8.0),
         Row("deadline to command sent, p99", done_us, "us", f"empty loop in Python {bare_us:.1f} us", 10.0),
     ]  # fmt: skip
-    if cyclictest.available():
-        latest = theirs.percentile_us(99.0)
+    if theirs:
+        latest = sum(theirs, Latencies.of(np.zeros(0))).percentile_us(99.0)
         text = f"cyclictest only wakes up: {latest:.1f} us"
         rows.append(
             Row("deadline to command sent, p99, against cyclictest", done_us / latest, "x", text, 0.5)
@@ -77,16 +87,22 @@ def cycle_rows(config: Path, rounds: int, seconds: float) -> list[Row]:
     return rows
 
 
-def start_rows(config: Path, rounds: int) -> list[Row]:
+def start_rows(config: Path, rounds: int) -> Iterator[Row]:
     """Time from starting `rtctl run` to its first tick, compiled code in the cache."""
-    seconds = []
-    for i in range(rounds + 1):
-        began = time.monotonic_ns()
-        summary = run_daemon(config, 0.3)
-        if i:  # the first one fills the cache
-            seconds.append((summary["first_tick_ns"] - began) / 1e9)
-    text = f"median of {rounds}, quickest {min(seconds):.2f} s, slowest {max(seconds):.2f} s"
-    return [Row("start of rtctl run to first tick", float(np.median(seconds)), "s", text, 1.0)]
+    seconds: list[float] = []
+
+    def turns() -> Iterator[None]:
+        run_daemon(config, 0.3)  # fills the cache
+        for _ in range(rounds):
+            began = time.monotonic_ns()
+            seconds.append((run_daemon(config, 0.3)["first_tick_ns"] - began) / 1e9)
+            yield
+
+    def row() -> Iterator[Row]:
+        text = f"median of {len(seconds)}, quickest {min(seconds):.2f} s, slowest {max(seconds):.2f} s"
+        yield Row("start of rtctl run to first tick", float(np.median(seconds)), "s", text, 1.0)
+
+    return in_turns(turns(), row)
 
 
 def run_daemon(config: Path, seconds: float, *more: str) -> dict[str, Any]:

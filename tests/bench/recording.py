@@ -7,6 +7,7 @@ Runs with and without a recording, in turn.
 from __future__ import annotations
 
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +17,7 @@ from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay, Verdict
 from rtctl.rig_file.config import load
 from tests.bench.loop import run_daemon
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 MOST_SHARE_PERCENT = 5.0
 """Most of one core that the recorder may take."""
@@ -31,23 +32,32 @@ NOTICED_PERCENT = 5.0
 """Most that the loop's p99 may rise, in percent of its period."""
 
 
-def rows(config: Path, rounds: int, seconds: float) -> list[Row]:
+Recorded = tuple[dict[str, Any], int, Verdict]
+"""Summary of a run that recorded, ticks in its file, and their replay."""
+
+
+def rows(config: Path, rounds: int, seconds: float) -> Iterator[Row]:
     """`rounds` pairs of runs of `seconds`, every other pair in reverse order, so that a drift of the machine
     cancels.
     """
     period_us = 1e6 / load(config).config.loop.rate_hz
-    without: list[dict[str, Any]] = []
-    recorded: list[dict[str, Any]] = []
-    in_files, replays = 0, []
-    for i in range(rounds):
-        for record in (False, True) if i % 2 == 0 else (True, False):
-            if record:
-                summary, ticks, replay = _recorded(config, seconds)
-                replays.append(replay)
-                recorded.append(summary)
-                in_files += ticks
-            else:
-                without.append(run_daemon(config, seconds, "--arm"))
+    pairs: list[tuple[dict[str, Any], Recorded]] = []
+
+    def turns() -> Iterator[None]:
+        for i in range(rounds):
+            before = run_daemon(config, seconds, "--arm") if i % 2 == 0 else None
+            recorded = _recorded(config, seconds)
+            pairs.append((before or run_daemon(config, seconds, "--arm"), recorded))
+            yield
+
+    return in_turns(turns(), lambda: _rows(pairs, seconds, period_us))
+
+
+def _rows(pairs: list[tuple[dict[str, Any], Recorded]], seconds: float, period_us: float) -> list[Row]:
+    """Of all pairs."""
+    without, rounds = [one for one, _ in pairs], len(pairs)
+    recorded, replays = [one[0] for _, one in pairs], [one[2] for _, one in pairs]
+    in_files = sum(one[1] for _, one in pairs)
     ticks = sum(int(one["ticks"]) for one in recorded)
     dropped = sum(int(one["recording"]["dropped"]) for one in recorded)
     size_mb = sum(int(one["recording"]["bytes"]) for one in recorded) / 1e6
@@ -114,7 +124,7 @@ def _noticed(
     )
 
 
-def _recorded(config: Path, seconds: float) -> tuple[dict[str, Any], int, Verdict]:
+def _recorded(config: Path, seconds: float) -> Recorded:
     """A recorded run: its summary, the ticks found in its files, and what their replay found."""
     with tempfile.TemporaryDirectory(prefix="rt") as folder:
         summary = run_daemon(config, seconds, "--arm", "--record", folder)

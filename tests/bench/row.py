@@ -3,8 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
+
+from rtctl.errors import RtctlError
+
+WIDTHS = (64, 9, 11, 9, 2, 0)
+"""Of the columns of a table, whose rows nobody knows yet when it begins."""
 
 
 @dataclass(frozen=True)
@@ -35,15 +41,30 @@ class Row:
         return {**asdict(self), "ok": self.ok}
 
 
-def table(rows: list[Row]) -> list[str]:
-    """Aligned text of rows."""
-    cells = [("name", "value", "unit", "target", "ok", "measured against")]
+def table(rows: Iterable[Row]) -> Iterator[str]:
+    """Text of rows below a head, line by line: each as soon as its row is there."""
+    yield _line(("name", "value", "unit", "target", "ok", "measured against"))
     for row in rows:
         target = "" if row.target is None else f"{row.sense} {row.target:g}"
         ok = {None: "", True: "ok", False: "NO"}[row.ok]
-        cells.append((row.name, f"{row.value:.4g}", row.unit, target, ok, row.against))
-    widths = [max(len(line[i]) for line in cells) for i in range(6)]
-    return [
-        "  ".join(text.ljust(width) for text, width in zip(line, widths, strict=True)).rstrip()
-        for line in cells
-    ]
+        yield _line((row.name, f"{row.value:.4g}", row.unit, target, ok, row.against))
+
+
+def _line(cells: tuple[str, ...]) -> str:
+    return "  ".join(text.ljust(width) for text, width in zip(cells, WIDTHS, strict=True)).rstrip()
+
+
+def in_turns(turns: Iterable[object], rows: Callable[[], Iterable[Row]]) -> Iterator[Row]:
+    """Rows of what `turns` measures, one whole turn at each of its steps. Ctrl-C, or a turn that cannot be
+    measured, ends the turns: what was measured by then is told, and the exception goes on behind it.
+    """
+    done, ended = 0, None
+    try:
+        for _ in turns:
+            done += 1
+    except (KeyboardInterrupt, RtctlError) as error:
+        ended = error
+    if done:
+        yield from rows()
+    if ended is not None:
+        raise ended

@@ -12,13 +12,14 @@ import os
 import struct
 import subprocess
 import sys
+from collections.abc import Iterator
 
 import numpy as np
 
 from rtctl.errors import RtctlError
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import WallClock
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 BUDGET = 0.3
 """Share of each period that SCHED_DEADLINE is asked for."""
@@ -57,23 +58,27 @@ def wake(policy: str, look_us: float, rate_hz: float, seconds: float, priority: 
     return late
 
 
-def rows(rate_hz: float, seconds: float, priority: int, rounds: int) -> list[Row]:
+def rows(rate_hz: float, seconds: float, priority: int, rounds: int) -> Iterator[Row]:
     """Percentiles of each, the rounds in turn. Raises RtctlError where SCHED_DEADLINE is refused."""
     look_us = min(early.MOST_US, early.MOST_SHARE * 1e6 / rate_hz)
     found: dict[tuple[str, float], list[int]] = {}
-    for _ in range(rounds):
-        for policy in ("deadline", "fifo"):
-            for look in (0.0, look_us):
-                found.setdefault((policy, look), []).extend(
-                    _measure(policy, look, rate_hz, seconds, priority)
-                )
-    out = []
-    for (policy, look), late in found.items():
-        p50, p99, latest = (float(np.percentile(late, q)) / 1e3 for q in (50, 99, 100))
-        how = f"looking {look:g} us" if look else "sleeping"
-        text = f"p99 {p99:.1f} us, latest {latest:.0f} us; {len(late)} wake-ups"
-        out.append(Row(f"SCHED_{policy.upper()}, {how}, {rate_hz / 1e3:g} kHz, p50", p50, "us", text))
-    return out
+
+    def turns() -> Iterator[None]:
+        for _ in range(rounds):
+            for policy in ("deadline", "fifo"):
+                for look in (0.0, look_us):
+                    late = _measure(policy, look, rate_hz, seconds, priority)
+                    found.setdefault((policy, look), []).extend(late)
+                    yield
+
+    def percentiles() -> Iterator[Row]:
+        for (policy, look), late in found.items():
+            p50, p99, latest = (float(np.percentile(late, q)) / 1e3 for q in (50, 99, 100))
+            how = f"looking {look:g} us" if look else "sleeping"
+            text = f"p99 {p99:.1f} us, latest {latest:.0f} us; {len(late)} wake-ups"
+            yield Row(f"SCHED_{policy.upper()}, {how}, {rate_hz / 1e3:g} kHz, p50", p50, "us", text)
+
+    return in_turns(turns(), percentiles)
 
 
 def _measure(policy: str, look_us: float, rate_hz: float, seconds: float, priority: int) -> list[int]:

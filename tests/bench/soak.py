@@ -10,19 +10,20 @@ from __future__ import annotations
 import random
 import subprocess
 import time
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from rtctl.client import RigClient
-from rtctl.errors import LoopDiedError
+from rtctl.errors import LoopDiedError, RtctlError
 from rtctl.rig_file.config import load
 from tests.bench import cyclictest
 from tests.bench.child import SAID, START_S
+from tests.bench.cyclictest import Latencies
 from tests.bench.flood import daemon_on_loopback, flooding
 from tests.bench.loop import last_core
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 FLOODS = ("junk", "valid", "targets")
 FLOOD_PERIOD_S = 15.0
@@ -48,9 +49,32 @@ class Footprint:
     ticks: int
 
 
-def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text: None) -> list[Row]:
+@dataclass
+class Found:
+    """What a soak has found by now."""
+
+    looks: list[Footprint] = field(default_factory=list)
+    """After warming up, and after each flood since."""
+    subscribers: int = 0
+    beside: Future[Latencies] | None = None
+
+    def missed_beside(self, interval_us: int) -> int | None:
+        """Slots that cyclictest has missed; None without it, or where it was ended too."""
+        try:
+            return None if self.beside is None else self.beside.result().missed(interval_us)
+        except RtctlError:
+            return None
+
+
+def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text: None) -> Iterator[Row]:
     """Churn and flood for `minutes`; a first part, at most `MOST_WARM_UP_S`, is not counted."""
-    seconds = 60.0 * minutes
+    found = Found()
+    interval_us = round(1e6 / load(config).config.loop.rate_hz)
+    return in_turns(_turns(config, 60.0 * minutes, found, say), lambda: _rows(found, interval_us))
+
+
+def _turns(config: Path, seconds: float, found: Found, say: Callable[[str], None]) -> Iterator[None]:
+    """A turn lasts from one flood to the next."""
     warm_up_s = min(MOST_WARM_UP_S, 0.3 * seconds)
     loaded = load(config).config.loop
     interval_us = round(1e6 / loaded.rate_hz)
@@ -61,22 +85,20 @@ def rows(config: Path, minutes: float, say: Callable[[str], None] = lambda _text
     ):
         rig.timeout_s = START_S
         rig.hello()
-        subscribers = _churn(rig, folder, warm_up_s, say)
-        before = _footprint(process, folder, rig)
-        beside = None
+        found.subscribers += sum(_churn(rig, folder, warm_up_s, say))
+        found.looks.append(_footprint(process, folder, rig))
         if cyclictest.available():
             whole_s = seconds - warm_up_s + REST_S + LAST_S
-            beside = pool.submit(cyclictest.run, whole_s, interval_us, loaded.priority, last_core())
-        subscribers += _churn(rig, folder, seconds - warm_up_s, say)
-        after = _footprint(process, folder, rig)
-        reference = None if beside is None else beside.result().missed(interval_us)
-    return _rows(before, after, reference, subscribers, minutes)
+            found.beside = pool.submit(cyclictest.run, whole_s, interval_us, loaded.priority, last_core())
+        for came in _churn(rig, folder, seconds - warm_up_s, say):
+            found.subscribers += came
+            found.looks.append(_footprint(process, folder, rig))
+            yield
 
 
-def _rows(
-    before: Footprint, after: Footprint, reference: int | None, subscribers: int, minutes: float
-) -> list[Row]:
-    text = f"{minutes:g} min, {after.ticks - before.ticks} ticks, {subscribers} subscribers came and went"
+def _rows(found: Found, interval_us: int) -> list[Row]:
+    before, after, reference = found.looks[0], found.looks[-1], found.missed_beside(interval_us)
+    text = f"{after.ticks - before.ticks} ticks, {found.subscribers} subscribers came and went"
     missed = after.missed - before.missed
     beside = "cyclictest is missing" if reference is None else f"cyclictest beside it {reference}"
     ratio = float("nan") if reference is None else missed / max(1, reference)
@@ -90,14 +112,19 @@ def _rows(
     ]  # fmt: skip
 
 
-def _churn(rig: RigClient, folder: str, seconds: float, say: Callable[[str], None]) -> int:
-    """Subscribe, listen, go, again and again, and flood now and then; subscribers that came."""
+def _churn(rig: RigClient, folder: str, seconds: float, say: Callable[[str], None]) -> Iterator[int]:
+    """Subscribe, listen, go, again and again, and flood now and then; subscribers that came, at each flood
+    but the first and at the end.
+    """
     draw = random.Random(1)
     began = time.monotonic()
     next_flood, came, floods = began, 0, 0
     name = str(rig.hello()["rig"])
     while (now := time.monotonic()) < began + seconds:
         if now >= next_flood:
+            if floods:
+                yield came
+                came = 0
             next_flood = now + FLOOD_PERIOD_S
             kind = FLOODS[floods % len(FLOODS)]
             floods += 1
@@ -107,7 +134,7 @@ def _churn(rig: RigClient, folder: str, seconds: float, say: Callable[[str], Non
                 came += _listen(name, folder, FLOOD_S)
         came += _listen(name, folder, draw.uniform(0.05, 0.5))
     time.sleep(REST_S)  # what the last ones left is freed
-    return came
+    yield came
 
 
 def _listen(name: str, folder: str, seconds: float) -> int:

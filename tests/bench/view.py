@@ -21,7 +21,7 @@ from rtctl.errors import LoopDiedError
 from rtctl.rig_file.config import load
 from tests.bench.browser import browser, installed
 from tests.bench.child import START_S, daemon
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 SETTLE_S = 1.0
 SIGNALS = "position_rad.0,hand_torque_nm.0,torque_applied_nm.0"
@@ -37,30 +37,32 @@ class Shown:
     pid: int
 
 
-def rows(config: Path, seconds: float, loads: int) -> list[Row]:
+def rows(config: Path, seconds: float, loads: int) -> Iterator[Row]:
     """CPU and memory with one browser's stream open; page loads in a Chromium, where there is one."""
     with daemon_with_view(config) as shown:
         share, resident_mb, own_mb = _cost(shown, seconds)
-        out = [
-            Row(
-                "view: share of a core", 100 * share, "%", f"one browser, {seconds:g} s, source at 1 kHz", 5.0
-            ),
-            Row("view: most resident memory", resident_mb, "MB", f"{own_mb:.0f} MB of it its own", 50.0),
-        ]
+        text = f"one browser, {seconds:g} s, source at 1 kHz"
+        yield Row("view: share of a core", 100 * share, "%", text, 5.0)
+        yield Row("view: most resident memory", resident_mb, "MB", f"{own_mb:.0f} MB of it its own", 50.0)
         program = installed()
         if program is None:
             text = "not measured: needs a Chromium (Debian: apt-get install chromium)"
-            return [*out, Row(OPENING, float("nan"), "ms", text)]
-        return out + _page_rows(program, shown.port, loads)
+            yield Row(OPENING, float("nan"), "ms", text)
+            return
+        started_ms: list[float] = []
+        drawn_ms: list[float] = []
+        bare_ms: list[float] = []
+        turns = _page_loads(program, shown.port, loads, started_ms, drawn_ms, bare_ms)
+        yield from in_turns(turns, lambda: [_page_row(started_ms[0], drawn_ms, bare_ms)])
 
 
-def _page_rows(program: str, port: int, loads: int) -> list[Row]:
+def _page_loads(
+    program: str, port: int, loads: int, started_ms: list[float], drawn_ms: list[float], bare_ms: list[float]
+) -> Iterator[None]:
     began = time.monotonic()
-    drawn_ms: list[float] = []
-    bare_ms: list[float] = []
     with browser(program) as opened:
         opened.ask("Browser.getVersion")
-        started_ms = 1e3 * (time.monotonic() - began)
+        started_ms.append(1e3 * (time.monotonic() - began))
         for _ in range(loads):
             for url, times, done in (
                 ("about:blank", bare_ms, "performance.now()"),
@@ -71,11 +73,15 @@ def _page_rows(program: str, port: int, loads: int) -> list[Row]:
                 found = float(opened.wait_for(page, done))
                 times.append(found if url != "about:blank" else 1e3 * (time.monotonic() - before))
                 opened.close(page)
+            yield
+
+
+def _page_row(started_ms: float, drawn_ms: list[float], bare_ms: list[float]) -> Row:
     text = (
-        f"first {drawn_ms[0]:.0f}, slowest {max(drawn_ms):.0f} of {loads}; beside it: start of the browser "
-        f"{started_ms:.0f} ms, an empty tab {np.median(bare_ms):.0f} ms"
+        f"first {drawn_ms[0]:.0f}, slowest {max(drawn_ms):.0f} of {len(drawn_ms)}; beside it: start of the "
+        f"browser {started_ms:.0f} ms, an empty tab {np.median(bare_ms):.0f} ms"
     )
-    return [Row(OPENING, float(np.median(drawn_ms)), "ms", text, 1000.0)]
+    return Row(OPENING, float(np.median(drawn_ms)), "ms", text, 1000.0)
 
 
 def _cost(shown: Shown, seconds: float) -> tuple[float, float, float]:

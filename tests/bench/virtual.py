@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,14 @@ from tests.bench.row import Row
 
 RELEASE_S = 5.0
 """The fast sine passes its middle then, at full speed."""
+
+
+def rows(fast: Path, slow: Path, seconds: float) -> Iterator[Row]:
+    """Those of a rig with a fast hand, and of one with a slow hand."""
+    yield from speed_rows(fast, 5, seconds)
+    yield from torque_rows(fast, "fast sine", 20.0)
+    yield from torque_rows(slow, "slow triangle", 36.0)
+    yield from kick_rows(fast)
 
 
 def speed_rows(config: Path, rounds: int, seconds: float) -> list[Row]:

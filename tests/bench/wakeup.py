@@ -24,7 +24,7 @@ from rtctl.rig_file.config import load
 from tests.bench import cyclictest, loads
 from tests.bench.cyclictest import Latencies
 from tests.bench.loop import last_core, probe
-from tests.bench.row import Row
+from tests.bench.row import Row, in_turns
 
 RATES_HZ = (1000.0, 4000.0, 10_000.0)
 TARGETS = ((50.0, 0.05), (99.0, 0.5), (99.9, 1.0))
@@ -61,9 +61,10 @@ class Beside:
         """One turn of each."""
         loop = load(config).config.loop
         with loads.running(self.load, self.core if self.apart else -1):
-            self.theirs += cyclictest.run(seconds, round(1e6 / self.rate_hz), loop.priority, self.core)
+            theirs = cyclictest.run(seconds, round(1e6 / self.rate_hz), loop.priority, self.core)
             ours = probe("loop", config, seconds, self.rate_hz, self.core)
             looked = _looked(self.rate_hz, loop.priority, self.core)
+        self.theirs += theirs
         # slots missed meanwhile: `wakeup_ns` counts from the last of them
         passed = np.diff(ours[2], prepend=ours[2][:1])
         self.ours += Latencies.of(ours[0] + passed * round(1e9 / self.rate_hz))
@@ -116,13 +117,26 @@ class Conditions:
         return [Beside(rate, load, core, away) for load, away in every for rate in RATES_HZ]
 
 
-def measure(config: Path, rounds: int, seconds: float, conditions: Conditions) -> list[Beside]:
-    """Measure at every rate and under all `conditions`, `rounds` turns of `seconds` each."""
+def rows(
+    config: Path, rounds: int, seconds: float, conditions: Conditions, drawn: Path | None = None
+) -> Iterator[Row]:
+    """Measure at every rate and under all `conditions`, `rounds` turns of `seconds` each; and the picture."""
     pairs = conditions.pairs()
-    for _ in range(rounds):
-        for pair in pairs:
-            pair.round(config, seconds)
-    return pairs
+
+    def turns() -> Iterator[None]:
+        for _ in range(rounds):
+            for pair in pairs:
+                pair.round(config, seconds)
+                yield
+
+    def found() -> Iterator[Row]:
+        measured = [pair for pair in pairs if pair.cost]
+        if drawn is not None:
+            picture(measured, drawn)
+        for pair in measured:
+            yield from pair.rows()
+
+    return in_turns(turns(), found)
 
 
 def rounds_in(minutes: float, seconds: float, conditions: Conditions) -> int:
