@@ -164,7 +164,7 @@ def _latency(health: dict[str, Any] | None) -> list[str]:
     return [
         *lines,
         f"rate {health['measured_rate_hz']:.1f} Hz"
-        + (f", awake {early:.0f} us early" if early else "")
+        + (f", awake {early:.0f} us early ({health.get('early_share', 0.0):.1%} of a core)" if early else "")
         + ("   WAIVER: no real-time rights" if health["waiver"] else ""),
         *_late(health),
     ]

@@ -164,7 +164,7 @@ def throttling(root: Path) -> Line:
 
 def early_look(root: Path, asked: float | str, rate_hz: float, cores: int) -> Line:
     """How long the loop would look at the clock before each deadline, and what of its core that takes."""
-    early_ns = np.zeros(3, np.int64)
+    early_ns = np.zeros(early.PLACES, np.int64)
     share = early.realtime_share(root / "proc/sys/kernel")
     chosen = early.choose(early_ns, asked, 1 / rate_hz, cores, granted=True, share=share)
     return Line("early look", "ok", chosen.detail)

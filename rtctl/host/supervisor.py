@@ -31,7 +31,7 @@ from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
 from rtctl.host.waiting_loop import WaitingLoop
 from rtctl.rig_file.config import LoadedConfig
-from rtctl.rt.early import MARGIN
+from rtctl.rt.early import MARGIN, Look
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
 from rtctl.wire.endpoints import RuntimeDirectory
 from rtctl.wire.entrances import Access
@@ -241,7 +241,7 @@ class Host:
         self.loop.leave_it_its_core()
         self._watch_late()
         self.telemetry.set_realtime(self.loop.grants)
-        self.telemetry.early_ns = self.memory.early_ns[MARGIN:]
+        self.telemetry.early = Look(self.memory.early_ns).told
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime)
         self.notifier.ready()

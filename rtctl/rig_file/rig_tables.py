@@ -42,8 +42,8 @@ class LoopTable(Table):
     early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(
         "auto",
         description="time before each deadline that the loop is awake and looks at the clock: a sleeper is "
-        "woken some tens of us late. auto: as long as wake-ups take, at most 80; at most 40 % of the "
-        "period; 0: never",
+        "woken some tens of us late. auto: as long as wake-ups take, 80 on average and 200 at most; at most "
+        "40 % of the period; 0: never",
     )
     ring_s: float = number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
 

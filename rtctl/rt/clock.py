@@ -17,7 +17,8 @@ from rtctl.rt import early as looking
 _CLOCK_MONOTONIC = np.int32(1)
 _TIMER_ABSTIME = np.int32(1)
 
-_MARGIN, _MOST, _STEP = looking.MARGIN, looking.MOST, looking.STEP
+_MARGIN, _MOST, _STEP, _FOLLOWED = looking.MARGIN, looking.MOST, looking.STEP, looking.FOLLOWED
+_INCOME, _SAVED, _MOST_SAVED, _LOOKED = looking.INCOME, looking.SAVED, looking.MOST_SAVED, looking.LOOKED
 _ONE_LATE_OF = round(1 / looking.LATE_SHARE)
 
 # Resolved by name in the C library: the wake-up is then measured where it happens, not after Python has
@@ -47,12 +48,16 @@ def _sleep(timespec: np.ndarray, until_ns: int) -> int:
 
 @compiled
 def _follow(early: np.ndarray, late_ns: int) -> None:
-    """Move the margin of `auto` to where all but one of two hundred wake-ups are in time
-    (`rtctl.rt.early`)."""
+    """Count the look that follows, and move the margin of `auto` to where all but one of two hundred wake-ups
+    are in time, as far as what is saved goes (`rtctl.rt.early`)."""
+    looks = min(max(early[_MARGIN] - late_ns, 0), early[_MARGIN])
+    early[_LOOKED] += looks
     if early[_MOST] > 0:
-        step = early[_STEP]
-        change = step - step // _ONE_LATE_OF if late_ns > early[_MARGIN] else -max(step // _ONE_LATE_OF, 1)
-        early[_MARGIN] = min(max(early[_MARGIN] + change, 0), early[_MOST])
+        step, followed = early[_STEP], early[_FOLLOWED]
+        change = step - step // _ONE_LATE_OF if late_ns > followed else -max(step // _ONE_LATE_OF, 1)
+        early[_FOLLOWED] = min(max(followed + change, 0), early[_MOST])
+        early[_SAVED] = min(early[_SAVED] + early[_INCOME] - looks, early[_MOST_SAVED])
+        early[_MARGIN] = min(early[_FOLLOWED], early[_SAVED])
 
 
 @compiled
@@ -101,13 +106,13 @@ class WallClock:
     ----------
     timespec : array, shape (2,), int64
         Scratch of the compiled functions.
-    early : array, shape (3,), int64
+    early : array, shape (PLACES,), int64
         How long before each deadline it is awake (`rtctl.rt.early.choose`), ns; it moves where it follows the
         wake-ups."""
 
     def __init__(self, early: np.ndarray | None = None) -> None:
         self.timespec = np.zeros(2, np.int64)
-        self.early = np.zeros(3, np.int64)
+        self.early = np.zeros(looking.PLACES, np.int64)
         self.now = time.monotonic_ns
         self.sleep_until(0)  # compile now
         self.early = self.early if early is None else early

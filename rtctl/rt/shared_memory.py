@@ -27,6 +27,7 @@ import numpy as np
 from rtctl.control import mailbox
 from rtctl.control.jit import records
 from rtctl.control.records import MODEL, command_dtype, params_dtype
+from rtctl.rt.early import PLACES
 from rtctl.standard_streams import above_standard_streams
 from rtctl.tick import tick_dtype
 
@@ -47,7 +48,7 @@ HEADER = np.dtype(
         (
             "early_ns",
             "<i8",
-            (3,),
+            (PLACES,),
         ),  # how long before a deadline the loop is awake, and what moves that (`rtctl.rt.early`)
     ]
 )
@@ -94,7 +95,7 @@ class Memory:
 
     @property
     def early_ns(self) -> np.ndarray:
-        """The header's field of this name, shape (3,)."""
+        """The header's field of this name, shape (PLACES,)."""
         early: np.ndarray = self.header.view(np.ndarray)["early_ns"][0]
         return early
 

@@ -25,6 +25,7 @@ from rtctl.control.records import Record
 from rtctl.control.vocabulary import State
 from rtctl.rt.clock import Clock, VirtualClock, WallClock, doze, look, now_ns
 from rtctl.rt.cycle import Cycle
+from rtctl.rt.early import PLACES
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import words
 
@@ -217,7 +218,7 @@ class WholeCycles:
         order["most"] = max(1, round(PYTHON_EVERY_S * 1e9 / memory.header[0]["period_ns"]))
         order["rehearsal_ns"] = REHEARSAL_NS * memory.n_axes
         order["virtual"], order["simulated"] = isinstance(clock, VirtualClock), bool(parts.simulated)
-        scratch = np.zeros(3, np.int64)
+        scratch = np.zeros(PLACES, np.int64)
         timespec, early = (
             (clock.timespec, clock.early) if isinstance(clock, WallClock) else (scratch[:2], scratch)
         )

@@ -59,7 +59,7 @@ def main(arguments: list[str]) -> None:
     """Measure and print."""
     rate_hz, priority, cpu = float(arguments[0]), int(arguments[1]), int(arguments[2])
     slots, period_ns = round(SECONDS * rate_hz), round(1e9 / rate_hz)
-    early_ns = np.zeros(3, np.int64)
+    early_ns = np.zeros(early.PLACES, np.int64)
     cores = len(os.sched_getaffinity(0))
     asleep, looking = WallClock(), WallClock(early_ns)
     grants, _held = realtime.acquire(priority, cpu)

@@ -150,7 +150,7 @@ def _full(loaded: LoadedConfig, seconds: float, device: Backend | None = None) -
 def _empty(loaded: LoadedConfig, seconds: float) -> np.ndarray:
     period = round(1e9 / loaded.config.loop.rate_hz)
     n = round(seconds * loaded.config.loop.rate_hz)
-    early_ns = np.zeros(3, np.int64)
+    early_ns = np.zeros(early.PLACES, np.int64)
     clock = WallClock(early_ns)
     out = np.zeros((4, n), np.int64)
     word: Any = memoryview(np.zeros(16, np.int64))  # type: ignore[arg-type]

@@ -43,7 +43,7 @@ def ask_for_deadline(runtime_ns: int, period_ns: int) -> None:
 def wake(policy: str, look_us: float, rate_hz: float, seconds: float, priority: int) -> list[int]:
     """How late each wake-up was, ns, under "deadline" or "fifo"."""
     period_ns = round(1e9 / rate_hz)
-    early_ns = np.zeros(3, np.int64)
+    early_ns = np.zeros(early.PLACES, np.int64)
     clock = WallClock(early_ns)
     early_ns[early.MARGIN] = round(1e3 * look_us)
     if policy == "deadline":
@@ -60,7 +60,7 @@ def wake(policy: str, look_us: float, rate_hz: float, seconds: float, priority: 
 
 def rows(rate_hz: float, seconds: float, priority: int, rounds: int) -> Iterator[Row]:
     """Percentiles of each, the rounds in turn. Raises RtctlError where SCHED_DEADLINE is refused."""
-    look_us = min(early.MOST_US, early.MOST_SHARE * 1e6 / rate_hz)
+    look_us = min(early.INCOME_US, early.MOST_SHARE * 1e6 / rate_hz)
     found: dict[tuple[str, float], list[int]] = {}
 
     def turns() -> Iterator[None]:

@@ -206,8 +206,12 @@ SEEDS = (
     ),
     Seed(
         "the margin has no bound", "rtctl/rt/clock.py",
-        "min(max(early[_MARGIN] + change, 0), early[_MOST])", "max(early[_MARGIN] + change, 0)",
+        "min(max(followed + change, 0), early[_MOST])", "max(followed + change, 0)",
         ("tests/unit/rt/test_early.py",),
+    ),
+    Seed(
+        "a look spends what is not saved", "rtctl/rt/clock.py",
+        "min(early[_FOLLOWED], early[_SAVED])", "early[_FOLLOWED]", ("tests/unit/rt/test_early.py",),
     ),
     Seed(
         "a look takes what the kernel leaves to real-time processes", "rtctl/rt/early.py",

@@ -112,8 +112,8 @@ class Telemetry:
         """The gateway's counters, for `health`."""
         self._clock_ns = clock_ns
         self._realtime: list[dict[str, Any]] = []
-        self.early_ns = np.zeros(1, np.int64)
-        """How long before each deadline the loop is awake: `health` has the first of these, as it is then."""
+        self.early: Callable[[int], Mapping[str, float]] = lambda _now_ns: {}
+        """How the loop looks at the clock (`rtctl.rt.early.Look`), for `health`."""
         self.log: Callable[[], Mapping[str, Any]] = dict
         """How the event log is doing (`FlightRecorder.status`), for `health`."""
         self.recording: Callable[[], Mapping[str, Any] | None] = lambda: None
@@ -241,7 +241,7 @@ class Telemetry:
             "telemetry": self.counts(),
             "commands": dict(self.commands()),
             "realtime": self._realtime,
-            "early_us": round(int(self.early_ns[0]) / 1e3, 1),
+            **self.early(now_ns),
             "late": None if self._events.late.watch is None else self._events.late.watch.health(),
             "log": dict(self.log()),
             "recording": self.recording(),

@@ -11,18 +11,19 @@ AUTO_1_KHZ = {"asked": "auto", "period_s": 1e-3, "cores": 2, "granted": True, "s
 
 
 def chosen(**changed):
-    ns = np.zeros(3, np.int64)
+    ns = np.zeros(early.PLACES, np.int64)
     order = {**AUTO_1_KHZ, **changed}
     grant = early.choose(ns, order.pop("asked"), order.pop("period_s"), order.pop("cores"), **order)
     return ns, grant
 
 
-def test_auto_looks_no_longer_than_80_us_and_40_percent_of_the_period():
+def test_auto_looks_no_longer_than_200_us_80_on_average_and_40_percent_of_the_period():
     ns, grant = chosen()
-    assert ns[early.MARGIN] == ns[early.MOST] == 80_000
-    assert "up to 80 us" in grant.detail
+    assert (ns[early.MARGIN], ns[early.INCOME], ns[early.MOST]) == (80_000, 80_000, 200_000)
+    assert "up to 200 us" in grant.detail
     assert "8.0% of its core" in grant.detail
-    assert chosen(period_s=1e-4)[0][early.MOST] == 40_000
+    quick = chosen(period_s=1e-4)[0]
+    assert quick[early.INCOME] == quick[early.MOST] == 40_000
 
 
 @pytest.mark.parametrize(("changed", "why"), [({"granted": False}, "rights"), ({"cores": 1}, "only core")])
@@ -70,7 +71,39 @@ def test_the_margin_settles_where_one_wake_up_of_two_hundred_is_later():
         kept.append(int(ns[early.MARGIN]))
     wanted = np.quantile(late_ns, 1 - early.LATE_SHARE)
     assert np.mean(kept[50_000:]) == pytest.approx(wanted, rel=0.1)
-    assert max(kept) <= 80_000
+    assert max(kept) <= 200_000
+
+
+def test_what_a_quiet_stretch_saves_a_later_one_spends_and_no_more():
+    """The look by its own definition, from outside: from wake-up to deadline, where that is ahead."""
+    draw = np.random.default_rng(2)
+    quiet, late = draw.exponential(8_000.0, 60_000), draw.exponential(90_000.0, 60_000)
+    ns, _ = chosen()
+    looked, margins = [], []
+    for one in np.concatenate([quiet, late]).astype(np.int64):
+        margins.append(int(ns[early.MARGIN]))
+        looked.append(max(margins[-1] - int(one), 0))
+        clock._follow(ns, int(one))
+    spent, saved_ns = np.cumsum(looked), 80_000 * 10_000
+    assert ns[early.LOOKED] == spent[-1]
+    for window in (1, 1000, 20_000, len(spent)):
+        most = np.max(spent[window - 1 :] - np.concatenate([[0], spent[:-window]]))
+        assert most <= 80_000 * window + saved_ns
+    assert max(margins) == 200_000
+    after = np.array(looked[80_000:])
+    assert np.mean(after) == pytest.approx(80_000, rel=0.02), "all of the income is spent"
+    assert min(margins[80_000:]) >= 80_000, "never less than the income"
+
+
+def test_the_host_tells_the_share_since_it_last_told():
+    ns, _ = chosen()
+    look = early.Look(ns)
+    look.told(5_000_000_000)
+    for _ in range(1000):
+        clock._follow(ns, 20_000)
+    told = look.told(6_000_000_000)
+    assert told["early_us"] == pytest.approx(70.0)
+    assert told["early_share"] == pytest.approx(1000 * (75_000 - 20_000) / 1e9, rel=0.01)
 
 
 def test_the_margin_stays_within_its_bounds_whatever_the_wake_ups():
@@ -78,7 +111,7 @@ def test_the_margin_stays_within_its_bounds_whatever_the_wake_ups():
     for late in (10**9, -(10**9)):
         for _ in range(100_000 if late < 0 else 100):
             clock._follow(ns, late)
-        assert ns[early.MARGIN] == (80_000 if late > 0 else 0)
+        assert ns[early.MARGIN] == (200_000 if late > 0 else 0)
 
 
 @pytest.mark.compiled
