@@ -88,7 +88,7 @@ class Adversary:
         self.k += 1
         packet, draw = sample(self.k), self.draw
         kind = draw.choice(
-            ("whole",) * 6 + ("late", "pieces", "noise", "torn", "twice", "two", "silent", "flip")
+            ("whole",) * 6 + ("late", "pieces", "noise", "torn", "twice", "old", "two", "silent", "flip")
         )
         held, self.held = self.held, b""
         if kind == "late":
@@ -105,9 +105,13 @@ class Adversary:
         if kind == "flip":
             at = draw.randrange(len(packet))
             return held + packet[:at] + bytes([packet[at] ^ 1 << draw.randrange(8)]) + packet[at + 1 :]
-        return held + {"twice": 2 * packet, "two": sample(self.k - 1) + packet, "silent": b""}.get(
-            kind, packet
-        )
+        old = sample(max(self.k - draw.randrange(1, 5), 1))
+        return held + {
+            "twice": 2 * packet,
+            "old": old,
+            "two": sample(self.k - 1) + packet,
+            "silent": b"",
+        }.get(kind, packet)
 
 
 class Wire:
