@@ -1,7 +1,7 @@
-"""One serial cycle (newest state packet in, a command out) by our backend and by a plain pyserial loop, on
-two ptys.
+"""One serial cycle (newest state packet in, a command out) by our backend, by a plain pyserial loop, and by
+one read and one write that look at nothing, on three ptys.
 
-Both get the same `rtctl-frame` packets (docs/serial-protocol.md) in turn.
+All get the same `rtctl-frame` packets (docs/serial-protocol.md) in turn.
 """
 
 from __future__ import annotations
@@ -19,10 +19,13 @@ from typing import Any
 import numpy as np
 
 from hw.interface import Rig
+from hw.jit import bound, compiled
 from hw.serial.frame_backend import SerialBackend
 from hw.serial.link import DRAINED
 from hw.serial.options import SerialOptions
+from hw.serial_port import CHUNK, Port
 from hw.simulators.serial_firmware import Board
+from hw.system_calls import read_some, write_all
 from rtctl.errors import RtctlError
 from rtctl.tick import new_ticks
 from tests.bench.device_cycle import DeviceCycle
@@ -75,6 +78,13 @@ class PyserialLoop:
         self._sequence = self._sequence + 1 & 0xFFFF
         body = COMMAND.pack(1, 0x81, self._sequence, 0, 20, 1, 0, 0)
         port.write(b"\0" + stuffed(body + SUM.pack(zlib.crc32(body))) + b"\0")
+
+
+@compiled
+def _exchange(fd: np.ndarray, chunk: np.ndarray, packet: np.ndarray) -> int:
+    """What every cycle asks of the kernel, and nothing else."""
+    read_some(fd[0], chunk)
+    return write_all(fd[0], packet, len(packet))
 
 
 class _Far:
@@ -140,7 +150,7 @@ def rows(cycles: int) -> list[Row]:
     """Ratio and times of a cycle. Raises RtctlError without pyserial."""
     one = np.ones(1)
     board = Board(1, "BENCH", 1000)
-    near, far = _Far(board), _Far(board)
+    near, far, third = _Far(board), _Far(board), _Far(board)
     options = SerialOptions.model_validate({"port": near.port, "baud": BAUD}).model_dump(mode="json")
     backend = SerialBackend(options, Rig(1, 1e-3, one, one, 0.05 * one, 160_000 * one, np.eye(3)[:1]))
     try:
@@ -149,61 +159,67 @@ def rows(cycles: int) -> list[Row]:
         raise RtctlError("serial is not measured: pip install 'rtctl[serial]'") from error
     tick = new_ticks(1, 1)
     backend.warm_up(tick)
+    port = Port(third.port, BAUD)
     try:
         with near:
             backend.open()
-        ours, theirs = _interleaved((near, far), backend, loop, _packets(board, 1000, cycles), tick)
+        packets = _packets(board, 1000, cycles)
+        ours, theirs, least = _interleaved((near, far, third), backend, loop, port.fd, packets, tick)
     finally:
         backend.close()
         loop.port.close()
+        port.close()
     codec_us = _codec_us(backend, _packets(board, 1000 + cycles, cycles))
-    near.close()
-    far.close()
+    for line in (near, far, third):
+        line.close()
     return [
         Row("serial cycle: newest frame in, command out", ours, "us",
             "p50; rtctl-frame on a pty, tick filled and faults judged", 25.0),
         Row("serial cycle against a pyserial loop", ours / theirs, "x",
             f"{theirs:.1f} us; {cycles} cycles each in turn on ptys, same frame", 0.45),
+        Row("serial cycle beyond one read and one write", ours - least, "us",
+            f"those two system calls alone {least:.2f} us, {least / theirs:.3f}x of the pyserial loop"),
         Row("serial decode and encode, per frame", codec_us, "us",
             "rtctl-frame: 1 decoded, 1 encoded, tick filled; no I/O", 2.0),
     ]  # fmt: skip
 
 
 def _interleaved(
-    lines: tuple[_Far, _Far],
+    lines: tuple[_Far, _Far, _Far],
     backend: SerialBackend,
     loop: PyserialLoop,
+    third: int,
     packets: list[bytes],
     tick: np.ndarray,
-) -> tuple[float, float]:
-    """Median microseconds of our cycle and of theirs."""
-    near, far = lines
-    ours, theirs = np.empty(len(packets)), np.empty(len(packets))
+) -> tuple[float, float, float]:
+    """Median microseconds of our cycle, of theirs, and of one read and one write on the descriptor
+    `third`.
+    """
     cycle = DeviceCycle(backend, tick)
     backend.read(tick)
     before = int(tick["sample_count"][0])
-    fd = backend.fileno()
+    command = np.frombuffer(COMMAND.pack(1, 0x81, 1, 0, 20, 1, 0, 0) + bytes(7), np.uint8).copy()
+    exchange = bound(_exchange, np.array([third]), np.zeros(CHUNK, np.uint8), command)
+    exchange()  # compiled now
+    runs = cycle.run, loop.cycle, exchange
+    fds = backend.fileno(), loop.port.fileno(), third
+    took = np.empty((3, len(packets)))
     for k, packet in enumerate(packets):
-        for which in (0, 1) if k % 2 else (1, 0):
-            if which:
-                near.feed(packet, fd)
-                tick["tick"] += 1
-                began = time.perf_counter_ns()
-                cycle.run()
-                ours[k] = time.perf_counter_ns() - began
-                if cycle.left:
-                    raise RtctlError("serial: a cycle was left to Python")
-            else:
-                far.feed(packet, loop.port.fileno())
-                began = time.perf_counter_ns()
-                loop.cycle()
-                theirs[k] = time.perf_counter_ns() - began
-        near.forget()
-        far.forget()
+        tick["tick"] += 1
+        for which in (k % 3, (k + 1) % 3, (k + 2) % 3):
+            lines[which].feed(packet, fds[which])
+            began = time.perf_counter_ns()
+            runs[which]()
+            took[which, k] = time.perf_counter_ns() - began
+        if cycle.left:
+            raise RtctlError("serial: a cycle was left to Python")
+        for line in lines:
+            line.forget()
     seen = int(tick["sample_count"][0]) - before, loop.samples
     if min(seen) < len(packets):
         raise RtctlError(f"serial: only {seen[0]} and {seen[1]} samples in {len(packets)} cycles")
-    return float(np.median(ours)) / 1e3, float(np.median(theirs)) / 1e3
+    ours, theirs, least = np.median(took, axis=1) / 1e3
+    return float(ours), float(theirs), float(least)
 
 
 def _codec_us(backend: SerialBackend, packets: list[bytes]) -> float:

