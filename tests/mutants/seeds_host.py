@@ -177,6 +177,13 @@ SEEDS = (
         ("tests/attacks/test_files_of_strangers.py::test_a_link_to_itself_is_refused_by_name",),
     ),
     Seed(
+        "what held the loop up before a look in the middle is not counted",
+        "rtctl/host/exchange/late_watch.py",
+        "        return self._looks[0][0], judged_ns\n", "        return reading, judged_ns\n",
+        ("tests/unit/host/test_late.py"
+         "::test_what_held_the_loop_up_before_a_look_in_the_middle_counts",),
+    ),
+    Seed(
         "a task that may not preempt the loop rules a softirq out", "rtctl/host/exchange/late_verdict.py",
         "if one.may_preempt and not one.name", "if not one.name", VERDICT,
     ),
