@@ -67,10 +67,11 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     folder = parser.parse_args().data
-    maps = {}
+    maps: dict[str, tuple[np.ndarray, np.ndarray]] = {}
     for name in ("map_a", "map_c_half_turn_off", "map_reverse"):
         table = np.genfromtxt(folder / f"{name}.csv.gz", delimiter=",", skip_header=1)
-        place, current = maps[name] = table[np.argsort(table[:, 0])].T
+        place, current = table[np.argsort(table[:, 0])].T
+        maps[name] = place, current
         scatter = float(np.diff(current, 2).std() / np.sqrt(6))
         own = min(held_out(place, current, count) for count in (8, 16, 32, 64, 96))
         click.echo(
@@ -78,10 +79,10 @@ def main() -> None:
             "held out"
         )
     for name in ("map_c_half_turn_off", "map_reverse"):
-        apart, at, wave, share = moved(maps["map_a"], maps[name])
+        off, at, wave, share = moved(maps["map_a"], maps[name])
         click.echo(
-            f"{name}: map_a itself, moved by {at} counts, is {apart:.3f} A from it; {share:.0%} of that is in "
-            f"its wave {wave}"
+            f"{name}: map_a itself, moved by {at} counts, is {off:.3f} A from it; {share:.0%} of that is "
+            f"in its wave {wave}"
         )
     (place, current), (other, reverse) = maps["map_a"], maps["map_reverse"]
     every = np.arange(1, 49)
