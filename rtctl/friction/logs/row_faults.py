@@ -89,10 +89,11 @@ def mended(rows: Rows) -> Rows:
 def _mend_held(rows: Rows) -> None:
     """Columns of slower devices whose values were held: a curve through them as they were taken."""
     columns = {"column position": rows.position_rad, **rows.beside}
-    found = {name: hold(column) for name, column in columns.items()}
-    for name, column in columns.items():
-        others = [one for one in found.values() if one is not None and one.holds(column)]
-        found[name] = found[name] or (others[0] if others else None)
+    told = {name: hold(column) for name, column in columns.items()}
+    first = next((one for one in told.values() if one is not None), None)
+    if first is None:
+        return
+    found = {name: one or first.with_it(columns[name]) for name, one in told.items()}
     at = np.cumsum(np.concatenate([[0.0], rows.step]))
     holds = {name: one for name, one in found.items() if one is not None}
     for name, one in holds.items():

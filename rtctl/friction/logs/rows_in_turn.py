@@ -3,7 +3,7 @@ a higher rate by holding its rows."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -32,6 +32,9 @@ ALONE = 0.95
 UNEVEN, UNEVEN_SHARE = 1.3, 0.5
 """How far from even, rows or share of the time between two, the values of a slower device may come."""
 
+JUST = 0.01
+"""Rows by which a time that was found may be off."""
+
 OF_ONE = 0.98
 """Share of the changes of a column that are with those of another where both are held together."""
 
@@ -45,10 +48,14 @@ class Hold:
     taken: np.ndarray
     row: np.ndarray
 
-    def holds(self, column: np.ndarray) -> bool:
-        """Whether another column changes with this one."""
+    def with_it(self, column: np.ndarray) -> Hold | None:
+        """The same hold of another column, if that changes with this one: one of few levels is not told by
+        itself."""
         changes = np.flatnonzero(np.diff(column)) + 1
-        return len(changes) > 0 and float(np.mean(np.isin(changes, self.row))) >= OF_ONE
+        late = changes - self.taken[np.searchsorted(self.taken, changes + JUST, side="right") - 1]
+        if not len(changes) or float(np.mean((late > -JUST) & (late < 1))) < OF_ONE:
+            return None
+        return replace(self, row=np.clip(np.ceil(self.taken - JUST), 0, len(column) - 1).astype(int))
 
     def between(self, column: np.ndarray, at: np.ndarray) -> np.ndarray:
         """A smooth curve through the values when they were taken, at each row; `at` are the times of rows."""
@@ -99,6 +106,7 @@ def hold(column: np.ndarray) -> Hold | None:
         count = np.maximum(np.round(gaps / times), 1)
         times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
     number = np.concatenate([[0], np.cumsum(count)]).astype(int)
+    times = float(np.polyfit(number, changes, 1)[0])
     late = changes - times * number
     first, last = np.quantile(late, [0.01, 0.99])
     if times < HELD_MIN or last - first > max(UNEVEN, UNEVEN_SHARE * times):
