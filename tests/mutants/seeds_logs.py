@@ -266,4 +266,11 @@ SEEDS = (
         "return float(np.sqrt(np.mean(floor**2)))",
         TRUTH,
     ),
+    Seed(
+        "points slower than any that was learned from speak against a model",
+        "rtctl/friction/learn/report_judge.py",
+        "slow = speed < slowest * (1 - SAME_SPEED)",
+        "slow = speed < 0",
+        ("tests/unit/friction/test_band_of_one_log.py",),
+    ),
 )
