@@ -62,7 +62,9 @@ class Hold:
         from scipy.interpolate import CubicSpline
 
         row = np.arange(len(at))
-        curve = CubicSpline(np.interp(self.taken, row, at), column[self.row])
+        beside = self.taken - np.clip(self.taken, 0, row[-1])
+        taken_s = np.interp(self.taken, row, at) + beside * at[-1] / row[-1]
+        curve = CubicSpline(taken_s, column[self.row])
         inside = (row >= self.taken[0]) & (row <= self.taken[-1])
         return np.where(inside, curve(at), column)
 

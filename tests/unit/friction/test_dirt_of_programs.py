@@ -87,6 +87,20 @@ def test_a_hold_is_told_with_its_period_and_what_it_hid_is_found_again(times):
     assert found.with_it(t) is None
 
 
+def test_a_hold_by_another_programs_timer_is_told_though_it_comes_unevenly():
+    t = np.arange(20_000) / 1000
+    moved = 0.5 * np.sin(2 * t + 0.3)
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        begins = np.arange(-rng.integers(0, 10), 20_000, 10)
+        came = begins + rng.integers(0, 4, len(begins))
+        last = np.searchsorted(came, np.arange(20_000), side="right") - 1
+        seen = moved[np.clip(begins[np.clip(last, 0, None)], 0, None)]
+        found = hold(seen)
+        assert found.times == pytest.approx(10, rel=1e-3)
+        assert np.abs(found.between(seen, t) - moved)[30:-30].max() < 0.001  # a row of the way
+
+
 def test_a_slow_encoder_or_a_rest_is_no_hold():
     rng = np.random.default_rng(1)
     signal = rng.normal(size=300)
