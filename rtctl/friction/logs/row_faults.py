@@ -89,12 +89,12 @@ def mended(rows: Rows) -> Rows:
 def _mend_held(rows: Rows) -> None:
     """Columns of slower devices whose values were held: a curve through them as they were taken."""
     columns = {"column position": rows.position_rad, **rows.beside}
-    told = {name: hold(column) for name, column in columns.items()}
+    at = np.cumsum(np.concatenate([[0.0], rows.step])) / rows.usual
+    told = {name: hold(column, at) for name, column in columns.items()}
     first = next((one for one in told.values() if one is not None), None)
     if first is None:
         return
-    found = {name: one or first.with_it(columns[name]) for name, one in told.items()}
-    at = np.cumsum(np.concatenate([[0.0], rows.step]))
+    found = {name: one or first.with_it(columns[name], at) for name, one in told.items()}
     holds = {name: one for name, one in found.items() if one is not None}
     for name, one in holds.items():
         columns[name][:] = one.between(columns[name], at)

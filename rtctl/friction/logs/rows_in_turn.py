@@ -41,32 +41,28 @@ OF_ONE = 0.98
 
 @dataclass(frozen=True)
 class Hold:
-    """A column whose every value stands for `times` rows: when each was taken (rows, fractions too, shape
-    (m,)), and the row from which it stands."""
+    """A column whose every value stands for `times` rows: when each was taken, shape (m,), and the row from
+    which it stands. A time is in rows, of an even log the row's number (fractions too)."""
 
     times: float
     taken: np.ndarray
     row: np.ndarray
 
-    def with_it(self, column: np.ndarray) -> Hold | None:
+    def with_it(self, column: np.ndarray, at: np.ndarray) -> Hold | None:
         """The same hold of another column, if that changes with this one: one of few levels is not told by
         itself."""
         changes = np.flatnonzero(np.diff(column)) + 1
-        late = changes - self.taken[np.searchsorted(self.taken, changes + JUST, side="right") - 1]
+        late = at[changes] - self.taken[np.searchsorted(self.taken, at[changes] + JUST, side="right") - 1]
         if not len(changes) or float(np.mean((late > -JUST) & (late < 1))) < OF_ONE:
             return None
-        return replace(self, row=np.clip(np.ceil(self.taken - JUST), 0, len(column) - 1).astype(int))
+        return replace(self, row=np.searchsorted(at, self.taken - JUST).clip(0, len(at) - 1))
 
     def between(self, column: np.ndarray, at: np.ndarray) -> np.ndarray:
-        """A smooth curve through the values when they were taken, at each row; `at` are the times of rows."""
+        """A smooth curve through the values when they were taken, at the times of the rows."""
         from scipy.interpolate import CubicSpline
 
-        row = np.arange(len(at))
-        beside = self.taken - np.clip(self.taken, 0, row[-1])
-        taken_s = np.interp(self.taken, row, at) + beside * at[-1] / row[-1]
-        curve = CubicSpline(taken_s, column[self.row])
-        inside = (row >= self.taken[0]) & (row <= self.taken[-1])
-        return np.where(inside, curve(at), column)
+        inside = (at >= self.taken[0]) & (at <= self.taken[-1])
+        return np.where(inside, CubicSpline(self.taken, column[self.row])(at), column)
 
 
 def require_one_axis(where: str, position_rad: np.ndarray) -> None:
@@ -86,8 +82,9 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
         )
 
 
-def hold(column: np.ndarray) -> Hold | None:
-    """How a slower device's column was brought to the rows of a log; None where it was not.
+def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
+    """How a slower device's column was brought to the rows of a log; None where it was not. `at` are the
+    times of the rows, in rows; None: of an even log.
 
     An encoder that turns slowly repeats its counts, too, but it goes on by one of them: a value that goes far
     at once, and stands still before and behind that, is no motion, and comes at even times."""
@@ -95,24 +92,28 @@ def hold(column: np.ndarray) -> Hold | None:
     changes = np.flatnonzero(step) + 1
     if len(changes) < FAR_LEAST:
         return None
-    gaps = np.diff(changes)
-    quick = np.concatenate([[False], gaps == 1]) | np.concatenate([gaps == 1, [False]])
+    at = np.arange(len(column), dtype=float) if at is None else at
+    quick = np.concatenate([[False], np.diff(changes) == 1])
+    quick |= np.append(quick[1:], False)
+    gaps = np.diff(at[changes])
     far = step[changes - 1] > FAR * quantum(column)
     if int(far.sum()) < FAR_LEAST or float(np.mean(~quick[far])) < ALONE:
         return None
     onward = gaps[far[1:] & far[:-1]]
     if not len(onward):
         return None
-    times = float(onward[np.abs(onward - np.bincount(onward).argmax()) <= 1].mean())
+    times = float(onward[np.abs(onward - np.bincount(np.round(onward).astype(int)).argmax()) <= 1].mean())
     for few in (4, len(column)):  # a long rest is counted once the time between two is well known
         count = np.maximum(np.round(gaps / times), 1)
         times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
     number = np.concatenate([[0], np.cumsum(count)]).astype(int)
-    times = float(np.polyfit(number, changes, 1)[0])
-    late = changes - times * number
+    times = float(np.polyfit(number, at[changes], 1)[0])
+    late = at[changes] - times * number
     first, last = np.quantile(late, [0.01, 0.99])
     if times < HELD_MIN or last - first > max(UNEVEN, UNEVEN_SHARE * times):
         return None
     every = np.arange(-1, number[-1] + 1)
+    stands = at[np.searchsorted(at, first + times * every).clip(0, len(at) - 1)]
+    every = every[stands < first + times * (every + 1)]  # none in a gap
     seen = np.searchsorted(number, every, side="right") - 1
     return Hold(times, first + times * every, np.where(seen < 0, changes[0] - 1, changes[seen]))

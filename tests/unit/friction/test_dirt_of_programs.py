@@ -80,11 +80,23 @@ def test_a_hold_is_told_with_its_period_and_what_it_hid_is_found_again(times):
     seen = np.round(stood(moved, times) / count) * count
     found = hold(seen)
     assert found.times == pytest.approx(times, rel=1e-4)
-    off = (found.between(seen, t) - moved)[: -math.ceil(times)]  # nothing is known behind the last one
+    off = (found.between(seen, 1000 * t) - moved)[: -math.ceil(times)]  # nothing is known behind the last one
     assert off.std() < 2 * count
     assert np.abs(off).max() < 0.1 * np.abs(seen - moved).max() + count
-    assert found.with_it(np.round(4 * stood(t, times))), "a torque of few levels beside it"
-    assert found.with_it(t) is None
+    assert found.with_it(np.round(4 * stood(t, times)), 1000 * t), "a torque of few levels beside it"
+    assert found.with_it(t, 1000 * t) is None
+
+
+def test_a_hold_goes_on_while_rows_are_lost():
+    t = np.arange(20_000) / 1000
+    moved = 0.5 * np.sin(2 * t + 0.3)
+    kept = np.random.default_rng(3).uniform(size=len(t)) > 0.03
+    kept[8000:8503] = False
+    at, seen = 1000 * t[kept], stood(moved, 10)[kept]
+    found = hold(seen, at)
+    assert found.times == pytest.approx(10, rel=1e-4)
+    near = (at < 7990) | (at > 8520)  # in the gap nothing is known
+    assert np.abs(found.between(seen, at) - moved[kept])[near][:-20].max() < 1e-3
 
 
 def test_a_hold_by_another_programs_timer_is_told_though_it_comes_unevenly():
@@ -98,7 +110,7 @@ def test_a_hold_by_another_programs_timer_is_told_though_it_comes_unevenly():
         seen = moved[np.clip(begins[np.clip(last, 0, None)], 0, None)]
         found = hold(seen)
         assert found.times == pytest.approx(10, rel=1e-3)
-        assert np.abs(found.between(seen, t) - moved)[30:-30].max() < 0.001  # a row of the way
+        assert np.abs(found.between(seen, 1000 * t) - moved)[30:-30].max() < 0.001  # a row of the way
 
 
 def test_a_slow_encoder_or_a_rest_is_no_hold():
