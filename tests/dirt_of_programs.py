@@ -15,7 +15,18 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from dirty_changes import cells, clean, column, lines, low_passed, moves, quantised, rows_of, through_gear
+from dirty_changes import (
+    cells,
+    clean,
+    column,
+    lines,
+    low_passed,
+    moves,
+    quantised,
+    rows_of,
+    through_gear,
+    with_velocity,
+)
 from dirty_logs import CASES, RIG, Case, identified, show
 from moved_joint import Joint, Log, simulate
 
@@ -63,8 +74,8 @@ def held_up(times):
     return change
 
 
-def held_torque(rows):
-    """A torque of a slower bus: the value of the last telegram."""
+def held_column(rows):
+    """A column of a slower bus: the value of the last telegram."""
     return lambda signal, log: signal[(np.arange(len(signal)) // rows) * rows]
 
 
@@ -194,9 +205,14 @@ MORE = {
     "rows held by ten": Case("hand, 100 Hz", lambda log: log, SAME),
     "a log of 50 Hz held to 500": Case("hand", held_up(10), r"stands 10 times"),
     "a log of 250 Hz held to 500": Case("hand", held_up(2), r"stands 2 times"),
-    "torque of a bus of 20 Hz": Case("hand", column("hand", held_torque(25)),
+    "position of a bus of 100 Hz": Case("hand", column("position", held_column(5)),
+        r"column position: nearly every value stands for 5 rows \(100 Hz\)"),
+    "velocity of a bus of 150 Hz": Case("motor",
+        with_velocity(lambda v, log: v[(np.arange(len(v)) * 0.3).astype(int) * 10 // 3]),
+        r"column velocity: nearly every value stands for 3.33 rows \(150 Hz\)", ("--column", "velocity=v")),
+    "torque of a bus of 20 Hz": Case("hand", column("hand", held_column(25)),
         r"external torque: nearly every value stands for 25 rows"),
-    "torque of a bus of 50 Hz, motor": Case("motor", column("motor", held_torque(10)),
+    "torque of a bus of 50 Hz, motor": Case("motor", column("motor", held_column(10)),
         r"motor torque: nearly every value stands for 10 rows"),
     "12 bits of torque": Case("hand", column("hand", quantised(20 / 4096)), SAME),
     "8 bits of torque": Case("hand", column("hand", quantised(20 / 256)), r"coarse|levels"),

@@ -32,7 +32,8 @@ MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
 
 Mend = Callable[[Path, np.ndarray | None, np.ndarray, dict[str, np.ndarray]], tuple[str, ...]]
-"""Mends rows in place before resampling: file, stamps (s), position, torques by name (n, axes); says what."""
+"""Mends rows in place before resampling: file, stamps (s), position, torques and velocity by name (n, axes);
+says what."""
 
 
 @dataclass(frozen=True)
@@ -248,8 +249,8 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     hand = _per_axis(table, axes, "hand_torque", efforts)
     velocity = _per_axis(table, axes, "velocity", speeds)
     tip = np.stack([table.si(c, FORCE_UNITS) for c in force], axis=1) if force else None
-    torques = {"motor torque": current, "external torque": hand}
-    given = {name: column for name, column in torques.items() if column is not None}
+    beside = {"motor torque": current, "external torque": hand, "column velocity": velocity}
+    given = {name: column for name, column in beside.items() if column is not None}
     steps = tuple(quantum(each) for each in position.T)
     notes = mend(table.path, table.time_s, position, given) if mend else ()
     return [

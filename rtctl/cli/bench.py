@@ -195,11 +195,15 @@ def _without_clock(quick: bool, minutes: float | None) -> dict[str, Callable[[],
     from rtctl.simulation.shipped_files import shipped_config
     from tests.bench import drift, feel, ladder, safety, virtual
     from tests.bench import friction_evaluation as friction
+    from tests.bench import friction_in_law as in_law
 
     mock = shipped_config("mock.toml")
     short = 0.2 if quick else 1.0
     return {
-        "friction": lambda: friction.rows(mock.parent / "friction" / "mock.json"),
+        "friction": lambda: [
+            *in_law.rows(mock.parent / "friction" / "mock-places.json"),
+            *friction.rows(mock.parent / "friction" / "mock.json"),
+        ],
         "safety": lambda: safety.rows(mock, 60 * short),
         "feel": lambda: feel.rows(mock, 20 * short),
         "virtual": lambda: virtual.rows(mock, shipped_config("mock-triangle.toml"), 20 * short),

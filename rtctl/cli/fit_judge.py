@@ -32,6 +32,7 @@ _GOES_WITH = {
 _ROWS = (
     ("points", "points", 1.0),
     ("beyond the trained range", "outside", 1.0),
+    ("slower than trained", "slower", 1.0),
     ("RMSE, mN m", "rmse_nm", 1e3),
     ("share of the friction, %", "error_share", 1e2),
     ("bias, mN m", "bias_nm", 1e3),

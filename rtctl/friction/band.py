@@ -17,13 +17,15 @@ class Band:
     above them all.
 
     `way` of `learn.hold_out.WAYS` says what was held out together, `units` how many of them, `errors` how
-    many held-out errors the widths are from, both directions together."""
+    many held-out errors the widths are from, both directions together. `slowest_rad_s` is the slowest speed
+    there is a point of: what the curve is below it nothing was learned of, and the band says nothing of."""
 
     edges_rad_s: tuple[float, ...]
     half_width_nm: tuple[float, ...]
     way: str
     units: int
     errors: int
+    slowest_rad_s: float = 0.0
 
     def at(self, speed: np.ndarray) -> np.ndarray:
         """Half width at each speed >= 0, N m."""

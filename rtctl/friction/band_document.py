@@ -24,7 +24,7 @@ def part(document: BandDocument | None) -> Band | None:
     if document is None:
         return None
     edges, widths = tuple(document.edges_rad_s), tuple(document.half_width_nm)
-    return Band(edges, widths, document.way, document.units, document.errors)
+    return Band(edges, widths, document.way, document.units, document.errors, document.slowest_rad_s)
 
 
 def refusal(band: Band | None) -> str:

@@ -48,6 +48,7 @@ class BandDocument(Table):
     way: Text
     units: int = Field(ge=1, le=10**9)
     errors: int = Field(ge=1, le=10**9)
+    slowest_rad_s: Speed = 0.0
 
 
 class PartDocument(Table):

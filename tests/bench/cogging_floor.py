@@ -1,8 +1,9 @@
-"""What the map of the reverse run of a motor can tell of a model of its cogging: `python -m
-tests.bench.cogging_floor --data FOLDER`.
+"""What two later maps of a motor can tell of a model of its cogging: `python -m tests.bench.cogging_floor
+--data FOLDER`.
 
-FOLDER has `map_a.csv.gz` and `map_reverse.csv.gz`: places in counts of a turn and holding currents. No model
-of the place alone errs less on a map than its rows scatter.
+FOLDER has `map_a.csv.gz`, `map_c_half_turn_off.csv.gz` and `map_reverse.csv.gz`: places in counts of a turn
+and holding currents. No model of the place alone errs less on a map than its rows scatter, and none that is
+only shifted less than the first map itself, moved to where it fits best, with a level of its own.
 """
 
 from __future__ import annotations
@@ -41,6 +42,24 @@ def held_out(place: np.ndarray, current: np.ndarray, count: int) -> float:
     return float(off.std())
 
 
+def moved(
+    first: tuple[np.ndarray, np.ndarray], later: tuple[np.ndarray, np.ndarray]
+) -> tuple[float, int, int, float]:
+    """RMS difference, A, of two maps of as many even places where the first, moved, fits best, and the counts
+    it is moved by; the wave in which they differ most and its share of the mean square.
+    """
+    rows = len(first[0])
+    order = np.arange(rows // 2 + 1)
+    was, now = (np.fft.rfft(current) for _, current in (first, later))
+    now = now * np.exp(-2j * np.pi * order * later[0][0] / COUNTS)
+    was, now = was[1:-1], now[1:-1]  # the level is left out: friction
+    turned = np.exp(-2j * np.pi * np.arange(COUNTS)[:, None] * order[1:-1] / COUNTS)
+    off = np.abs(now - turned * was) ** 2
+    at = int(np.argmin(off.sum(axis=1)))
+    most = int(np.argmax(off[at]))
+    return float(np.sqrt(2 * off[at].sum()) / rows), at, most + 1, float(off[at, most] / off[at].sum())
+
+
 def main() -> None:
     """Print what each map scatters by, and how far the waves of the first are from those of the reverse
     run.
@@ -48,15 +67,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--data", type=Path, required=True)
     folder = parser.parse_args().data
-    maps = {}
-    for name in ("map_a", "map_reverse"):
+    maps: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+    for name in ("map_a", "map_c_half_turn_off", "map_reverse"):
         table = np.genfromtxt(folder / f"{name}.csv.gz", delimiter=",", skip_header=1)
-        place, current = maps[name] = table[np.argsort(table[:, 0])].T
+        place, current = table[np.argsort(table[:, 0])].T
+        maps[name] = place, current
         scatter = float(np.diff(current, 2).std() / np.sqrt(6))
         own = min(held_out(place, current, count) for count in (8, 16, 32, 64, 96))
         click.echo(
             f"{name}: neighbouring rows scatter by {scatter:.3f} A; its own waves leave {own:.3f} A of rows "
             "held out"
+        )
+    for name in ("map_c_half_turn_off", "map_reverse"):
+        off, at, wave, share = moved(maps["map_a"], maps[name])
+        click.echo(
+            f"{name}: map_a itself, moved by {at} counts, is {off:.3f} A from it; {share:.0%} of that is "
+            f"in its wave {wave}"
         )
     (place, current), (other, reverse) = maps["map_a"], maps["map_reverse"]
     every = np.arange(1, 49)

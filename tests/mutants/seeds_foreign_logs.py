@@ -115,9 +115,9 @@ SEEDS = (
     ),
     Seed(
         "a torque of a slower bus is taken as new in every row",
-        "rtctl/friction/logs/row_faults.py",
-        "if times < HELD_TOLD or",
-        "if times < 1000 * HELD_TOLD or",
+        "rtctl/friction/logs/rows_in_turn.py",
+        "if times < HELD_MIN or",
+        "if times < 1000 * HELD_MIN or",
         DIRT,
     ),
     Seed(

@@ -80,7 +80,9 @@ def _of_sides(
         block=np.concatenate([score.blocks for score in scores if score.blocks is not None]),
     )
     ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
-    return of_both(held_out, ahead, way)
+    band = of_both(held_out, ahead, way)
+    slowest = min(float(data.speed.min()) for data in sides)
+    return None if band is None else replace(band, slowest_rad_s=slowest)
 
 
 def _with_parts(points: FrictionPoints, data: Side, error_nm: np.ndarray) -> np.ndarray:

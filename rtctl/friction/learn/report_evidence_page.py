@@ -20,6 +20,10 @@ NEAR = 1.1
 """Error over the least one, up to which a rung is called as good as the best."""
 
 
+COVERS = (0.90, 0.99)
+"""Share of what was held out that a band of 95 % is to hold."""
+
+
 @dataclass(frozen=True)
 class Line:
     """One rung: held-out RMSE with its 95 % interval, and the nested one, N m; None where there is none.
@@ -132,6 +136,7 @@ def page(found: Sequence[Found], command: str) -> str:
         "[evidence.toml](evidence.toml); recordings are not in the repository.",
         "## In short",
         _short(found),
+        _figures(found),
         "## How to read it",
         _HOW,
         *(text for one in found for text in _of_set(one)),
@@ -165,6 +170,27 @@ def _short(found: Sequence[Found]) -> str:
                     f"{_agreement(one)}"
                 )
     return "\n".join(said)
+
+
+def _figures(found: Sequence[Found]) -> str:
+    """What is wanted on every set, and what is there; out of it is told."""
+    rows = [
+        f"| set | error on what was not seen over held out, {1 / AGREES:.2f} to {AGREES:g} | chosen over the "
+        f"best rung, at most {NEAR:g} | in the band, 90 to 99 % | out of it |",
+        "|---|---|---|---|---|",
+    ]
+    for one in found:
+        times, share = one.chosen_nm / one.chosen_held_out_nm, one.chosen_nm / one.least_nm
+        covered = one.chosen_covered
+        met = {
+            "error foretold": 1 / AGREES <= times <= AGREES,
+            "choice": share <= NEAR,
+            "band": covered is not None and COVERS[0] <= covered <= COVERS[1],
+        }
+        inside = "-" if covered is None else f"{100 * covered:.1f}"
+        out = ", ".join(name for name, holds in met.items() if not holds) or "nothing"
+        rows.append(f"| {one.name} | {times:.2f} | {share:.2f} | {inside} | {out} |")
+    return "\n".join(rows)
 
 
 def _rows(one: Found) -> list[dict[str, float | str]]:

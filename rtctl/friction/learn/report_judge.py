@@ -16,11 +16,12 @@ class Judgement:
     """One direction. Errors are model minus measurement, N m.
 
     `error_share` is the RMSE over the RMS of the measured friction. `outside` counts points faster than the
-    trained range, which count in no error. `over_bound` counts points within the range that the model misses
-    by more than its file states (`bound_nm`). `floor_rmse_nm` is the RMSE of Coulomb + viscous fitted to
-    these very points, `allowed_rmse_nm` what the model may err beside it: those two numbers have seen the
-    points, and the model has not. `outside_band_share` is the share of points outside the model's band, 0 to
-    1 (None also without a band). None where no point lies within the range."""
+    trained range, `slower` those below the slowest trained speed: they count in no error. `over_bound` counts
+    points within the range that the model misses by more than its file states (`bound_nm`). `floor_rmse_nm`
+    is the RMSE of Coulomb + viscous fitted to these very points, `allowed_rmse_nm` what the model may err
+    beside it: those two numbers have seen the points, and the model has not. `outside_band_share` is the
+    share of points outside the model's band, 0 to 1 (None also without a band). None where no point lies
+    within the range."""
 
     direction: int
     points: int
@@ -35,6 +36,11 @@ class Judgement:
     floor_rmse_nm: float | None = None
     allowed_rmse_nm: float | None = None
     outside_band_share: float | None = None
+    slower: int = 0
+
+    def beyond(self) -> tuple[tuple[int, str], ...]:
+        """Points beyond either end of the trained range, and how they are."""
+        return (self.outside, "faster"), (self.slower, "slower")
 
 
 BAND_SIGMAS = 1.96
@@ -52,6 +58,9 @@ little beyond the largest of so many is chance."""
 MOSTLY = 0.5
 """Share of the points beyond the trained range from which it is another motion than the model's, or another
 unit."""
+
+SAME_SPEED = 0.02
+"""Share by which a point may be slower than the slowest of those learned from, and is as slow."""
 
 UNEVEN_SURE = 2.0
 """Standard errors by which a mean over places may be off the mean over all places."""
@@ -80,10 +89,13 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
         if one.rmse_nm is None or one.floor_rmse_nm is None:
             said.append(f"{at} no point within the trained range, nothing can be said")
             continue
-        if one.outside > MOSTLY * one.points:
-            said.append(f"{at} most points, {one.outside} of {one.points}, are faster than the trained range")
+        for beyond, how in one.beyond():
+            if beyond > MOSTLY * one.points:
+                said.append(f"{at} most points, {beyond} of {one.points}, are {how} than the trained range")
         far = abs(one.worst_nm or 0.0) > FAR_OVER * one.bound_nm
-        if one.over_bound > OUTSIDE_MOST * (one.points - one.outside) or (one.over_bound and far):
+        if one.over_bound > OUTSIDE_MOST * (one.points - one.outside - one.slower) or (
+            one.over_bound and far
+        ):
             said.append(
                 f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m, by up to "
                 f"{abs(one.worst_nm or 0.0):.4g} N m at {one.worst_at_rad_s:.3g} rad/s"
@@ -96,24 +108,27 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
 
 
 def not_judged(found: tuple[Judgement, ...]) -> list[str]:
-    """Which points nothing is said of: another session of the same joint is hardly ever just as quick, and
-    help fades there."""
+    """Which points nothing is said of: another session of the same joint is hardly ever just as quick and as
+    slow. Help fades above the trained range; below it the curve is what quicker motion extrapolates to."""
     return [
-        f"direction {one.direction:+d}: {one.outside} of {one.points} points are faster than the trained "
-        "range: not judged"
+        f"direction {one.direction:+d}: {beyond} of {one.points} points are {how} than the trained range: "
+        "not judged"
         for one in found
-        if 0 < one.outside <= MOSTLY * one.points
+        for beyond, how in one.beyond()
+        if 0 < beyond <= MOSTLY * one.points
     ]
 
 
 def _of(
     branch: Branch, speed: np.ndarray, friction_nm: np.ndarray, direction: int, slack_nm: np.ndarray
 ) -> Judgement:
-    inside = speed <= branch.speed_max_rad_s
+    slowest = 0.0 if branch.band is None else branch.band.slowest_rad_s
+    slow = speed < slowest * (1 - SAME_SPEED)
+    inside = (speed <= branch.speed_max_rad_s) & ~slow
     v, f, bound = speed[inside], friction_nm[inside], branch.error_max_nm
-    n, outside = len(speed), int((~inside).sum())
+    n, outside, slower = len(speed), int((speed > branch.speed_max_rad_s).sum()), int(slow.sum())
     if not len(v):
-        return Judgement(direction, n, outside, bound, 0)
+        return Judgement(direction, n, outside, bound, 0, slower=slower)
     error = branch.magnitude(v) - f
     sure = np.sign(error) * np.maximum(np.abs(error) - slack_nm[inside], 0.0)
     line = np.column_stack([np.ones_like(v), v])
@@ -136,6 +151,7 @@ def _of(
         float(np.sqrt(np.mean(floor**2))),
         _allowed(branch, v, f, floor),
         None if branch.band is None else 1 - float(np.mean(branch.band.holds(v, told))),
+        slower,
     )
 
 

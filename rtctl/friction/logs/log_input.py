@@ -130,11 +130,11 @@ def of_one_radian(read: Sequence[Sequence[AxisLog]]) -> list[tuple[AxisLog, ...]
 
 
 def mend(
-    path: Path, time_s: np.ndarray | None, position: np.ndarray, torques: dict[str, np.ndarray]
+    path: Path, time_s: np.ndarray | None, position: np.ndarray, beside: dict[str, np.ndarray]
 ) -> tuple[str, ...]:
-    """Mend spikes, jumps and repeated rows of the first axis in place (`rtctl.friction.logs.row_faults`);
-    what was done."""
-    rows = Rows(str(path), time_s, position[:, 0], {name: column[:, 0] for name, column in torques.items()})
+    """Mend held columns, spikes, jumps and repeated rows of the first axis in place
+    (`rtctl.friction.logs.row_faults`); what was done."""
+    rows = Rows(str(path), time_s, position[:, 0], {name: column[:, 0] for name, column in beside.items()})
     return tuple(mended(rows).notes)
 
 

@@ -13,8 +13,7 @@ import numpy as np
 
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
-from rtctl.friction.logs.rows_in_turn import held, require_one_axis
-from rtctl.friction.logs.torque_faults import LEVELS_MIN
+from rtctl.friction.logs.rows_in_turn import hold, require_one_axis
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
 """Length of the running median, s and rows."""
@@ -43,9 +42,6 @@ LOST_LEAST, LOST_MOST = 0.6, 20.0
 MOST_JUMPS = 10
 """Most jumps of the position that are bridged."""
 
-HELD_TOLD = 4
-"""Rows for which each value of a torque stands, from which on it is one of a slower bus."""
-
 REPEATS_MIN, REPEATS_MOST = 5, 0.1
 """Fewest repeated rows worth a word, and the largest share that is mended."""
 
@@ -58,12 +54,13 @@ TURN_TOLERANCE = 0.02
 
 @dataclass
 class Rows:
-    """Columns of a log, shape (n,), mended: s (None without stamps), rad, N m; `notes` say what was done."""
+    """Columns of a log, shape (n,), mended: s (None without stamps), rad; `beside` the position torques, N m,
+    and a velocity; `notes` say what was done."""
 
     where: str
     time_s: np.ndarray | None
     position_rad: np.ndarray
-    torques: dict[str, np.ndarray]
+    beside: dict[str, np.ndarray]
     notes: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -84,42 +81,43 @@ def mended(rows: Rows) -> Rows:
         return rows
     require_one_axis(rows.where, rows.position_rad)
     _mend_held(rows)
-    _mend_held_torques(rows)
     _mend_repeats(rows)
     _mend_position(rows)
     return rows
 
 
 def _mend_held(rows: Rows) -> None:
-    """A slower log whose rows were held: straight lines between them, of position and torque alike."""
-    repeats, times = held([rows.position_rad, *rows.torques.values()]) if rows.torques else (None, 1)
-    if repeats is None or times == 1:
+    """Columns of slower devices whose values were held: a curve through them as they were taken."""
+    columns = {"column position": rows.position_rad, **rows.beside}
+    at = np.cumsum(np.concatenate([[0.0], rows.step])) / rows.usual
+    told = {name: hold(column, at) for name, column in columns.items()}
+    first = next((one for one in told.values() if one is not None), None)
+    if first is None:
         return
-    _interpolate(rows, repeats, torques=True)
-    rows.notes.append(
-        f"{rows.where}: nearly every row stands {times} times, in every column: a slower log whose rows "
-        "were held: straight lines between the first of each; give the log with one row of each"
-    )
-
-
-def _mend_held_torques(rows: Rows) -> None:
-    """A torque of a slower bus beside a new position in every row: lines between its first values."""
-    for name, torque in rows.torques.items():
-        repeats, times = held([torque])
-        if times < HELD_TOLD or len(np.unique(torque)) < LEVELS_MIN:
-            continue
-        at = np.cumsum(np.concatenate([[0.0], rows.step]))
-        torque[repeats] = np.interp(at[repeats], at[~repeats], torque[~repeats])
+    found = {name: one or first.with_it(columns[name], at) for name, one in told.items()}
+    holds = {name: one for name, one in found.items() if one is not None}
+    for name, one in holds.items():
+        columns[name][:] = one.between(columns[name], at)
+    times = {f"{one.times:.3g}" for one in holds.values()}
+    if rows.beside and len(holds) == len(columns) and len(times) == 1:
         rows.notes.append(
-            f"{rows.where}: {name}: nearly every value stands for {times} rows while the position changes: "
-            "it is of a slower bus, and held: straight lines between the first of each; it may be late"
+            f"{rows.where}: nearly every row stands {times.pop()} times, in every column: a slower log whose "
+            "rows were held: a curve through the first of each; give the log with one row of each"
+        )
+        return
+    for name, one in holds.items():
+        rate = "" if rows.time_s is None else f" ({1 / one.times / rows.usual:.3g} Hz)"
+        rows.notes.append(
+            f"{rows.where}: {name}: nearly every value stands for {one.times:.3g} rows{rate} while another "
+            "column changes: it is of a slower bus, and held: a curve through the first of each; it may be "
+            "late; record it at the rate of the log"
         )
 
 
-def _interpolate(rows: Rows, bad: np.ndarray, *, torques: bool) -> None:
+def _interpolate(rows: Rows, bad: np.ndarray, *, beside: bool) -> None:
     """Straight lines across the bad rows."""
     at = np.cumsum(np.concatenate([[0.0], rows.step]))
-    for column in [rows.position_rad, *(rows.torques.values() if torques else ())]:
+    for column in [rows.position_rad, *(rows.beside.values() if beside else ())]:
         column[bad] = np.interp(at[bad], at[~bad], column[~bad])
 
 
@@ -153,11 +151,11 @@ def _mend_repeats(rows: Rows) -> None:
     count = float(np.quantile(steps[steps > 0], 0.02)) if steps.any() else 0.0
     moves = np.abs(middle) * rows.usual > OUTLIER_COUNTS * count
     same = (velocity == 0) & moves
-    for torque in rows.torques.values():
+    for torque in rows.beside.values():
         same &= np.diff(torque) == 0
     same &= _goes_on(same, velocity, middle)
     count = int(same.sum())
-    if count < REPEATS_MIN or not rows.torques:
+    if count < REPEATS_MIN or not rows.beside:
         return
     first = int(np.flatnonzero(same)[0])
     after = np.flatnonzero(same[:-1] & ~same[1:] & moves[1:]) + 1
@@ -171,7 +169,7 @@ def _mend_repeats(rows: Rows) -> None:
         )
     if count > REPEATS_MOST * len(same):
         raise DataError(f"{what}; record every row once it is new, or thin the log to the rate of the device")
-    _interpolate(rows, np.concatenate([[False], same]), torques=True)
+    _interpolate(rows, np.concatenate([[False], same]), beside=True)
     rows.notes.append(f"{what}: interpolated")
 
 
@@ -241,7 +239,7 @@ def _mend_position(rows: Rows) -> None:
         rows.notes.append(f"{what}: interpolated")
     _bridge(rows, jumps)
     if bad.any():
-        _interpolate(rows, bad, torques=False)
+        _interpolate(rows, bad, beside=False)
 
 
 def _is_turn(velocity: np.ndarray, begin: int, end: int, reach: int, bound: float) -> bool:

@@ -3,8 +3,11 @@ a higher rate by holding its rows."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
+from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 
 AXES_MOST = 8
@@ -14,11 +17,52 @@ NEARER = 10.0
 """Rows of several axes in turn: a row is so many times nearer to the last one of its axis than to the one
 before it (medians)."""
 
-ALIKE = 0.8
-"""Share of the runs of equal rows that are of one length where rows were held."""
+HELD_MIN = 1.9
+"""Fewest rows for which a value stands that is held."""
 
-HELD_MIN = 2
-"""Least length of such runs."""
+FAR = 2.5
+"""Steps of its column that a value goes at once to be told from the next count of an encoder,"""
+
+FAR_LEAST = 40
+"""how many such there are at least,"""
+
+ALONE = 0.95
+"""and the share of them beside which the column stands still: whatever moves so far in a row moves on."""
+
+UNEVEN, UNEVEN_SHARE = 1.3, 0.5
+"""How far from even, rows or share of the time between two, the values of a slower device may come."""
+
+JUST = 0.01
+"""Rows by which a time that was found may be off."""
+
+OF_ONE = 0.98
+"""Share of the changes of a column that are with those of another where both are held together."""
+
+
+@dataclass(frozen=True)
+class Hold:
+    """A column whose every value stands for `times` rows: when each was taken, shape (m,), and the row from
+    which it stands. A time is in rows, of an even log the row's number (fractions too)."""
+
+    times: float
+    taken: np.ndarray
+    row: np.ndarray
+
+    def with_it(self, column: np.ndarray, at: np.ndarray) -> Hold | None:
+        """The same hold of another column, if that changes with this one: one of few levels is not told by
+        itself."""
+        changes = np.flatnonzero(np.diff(column)) + 1
+        late = at[changes] - self.taken[np.searchsorted(self.taken, at[changes] + JUST, side="right") - 1]
+        if not len(changes) or float(np.mean((late > -JUST) & (late < 1))) < OF_ONE:
+            return None
+        return replace(self, row=np.searchsorted(at, self.taken - JUST).clip(0, len(at) - 1))
+
+    def between(self, column: np.ndarray, at: np.ndarray) -> np.ndarray:
+        """A smooth curve through the values when they were taken, at the times of the rows."""
+        from scipy.interpolate import CubicSpline
+
+        inside = (at >= self.taken[0]) & (at <= self.taken[-1])
+        return np.where(inside, CubicSpline(self.taken, column[self.row])(at), column)
 
 
 def require_one_axis(where: str, position_rad: np.ndarray) -> None:
@@ -38,13 +82,38 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
         )
 
 
-def held(columns: list[np.ndarray]) -> tuple[np.ndarray, int]:
-    """Rows that only repeat the row before in every column, where nearly all rows stand equally often: their
-    marks (n,), and how often; none and 1 elsewhere."""
-    same = np.logical_and.reduce([np.diff(column) == 0 for column in columns])
-    repeats = np.concatenate([[False], same])
-    lengths = np.diff(np.append(np.flatnonzero(~repeats), len(repeats)))
-    times = int(np.median(lengths))
-    if times < HELD_MIN or float(np.mean(lengths == times)) < ALIKE:
-        return np.zeros(len(repeats), bool), 1
-    return repeats, times
+def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
+    """How a slower device's column was brought to the rows of a log; None where it was not. `at` are the
+    times of the rows, in rows; None: of an even log.
+
+    An encoder that turns slowly repeats its counts, too, but it goes on by one of them: a value that goes far
+    at once, and stands still before and behind that, is no motion, and comes at even times."""
+    step = np.abs(np.diff(column))
+    changes = np.flatnonzero(step) + 1
+    if len(changes) < FAR_LEAST:
+        return None
+    at = np.arange(len(column), dtype=float) if at is None else at
+    quick = np.concatenate([[False], np.diff(changes) == 1])
+    quick |= np.append(quick[1:], False)
+    gaps = np.diff(at[changes])
+    far = step[changes - 1] > FAR * quantum(column)
+    if int(far.sum()) < FAR_LEAST or float(np.mean(~quick[far])) < ALONE:
+        return None
+    onward = gaps[far[1:] & far[:-1]]
+    if not len(onward):
+        return None
+    times = float(onward[np.abs(onward - np.bincount(np.round(onward).astype(int)).argmax()) <= 1].mean())
+    for few in (4, len(column)):  # a long rest is counted once the time between two is well known
+        count = np.maximum(np.round(gaps / times), 1)
+        times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
+    number = np.concatenate([[0], np.cumsum(count)]).astype(int)
+    times = float(np.polyfit(number, at[changes], 1)[0])
+    late = at[changes] - times * number
+    first, last = np.quantile(late, [0.01, 0.99])
+    if times < HELD_MIN or last - first > max(UNEVEN, UNEVEN_SHARE * times):
+        return None
+    every = np.arange(-1, number[-1] + 1)
+    stands = at[np.searchsorted(at, first + times * every).clip(0, len(at) - 1)]
+    every = every[stands < first + times * (every + 1)]  # none in a gap
+    seen = np.searchsorted(number, every, side="right") - 1
+    return Hold(times, first + times * every, np.where(seen < 0, changes[0] - 1, changes[seen]))

@@ -2,6 +2,7 @@
 them as volume.
 """
 
+import math
 import re
 
 import numpy as np
@@ -13,7 +14,7 @@ from dirty_logs import identified
 from moved_joint import CLEAN, Joint, simulate
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.rows_in_turn import held, require_one_axis
+from rtctl.friction.logs.rows_in_turn import hold, require_one_axis
 from rtctl.friction.logs.torque_faults import require_on
 
 MENDED = (
@@ -21,6 +22,8 @@ MENDED = (
     "motor off for a part, exactly 0",
     "a log of 50 Hz held to 500",
     "torque of a bus of 20 Hz",
+    "position of a bus of 100 Hz",
+    "velocity of a bus of 150 Hz",
     "friction is compensated already",
     "semicolons, decimal commas, thousands",
     "ms of the day past midnight",
@@ -45,7 +48,7 @@ def test_a_log_that_a_program_made_wrong_is_right_or_named(name, tmp_path):
 
 
 def test_rows_that_were_held_give_the_parameters_of_the_log_they_were_made_of(tmp_path):
-    for name in ("a log of 50 Hz held to 500", "a log of 250 Hz held to 500"):
+    for name in ("a log of 50 Hz held to 500", "a log of 250 Hz held to 500", "position of a bus of 100 Hz"):
         found = of(name, tmp_path)
         assert found.code == 0
         assert all(abs(off) < 0.02 for off in found.off.values()), (name, found.off)
@@ -61,17 +64,70 @@ def test_rows_of_one_axis_are_not_called_rows_of_two():
             require_one_axis("log", axes)
 
 
-def test_rows_are_held_only_where_nearly_all_stand_equally_often():
-    signal = np.random.default_rng(1).normal(size=300)
-    assert held([np.repeat(signal, 4)])[1] == 4
-    assert held([signal])[1] == 1
-    rest = np.concatenate([signal, np.full(600, signal[-1])])
-    assert held([rest])[1] == 1, "a joint at rest"
-    uneven = np.repeat(signal, np.random.default_rng(2).integers(1, 6, 300))
-    assert held([uneven])[1] == 1
-    marks, times = held([np.repeat(signal, 4), np.repeat(signal, 2).repeat(2) * 2])
-    assert times == 4
-    assert marks.tolist()[:8] == [False, True, True, True] * 2
+def stood(signal, times):
+    """What a log shows of a device that samples every so many rows (fractions too)."""
+    taken = np.floor(np.arange(len(signal)) / times) * times
+    return np.interp(taken, np.arange(len(signal)), signal)
+
+
+@pytest.mark.parametrize("times", [2, 2.5, 10 / 3, 10, 33.3])
+def test_a_hold_is_told_with_its_period_and_what_it_hid_is_found_again(times):
+    t = np.arange(20_000) / 1000
+    moved = 0.5 * np.sin(2 * t)
+    turn = round(3.25 * 1000 * np.pi)
+    moved = np.concatenate([moved[:turn], np.full(3000, moved[turn]), moved[turn:-3000]])  # a rest
+    count = 2 * np.pi / 40_000
+    seen = np.round(stood(moved, times) / count) * count
+    found = hold(seen)
+    assert found.times == pytest.approx(times, rel=1e-4)
+    off = (found.between(seen, 1000 * t) - moved)[: -math.ceil(times)]  # nothing is known behind the last one
+    assert off.std() < 2 * count
+    assert np.abs(off).max() < 0.1 * np.abs(seen - moved).max() + count
+    assert found.with_it(np.round(4 * stood(t, times)), 1000 * t), "a torque of few levels beside it"
+    assert found.with_it(t, 1000 * t) is None
+
+
+def test_a_hold_goes_on_while_rows_are_lost():
+    t = np.arange(20_000) / 1000
+    moved = 0.5 * np.sin(2 * t + 0.3)
+    kept = np.random.default_rng(3).uniform(size=len(t)) > 0.03
+    kept[8000:8503] = False
+    at, seen = 1000 * t[kept], stood(moved, 10)[kept]
+    found = hold(seen, at)
+    assert found.times == pytest.approx(10, rel=1e-4)
+    near = (at < 7990) | (at > 8520)  # in the gap nothing is known
+    assert np.abs(found.between(seen, at) - moved[kept])[near][:-20].max() < 1e-3
+
+
+def test_a_hold_by_another_programs_timer_is_told_though_it_comes_unevenly():
+    t = np.arange(20_000) / 1000
+    moved = 0.5 * np.sin(2 * t + 0.3)
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        begins = np.arange(-rng.integers(0, 10), 20_000, 10)
+        came = begins + rng.integers(0, 4, len(begins))
+        last = np.searchsorted(came, np.arange(20_000), side="right") - 1
+        seen = moved[np.clip(begins[np.clip(last, 0, None)], 0, None)]
+        found = hold(seen)
+        assert found.times == pytest.approx(10, rel=1e-3)
+        assert np.abs(found.between(seen, 1000 * t) - moved)[30:-30].max() < 0.001  # a row of the way
+
+
+def test_a_slow_encoder_or_a_rest_is_no_hold():
+    rng = np.random.default_rng(1)
+    signal = rng.normal(size=300)
+    assert hold(np.repeat(signal, 4)).times == pytest.approx(4)
+    assert hold(signal) is None
+    assert hold(np.concatenate([signal, np.full(600, signal[-1])])) is None, "a joint at rest"
+    assert hold(np.repeat(signal, rng.integers(1, 6, 300))) is None
+    jumps = np.repeat(np.cumsum(np.abs(signal)), rng.integers(5, 60, 300))
+    assert hold(np.round(jumps / 0.1) * 0.1) is None, "it sticks and slips"
+    t = np.arange(20_000) / 1000
+    for counts in (512, 4096, 40_000):
+        for speed in (0.05, 0.5, 5.0):
+            count = 2 * np.pi / counts
+            slow = np.round(speed * np.abs(t % 2 - 1) / count) * count
+            assert hold(slow) is None, (counts, speed)
 
 
 def test_a_motor_whose_torque_is_coarse_is_not_off_where_it_is_rounded_to_zero():

@@ -89,6 +89,16 @@ def test_what_the_bands_were_worth_is_told():
     assert "4 + 4 | 3 times the best | - |" in text
 
 
+def test_what_is_wanted_on_every_set_is_a_table_that_says_what_is_out():
+    good = replace(MACHINE_WINS, chosen_covered=0.95)
+    wide = replace(good, name="wide", chosen_covered=0.995)
+    worse = replace(good, name="worse", chosen_nm=1.6e-3)
+    text = page([good, wide, worse], "x")
+    assert "| machine's | 1.00 | 1.00 | 95.0 | nothing |" in text
+    assert "| wide | 1.00 | 1.00 | 99.5 | band |" in text
+    assert "| worse | 1.60 | 1.60 | 95.0 | error foretold, choice |" in text
+
+
 @pytest.mark.parametrize(
     ("more", "said"),
     [
