@@ -82,7 +82,7 @@ def _calmed(loop: AdmittanceLoop) -> AdmittanceLoop | None:
     from rtctl.control.proofs.admittance_sticking import calming_rest_damping, judge_stuck
 
     masses = (loop, *heavier(loop))
-    if not all(margin.passes_stiffest(one) and margin.bears_rubbing(one) for one in masses):
+    if not all(margin.passes_stiffest(one) and margin.judge_rubbing(one, some=True)[0].ok for one in masses):
         return None
     if not margin.judge(loop).ok:
         return None

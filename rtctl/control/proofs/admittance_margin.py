@@ -7,7 +7,7 @@ points). A joint that sticks on its bristles is judged apart (`admittance_sticki
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -80,8 +80,9 @@ def judge(loop: AdmittanceLoop) -> Finding:
     return worst_of(loop, at.beside(fine_worlds(loop, only_stiffest=False)))
 
 
-def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
-    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad.
+def judge_rubbing(loop: AdmittanceLoop, *, some: bool = False) -> tuple[Finding, float]:
+    """The worst with dry friction taken for damping of every size, and that damping, N m s/rad; `some`: of
+    the stiffest hands and of those that have no spring.
 
     Notes
     -----
@@ -89,23 +90,14 @@ def judge_rubbing(loop: AdmittanceLoop) -> tuple[Finding, float]:
     describing function), from nothing at high speeds to all where it nearly stops. Where the loop grows at
     one of them, a slower motion grows and a quicker one dies: joint, mass and hand swing on at that V. Only
     speeds are left out at which that is more than ten velocity gains."""
-    found = _rubbing(loop, fine_worlds(loop, only_stiffest=False, count=_WORLDS))
-    return max(found, key=lambda one: math.inf if math.isnan(one[0].radius) else one[0].radius)
-
-
-def bears_rubbing(loop: AdmittanceLoop) -> bool:
-    """Whether nothing of that grows with the stiffest hands and those that have no spring. A search asks it
-    often: the first that grows is enough."""
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
-    at = at[np.flatnonzero((at.k_h == 0) | (at.k_h == at.k_h.max()))]
-    return all(found.ok for found, _ in _rubbing(loop, at))
-
-
-def _rubbing(loop: AdmittanceLoop, at: Points) -> Iterator[tuple[Finding, float]]:
-    for by in RUBS:
-        more = by * loop.velocity_gain_nms_rad
-        slides = replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0)
-        yield worst_of(slides, at), more
+    at = at[np.flatnonzero((at.k_h == 0) | (at.k_h == at.k_h.max()))] if some else at
+    dampings = [by * loop.velocity_gain_nms_rad for by in RUBS]
+    tried = [
+        replace(loop, viscous_nms_rad=loop.viscous_nms_rad + more, bristle_nm_rad=0.0) for more in dampings
+    ]
+    found = [(worst_of(one, at), more) for one, more in zip(tried, dampings, strict=True)]
+    return max(found, key=lambda one: math.inf if math.isnan(one[0].radius) else one[0].radius)
 
 
 def judge_stiffest(loop: AdmittanceLoop) -> Finding:
