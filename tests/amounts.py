@@ -9,11 +9,11 @@ import pytest
 WHOLE = os.environ.get("RTCTL_TEST_VOLUME") == "1"
 """Set by `tests/run_tier.py volume`."""
 
-SHARE = 5
+SHARE = 10
 
 
 def some_of(number):
-    """So many of a question's random cases: a fifth, or all of them as volume."""
+    """So many of a question's random cases: a tenth, or all of them as volume."""
     return number if WHOLE else max(1, number // SHARE)
 
 

@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from rtctl.control.jit import compiled
-from rtctl.friction.logs.dynamics import smooth
 from rtctl.friction.logs.turns import SHORTEST_RAD, STRIBECK_RAD_S, TurningPart, stop_operator
 
 
@@ -36,7 +35,7 @@ def _of_direction(part: TurningPart, direction: np.ndarray, peaks: Sequence[np.n
         np.minimum(direction, 0.0),
         *(direction * peak for peak in peaks),
     ]
-    return np.column_stack([smooth(one, part.rate_hz, part.cutoff_hz)[part.rows] for one in columns])
+    return part.smoothed(columns)
 
 
 def by_speed(part: TurningPart, which: float, lag_s: float = 0.0) -> np.ndarray:
@@ -73,7 +72,7 @@ def by_acceleration(which: float, part: TurningPart, _none: float = 0.0) -> np.n
     )
     change = direction * part.motion[:, 0]  # of abs(v), rad/s^2
     beside = [direction * change * peak for peak in part.peaks]
-    return np.column_stack([plain, *(smooth(one, part.rate_hz, part.cutoff_hz)[part.rows] for one in beside)])
+    return np.hstack([plain, part.smoothed(beside)])
 
 
 def by_stop(part: TurningPart, length_rad: float) -> np.ndarray:

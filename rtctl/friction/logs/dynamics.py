@@ -110,7 +110,8 @@ class Dynamics:
 
 
 def smooth(signal: np.ndarray, rate_hz: float, cutoff_hz: float) -> np.ndarray:
-    """Low-pass without delay: second-order Butterworth, forwards and backwards (-6 dB at the cut-off)."""
+    """Low-pass without delay of each row: second-order Butterworth, forwards and backwards (-6 dB at the
+    cut-off)."""
     from scipy.signal import sosfiltfilt
 
     return np.asarray(sosfiltfilt(_sections(rate_hz, cutoff_hz), signal))

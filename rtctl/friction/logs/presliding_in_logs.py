@@ -21,7 +21,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog, smooth
+from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
 from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length, stop_operator
 from rtctl.friction.presliding import Presliding
 
@@ -93,4 +93,4 @@ def _friction(part: TurningPart, length_rad: float) -> np.ndarray:
     """Columns of friction in the kept rows: each direction, and the Stribeck peaks of both."""
     bent = stop_operator(part.path_rad, length_rad)
     columns = [np.maximum(bent, 0.0), np.minimum(bent, 0.0), *(bent * peak for peak in part.peaks)]
-    return np.column_stack([smooth(each, part.rate_hz, part.cutoff_hz)[part.rows] for each in columns])
+    return part.smoothed(columns)

@@ -46,6 +46,11 @@ class TurningPart:
         """How many turns there are."""
         return len(self.turned)
 
+    def smoothed(self, columns: Sequence[np.ndarray]) -> np.ndarray:
+        """Columns (n,) through the filter of the motion, all at once, in the rows looked at: (rows, k)."""
+        filtered = smooth(np.stack(columns), self.rate_hz, self.cutoff_hz)
+        return np.ascontiguousarray(filtered[:, self.rows].T)
+
 
 def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> TurningPart | None:
     """One stretch made ready; None when it is too short or not finite."""
