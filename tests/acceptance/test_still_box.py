@@ -15,7 +15,8 @@ from rtctl.simulation.family import FAMILY, with_plant
 from rtctl.simulation.shipped_files import shipped_config
 
 CASES = max(some_of(1000), 200)
-"""Hands that hold still, the product's first promise: more of them than of other questions in `make test`; `rtctl campaign --still` takes as many as one likes."""
+"""Hands that hold still, the product's first promise: more of them than of other questions in `make test`.
+`rtctl campaign --still` takes as many as one likes."""
 
 SECONDS = 12.0
 """Of each plant in each world; `slow`: so long that all of them make ten hours."""
