@@ -24,7 +24,7 @@ LAYOUTS = every_layout()
 
 REFUSED = {
     "ODrive, turns taken for radians": None,  # nothing in the file says turns
-    "CiA 402, per mille taken for newton-metres": r"torque actual.*the file says %",
+    "CiA 402, per mille taken for newton-metres": r"torque actual.*the file says ‰",
     "N cm, read as N m": r"read in N m, the file says N cm; give the unit",
     "Simulation Data Inspector, one time for each rate": r"more than one column 'time'.*#1 or #3",
     "stamps of whole milliseconds at 1 kHz, some twice": r"duplicated timestamps.*--rate-hz 1000",
