@@ -43,6 +43,12 @@ REFUSED = {
     "LabVIEW measurement in segments": r"row 2000 begins another table.*cut it there",
     "a bag of ROS 2, each message packed": r"no message of /joint_states can be read: packed one by one"
     r".*ros2 bag convert",
+    "mean and deviation below the rows": r"row \d+: 'Mean' .*the last 2 rows are none of the log.*delete",
+    "TwinCAT, the torque at a quarter of the rate with its own times": r"'#4' row \d+: the column ends there"
+    r".*of another rate.*its own times",
+    "a dict in an npz": r"'log' holds Python objects.*save each column as numbers",
+    "nanoseconds since 1970 taken for seconds, some twice": r"correct the unit of the time",
+    "Unix time in six digits": r"every row has the stamp 1700000000 s.*more digits.*--rate-hz",
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""
