@@ -248,3 +248,13 @@ def six_digits(log: Log, folder: Path) -> list[str]:
     stamps = (f"{1.7e9 + t:.5E}" for t in log.time)
     path = write(folder / "e.csv", "t,q,tau", *(f"{t},{row}" for t, row in zip(stamps, rows, strict=True)))
     return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("a row for each signal")
+def a_row_each(log: Log, folder: Path) -> list[str]:
+    rows = (
+        f"{t:.6f},q,{x:.7g}\n{t:.6f},tau,{u:.7g}"
+        for t, x, u in zip(log.time, log.position, log.torque, strict=True)
+    )
+    path = write(folder / "long.csv", "time,signal,value", *rows)
+    return called(path, "time=time", "position=value", "torque=value")

@@ -17,12 +17,11 @@ from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
+from hw.playback.rising import require_rising, require_steady
 from hw.playback.stamps import (
     Grid,
     Stretch,
     grid_of,
-    require_rising,
-    require_steady,
     resolution,
     unwrapped,
 )
@@ -85,6 +84,12 @@ class _Table:
         if options.get("time"):
             columns.append(options["time"])
         names = tuple(column["column"] for column in columns)
+        roles = [[each["column"] for each in axis.values() if each] for axis in options["axis"]]
+        if twice := next((name for each in roles for name in each if each.count(name) > 1), None):
+            raise BackendError(
+                f"{self.path}: column {twice!r} is mapped twice: one column has one role; a table with a row "
+                "for each signal (time, signal, value) wants a column for each first (pivot of pandas)"
+            )
         found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
         self.raw, self.said = found.columns, found.units
         self.notes: tuple[str, ...] = ()
@@ -137,7 +142,7 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `hw.playback.columns.read_table` and `hw.playback.stamps.require_rising`; more than two ticks of a
+        See `hw.playback.columns.read_table` and `hw.playback.rising.require_rising`; more than two ticks of a
         recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller
         differences are resampled on the stamps); also when the number of axes differs."""
     recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
@@ -223,10 +228,17 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
 
 
 def _at(grid: Grid, time_s: np.ndarray | None) -> np.ndarray | None:
-    """When the rows were taken, s: on the even grid, where only rounding keeps the stamps off it."""
-    if time_s is None or len(grid.stretches) != 1 or grid.stretches[0].instants_s is not None:
-        return time_s
-    return np.asarray(time_s[0] + np.arange(len(time_s)) / grid.rate_hz)
+    """When the rows were taken, s: on the even grid of a stretch, where only rounding keeps its stamps off
+    it."""
+    if time_s is None:
+        return None
+    evened = [
+        each.stamps_s[0] + np.arange(len(each.stamps_s)) / grid.rate_hz
+        if each.instants_s is None
+        else each.stamps_s
+        for each in grid.stretches
+    ]
+    return np.concatenate(evened)
 
 
 def _of(stretch: Stretch, signal: np.ndarray | None) -> np.ndarray | None:

@@ -16,25 +16,30 @@ SPELT = {
     "ticks": "counts",
     "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms",
     "usec": "us", "µs": "us", "μs": "us",
-    "ncm": "N cm", "n.cm": "N cm", "n*cm": "N cm", "n·cm": "N cm", "n-cm": "N cm", "knm": "kN m",
-    "ozin": "oz in", "oz-in": "oz in", "ozf-in": "oz in", "ozf·in": "oz in", "oz·in": "oz in",
-    "lbin": "lb in", "lb-in": "lb in", "lbf-in": "lb in", "lbf·in": "lb in", "in-lb": "lb in",
-    "lbft": "lb ft", "lb-ft": "lb ft", "lbf·ft": "lb ft", "ft-lb": "lb ft", "kgcm": "kg cm", "kg-cm": "kg cm",
-    "kgf-cm": "kg cm", "kgf·cm": "kg cm",
+    "ncm": "N cm", "knm": "kN m", "ozin": "oz in", "lbin": "lb in", "lbft": "lb ft", "kgcm": "kg cm",
     "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
     "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
-    "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m",
-    "mn*m": "mN m",
+    "nm": "N m", "mnm": "mN m", "revolutions": "rev", "revolution": "rev",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s",
     "deg/sec": "deg/s", "°/s": "deg/s",
     "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm",
     "grad/s": "deg/s", "sek": "s", "sekunden": "s",
     "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%",
     "pct": "%", "0.1%": "‰", "0.1 %": "‰", "permille": "‰", "per mille": "‰", "permil": "‰", "promille": "‰",
-    "lsb": "counts", "kgf": "kg", "lb": "lbf", "inch": "in", "inches": "in", "ips": "in/s", "arms": "A",
-    "aeff": "A", "apk": "A",
+    "lsb": "counts", "kgf": "kg", "lb": "lbf", "pounds": "lbf", "inch": "in", "inches": "in", "ips": "in/s",
+    "arms": "A", "aeff": "A", "apk": "A",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
+
+_WORDS = {
+    "pound": "lb", "pounds": "lb", "lbs": "lb", "lbf": "lb", "ounce": "oz", "ounces": "oz", "ozf": "oz",
+    "inch": "in", "inches": "in", "foot": "ft", "feet": "ft", "kgf": "kg", "newton": "n", "newtons": "n",
+    "meter": "m", "meters": "m", "metre": "m", "metres": "m", "millinewton": "mn",
+}  # fmt: skip
+"""Words that a unit of two is made of."""
+
+_BETWEEN = re.compile(r"[\s.\-*_·⋅×]+")
+"""What stands between them: `N.m`, `lbf-in`, `Pound inches`."""
 
 SCALED = {
     "kN m": (1000.0, "N m"), "oz in": (0.00706155, "N m"), "lb in": (0.1129848, "N m"),
@@ -91,7 +96,9 @@ def said_unit(name: str, row: str) -> str:
 
 def _ours(text: str) -> str | None:
     plain = _KIND_OF_MEAN.sub("", text.strip().lower())
-    for spelt in (plain, plain.replace("_", "/"), plain.replace("_", "-"), plain.replace("_", " ")):
+    words = [_WORDS.get(word, word) for word in _BETWEEN.split(plain)]
+    turned = words[::-1] if words[0] in {"in", "ft"} else words
+    for spelt in (plain, plain.replace("_", "/"), " ".join(turned) if len(words) == 2 else ""):
         if found := SPELT.get(spelt) or _KNOWN.get(spelt):
             return found
     return None

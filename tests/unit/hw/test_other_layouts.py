@@ -49,6 +49,7 @@ REFUSED = {
     "a dict in an npz": r"'log' holds Python objects.*save each column as numbers",
     "nanoseconds since 1970 taken for seconds, some twice": r"correct the unit of the time",
     "Unix time in six digits": r"every row has the stamp 1700000000 s.*more digits.*--rate-hz",
+    "a row for each signal": r"'value' is mapped twice.*a column for each first",
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""
