@@ -292,3 +292,19 @@ def test_the_shipped_example_lacks_nothing_but_the_users_log(tmp_path):
     rows = run_log(rig_file.load(tmp_path / "playback.toml"))
     assert State.ACTIVE in rows["state"]
     assert rows["state"][-1] == State.SHUTDOWN
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        ("angle", {"column": "angle"}),
+        ("gauge_nm:-1:0.5", {"column": "gauge_nm", "scale": -1.0, "offset": 0.5}),
+        ("Zeit [ms]:ms", {"column": "Zeit [ms]", "unit": "ms"}),
+        ("Winkel:deg:-1", {"column": "Winkel", "unit": "deg", "scale": -1.0}),
+        ("Axis 1::Torque", {"column": "Axis 1::Torque"}),
+    ],
+)
+def test_a_column_says_its_unit_as_the_refusals_ask_for(text, column):
+    from rtctl.cli.playback import _column
+
+    assert _column(None, None, text) == column
