@@ -20,12 +20,13 @@ def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dic
     """Read NAME[:UNIT][:SCALE[:OFFSET]]; a name may hold colons."""
     if text is None:
         return None
-    parts, numbers = text.split(":"), []
+    parts = text.split(":")
+    numbers: list[float] = []
     while len(parts) > 1 and len(numbers) < 2 and is_number(parts[-1]):
         numbers.insert(0, float(parts.pop()))
     unit = unit_of(parts[-1]) if len(parts) > 1 else None
     name = ":".join(parts if unit is None else parts[:-1])
-    if not name:
+    if not name or is_number(parts[-1] if len(parts) > 1 else ""):
         raise click.BadParameter(f"{text!r} is not NAME[:UNIT][:SCALE[:OFFSET]]", ctx, param)
     scaled = dict(zip(("scale", "offset"), numbers, strict=False))
     return {"column": name, **({"unit": unit} if unit else {}), **scaled}

@@ -272,12 +272,6 @@ def test_logs_that_tell_no_presliding_length_are_taken_for_a_long_one_and_that_i
     assert "not told by these logs: taken for 5 mrad" in _presliding(None)
 
 
-@pytest.mark.parametrize("text", ["x:1:2:3", ":1", "x:fast"])
-def test_a_column_that_cannot_be_read_is_wrong_usage(text):
-    said = CliRunner().invoke(command, ["--position", text])
-    assert said.exit_code == 2
-
-
 def test_the_shipped_example_lacks_nothing_but_the_users_log(tmp_path):
     with pytest.raises(ConfigError) as caught:
         rig_file.load(SHIPPED)
@@ -292,19 +286,3 @@ def test_the_shipped_example_lacks_nothing_but_the_users_log(tmp_path):
     rows = run_log(rig_file.load(tmp_path / "playback.toml"))
     assert State.ACTIVE in rows["state"]
     assert rows["state"][-1] == State.SHUTDOWN
-
-
-@pytest.mark.parametrize(
-    ("text", "column"),
-    [
-        ("angle", {"column": "angle"}),
-        ("gauge_nm:-1:0.5", {"column": "gauge_nm", "scale": -1.0, "offset": 0.5}),
-        ("Zeit [ms]:ms", {"column": "Zeit [ms]", "unit": "ms"}),
-        ("Winkel:deg:-1", {"column": "Winkel", "unit": "deg", "scale": -1.0}),
-        ("Axis 1::Torque", {"column": "Axis 1::Torque"}),
-    ],
-)
-def test_a_column_says_its_unit_as_the_refusals_ask_for(text, column):
-    from rtctl.cli.playback import _column
-
-    assert _column(None, None, text) == column
