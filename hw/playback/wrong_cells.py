@@ -65,7 +65,7 @@ def no_number(
         and all(at < len(each) and number(each[at], ",") is None for each in below)
     ):
         return (
-            f"{where}: {cells[at][:40]!r} is not a number: the last {len(below)} rows are none of the log (a "
-            "footer, of statistics?); delete them"
+            f"{where}: {cells[at][:40]!r} is not a number: from there on {len(below)} row(s) are none of "
+            "the log (a footer, of statistics?); delete them"
         )
     return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"

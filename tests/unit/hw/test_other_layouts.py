@@ -43,7 +43,7 @@ REFUSED = {
     "LabVIEW measurement in segments": r"row 2000 begins another table.*cut it there",
     "a bag of ROS 2, each message packed": r"no message of /joint_states can be read: packed one by one"
     r".*ros2 bag convert",
-    "mean and deviation below the rows": r"row \d+: 'Mean' .*the last 2 rows are none of the log.*delete",
+    "mean and deviation below the rows": r"row \d+: 'Mean' .*on 2 row.s. are none of the log.*delete",
     "TwinCAT, the torque at a quarter of the rate with its own times": r"'#4' row \d+: the column ends there"
     r".*of another rate.*its own times",
     "a dict in an npz": r"'log' holds Python objects.*save each column as numbers",
