@@ -183,3 +183,78 @@ def bag_of_packed(log: Log, folder: Path) -> list[str]:
 def folder_of_bag(log: Log, folder: Path) -> list[str]:
     words = bag_of_packed(log, folder)
     return ["--log", str(folder / "bag"), *words[2:]]
+
+
+@layout("Copley, names and cells quoted behind comma and blank")
+def copley(log: Log, folder: Path) -> list[str]:
+    head = '"Time (ms)", "Actual Position (rad)", "Actual Torque (Nm)"'
+    rows = rows_of(log.time * 1e3, log.position, log.torque, between=", ")
+    path = write(folder / "trace.csv", head, rows)
+    return called(path, "time=Time (ms):ms", "position=Actual Position (rad)", "torque=Actual Torque (Nm)")
+
+
+@layout("a counter in hexadecimal")
+def hexadecimal(log: Log, folder: Path) -> list[str]:
+    rows = rows_of(log.position, log.torque).splitlines()
+    stamps = (f"0x{round(t * 1e6):08X}" for t in log.time)
+    stamped = "\n".join(f"{tick},{row}" for tick, row in zip(stamps, rows, strict=True))
+    return called(write(folder / "h.csv", "tick,q,tau", stamped), "time=tick:us", "position=q", "torque=tau")
+
+
+@layout("seconds in single precision, three hours after the start")
+def single(log: Log, folder: Path) -> list[str]:
+    stamps = (log.time + 10800).astype(np.float32)
+    np.savez(folder / "f.npz", t=stamps, q=log.position, tau=log.torque)
+    return called(folder / "f.npz", "time=t", "position=q", "torque=tau")
+
+
+@layout("mean and deviation below the rows")
+def footer(log: Log, folder: Path) -> list[str]:
+    rows = rows_of(log.time, log.position, log.torque)
+    path = write(folder / "foot.csv", "t,q,tau", rows, "Mean,0.1,0.2", "StdDev,0.3,0.1")
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("TwinCAT, the torque at a quarter of the rate with its own times")
+def rates(log: Log, folder: Path) -> list[str]:
+    n = len(log.time)
+    slow = rows_of(log.time[::4], log.torque[::4], between=";").splitlines()
+    fast = rows_of(log.time, log.position, between=";").splitlines()
+    rows = "\n".join(f"{row};{slow[k] if k < len(slow) else ';'}" for k, row in enumerate(fast[:n]))
+    path = write(folder / "scope.csv", "Name;ActPos;Name;ActTorque", rows)
+    return called(path, "time=#1", "position=#2", "torque=#4")
+
+
+@layout("a dict in an npz")
+def pickled(log: Log, folder: Path) -> list[str]:
+    np.savez(folder / "o.npz", log=np.array({"t": log.time}, dtype=object))
+    return called(folder / "o.npz", "time=log.t", "position=log.q", "torque=log.tau")
+
+
+@layout("nanoseconds since 1970 taken for seconds, some twice")
+def nanoseconds(log: Log, folder: Path) -> list[str]:
+    stamps = [1_700_000_000_000_000_000 + round(t * 1e3) * 1_000_000 for t in log.time]
+    stamps[4] = stamps[3]
+    rows = rows_of(log.position, log.torque).splitlines()
+    path = write(
+        folder / "r.csv", "%time,q,tau", *(f"{t},{row}" for t, row in zip(stamps, rows, strict=True))
+    )
+    return called(path, "time=%time", "position=q", "torque=tau")
+
+
+@layout("Unix time in six digits")
+def six_digits(log: Log, folder: Path) -> list[str]:
+    rows = rows_of(log.position, log.torque).splitlines()
+    stamps = (f"{1.7e9 + t:.5E}" for t in log.time)
+    path = write(folder / "e.csv", "t,q,tau", *(f"{t},{row}" for t, row in zip(stamps, rows, strict=True)))
+    return called(path, "time=t", "position=q", "torque=tau")
+
+
+@layout("a row for each signal")
+def a_row_each(log: Log, folder: Path) -> list[str]:
+    rows = (
+        f"{t:.6f},q,{x:.7g}\n{t:.6f},tau,{u:.7g}"
+        for t, x, u in zip(log.time, log.position, log.torque, strict=True)
+    )
+    path = write(folder / "long.csv", "time,signal,value", *rows)
+    return called(path, "time=time", "position=value", "torque=value")

@@ -77,16 +77,20 @@ def _mark_of_decimals(cells: Sequence[str]) -> str:
     return marks.pop() if None not in matches and len(marks) == 1 and not _mark_of_whole(cells) else ""
 
 
+_HEXADECIMAL = re.compile(r"0[xX][0-9a-fA-F]{1,16}")
+
 _GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?")
 
 
 def number(cell: str, marks: str) -> float | None:
     """The number of a cell, None if it is none; `marks`: that before decimals, behind that between thousands
-    if there is one."""
+    if there is one. `0x1F` is hexadecimal."""
     for mark in marks[:-1]:
         if mark in cell and not _GROUPED.fullmatch(cell):
             return None
         cell = cell.replace(mark, "")
+    if _HEXADECIMAL.fullmatch(cell):
+        return float(int(cell, 16))
     try:
         return float(cell.replace(",", ".") if marks[-1] == "," else cell)
     except ValueError:

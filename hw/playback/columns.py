@@ -7,6 +7,7 @@ Arrays of a binary file are named as in it: `pos`; column k of a matrix is `data
 from __future__ import annotations
 
 import io
+import re
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
@@ -83,7 +84,7 @@ def _require_sound(path: Path, columns: Mapping[str, np.ndarray]) -> None:
         name = list(columns)[k]
         raise BackendError(
             f"{path}: column {name!r} row {row + 1}: {columns[name][row]} is not a finite number "
-            f"({len(bad)} such cells); cut or repair the log"
+            f"({len(bad)} such cells); drop the rows (a gap in the stamps is fine), or repair the log"
         )
 
 
@@ -134,13 +135,21 @@ def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any
         ) from error
 
 
-def _npz(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
+def _npz(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
     with zipfile.ZipFile(io.BytesIO(raw)) as archive:
         size = sum(info.file_size for info in archive.infolist())
     if size > most_unpacked(len(raw)):
         raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
     with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
         sound = [name for name in arrays.files if not _needs_code(arrays, name)]
+        for name in names:
+            stem = name if name in arrays.files else re.split(r"[.#]", name)[0]
+            if stem in arrays.files and stem not in sound:
+                raise BackendError(
+                    f"{path}: {stem!r} holds Python objects (a dict, a list of unlike rows), which only code "
+                    "in the file could make; save each column as numbers: np.savez(path, "
+                    "q=np.asarray(log['q'], float), ...)"
+                )
         return {own: array for name in sound for own, array in _named(name, arrays[name]).items()}
 
 

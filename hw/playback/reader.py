@@ -17,7 +17,14 @@ from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
-from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
+from hw.playback.rising import require_rising, require_steady
+from hw.playback.stamps import (
+    Grid,
+    Stretch,
+    grid_of,
+    resolution,
+    unwrapped,
+)
 from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
@@ -27,9 +34,6 @@ VELOCITY_UNITS = {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "r
 CURRENT_UNITS = {"A": 1.0, "mA": 1e-3}
 TORQUE_UNITS = {"N m": 1.0, "mN m": 1e-3, "N cm": 1e-2, "Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3}
-
-MAX_STEP_ERROR = 0.25
-"""Largest deviation of one sampling step from the mean step, as a share of it."""
 
 Mend = Callable[[Path, np.ndarray | None, np.ndarray, dict[str, np.ndarray]], tuple[str, ...]]
 """Mends rows in place before resampling: file, stamps (s), position, torques and velocity by name (n, axes);
@@ -60,58 +64,6 @@ class Recording:
         return len(self.position_rad)
 
 
-def require_rising(path: Path, time_s: np.ndarray) -> None:
-    """Refuse stamps that do not rise.
-
-    Raises
-    ------
-    BackendError
-        Time that stands still, repeats itself or goes back, with how often and the first row."""
-    steps = np.diff(time_s)
-    if not time_s[-1] > time_s[0]:
-        row = int(np.argmax(steps <= 0)) + 2
-        raise BackendError(
-            f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row "
-            f"{row}; cut the rows that are not of the log, or map the column of the time"
-        )
-    same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
-    if len(same):
-        news = np.flatnonzero(
-            steps > 0
-        )  # whole steps of the clock: the rows before the first and behind the last are of parts of one
-        rate = (
-            (news[-1] - news[0]) / (time_s[news[-1] + 1] - time_s[news[0] + 1])
-            if len(news) > 1
-            else len(steps) / (time_s[-1] - time_s[0])
-        )
-        raise BackendError(
-            f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows "
-            f"{same[0] + 1} and {same[0] + 2}; remove the repeated rows, or give the rate instead of the "
-            f"time column where only the clock is coarse (--rate-hz {rate:.6g} is the mean)"
-        )
-    if len(back):
-        k = back[0]
-        raise BackendError(
-            f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the "
-            f"row above it ({len(back)} such rows); sort the log by time, or cut it where the clock was set "
-            "back"
-        )
-
-
-def _require_steady(path: Path, time_s: np.ndarray) -> None:
-    """Refuse steps that a loop must not be fed with: rows lost, pauses, jitter beyond `MAX_STEP_ERROR`."""
-    steps = np.diff(time_s)
-    mean = (time_s[-1] - time_s[0]) / len(steps)
-    uneven = np.flatnonzero(np.abs(steps - mean) > MAX_STEP_ERROR * mean)
-    if len(uneven):
-        k = uneven[0]
-        raise BackendError(
-            f"{path}: uneven sampling: row {k + 2} comes {steps[k]:.6g} s after the one before, "
-            f"the mean step is {mean:.6g} s ({len(uneven)} such steps); "
-            "the loop needs an even rate: resample the log"
-        )
-
-
 def _window(path: Path, n: int, rate_hz: float, start_s: float, end_s: float | None) -> slice:
     first = math.ceil(start_s * rate_hz - 1e-6)
     last = n if end_s is None else min(n, math.floor(end_s * rate_hz + 1e-6) + 1)
@@ -133,6 +85,12 @@ class _Table:
         if options.get("time"):
             columns.append(options["time"])
         names = tuple(column["column"] for column in columns)
+        roles = [[each["column"] for each in axis.values() if each] for axis in options["axis"]]
+        if twice := next((name for each in roles for name in each if each.count(name) > 1), None):
+            raise BackendError(
+                f"{self.path}: column {twice!r} is mapped twice: one column has one role; a table with a row "
+                "for each signal (time, signal, value) wants a column for each first (pivot of pandas)"
+            )
         found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
         self.raw, self.said = found.columns, found.units
         self.notes: tuple[str, ...] = ()
@@ -155,7 +113,7 @@ class _Table:
         unit_s = abs(column.get("scale", 1.0)) * TIME_UNITS[column.get("unit", "s")]
         even = unit_s * resolution(self.raw[column["column"]])
         if steady:
-            _require_steady(self.path, time_s)
+            require_steady(self.path, time_s)
         return grid_of(self.path, time_s, even)
 
     def si(self, column: Mapping[str, Any], units: Mapping[str, float]) -> np.ndarray:
@@ -185,9 +143,9 @@ def load(options: Options, rig: Rig) -> Recording:
     Raises
     ------
     BackendError
-        See `hw.playback.columns.read_table` and `require_rising`; more than two ticks of a recording missed
-        in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller differences are
-        resampled on the stamps); also when the number of axes differs."""
+        See `hw.playback.columns.read_table` and `hw.playback.rising.require_rising`; more than two ticks of a
+        recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller
+        differences are resampled on the stamps); also when the number of axes differs."""
     recorded = Path(options["file"]).suffix == ".mcap"  # its stamps are exact: a missed tick is a missing row
     stretches = _read(options, rig, steady=not recorded)
     start_s, end_s = options.get("start_s", 0.0), options.get("end_s")
@@ -252,7 +210,7 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     beside = {"motor torque": current, "external torque": hand, "column velocity": velocity}
     given = {name: column for name, column in beside.items() if column is not None}
     steps = tuple(quantum(each) for each in position.T)
-    notes = mend(table.path, table.time_s, position, given) if mend else ()
+    notes = mend(table.path, _at(grid, table.time_s), position, given) if mend else ()
     return [
         Recording(
             path=table.path,
@@ -268,6 +226,20 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
         )
         for stretch in grid.stretches
     ]
+
+
+def _at(grid: Grid, time_s: np.ndarray | None) -> np.ndarray | None:
+    """When the rows were taken, s: on the even grid of a stretch, where only rounding keeps its stamps off
+    it."""
+    if time_s is None:
+        return None
+    evened = [
+        each.stamps_s[0] + np.arange(len(each.stamps_s)) / grid.rate_hz
+        if each.instants_s is None
+        else each.stamps_s
+        for each in grid.stretches
+    ]
+    return np.concatenate(evened)
 
 
 def _of(stretch: Stretch, signal: np.ndarray | None) -> np.ndarray | None:

@@ -25,9 +25,9 @@ it."""
 EVEN_SHARE = 1e-3
 """Stamps this close to an even grid, share of a step, are on it."""
 
-ROUNDED_STEP = 2.0
-"""Least step, units of the rounding, that rounding explains: below it a lost row and a rounded stamp look the
-same."""
+ROUNDED_STEP = 1.01
+"""Least step, units of the rounding, that rounding explains: what rounds differently from row to row shows a
+lost row, which is a step off the line, so more than rounding is; steps of one unit do not."""
 
 MOST_DECIMALS = 9
 
@@ -90,8 +90,11 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
             "record at a steady rate, or give the rate instead of the time column where only the clock is "
             "coarse"
         )
-    step = _step(within, usual)
     edges = [0, *(gaps + 1), len(time_s)]
+    first, last = max(pairwise(edges), key=lambda each: each[1] - each[0])
+    rounded = _slope(time_s[first:last]) if last - first > 2 else 0.0
+    even = rounded > 0 and is_even(time_s[first:last], rounded, resolution_s)
+    step = rounded if even else _step(within, usual)
     stretches = tuple(
         _stretch(time_s[first:last], first, last, step, resolution_s) for first, last in pairwise(edges)
     )
@@ -120,23 +123,34 @@ def is_even(stamps_s: np.ndarray, step_s: float, resolution_s: float) -> bool:
     Notes
     -----
     Stamps rounded to q lie within less than q about a straight line; its slope must be the step."""
-    t = stamps_s - stamps_s[0]
-    k = np.arange(len(t)) - 0.5 * (len(t) - 1)
-    slope = float(k @ t / (k @ k))
-    rest = float(np.ptp(t - slope * k))
+    n, slope = len(stamps_s), _slope(stamps_s)
+    rest = float(np.ptp(stamps_s - stamps_s[0] - slope * np.arange(n)))
     coarse = ROUNDED_STEP * resolution_s <= step_s
-    rounded = coarse and rest < resolution_s * (1 - 1e-6) and abs(slope - step_s) * len(t) < 2 * resolution_s
-    return rounded or (rest <= EVEN_SHARE * step_s and abs(slope - step_s) * len(t) <= EVEN_SHARE * step_s)
+    rounded = coarse and rest < resolution_s * (1 - 1e-6) and abs(slope - step_s) * n < 2 * resolution_s
+    return rounded or (rest <= EVEN_SHARE * step_s and abs(slope - step_s) * n <= EVEN_SHARE * step_s)
+
+
+def _slope(stamps_s: np.ndarray) -> float:
+    """Step of the straight line through the stamps, s."""
+    k = np.arange(len(stamps_s)) - 0.5 * (len(stamps_s) - 1)
+    return float(k @ (stamps_s - stamps_s[0]) / (k @ k))
 
 
 def resolution(raw: np.ndarray) -> float:
-    """Decimal unit that every number is a whole multiple of, 1 to 1e-9; 0 when there is none."""
+    """Unit that the numbers are rounded to: a decimal one, 1 to 1e-9, or the coarser one of single precision
+    (1 ms after four hours); 0 when there is none."""
     from_first = raw - raw[0]
+    decimal = 0.0
     for decimals in range(MOST_DECIMALS + 1):
         units = from_first * 10.0**decimals
         if float(np.abs(units - np.round(units)).max()) < 0.01:
-            return 10.0**-decimals
-    return 0.0
+            decimal = 10.0**-decimals
+            break
+    single = raw.astype(np.float32)
+    coarsest = float(np.spacing(np.abs(single).max()))
+    if coarsest > decimal and float(np.abs(single - raw).max()) <= 0.51 * decimal:
+        return coarsest
+    return decimal
 
 
 STARTS_OVER = {

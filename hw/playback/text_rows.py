@@ -7,7 +7,7 @@ import csv
 import re
 from collections.abc import Sequence
 
-from hw.playback.cells import read_words
+from hw.playback.cells import number, read_words
 
 UNIT_ROWS = 30
 """Most rows between the header and the first numbers: units, descriptions, settings of each channel."""
@@ -27,7 +27,9 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
     if delimiter is None:
         return line.split()
     if '"' in line:
-        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter), [])]
+        return [
+            cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+        ]
     return [cell.strip() for cell in line.split(delimiter)]
 
 
@@ -41,11 +43,7 @@ def unstamped(lines: list[str]) -> list[str]:
 
 def is_number(cell: str) -> bool:
     """Whether a cell is a number, with a decimal point or comma."""
-    try:
-        float(cell.replace(",", "."))
-    except ValueError:
-        return False
-    return True
+    return number(cell, ",") is not None
 
 
 def unit_rows(

@@ -16,7 +16,8 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.cells import number, read_words, thousands_and_decimal
-from hw.playback.text_rows import UNIT_ROWS, cells_of, is_number, of_these_columns, unit_rows, unstamped
+from hw.playback.text_rows import cells_of, is_number, of_these_columns, unit_rows, unstamped
+from hw.playback.wrong_cells import first_wrong, no_number
 
 DELIMITERS = (",", ";", "\t", "|", None)
 """Tried in this order; None is any white space."""
@@ -244,52 +245,10 @@ def _cell_by_cell(
             wrong = (
                 found.index(None)
                 if found[0] is not None or read_words(cells[:1], decimal) is None
-                else _first_wrong(cells, decimal)
+                else first_wrong(cells, decimal)
             )
             first = min(first or (wrong, name, at), (wrong, name, at))
     if first:
         wrong, name, at = first
-        raise BackendError(_no_number(path, body, layout, name, at, wrong, header))
+        raise BackendError(no_number(path, body, layout.delimiter, name, at, wrong, header))
     return np.column_stack(columns), said
-
-
-def _first_wrong(cells: list[str], decimal: str) -> int:
-    """Row of the first cell that does not read as those above it."""
-    low, high = 1, len(cells)
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if read_words(cells[: middle + 1], decimal) is None else (middle + 1, high)
-    return low
-
-
-def _no_number(
-    path: Path, body: list[str], layout: _Layout, name: str, at: int, row: int, header: list[str]
-) -> str:
-    cells = cells_of(body[row], layout.delimiter)
-    where = f"{path}: column {name!r} row {row + 1}"
-    if header and header in [cells_of(line, layout.delimiter) for line in body[row : row + UNIT_ROWS]]:
-        return (
-            f"{path}: row {row + 1} begins another table, with the header again: two logs or more in one "
-            "file (segments, in LabVIEW); cut it there and give each (--log), or write one header only"
-        )
-    if at >= len(cells):
-        return (
-            f"{where}: the row has {len(cells)} cells only, the file may be cut off; complete or drop the "
-            "row: every cell must be a number"
-        )
-    if not cells[at]:
-        empty = sum(
-            at >= len(each) or not each[at] for each in (cells_of(line, layout.delimiter) for line in body)
-        )
-        whole = (
-            "the column is empty in every row"
-            if empty == len(body)
-            else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are "
-            "of two topics or rates: fill one in by time, as interpolate of pandas does, and keep the "
-            "rows of the other)"
-        )
-        return (
-            f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every "
-            "cell must be a number"
-        )
-    return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"

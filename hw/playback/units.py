@@ -16,42 +16,41 @@ SPELT = {
     "ticks": "counts",
     "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms",
     "usec": "us", "µs": "us", "μs": "us",
-    "ncm": "N cm", "n.cm": "N cm", "n*cm": "N cm", "n·cm": "N cm", "n-cm": "N cm", "knm": "kN m",
-    "ozin": "oz in", "oz-in": "oz in", "ozf-in": "oz in", "ozf·in": "oz in", "oz·in": "oz in",
-    "lbin": "lb in", "lb-in": "lb in", "lbf-in": "lb in", "lbf·in": "lb in", "in-lb": "lb in",
-    "lbft": "lb ft", "lb-ft": "lb ft", "lbf·ft": "lb ft", "ft-lb": "lb ft", "kgcm": "kg cm", "kg-cm": "kg cm",
-    "kgf-cm": "kg cm", "kgf·cm": "kg cm",
+    "ncm": "N cm", "knm": "kN m", "ozin": "oz in", "lbin": "lb in", "lbft": "lb ft", "kgcm": "kg cm",
     "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
     "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
-    "nm": "N m", "n.m": "N m", "n*m": "N m", "n·m": "N m", "n-m": "N m", "mnm": "mN m", "mn.m": "mN m",
-    "mn*m": "mN m",
+    "nm": "N m", "mnm": "mN m", "revolutions": "rev", "revolution": "rev",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s",
     "deg/sec": "deg/s", "°/s": "deg/s",
     "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm",
     "grad/s": "deg/s", "sek": "s", "sekunden": "s",
     "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%",
-    "0.1%": "%", "0.1 %": "%", "‰": "%", "permille": "%", "promille": "%", "lsb": "counts", "kgf": "kg",
+    "pct": "%", "0.1%": "‰", "0.1 %": "‰", "permille": "‰", "per mille": "‰", "permil": "‰", "promille": "‰",
+    "lsb": "counts", "kgf": "kg", "lb": "lbf", "pounds": "lbf", "inch": "in", "inches": "in", "ips": "in/s",
+    "arms": "A", "aeff": "A", "apk": "A",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 
-SCALED = (
-    "kN m",
-    "oz in",
-    "lb in",
-    "lb ft",
-    "kg cm",
-    "mrad",
-    "urad",
-    "mdeg",
-    "arcmin",
-    "gon",
-    "mrad/s",
-    "mdeg/s",
-    "counts/s",
-)
-"""Units of what is read, that need a scale."""
+_WORDS = {
+    "pound": "lb", "pounds": "lb", "lbs": "lb", "lbf": "lb", "ounce": "oz", "ounces": "oz", "ozf": "oz",
+    "inch": "in", "inches": "in", "foot": "ft", "feet": "ft", "kgf": "kg", "newton": "n", "newtons": "n",
+    "meter": "m", "meters": "m", "metre": "m", "metres": "m", "millinewton": "mn",
+}  # fmt: skip
+"""Words that a unit of two is made of."""
 
-OTHERS = ("V", "mV", "%", "kg", "lbf", *SCALED)
+_BETWEEN = re.compile(r"[\s.\-*_·⋅×]+")
+"""What stands between them: `N.m`, `lbf-in`, `Pound inches`."""
+
+SCALED = {
+    "kN m": (1000.0, "N m"), "oz in": (0.00706155, "N m"), "lb in": (0.1129848, "N m"),
+    "lb ft": (1.355818, "N m"), "kg cm": (0.0980665, "N m"), "lbf": (4.448222, "N"),
+    "in": (25.4, "mm"), "ft": (0.3048, "m"), "in/s": (25.4, "mm/s"),
+    "mrad": (0.001, "rad"), "urad": (1e-6, "rad"), "mdeg": (0.001, "deg"), "arcmin": (1 / 60, "deg"),
+    "gon": (0.9, "deg"), "mrad/s": (0.001, "rad/s"), "mdeg/s": (0.001, "deg/s"),
+}  # fmt: skip
+"""Units that a scale makes one of ours: how much of which."""
+
+OTHERS = ("V", "mV", "%", "\u2030", "kg", "counts/s", *SCALED)
 """Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's
 kilograms, ounces and inches."""
 
@@ -59,10 +58,23 @@ _KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "da
     "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm",
     "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
 
+_LENGTHS = ("m", "mm", "um", "m/s", "mm/s")
+
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
 _SUFFIX = re.compile(
-    r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma)$", re.IGNORECASE
+    r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma|inch(?:es)?|lbf?|kgf"
+    r"|(?:ozf?|lbf?|kgf?)[-_]?(?:in|ft|cm)|(?:in|ft)[-_]lbf?|percent|pct|per_?mille|promille)$",
+    re.IGNORECASE,
 )
+
+_OF_LENGTH = re.compile(r"_(in(?:_s)?)$", re.IGNORECASE)
+"""Inches, where a length is read: `torque_in` is what goes in."""
+
+_KIND_OF_MEAN = re.compile(r"(?<=.)\s*\b(?:of\s.*|rated.*|nominal.*|rms|peak|pk|eff|mean|avg)$")
+"""What a unit is of: `A RMS`, `% of rated torque`."""
+
+_TIMES = re.compile(r"(\d*[.,]?\d+(?:e-?\d+)?)\s*\*?\s*([^\d\s.,].*)")
+"""A unit of so many others: `0.01A`."""
 
 _BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*(?!min$)|,\s+)(\S{1,20})$|/(?!min$)(\S{2,6})$")
 """What stands behind a name without brackets: `angle in deg`, `M / Nm`, `M/Nm`, `angle, deg`; a single letter
@@ -83,8 +95,13 @@ def said_unit(name: str, row: str) -> str:
 
 
 def _ours(text: str) -> str | None:
-    plain = text.strip().lower().replace("_", "/")
-    return SPELT.get(plain) or _KNOWN.get(plain)
+    plain = _KIND_OF_MEAN.sub("", text.strip().lower())
+    words = [_WORDS.get(word, word) for word in _BETWEEN.split(plain)]
+    turned = words[::-1] if words[0] in {"in", "ft"} else words
+    for spelt in (plain, plain.replace("_", "/"), " ".join(turned) if len(words) == 2 else ""):
+        if found := SPELT.get(spelt) or _KNOWN.get(spelt):
+            return found
+    return None
 
 
 def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], units: tuple[str, ...]) -> None:
@@ -96,20 +113,27 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     BackendError
         Names column, both units and the remedy."""
     said, used = said_unit(name, row), column.get("unit", units[0])
-    if said == _SAME.get(used, used) or said not in _KNOWN.values() or abs(column.get("scale", 1.0)) != 1:
+    if not said and used in _LENGTHS and (inches := _OF_LENGTH.search(name)):
+        said = _ours(inches[1]) or ""
+    if abs(column.get("scale", 1.0)) != 1:
         return
+    times = _TIMES.fullmatch(said)
+    unit = (_ours(times[2]) if times else None) or said
+    if unit not in _KNOWN.values() or (not times and said == _SAME.get(used, used)):
+        return
+    factor, base = SCALED.get(unit, (1.0, unit))
+    factor *= float(times[1].replace(",", ".")) if times else 1.0
     what = f"{path}: column {name!r} is read in {used}, the file says {said}"
+    if base in units and factor != 1:
+        raise BackendError(
+            f"{what}, which needs a scale: give {factor:.7g} {base} (:{base}:{factor:.7g} behind its name)"
+        )
     if said in units:
         raise BackendError(
             f"{what}; give the unit {said} (:{said} behind its name), or rename the column if the file is "
             "wrong"
         )
-    if said in SCALED:
-        raise BackendError(
-            f"{what}, which needs a scale: give the one that makes {used} of it (:{used}:SCALE behind its "
-            "name)"
-        )
     raise BackendError(
         f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it "
-        "(a torque constant, a gear ratio)"
+        "(a torque constant, a gear ratio, the rated torque by 100 or by 1000)"
     )

@@ -74,16 +74,16 @@ def tables(
 def _name_unit_scale(text: str) -> tuple[str, str, str]:
     """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
     *before, last = text.split(":")
-    unit = _unit(before[-1]) if len(before) > 1 else None
+    unit = unit_of(before[-1]) if len(before) > 1 else None
     if unit or (unit == "" and is_number(last)):  # `Axis 1::Torque` is a name
         return ":".join(before[:-1]), unit, _scale(text, last)
-    unit = _unit(last) if before else None
+    unit = unit_of(last) if before else None
     if unit is not None:
         return ":".join(before), unit, ""
     return text, "", ""
 
 
-def _unit(text: str) -> str | None:
+def unit_of(text: str) -> str | None:
     """A unit in our spelling, also where it is spelt as programs do (`sec`, `degrees`); None where it is
     none."""
     unit = text if text in _UNITS else SPELT.get(text.lower(), text)

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.playback.text_rows import is_number
+from rtctl.cli.columns import unit_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 
@@ -15,16 +17,19 @@ if TYPE_CHECKING:
 
 
 def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dict[str, Any] | None:
-    """Read NAME[:SCALE[:OFFSET]]."""
+    """Read NAME[:UNIT][:SCALE[:OFFSET]]; a name may hold colons."""
     if text is None:
         return None
-    name, *numbers = text.split(":")
-    if not name or len(numbers) > 2:
-        raise click.BadParameter(f"{text!r} is not NAME[:SCALE[:OFFSET]]", ctx, param)
-    try:
-        return {"column": name, **dict(zip(("scale", "offset"), map(float, numbers), strict=False))}
-    except ValueError as error:
-        raise click.BadParameter(f"{text!r}: scale and offset must be numbers", ctx, param) from error
+    parts = text.split(":")
+    numbers: list[float] = []
+    while len(parts) > 1 and len(numbers) < 2 and is_number(parts[-1]):
+        numbers.insert(0, float(parts.pop()))
+    unit = unit_of(parts[-1]) if len(parts) > 1 else None
+    name = ":".join(parts if unit is None else parts[:-1])
+    if not name or is_number(parts[-1] if len(parts) > 1 else ""):
+        raise click.BadParameter(f"{text!r} is not NAME[:UNIT][:SCALE[:OFFSET]]", ctx, param)
+    scaled = dict(zip(("scale", "offset"), numbers, strict=False))
+    return {"column": name, **({"unit": unit} if unit else {}), **scaled}
 
 
 _NUMBER = click.FloatRange(1e-9, 1e9)
@@ -77,9 +82,9 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     """Run the real control loop over a recorded log and report what compensation would have done.
 
     Friction is learned from --fit-from, or CONFIG's model is used. The rig and the columns come from CONFIG
-    (a rig file whose device is playback), or from --time, --position, ... A COLUMN is NAME[:SCALE[:OFFSET]];
-    a negative scale turns a sign. Nothing moves: hand and motion stay the recorded ones. See
-    docs/playback.md."""
+    (a rig file whose device is playback), or from --time, --position, ... A COLUMN is
+    NAME[:UNIT][:SCALE[:OFFSET]], in the unit named below where it says none; a negative scale turns a sign.
+    Nothing moves: hand and motion stay the recorded ones. See docs/playback.md."""
     from rtctl.recording.as_columns import register
     from rtctl.simulation.playback_job import Job, run
 

@@ -78,7 +78,12 @@ def _header(path: Path, numbered: list[tuple[int, str]]) -> tuple[list[str], str
     for one in required:
         if one not in header:
             missing = name(one, motion)
-            raise DataError(f"{path}: row {numbered[0][0]}: column {missing} is missing; rename or add it")
+            remedy = (
+                f"commas are read here; --column velocity={missing} and so on reads other marks"
+                if missing in numbered[0][1] and len(header) == 1
+                else "rename or add it"
+            )
+            raise DataError(f"{path}: row {numbered[0][0]}: column {missing} is missing; {remedy}")
     if len(set(header)) != len(header):
         raise DataError(f"{path}: row {numbered[0][0]}: a column name occurs twice; remove one")
     return header, motion

@@ -7,6 +7,8 @@ from __future__ import annotations
 from seed import Seed
 
 DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
+STAMPS = ("tests/unit/hw/test_playback_stamps.py",)
+UNITS = ("tests/unit/hw/test_units_said.py",)
 PLAUSIBLE = ("tests/unit/friction/test_plausibility.py",)
 HDF = ("tests/unit/hw/test_matlab_hdf.py",)
 
@@ -133,6 +135,41 @@ SEEDS = (
         "far > INERTIA_SURELY and not inertia.holds(axis.inertia_kgm2)",
         "far > INERTIA_SURELY",
         PLAUSIBLE,
+    ),
+    Seed(
+        "seconds of single precision are taken as they are written",
+        "hw/playback/stamps.py",
+        "if coarsest > decimal and",
+        "if coarsest < 0 and",
+        STAMPS,
+    ),
+    Seed(
+        "one unit of rounding hides a lost row",
+        "hw/playback/stamps.py",
+        "ROUNDED_STEP = 1.01",
+        "ROUNDED_STEP = 0.5",
+        STAMPS,
+    ),
+    Seed(
+        "a unit of two words is none",
+        "hw/playback/units.py",
+        "if len(words) == 2 else",
+        "if len(words) == 9 else",
+        UNITS,
+    ),
+    Seed(
+        "a hundredth of an ampere is an ampere",
+        "hw/playback/units.py",
+        "times = _TIMES.fullmatch(said)",
+        "times = None",
+        UNITS,
+    ),
+    Seed(
+        "negative torques that wrapped are a magnitude",
+        "rtctl/friction/logs/torque_faults.py",
+        "> WRAPPED_SHARE * top and",
+        "> 9 * top and",
+        DIRT,
     ),
     Seed(
         "a position of few levels is one that rests",

@@ -272,12 +272,6 @@ def test_logs_that_tell_no_presliding_length_are_taken_for_a_long_one_and_that_i
     assert "not told by these logs: taken for 5 mrad" in _presliding(None)
 
 
-@pytest.mark.parametrize("text", ["x:1:2:3", ":1", "x:fast"])
-def test_a_column_that_cannot_be_read_is_wrong_usage(text):
-    said = CliRunner().invoke(command, ["--position", text])
-    assert said.exit_code == 2
-
-
 def test_the_shipped_example_lacks_nothing_but_the_users_log(tmp_path):
     with pytest.raises(ConfigError) as caught:
         rig_file.load(SHIPPED)

@@ -108,7 +108,7 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
     left = plain.rest / balance.spread
     if left > UNEXPLAINED_SHARE:
         raise DataError(
-            "; besides: ".join([_unexplained(source, left, UNEXPLAINED_SHARE), *warnings, *noted])
+            "; besides: ".join([_unexplained(source, left, UNEXPLAINED_SHARE), *noted, *warnings])
         )
     if left > DOUBTFUL_SHARE:
         warnings.append(_unexplained(source, left, DOUBTFUL_SHARE))

@@ -101,6 +101,8 @@ def _what(balance: Balance, row: int) -> tuple[str, Fit]:
             torque,
         )
     inertia, viscous, coulomb = 1 + whole.added[:3] / before
+    if abs(inertia - 1) < SAME and abs(coulomb - 1) < SAME:
+        return f"viscous friction, by the factor {viscous:.3g}, (a lubricant that warms up or cools),", whole
     if abs(coulomb - 1) < SAME:
         return (
             f"the inertia, by the factor {inertia:.3g}, and viscous friction, by {viscous:.3g}, but not "

@@ -163,6 +163,11 @@ def _columns(tables: Mapping[str, Any]) -> Columns:
         if columns.torque is not None:
             raise ConfigError("--column: give torque or current, not both")
         columns = columns.model_copy(update={"torque": TorqueColumn(column="friction_torque_nm")})
+    if columns.current is not None and "scale" not in columns.current.model_fields_set:
+        raise ConfigError(
+            f"--column: a current ({columns.current.column}) needs its scale, what an ampere is at the joint "
+            "in N m/A (torque constant times gear ratio and efficiency): current=NAME:A:SCALE"
+        )
     return columns
 
 

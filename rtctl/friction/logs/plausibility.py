@@ -11,7 +11,7 @@ import numpy as np
 from hw.playback.reader import Recording
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog
-from rtctl.friction.logs.torque_faults import faults, require_on
+from rtctl.friction.logs.torque_faults import faults, lost_sign, require_on
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.regression import JointFit
@@ -127,13 +127,14 @@ def plausible(
                 f"{log.source}: {name}: {largest:.3g} N m is not plausible (at most {most:.4g} for "
                 f"{limits.source}); correct the unit of the torque, or the torque constant and the gearing"
             )
-        where = f"{log.source}: {name}"
-        off = signal == 0 if name == "motor torque" else None
+        where, off = f"{log.source}: {name}", signal == 0 if name == "motor torque" else None
+        alone = motor_nm is None or external is None
         warnings += faults(signal, log.rate_hz, where, may_rest=off)
+        warnings += lost_sign(signal, log.position_rad, where) if alone else []
         if largest > limits.doubtful_nm:
             warnings.append(
-                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m? Correct "
-                "its unit, or give --config RIG, whose limits count then"
+                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m, or "
+                "per mille of the rated one? Correct its unit, or give --config RIG, whose limits count then"
             )
     warnings += _doubtful_velocity(log)
     if external is None and motor_nm is not None:
@@ -200,7 +201,7 @@ def _require_motion(log: AxisLog, limits: Limits) -> None:
         raise DataError(
             f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most "
             f"{limits.speed_rad_s:.4g} for {limits.source}); correct the unit of the position (deg, counts) "
-            "or of the time"
+            "or of the time; of a motor before a gear it is what the scale 1/ratio makes of it"
         )
     low, high = limits.travel_rad
     if x.min() < low or x.max() > high:

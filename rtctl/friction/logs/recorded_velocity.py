@@ -271,7 +271,8 @@ def _require_scale(scale: float, share: float, most: float, where: str) -> None:
         return
     if abs(scale + 1) <= most:
         raise DataError(
-            f"{where}: turned against the position; turn its sign (scale -1), or that of the position"
+            f"{where}: turned against the position; turn its sign (scale -1, behind the unit), or that of "
+            "the position"
         )
     if share * FACTOR_REST > abs(scale - 1):
         raise DataError(

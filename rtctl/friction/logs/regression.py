@@ -189,7 +189,7 @@ def _require_signs(fit: Regression, source: str) -> None:
     if coulomb.high < 0:
         raise DataError(
             f"{source}: the torque assists the motion (Coulomb friction {coulomb.value:.3g} N m): "
-            "turn its sign (scale -1), or that of the position"
+            "turn its sign (scale -1, behind the unit), or that of the position"
         )
     if inertia and inertia.high < 0:
         raise DataError(

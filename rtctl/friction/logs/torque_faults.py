@@ -30,6 +30,10 @@ rows, else they are the signal."""
 SPIKE_AROUND = 0.4
 """Largest range of the two rows before and after a spike, share of its height."""
 
+WRAPPED_SHARE, MAGNITUDE_SHARE = 0.8, 0.02
+"""Numbers of one sign are negative ones that wrapped, where this share of the largest is between two bands;
+magnitudes, where the least is below this share (gravity leaves more)."""
+
 
 def longest_run(marks: np.ndarray) -> tuple[int, int]:
     """First index and length of the longest run of True; (0, 0) without any."""
@@ -124,6 +128,36 @@ def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: s
             "back meanwhile: the motor was off and something else moved it; map that torque, or cut that "
             "part out"
         )
+
+
+def lost_sign(signal: np.ndarray, position: np.ndarray, where: str) -> list[str]:
+    """Warnings about a torque (N m), the only one, that has one sign although the joint turns back: it is a
+    magnitude.
+
+    Raises
+    ------
+    DataError
+        Negative numbers became large ones; names what to take off."""
+    top = float(np.abs(signal).max())
+    turned = position - position[0]
+    there_and_back = min(float(np.diff(turned).clip(0).sum()), float(-np.diff(turned).clip(None, 0).sum()))
+    if signal.min() < 0 or not 0 < np.ptp(position) < 4 * there_and_back:
+        return []
+    levels = np.unique(signal)
+    widest = int(np.argmax(np.diff(levels))) if len(levels) > 2 else 0
+    high = signal > levels[widest]
+    if levels[widest + 1] - levels[widest] > WRAPPED_SHARE * top and 0.05 < high.mean() < 0.95:
+        step = float(np.diff(levels).min())
+        raise DataError(
+            f"{where}: no value is between {levels[widest]:.4g} and {levels[widest + 1]:.4g} N m: negative "
+            f"numbers were written without a sign; take {top + step:.6g} N m (a power of 2 of the counts: "
+            "65536 of 16 bits) off those above"
+        )
+    if levels[0] > MAGNITUDE_SHARE * top:
+        return []
+    return [
+        f"{where}: never negative although the joint turns back: a magnitude? Map the torque with its sign"
+    ]
 
 
 def _dropouts(signal: np.ndarray, where: str) -> list[str]:

@@ -10,6 +10,7 @@ import pytest
 from rtctl.__main__ import main
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.other_programs import read_mapped
+from rtctl.friction.point_reader import read_points
 
 DRIVES = Path(__file__).parents[4] / "shared" / "data" / "screw_drives"
 
@@ -70,6 +71,8 @@ def test_what_cannot_be_is_refused(tmp_path):
         read_mapped(files, MAPPED, "file", TEXT)
     with pytest.raises(DataError, match="the same as"):
         read_mapped([files[0], files[0]], MAPPED, "file", TEXT)
+    with pytest.raises(ConfigError, match=r"current .#3. needs its scale, .*N m/A"):
+        read_mapped(files, {"velocity": MAPPED["velocity"], "current": {"column": "#3"}}, "file", TEXT)
     with pytest.raises(ConfigError, match="torque or current, not both"):
         read_mapped(files, {**MAPPED, "current": {"column": "#3"}}, "file", TEXT)
     with pytest.raises(DataError, match="read in rad/s, the file says rpm"):
@@ -158,3 +161,10 @@ def test_exports_of_epos_studio_are_read_as_they_are(drive):
         assert friction.min() > 0.02
         assert friction.max() < 0.6
     assert len(notes) <= 4, "rows that somebody marked with values that no drive gives"
+
+
+def test_points_behind_semicolons_are_told_how_they_are_read(tmp_path):
+    path = tmp_path / "points.csv"
+    path.write_text("velocity_rad_s;friction_torque_nm\n0,5;0,2\n")
+    with pytest.raises(DataError, match="--column velocity=velocity_rad_s and so on reads other marks"):
+        read_points(path)

@@ -154,7 +154,7 @@ def test_numpy_files_are_read_and_code_in_them_is_not_run(tmp_path):
         tmp_path / "a.npz", t=T, x=X[:, None], data=np.column_stack([TAU, X]), odd=np.array([{}])
     )
     check(tmp_path / "a.npz", ("t", "x", "data#1"))
-    with pytest.raises(BackendError, match="no column 'odd'"):
+    with pytest.raises(BackendError, match=r"'odd' holds Python objects .*save each column as numbers"):
         read_table(tmp_path / "a.npz", ("odd",))
     with pytest.raises(BackendError, match=r"'data' has shape \(50, 2\); name one column of it: data#1"):
         read_table(tmp_path / "a.npz", ("data",))

@@ -24,7 +24,7 @@ LAYOUTS = every_layout()
 
 REFUSED = {
     "ODrive, turns taken for radians": None,  # nothing in the file says turns
-    "CiA 402, per mille taken for newton-metres": r"torque actual.*the file says %",
+    "CiA 402, per mille taken for newton-metres": r"torque actual.*the file says ‰",
     "N cm, read as N m": r"read in N m, the file says N cm; give the unit",
     "Simulation Data Inspector, one time for each rate": r"more than one column 'time'.*#1 or #3",
     "stamps of whole milliseconds at 1 kHz, some twice": r"duplicated timestamps.*--rate-hz 1000",
@@ -43,6 +43,13 @@ REFUSED = {
     "LabVIEW measurement in segments": r"row 2000 begins another table.*cut it there",
     "a bag of ROS 2, each message packed": r"no message of /joint_states can be read: packed one by one"
     r".*ros2 bag convert",
+    "mean and deviation below the rows": r"row \d+: 'Mean' .*on 2 row.s. are none of the log.*delete",
+    "TwinCAT, the torque at a quarter of the rate with its own times": r"'#4' row \d+: the column ends there"
+    r".*of another rate.*its own times",
+    "a dict in an npz": r"'log' holds Python objects.*save each column as numbers",
+    "nanoseconds since 1970 taken for seconds, some twice": r"correct the unit of the time",
+    "Unix time in six digits": r"every row has the stamp 1700000000 s.*more digits.*--rate-hz",
+    "a row for each signal": r"'value' is mapped twice.*a column for each first",
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""

@@ -74,3 +74,17 @@ def test_stamps_without_a_usual_step_are_refused():
     t = np.cumsum(np.random.default_rng(2).exponential(0.01, 500))
     with pytest.raises(BackendError, match=r"log.csv: uneven sampling: .* record at a steady rate"):
         made(t)
+
+
+def test_seconds_of_single_precision_are_even_on_both_sides_of_a_gap():
+    t = np.arange(6000) * 1e-3
+    stamps = (10800 + t + 3 * (t >= 2.5)).astype(np.float32).astype(float)
+    assert resolution(stamps) == np.spacing(np.float32(10800))
+    grid = made(stamps, resolution(stamps))
+    assert grid.rate_hz == pytest.approx(1000, rel=1e-4)
+    assert [each.instants_s for each in grid.stretches] == [None, None]
+
+
+def test_a_lost_row_among_seconds_of_single_precision_is_seen():
+    stamps = (10800 + np.delete(np.arange(6000), 3000) * 1e-3).astype(np.float32).astype(float)
+    assert made(stamps, resolution(stamps)).stretches[0].instants_s is not None

@@ -1,0 +1,71 @@
+"""What is said of a cell of a text table that is no number."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from hw.playback.cells import number, read_words
+from hw.playback.text_rows import UNIT_ROWS, cells_of
+
+ENDED_ROWS = 10
+"""A column that ends by more rows before the others is of another rate."""
+
+
+def first_wrong(cells: list[str], decimal: str) -> int:
+    """Row of the first cell that does not read as those above it."""
+    low, high = 1, len(cells)
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if read_words(cells[: middle + 1], decimal) is None else (middle + 1, high)
+    return low
+
+
+def no_number(
+    path: Path, body: list[str], delimiter: str | None, name: str, at: int, row: int, header: list[str]
+) -> str:
+    """What is wrong with the cell of a row (from 0), and the remedy; `header`: the cells of the header, none
+    without."""
+    cells = cells_of(body[row], delimiter)
+    where = f"{path}: column {name!r} row {row + 1}"
+    if header and header in [cells_of(line, delimiter) for line in body[row : row + UNIT_ROWS]]:
+        return (
+            f"{path}: row {row + 1} begins another table, with the header again: two logs or more in one "
+            "file (segments, in LabVIEW); cut it there and give each (--log), or write one header only"
+        )
+    if at >= len(cells):
+        return (
+            f"{where}: the row has {len(cells)} cells only, the file may be cut off; complete or drop the "
+            "row: every cell must be a number"
+        )
+    if not cells[at]:
+        blank = [at >= len(each) or not each[at] for each in (cells_of(line, delimiter) for line in body)]
+        empty = sum(blank)
+        if ENDED_ROWS < len(body) - row == empty < len(body):
+            return (
+                f"{where}: the column ends there, {empty} rows before the others: a channel of another rate, "
+                "whose rows are not those beside it; bring it to the times of the others by the column of "
+                "its own times (interp of numpy)"
+            )
+        whole = (
+            "the column is empty in every row"
+            if empty == len(body)
+            else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are "
+            "of two topics or rates: fill one in by time, as interpolate of pandas does, and keep the "
+            "rows of the other)"
+        )
+        return (
+            f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every "
+            "cell must be a number"
+        )
+    below = [cells_of(line, delimiter) for line in body[row:]]
+    if (
+        header
+        and len(below) <= UNIT_ROWS
+        and row > len(below)
+        and all(at < len(each) and number(each[at], ",") is None for each in below)
+    ):
+        return (
+            f"{where}: {cells[at][:40]!r} is not a number: from there on {len(below)} row(s) are none of "
+            "the log (a footer, of statistics?); delete them"
+        )
+    return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"

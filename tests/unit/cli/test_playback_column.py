@@ -1,0 +1,26 @@
+"""How `rtctl playback` is told a column."""
+
+import pytest
+from click.testing import CliRunner
+
+from rtctl.cli.playback import _column, command
+
+
+@pytest.mark.parametrize("text", ["x:1:2:3", ":1", ":ms"])
+def test_a_column_that_cannot_be_read_is_wrong_usage(text):
+    said = CliRunner().invoke(command, ["--position", text])
+    assert said.exit_code == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "column"),
+    [
+        ("angle", {"column": "angle"}),
+        ("gauge_nm:-1:0.5", {"column": "gauge_nm", "scale": -1.0, "offset": 0.5}),
+        ("Zeit [ms]:ms", {"column": "Zeit [ms]", "unit": "ms"}),
+        ("Winkel:deg:-1", {"column": "Winkel", "unit": "deg", "scale": -1.0}),
+        ("Axis 1::Torque", {"column": "Axis 1::Torque"}),
+    ],
+)
+def test_a_column_says_its_unit_as_the_refusals_ask_for(text, column):
+    assert _column(None, None, text) == column
