@@ -91,6 +91,21 @@ def _without_help(case, a, seed, shares):
     return [one[0] for one in runs if one is not None]
 
 
+def make_of(a):
+    """The joint by its gear: does the ratio of its masses tell who is shaken? (Decision 0105: no.)"""
+    motor, link = float(a["motor"][0]), float(a["link"][0])
+    return "rigid" if link == 0 else "motor twice the link or more" if motor >= 2 * link else "other gears"
+
+
+def _said(name, of):
+    """One line of those cases: rows of `main`."""
+    shaken, both, every, paid = (sum(bool(one[i]) for one in of) for i in (2, 3, 4, 5))
+    return (
+        f"{name}: {len(of)}, shaken {shaken}, beyond both {both} (the hand pays in {paid}), "
+        f"beyond every friction {every}"
+    )
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--first", type=int, default=0)
@@ -110,18 +125,16 @@ def main():
                     click.echo(f"seed {seed}: not armed in time")
                     continue
                 policy = one.loaded.config.axis[0].friction.policy
-                found.append((seed, (in_box(one, one.axis), policy), *verdict))
+                found.append((seed, (in_box(one, one.axis), policy, make_of(one.axis)), *verdict))
                 if verdict[1]:
                     told = ", ".join(f"{name} by {value:.0f}" for name, value in verdict[1].items())
                     pays = "the hand pays" if verdict[3] else "the joint gives"
                     click.echo(f"seed {seed}: {one.kind} at {one.fastest} rad/s: {told} mrad/s; {pays}")
-    for box, policy in sorted({one[1] for one in found}, reverse=True):
-        of = [one for one in found if one[1] == (box, policy)]
-        shaken, both, every, paid = (sum(bool(one[i]) for one in of) for i in (2, 3, 4, 5))
-        click.echo(
-            f"{policy}, hands {'of' if box else 'beyond'} the box: {len(of)}, shaken {shaken}, "
-            f"beyond both {both} (the hand pays in {paid}), beyond every friction {every}"
-        )
+    for box, policy in sorted({one[1][:2] for one in found}, reverse=True):
+        of = [one for one in found if one[1][:2] == (box, policy)]
+        click.echo(_said(f"{policy}, hands {'of' if box else 'beyond'} the box", of))
+    for make in sorted({one[1][2] for one in found}):
+        click.echo(_said(make, [one for one in found if one[1][2] == make]))
     with_one, torque = len({one[0] for one in found if one[3]}), np.mean([one[6] for one in found])
     click.echo(f"rigs {rigs}, with a hand beyond both {with_one}; torque left {torque:.3f}")
 
