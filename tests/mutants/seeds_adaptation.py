@@ -186,6 +186,11 @@ SEEDS = (
         ("tests/unit/host/test_friction_watch.py",),
     ),
     Seed(
+        "a ripple is compared with the model of where the joint is by now", "rtctl/control/place_trust.py",
+        "s.place_model_nm[axis, 1] += p.observer_alpha[axis] * (place - s.place_model_nm[axis, 1])",
+        "s.place_model_nm[axis, 1] = place", ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
         "noise at one place takes what a whole turn has shown", "rtctl/control/place_trust.py",
         "max(now, _believed(slope * both, left))", "_believed(slope * both, left)",
         ("tests/unit/control/test_place_trust.py",),
