@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from hw.motion import at_handle
+from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.place_trust import SLOW_RAD_S
 from rtctl.control.vocabulary import PlaceUse
 from rtctl.friction.model import FrictionModel
@@ -14,21 +15,30 @@ from rtctl.rig_file.axis_tables import AxisTable
 
 PLACE_LENGTH = 0.5
 """Way over which a model's places are judged, share of their longest period."""
-PLACE_LAG = 0.25
-"""Waves that come at more than this share of the observer's bandwidth are seen too late to judge by."""
+UNMATCHED_RAD = 0.31
+"""Waves that are seen later than the model is (`place_trust`) by more than this are no evidence, nor are
+those beyond the observer's bandwidth: of a wave .31 rad late a twentieth is lost to the correlation. The
+model passes the observer's first low-pass; what is left are its second one and a late force."""
 ORDINARY_SHARE = 0.05
 """Share of the trained range that ordinary motion is faster than: a ripple that is seen by slower motion only
 would keep friction's waves from being judged by it."""
 
 
 def judged_by(
-    axis: AxisTable, waves_per_rad: tuple[float, float], trained_rad_s: float, bandwidth_hz: float
+    axis: AxisTable,
+    waves_per_rad: tuple[float, float],
+    trained_rad_s: float,
+    bandwidth_hz: float,
+    late_s: float = 0.0,
 ) -> tuple[float, bool]:
     """Speed below which motion says something of the places, rad/s, and whether it says it of the
     conservative part: waves a rad of friction and of that part pass a joint that was trained up to
-    `trained_rad_s`, and an observer of this bandwidth sees them."""
+    `trained_rad_s`, and an observer of this bandwidth, with a force so late, sees them."""
     of_friction, of_part = waves_per_rad
-    seen_hz = PLACE_LAG * bandwidth_hz
+    seen_hz = 0.0
+    if bandwidth_hz > 0.0:
+        second_s = 1.0 / (2 * math.pi * SMOOTHING * bandwidth_hz)
+        seen_hz = min(bandwidth_hz, UNMATCHED_RAD / (2 * math.pi * (second_s + late_s)))
     slow_rad_s = SLOW_RAD_S * (at_handle("slow_rad_s") if axis.motion == "linear" else 1.0)
     judged = of_friction == 0 or seen_hz > max(slow_rad_s, ORDINARY_SHARE * trained_rad_s) * of_part
     return seen_hz / (max(of_friction, of_part) if judged else of_friction), judged
@@ -49,7 +59,8 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
     bandwidth_hz = p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
     trained_rad_s = min(branch.speed_max_rad_s for branch in model.branches)
-    speed_rad_s, judged = judged_by(axis, model.place_waves_per_rad, trained_rad_s, bandwidth_hz)
+    late_s = float(p["observer_late_ticks"][a] * p["period_s"])
+    speed_rad_s, judged = judged_by(axis, model.place_waves_per_rad, trained_rad_s, bandwidth_hz, late_s)
     p["conservative_judged"][a], p["place_speed_rad_s"][a] = judged, speed_rad_s
     known = judged or friction.place == "given"
     if known and model.conservative is not None and friction.policy != "observer":

@@ -38,7 +38,8 @@ def places_seen(s: Subject) -> list[Verdict]:
     if found is None or s.table.friction.place != "seen" or not max(found.place_waves_per_rad) > 0:
         return []
     bandwidth_hz = s.axis.observer.bandwidth_hz if s.axis.force_sensor else 0.0
-    speed, judged = judged_by(s.table, found.place_waves_per_rad, found.speed_max_rad_s, bandwidth_hz)
+    late_s = s.axis.observer.own_ticks * s.period_s
+    speed, judged = judged_by(s.table, found.place_waves_per_rad, found.speed_max_rad_s, bandwidth_hz, late_s)
     figure = f"{speed:.3g} rad/s"
     if speed <= 0:
         meaning = 'no force sensor, so the places are never seen: friction.place = "given" or "off"'

@@ -1,7 +1,10 @@
 """Whether what the model says of place is what the force sensor sees: nothing is compensated by place until
 it is.
 
-    e = F_seen - d F_0(v),     m = d F_place(v, x) - tau_c(x)          over sliding motion, d its direction
+    e = F_seen - LP[d F_0(v)],     m = LP[d F_place(v, x) - tau_c(x)]     over sliding motion, d its direction
+
+LP is the observer's own low-pass: what passes as quick as its bandwidth is seen weaker and an eighth of a
+wave late, and is compared with what the model would be seen as.
 
 An encoder that counts from where it was switched on, an index that was found half a turn off, a gear taken
 apart: all leave a model that is right in speed and wrong in place. So mean and spread of e and m are followed
@@ -63,13 +66,31 @@ def place_trust(s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
+def _as_seen(s: Record, p: Record, model: Record, axis: int, d: float, side: int, speed: float) -> bool:
+    """Go on with what the model says of speed and of this place as the observer shows it; whether it says
+    something."""
+    x = place_of(s, p, axis)
+    curve, place = d * branch_magnitude(model, side, speed), d * place_magnitude(model, side, speed, x)
+    if p.conservative_judged[axis] > 0.0:
+        place -= conservative_torque(model, x)
+    if not math.isfinite(curve + place):
+        return False
+    s.place_model_nm[axis, 0] += p.observer_alpha[axis] * (curve - s.place_model_nm[axis, 0])
+    s.place_model_nm[axis, 1] += p.observer_alpha[axis] * (place - s.place_model_nm[axis, 1])
+    return True
+
+
+@compiled
 def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: float) -> None:
     """Go on with the statistics by the last period's motion `dx`, rad; reads the friction observed of the
     tick."""
     v, length = t.velocity_rad_s[axis], p.place_length_rad[axis]
-    if p.place_kind[axis] == 0 or not length > 0.0 or dx == 0.0 or not p.observer_alpha[axis] > 0.0:
+    if p.place_kind[axis] == 0 or not length > 0.0 or not p.observer_alpha[axis] > 0.0:
         return
     speed, side = abs(v), FORWARD if v >= 0.0 else BACKWARD
+    d = 1.0 if v >= 0.0 else -1.0
+    if not _as_seen(s, p, model, axis, d, side, speed) or dx == 0.0:
+        return
     sliding = slides(s, axis) and s.bristle_share[axis] * v > 0.0
     if (
         not sliding
@@ -77,11 +98,7 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
         or speed > model.speed_max_rad_s[side]
     ):
         return
-    d, x = 1.0 if v >= 0.0 else -1.0, place_of(s, p, axis)
-    e = s.friction_observed_nm[axis] - d * branch_magnitude(model, side, speed)
-    m = d * place_magnitude(model, side, speed, x)
-    if p.conservative_judged[axis] > 0.0:
-        m -= conservative_torque(model, x)
+    e, m = s.friction_observed_nm[axis] - s.place_model_nm[axis, 0], s.place_model_nm[axis, 1]
     if not math.isfinite(e + m):
         return
     way = min(abs(dx) / length, 0.1)

@@ -420,6 +420,8 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "friction_change": (),  # of the learned friction, that the feed-forward goes by: factor less 1
             # friction over position (control.place_trust)
             "place_evidence": (),  # for SEEN, against GIVEN, 0 to 1
+            # what the model says of speed and of place, as late as the observer shows it
+            "place_model_nm": (2,),
             "place_way": (),  # way judged over, share of its length
             "place_mean_nm": (
                 2,

@@ -64,10 +64,7 @@ SHAPE_MOST = 0.04
 
 BESIDE_VISCOUS = 0.025
 """and where the factor is left known to this standard error: in motion of few speeds it is not, and would
-jump. Else it only widens the interval, from"""
-
-VISCOUS_LIKELY = 1.0
-"""standard errors on, by what the factor would be."""
+jump. Else it only widens the interval, the more the surer it is, by what the factor would be."""
 
 VISCOUS_CALM = 0.02
 """a share with this standard deviation."""
@@ -240,7 +237,7 @@ def _beside_viscous(sums: _Sums, known: np.ndarray, doubt_nm: float) -> tuple[np
     sure = abs(float(found[VISCOUS])) / math.sqrt(cov[VISCOUS, VISCOUS] + of_model)
     if sure > VISCOUS_SURE and cov[0, 0] < BESIDE_VISCOUS**2:
         return found, cov, 0.0
-    likely = min(max(sure - VISCOUS_LIKELY, 0.0) / (VISCOUS_SURE - VISCOUS_LIKELY), 1.0)
+    likely = min(sure / VISCOUS_SURE, 1.0)
     calm, cov = _solved(sums, known)
     return calm, cov, likely * abs(float(found[0] - calm[0]))
 

@@ -186,6 +186,16 @@ SEEDS = (
         ("tests/unit/host/test_friction_watch.py",),
     ),
     Seed(
+        "a ripple is compared with the model of where the joint is by now", "rtctl/control/place_trust.py",
+        "s.place_model_nm[axis, 1] += p.observer_alpha[axis] * (place - s.place_model_nm[axis, 1])",
+        "s.place_model_nm[axis, 1] = place", ("tests/unit/control/test_place_trust.py",),
+    ),
+    Seed(
+        "viscous friction that is told by less than one standard error hides nothing",
+        "rtctl/friction/drift_estimate.py", "min(sure / VISCOUS_SURE, 1.0)",
+        "min(max(sure - 1.0, 0.0), 1.0)", ("tests/unit/friction/test_drift_beside.py",),
+    ),
+    Seed(
         "noise at one place takes what a whole turn has shown", "rtctl/control/place_trust.py",
         "max(now, _believed(slope * both, left))", "_believed(slope * both, left)",
         ("tests/unit/control/test_place_trust.py",),

@@ -71,7 +71,7 @@ def test_the_zero_of_a_tachometer_is_removed_and_said():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda v: -v, r"column velocity: turned against the position; turn its sign \(scale -1, behind the unit\), or that of the position"),
+        (lambda v: -v, r"column velocity: turned against the position; turn its sign \(scale -1, behind"),
         (lambda v: np.degrees(v), r"57.* times the derivative .*its unit were deg/s.*give scale 0\.0174533"),
         (lambda v: 30 / np.pi * v, "its unit were rpm"),
         (lambda v: 1.1 * v, r"1\.1 times the derivative.*give scale 0\.909"),
