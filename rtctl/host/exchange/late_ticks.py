@@ -17,10 +17,16 @@ SLEPT_BOUND_NS, SLEPT_SHARE = 200_000, 0.5
 """Late, where it sleeps until the deadline: the kernel wakes it up to 100 us late as a matter of course."""
 
 
+HARMLESS_SHARE = 0.02
+"""Share of the period that is never late: a loop of 100 Hz that starts 100 us late on a machine that wakes up
+slowly has lost nothing, and an event about it four times a second hides those that matter."""
+
+
 def bound_ns(period_ns: int, early_ns: int) -> int:
-    """Lateness above which a tick is late, ns: the smaller of a fixed one and a share of the period."""
+    """Lateness above which a tick is late, ns: a fixed one, or what is harmless where that is more; at most a
+    share of the period."""
     fixed, share = (EARLY_BOUND_NS, EARLY_SHARE) if early_ns > 0 else (SLEPT_BOUND_NS, SLEPT_SHARE)
-    return min(fixed, int(share * period_ns))
+    return int(min(max(fixed, HARMLESS_SHARE * period_ns), share * period_ns))
 
 
 @dataclass(frozen=True)

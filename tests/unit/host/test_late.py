@@ -23,7 +23,13 @@ LATE = LateTick(tick=7, woke_ns=0, late_ns=400_000, own_ns=0, phase="read")
 
 @pytest.mark.parametrize(
     ("period_ns", "early_ns", "bound"),
-    [(MS, 40_000, 50_000), (100_000, 20_000, 25_000), (MS, 0, 200_000), (100_000, 0, 50_000)],
+    [
+        (MS, 40_000, 50_000),
+        (100_000, 20_000, 25_000),
+        (MS, 0, 200_000),
+        (100_000, 0, 50_000),
+        (10 * MS, 40_000, 200_000),
+    ],
 )
 def test_the_bound_follows_period_and_early_look(period_ns, early_ns, bound):
     assert bound_ns(period_ns, early_ns) == bound
