@@ -22,17 +22,11 @@ LATE = LateTick(tick=7, woke_ns=0, late_ns=400_000, own_ns=0, phase="read")
 
 
 @pytest.mark.parametrize(
-    ("period_ns", "early_ns", "bound"),
-    [
-        (MS, 40_000, 50_000),
-        (100_000, 20_000, 25_000),
-        (MS, 0, 200_000),
-        (100_000, 0, 50_000),
-        (10 * MS, 40_000, 200_000),
-    ],
+    ("period_ns", "early_us", "bound_us"),
+    [(MS, 40, 50), (MS // 10, 20, 25), (MS, 0, 200), (MS // 10, 0, 50), (10 * MS, 40, 200)],
 )
-def test_the_bound_follows_period_and_early_look(period_ns, early_ns, bound):
-    assert bound_ns(period_ns, early_ns) == bound
+def test_the_bound_follows_period_and_early_look(period_ns, early_us, bound_us):
+    assert bound_ns(period_ns, 1000 * early_us) == 1000 * bound_us
 
 
 def ticks(late_ns, slots=None, **parts):
