@@ -18,13 +18,7 @@ from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
 from hw.playback.rising import require_rising, require_steady
-from hw.playback.stamps import (
-    Grid,
-    Stretch,
-    grid_of,
-    resolution,
-    unwrapped,
-)
+from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).

@@ -23,10 +23,13 @@ def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dic
     parts = text.split(":")
     numbers: list[float] = []
     while len(parts) > 1 and len(numbers) < 2 and is_number(parts[-1]):
-        numbers.insert(0, float(parts.pop()))
+        try:
+            numbers.insert(0, float(parts.pop()))
+        except ValueError as error:  # 1,5 is one in a log
+            raise click.BadParameter(f"{text!r}: write scale and offset as 1.5", ctx, param) from error
     unit = unit_of(parts[-1]) if len(parts) > 1 else None
     name = ":".join(parts if unit is None else parts[:-1])
-    if not name or is_number(parts[-1] if len(parts) > 1 else ""):
+    if not name or (len(parts) > 1 and (not parts[-1] or is_number(parts[-1]))):
         raise click.BadParameter(f"{text!r} is not NAME[:UNIT][:SCALE[:OFFSET]]", ctx, param)
     scaled = dict(zip(("scale", "offset"), numbers, strict=False))
     return {"column": name, **({"unit": unit} if unit else {}), **scaled}

@@ -6,10 +6,10 @@ from click.testing import CliRunner
 from rtctl.cli.playback import _column, command
 
 
-@pytest.mark.parametrize("text", ["x:1:2:3", ":1", ":ms"])
+@pytest.mark.parametrize("text", ["x:1:2:3", ":1", ":ms", "x:", "x:1,5", "x:mm:1,5", "x:0x1F"])
 def test_a_column_that_cannot_be_read_is_wrong_usage(text):
     said = CliRunner().invoke(command, ["--position", text])
-    assert said.exit_code == 2
+    assert (said.exit_code, "--position" in said.output) == (2, True)
 
 
 @pytest.mark.parametrize(

@@ -2,23 +2,17 @@
 rare.
 """
 
-import fcntl
 import os
-import pty
-import struct
-import termios
-import tty
 
 import numpy as np
 import pytest
 from patience import until
+from serial_line import SerialLine, waiting
 
 from hw.entry_points import call_for_int, entry_point
-from hw.interface import LinkLost, Rig
+from hw.interface import LinkLost
 from hw.jit import compiled
 from hw.serial import compiled_core
-from hw.serial.frame_backend import SerialBackend
-from hw.serial.options import SerialOptions
 from hw.serial_port import Port
 from hw.simulators.serial_firmware import Board
 from hw.system_calls import FAILED, read_some, write_all
@@ -32,39 +26,17 @@ def _go(at, arguments):
     return call_for_int(at, arguments)
 
 
-def _waiting(fd):
-    return struct.unpack("i", fcntl.ioctl(fd, termios.FIONREAD, b"\0\0\0\0"))[0]
-
-
-class Line:
-    """A pty with a board that is not asked who it is, and a backend on it."""
+class Line(SerialLine):
+    """A line with a board, and both halves of a cycle."""
 
     def __init__(self):
-        self.far, self.near = pty.openpty()
-        for fd in (self.far, self.near):
-            tty.setraw(fd)
-        os.set_blocking(self.far, False)
-        one = np.ones(1)
-        options = SerialOptions.model_validate({"port": os.ttyname(self.near), "baud": 921_600})
-        rig = Rig(1, 1e-3, one, one, 0.05 * one, 160_000 * one, np.eye(3)[:1])
-        self.backend = SerialBackend(options.model_dump(mode="json"), rig)
-        self.backend._greet = lambda _port: None
-        self.backend.open()
-        self.tick, self.board = new_ticks(1, 1), Board(1, "TEST", 1000)
-        self.backend.warm_up(self.tick)
-        self.parts = self.backend.compiled_cycle(self.tick)
+        super().__init__(160_000)
+        self.board, self.parts = Board(1, "TEST", 1000), self.backend.compiled_cycle(self.tick)
 
     def sample(self, k):
         ticks, counts = new_ticks(1, 1), np.array([37 * k])
         ticks["current_a"], ticks["force_n"] = 0.25, (1.0, -2.0, 0.5)
         return self.board.state_packet(ticks, counts, 1000 * k)
-
-    def arrive(self, data):
-        """Sent, and there to be read: a loaded machine hands on what was written to a pty in parts, and only
-        later.
-        """
-        os.write(self.far, data)
-        until(lambda: _waiting(self.near) >= len(data), "the bytes")
 
     def read(self, compiled_half):
         if not compiled_half:
@@ -86,11 +58,6 @@ class Line:
         except BlockingIOError:
             return b""
 
-    def close(self):
-        self.backend.close()
-        for fd in (self.far, self.near):
-            os.close(fd)
-
 
 @pytest.fixture
 def line():
@@ -110,7 +77,7 @@ def test_both_ways_read_and_send_the_same_in_turn(line):
             assert other.read(compiled_half) == 0
             assert other.write(compiled_half) == 0
             ticks.append(other.tick.copy())
-            until(lambda far=other.far: _waiting(far), "a command")
+            until(lambda far=other.far: waiting(far), "a command")
             packets.append(other.sent())
         other.close()
     n = len(ticks) // 2

@@ -8,22 +8,15 @@ torque may leave when a torque is no number.
 
 import math
 import os
-import pty
 import random
 import struct
-import termios
-import tty
 import zlib
-from fcntl import ioctl
 
-import numpy as np
 import pytest
 from patience import until
+from serial_line import SerialLine, waiting
 
-from hw.interface import LinkFault, Rig
-from hw.serial.frame_backend import SerialBackend
-from hw.serial.options import SerialOptions
-from rtctl.tick import new_ticks
+from hw.interface import LinkFault
 from tests.bench.device_cycle import DeviceCycle
 
 COUNTS, CYCLES = 4096.0, 400
@@ -114,47 +107,22 @@ class Adversary:
         }.get(kind, packet)
 
 
-class Wire:
-    """A pty with the backend at one end."""
-
-    def __init__(self):
-        self.far, self.near = pty.openpty()
-        for fd in (self.far, self.near):
-            tty.setraw(fd)
-        os.set_blocking(self.far, False)
-        one = np.ones(1)
-        options = SerialOptions.model_validate({"port": os.ttyname(self.near), "baud": 921_600})
-        rig = Rig(1, 1e-3, one, one, 0.05 * one, COUNTS * one, np.eye(3)[:1])
-        self.backend = SerialBackend(options.model_dump(mode="json"), rig)
-        self.backend._greet = lambda _port: None
-        self.backend.open()
-        self.tick = new_ticks(1, 1)
-        self.backend.warm_up(self.tick)
-
-    def arrive(self, data):
-        os.write(self.far, data)
-        until(
-            lambda: struct.unpack("i", ioctl(self.near, termios.FIONREAD, bytes(4)))[0] >= len(data), "bytes"
-        )
+class Wire(SerialLine):
+    """A line whose other end hears commands."""
 
     def command(self):
         """What has come to the board since it was last asked: (enable bits, value) of the only packet."""
-        until(lambda: struct.unpack("i", ioctl(self.far, termios.FIONREAD, bytes(4)))[0], "a command")
+        until(lambda: waiting(self.far), "a command")
         (packet,) = filter(None, os.read(self.far, 4096).split(b"\0"))
         body = unstuffed(packet)
         assert body[:2] == b"\x01\x81"
         return body[4], struct.unpack_from("<i", body, 8)[0]
 
-    def close(self):
-        self.backend.close()
-        for fd in (self.far, self.near):
-            os.close(fd)
-
 
 @pytest.mark.compiled
 @pytest.mark.parametrize("whole", [True, False], ids=["compiled", "Python"])
 def test_only_what_was_whole_and_newer_is_fresh_and_no_torque_that_is_no_number_leaves(whole):
-    wire, board, oracle, draw = Wire(), Adversary(26), Oracle(), random.Random(7)
+    wire, board, oracle, draw = Wire(COUNTS), Adversary(26), Oracle(), random.Random(7)
     tick = wire.tick
     cycle = DeviceCycle(wire.backend, tick)
     try:
