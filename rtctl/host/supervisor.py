@@ -251,12 +251,14 @@ class Host:
         from rtctl.host.exchange.late_counters import Counters
         from rtctl.host.exchange.late_exits import exits
         from rtctl.host.exchange.late_tasks import Tasks
+        from rtctl.host.exchange.late_trace import trace
         from rtctl.host.exchange.late_watch import LateWatch
 
         pid, core = self.loop.pid, self.loaded.config.loop.cpu
         seen = self.loaded.config.loop.clock != "virtual"
         counters, tasks = (Counters(pid, core), Tasks(pid, exits=exits())) if seen else (None, None)
-        self.late = LateWatch(counters, tasks, self.plan.period_ns, lambda: int(self.memory.early_ns[MARGIN]))
+        early = lambda: int(self.memory.early_ns[MARGIN])  # noqa: E731
+        self.late = LateWatch(counters, tasks, self.plan.period_ns, early, trace(pid) if seen else None)
         self._streams.enter_context(closing(self.late))
         self.telemetry.set_late(self.late)
         self.record.flight.set_late(self.late)

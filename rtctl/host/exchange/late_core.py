@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 NAN = float("nan")
 
-_PERF_EVENT_OPEN = {"x86_64": 298}
-"""Number of the system call by processor, where processors count SMIs."""
+_PERF_EVENT_OPEN = {"x86_64": 298, "aarch64": 241}
+"""Number of the system call by processor."""
 
 _ATTRIBUTES = struct.Struct("<IIQ112x")
 """Begin of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is
@@ -57,19 +57,34 @@ def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
     )
 
 
+def perf_event(attributes: bytes, core: int) -> int:
+    """Descriptor of an event of one core, for all tasks, by a struct perf_event_attr. Raises OSError where it
+    is refused."""
+    call = _PERF_EVENT_OPEN.get(os.uname().machine)
+    if call is None:
+        msg = "the number of perf_event_open(2) is not known for this processor"
+        raise OSError(msg)
+    libc = ctypes.CDLL(None, use_errno=True)
+    given = ctypes.create_string_buffer(attributes, len(attributes))
+    found = int(libc.syscall(call, given, -1, core, -1, _CLOEXEC))
+    if found < 0:
+        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+    return found
+
+
 class Interruptions:
     """Counts the system management interrupts (SMI) of one core, where processor, kernel and rights
     (CAP_PERFMON) let it."""
 
     def __init__(
-        self, core: int, root: Path = Path("/"), opened: Callable[[int, int, int], int] | None = None
+        self, core: int, root: Path = Path("/"), opened: Callable[[bytes, int], int] = perf_event
     ) -> None:
         self._file = -1
         folder = root / "sys/bus/event_source/devices/msr"
         with suppress(OSError, ValueError):
             kind = int((folder / "type").read_text())
             event = int((folder / "events/smi").read_text().strip().removeprefix("event="), 16)
-            self._file = (opened or _open)(kind, event, core)
+            self._file = opened(_ATTRIBUTES.pack(kind, _ATTRIBUTES.size, event), core)
 
     def count(self) -> float:
         """Since the machine was started, or since this was made; NaN where nobody counts."""
@@ -85,22 +100,6 @@ class Interruptions:
         if self._file >= 0:
             os.close(self._file)
         self._file = -1
-
-
-def _open(kind: int, event: int, core: int) -> int:
-    """Descriptor of a counter of one core, for all tasks. Raises OSError where it is refused."""
-    call = _PERF_EVENT_OPEN.get(os.uname().machine)
-    if call is None:
-        msg = "no processor that counts SMIs"
-        raise OSError(msg)
-    attributes = ctypes.create_string_buffer(
-        _ATTRIBUTES.pack(kind, _ATTRIBUTES.size, event), _ATTRIBUTES.size
-    )
-    libc = ctypes.CDLL(None, use_errno=True)
-    found = int(libc.syscall(call, attributes, -1, core, -1, _CLOEXEC))
-    if found < 0:
-        raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
-    return found
 
 
 def number(text: str) -> float:

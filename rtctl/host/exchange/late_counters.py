@@ -60,6 +60,8 @@ class Reading:
     """Idle states: how often entered, and how long the way out takes, ns."""
     clock: CoreClock = field(default_factory=CoreClock)
     smis: float = NAN
+    guest: bool = False
+    """The processor says that there is a hypervisor."""
 
 
 class Counters:
@@ -84,6 +86,7 @@ class Counters:
         self._smis: Interruptions | None = None
         self._asked_ns, self._asked_core = 0, -1
         self._clock, self._smi_count = CoreClock(), NAN
+        self._guest = " hypervisor" in self._read("proc/cpuinfo")
 
     @property
     def core(self) -> int:
@@ -118,6 +121,7 @@ class Counters:
             idle=self._idle(),
             clock=self._clock,
             smis=self._smi_count,
+            guest=self._guest,
         )
 
     def stopped(self) -> bool:
@@ -246,8 +250,15 @@ def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
         clock_change_ns=(after.clock.changes - before.clock.changes) * after.clock.change_ns,
         too_hot=after.clock.throttled > before.clock.throttled,
         softirqs=_beyond(before.softirqs, after.softirqs, usual, seconds),
-        interrupts=_beyond(before.interrupts, after.interrupts, usual, seconds),
+        interrupts=_beyond(_devices(before), _devices(after), usual, seconds),
+        guest=after.guest,
     )
+
+
+def _devices(reading: Reading) -> dict[str, int]:
+    """Interrupts of devices, which bear a number: those of the kernel's own (timers, calls from core to core)
+    come with each task that ran."""
+    return {name: count for name, count in reading.interrupts.items() if name[:1].isdigit()}
 
 
 def rates(before: Reading, after: Reading) -> dict[str, float]:

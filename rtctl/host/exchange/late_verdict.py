@@ -4,8 +4,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from rtctl.host.exchange.late_seen import Seen
 from rtctl.host.exchange.late_tasks import Ran
 from rtctl.host.exchange.late_ticks import LateTick
 
@@ -35,12 +36,16 @@ CAUSES = {
     "quota": "the loop's control group, or all real-time tasks, had used up their time (CPUQuota, "
     "sched_rt_runtime_us)",
     "another task": "another task had the loop's core",
+    "kernel section": "a task of lower priority had the loop's core, in a section of the kernel that cannot "
+    "be interrupted",
     "softirq": "the kernel did its deferred work on the loop's core (network, timers, block devices)",
     "interrupt": "a device interrupted the loop's core",
     "steal": "the hypervisor had taken the core away",
     "SMI": "the machine's firmware had taken the core away (system management interrupt)",
     "frequency change": "the core's clock was slowed down, or stood while it was changed",
     "idle state": "the core came out of a deep idle state",
+    "late timer": "the loop's timer came late: interrupts were off in the kernel, or who is below the kernel "
+    "(hypervisor, firmware) had the core",
     "timer slack": "the kernel may wake a task without real-time rights that much late",
     UNKNOWN: "nothing that was counted explains it",
 }
@@ -77,6 +82,11 @@ class Rise:
     """How long changes of the clock held the core up."""
     too_hot: bool = False
     """The core was slowed down because of its temperature."""
+    guest: bool = False
+    """There is a hypervisor below."""
+    seen: Seen | None = None
+    """What the scheduler told of the loop while this tick was waited for, or, of an own cycle that was long,
+    meanwhile."""
 
 
 @dataclass(frozen=True)
@@ -101,7 +111,10 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
     -----
     Looked at in this order, the first that explains half wins: what is exact before what is counted, what
     stops a process before what delays it. An own cycle that was long because its memory was not there, or
-    another task ran in the middle of it, is theirs."""
+    another task ran in the middle of it, is theirs. Where the scheduler told what the loop did, that takes
+    the place of what its core counted."""
+    if rise.seen is not None:
+        return _seen(late, rise, rise.seen, late_sum_ns)
     needed = max(late_sum_ns, 1.0)
     each = needed / max(late.late_ns, 1)
     found = [
@@ -125,9 +138,38 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
     return Verdict(UNKNOWN, "", 0.0)
 
 
+def is_own(late: LateTick) -> bool:
+    """Whether the cycle before explains it."""
+    return late.own_ns >= EXPLAINS * late.late_ns
+
+
+def _seen(late: LateTick, rise: Rise, its: Seen, late_sum_ns: float) -> Verdict:
+    """The cause of a tick of which the scheduler told what the loop did."""
+    half, own, (held, name, held_ns) = EXPLAINS * late.late_ns, is_own(late), its.held()
+    rest = replace(rise, seen=None, run_delay_ns=0.0, softirqs=None, interrupts=None, tasks=())
+    exact = judge(late, Rise(stopped=rise.stopped, throttled_ns=rise.throttled_ns), late_sum_ns)
+    if exact.cause in {"stopped", "quota"}:
+        return exact
+    if held_ns >= half:
+        return Verdict(held, name, min(held_ns / late.late_ns, 1.0))
+    if not own and its.slept >= half:
+        rest = replace(rest, minor_faults=0.0, major_faults=0.0)
+        by_count, else_it_is = judge(late, rest, late_sum_ns), "late timer"
+        share = its.slept / late.late_ns
+    elif own or its.ran >= half:
+        rest = replace(rest, timer_slack_ns=0.0)
+        by_count, else_it_is = judge(late, rest, late_sum_ns), "steal" if rise.guest else UNKNOWN
+        share = its.ran / late.late_ns
+    else:
+        return Verdict(UNKNOWN, "", 0.0)
+    if by_count.cause != UNKNOWN or else_it_is == UNKNOWN:
+        return by_count
+    return Verdict(else_it_is, "", min(share, 1.0))
+
+
 def _own(late: LateTick, rise: Rise, needed: float) -> list[tuple[str, str, float]]:
     """The cycle before, unless something else explains why that one was long."""
-    if late.own_ns < EXPLAINS * late.late_ns:
+    if not is_own(late):
         return []
     if rise.major_faults > 0 or _fault_ns(rise) >= EXPLAINS * needed:
         return [("page fault", late.phase, needed)]

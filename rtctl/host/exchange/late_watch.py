@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from rtctl.host.exchange.late_counters import Counters, Reading, rates, rise
+from rtctl.host.exchange.late_seen import Seen, seen
 from rtctl.host.exchange.late_tasks import Ran, Tasks
 from rtctl.host.exchange.late_ticks import LateTick, bound_ns, late_ticks
-from rtctl.host.exchange.late_verdict import CAUSES, Verdict, judge
+from rtctl.host.exchange.late_trace import Mark, Trace
+from rtctl.host.exchange.late_verdict import CAUSES, Verdict, is_own, judge
 from rtctl.tick import joined
 
 EVENT = "late"
@@ -50,12 +52,19 @@ class LateWatch:
     period_ns
         Of the loop.
     early_ns
-        Returns by how much the loop wakes early now, ns; 0: it sleeps until the deadline."""
+        Returns by how much the loop wakes early now, ns; 0: it sleeps until the deadline.
+    trace
+        Where the scheduler tells what the loop did; None: nowhere, and the counters say what they can."""
 
     def __init__(
-        self, counters: Counters | None, tasks: Tasks | None, period_ns: int, early_ns: Callable[[], int]
+        self,
+        counters: Counters | None,
+        tasks: Tasks | None,
+        period_ns: int,
+        early_ns: Callable[[], int],
+        trace: Trace | None = None,
     ) -> None:
-        self._counters, self._tasks = counters, tasks
+        self._counters, self._tasks, self._trace = counters, tasks, trace
         self._period_ns, self._early_ns = period_ns, early_ns
         self._looks: list[tuple[Reading, float]] = []
         """The two newest looks, each with the lateness that was judged at it, ns."""
@@ -95,6 +104,7 @@ class LateWatch:
             return
         reading = self._counters.look(now_ns, late=late)
         self._look_at_tasks(now_ns, reading.priority, late=late)
+        self._follow_core()
         judged_ns = 0.0
         if self._looks:
             self._stopped |= late and self._counters.stopped()
@@ -115,6 +125,24 @@ class LateWatch:
         if everywhere:
             self._scanned_ns = now_ns
         self._tasks.look(self._counters.core, priority, everywhere=everywhere)
+
+    def _follow_core(self) -> None:
+        if self._trace is None or self._counters is None:
+            return
+        try:
+            self._trace.follow(self._counters.core)
+        except OSError:  # not granted: the counters are all
+            self._trace = None
+
+    def _marks(self, late: list[LateTick]) -> list[Mark]:
+        """What the scheduler told of these ticks and the cycles before them."""
+        if self._trace is None:
+            return []
+        return self._trace.read(min(one.woke_ns - one.late_ns for one in late) - self._period_ns)
+
+    def _seen(self, late: LateTick, marks: list[Mark]) -> Seen | None:
+        since_ns = late.woke_ns - late.late_ns - (self._period_ns if is_own(late) else 0)
+        return seen(marks, since_ns, late.woke_ns) if marks else None
 
     def _ran(self, late: LateTick, priority: int) -> tuple[Ran, ...]:
         """Tasks on the loop's core while this tick was waited for, and in the period before."""
@@ -147,8 +175,14 @@ class LateWatch:
             before, judged_ns = self._since(late)
             risen = rise(before, reading, self._usual)
             risen = replace(risen, stopped=risen.stopped or self._stopped)
-            ran = [replace(risen, tasks=self._ran(one, reading.priority)) for one in late]
-            verdicts = [judge(one, its, total + judged_ns) for one, its in zip(late, ran, strict=True)]
+            if not self._usual:  # nothing is known to be more than usual
+                risen = replace(risen, softirqs=None, interrupts=None)
+            marks = self._marks(late)
+            each = [
+                replace(risen, tasks=self._ran(one, reading.priority), seen=self._seen(one, marks))
+                for one in late
+            ]
+            verdicts = [judge(one, its, total + judged_ns) for one, its in zip(late, each, strict=True)]
         for one, verdict in zip(late, verdicts, strict=True):
             self.count += 1
             self.causes[verdict.cause] += 1
@@ -191,6 +225,8 @@ class LateWatch:
             self._counters.close()
         if self._tasks is not None:
             self._tasks.close()
+        if self._trace is not None:
+            self._trace.close()
 
 
 class LateNews:

@@ -65,15 +65,15 @@ def test_interruptions_by_the_firmware_are_counted_of_the_loops_core(tmp_path):
     (folder / "events/smi").write_text("event=0x04\n")
     asked = []
 
-    def opened(*arguments):
-        asked.append(arguments)
+    def opened(attributes, core):
+        asked.append((*struct.unpack_from("<IIQ", attributes), len(attributes), core))
         read, write = os.pipe()
         os.write(write, struct.pack("<QQ", 41, 43))
         os.close(write)
         return read
 
     smis = Interruptions(1, tmp_path, opened)
-    assert asked == [(9, 4, 1)]
+    assert asked == [(9, 128, 4, 128, 1)]
     assert [smis.count(), smis.count()] == [41, 43]
     assert math.isnan(smis.count()), "no more is told"
     smis.close()

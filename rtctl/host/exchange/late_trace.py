@@ -1,0 +1,194 @@
+"""When the loop was woken, ran, and waited, as the kernel's scheduler tells it: tracepoints, read through
+perf_event_open(2) by a root service where tracefs is mounted.
+
+The kernel writes into a ring of its own that keeps the newest; the host looks only when a tick was late, and
+the descriptors end with it, whatever becomes of it. Written are the loop's wake-ups, and the switches and
+softirqs of its core. Source: include/uapi/linux/perf_event.h, include/trace/events/sched.h."""
+
+from __future__ import annotations
+
+import fcntl
+import mmap
+import os
+import struct
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from rtctl.host.exchange.late_core import perf_event
+
+_EVENTS = Path("sys/kernel/tracing/events")
+
+_TRACEPOINT, _TIME_RAW, _SAMPLE = 2, 0x4 | 0x400, 9
+"""PERF_TYPE_TRACEPOINT; PERF_SAMPLE_TIME | PERF_SAMPLE_RAW; PERF_RECORD_SAMPLE."""
+
+_OWN_CLOCK, _BACKWARD = 1 << 25, 1 << 27
+"""Flags `use_clockid` and `write_backward` (newest first, and old ones are overwritten)."""
+
+_ATTRIBUTES = struct.Struct("<IIQQQ8xQ44xi32x")
+"""struct perf_event_attr: type, size, event, period, what a sample holds, flags, clock."""
+
+_MONOTONIC = 1
+
+_OUTPUT, _FILTER = 0x2405, 0x40082406
+"""Requests of ioctl(2) on such a descriptor."""
+
+_PAGES = 1024
+"""Pages of the ring, 4 MB: some 12 s of a loop of 1 kHz, a second of one of 10 kHz. A host that is kept
+waiting for longer has the counters alone."""
+
+_HEAD = 1024
+"""Place of the newest record's position in the page before the ring (`data_head`)."""
+
+_RECORD, _COMMON = struct.Struct("<IHHQI"), struct.Struct("<H6x")
+"""Kind, -, size, time, size of what follows; of that, the tracepoint's number."""
+
+_SWITCH, _SOFTIRQ = struct.Struct("<24xi4xq16sii"), struct.Struct("<8xI")
+"""Number and state of the task before; name, number and priority of the task after."""
+
+_NOT_READY = 0xFF
+"""Bits of the state of a task that waits for something: none of these is set in one that would run on."""
+
+SOFTIRQS = ["HI", "TIMER", "NET_TX", "NET_RX", "BLOCK", "IRQ_POLL", "TASKLET", "SCHED", "HRTIMER", "RCU"]
+
+WOKEN, IN, OUT, OTHER, SOFTIRQ, DONE, GAP = "woken", "in", "out", "other", "softirq", "done", "gap"
+
+
+class Mark(NamedTuple):
+    """One thing that the kernel told.
+
+    Attributes
+    ----------
+    at_ns
+        CLOCK_MONOTONIC.
+    what
+        WOKEN (the loop's timer came), IN (the loop has the core), OUT (`name` has it from the loop), OTHER
+        (`name` has it from another task), SOFTIRQ and DONE (of that `name`), GAP (some were left out before
+        this). An idle core has no name.
+    priority
+        Of whom has the core now, as the kernel counts: less runs first, from 100 on ordinary.
+    ready
+        OUT of a loop that would have run on."""
+
+    at_ns: int
+    what: str
+    name: str = ""
+    priority: int = 0
+    ready: bool = False
+
+
+class Trace:
+    """Follows the loop on one core. Raises OSError where that is not granted, or tracefs is not mounted."""
+
+    def __init__(
+        self, pid: int, root: Path = Path("/"), opened: Callable[[bytes, int], int] = perf_event
+    ) -> None:
+        self._pid, self._opened, self._core = pid, opened, -1
+        self._files: list[int] = []
+        self._ring: mmap.mmap | None = None
+        self._head, self._known = 0, list[Mark]()
+        names = ("sched/sched_switch", "sched/sched_waking", "irq/softirq_entry", "irq/softirq_exit")
+        self._numbers = [int((root / _EVENTS / name / "id").read_text()) for name in names]
+
+    def follow(self, core: int) -> None:
+        """Follow it on this core from now on. Raises OSError where that is refused."""
+        if core == self._core:
+            return
+        self.close()
+        self._core = core
+        try:
+            for number in self._numbers:
+                self._files.append(self._opened(_attributes(number), core))
+                if number == self._numbers[1]:
+                    fcntl.ioctl(self._files[-1], _FILTER, f"pid=={self._pid}".encode() + b"\0")
+                if len(self._files) > 1:
+                    fcntl.ioctl(self._files[-1], _OUTPUT, self._files[0])
+                else:
+                    size = (1 + _PAGES) * mmap.PAGESIZE
+                    self._ring = mmap.mmap(self._files[0], size, mmap.MAP_SHARED, mmap.PROT_READ)
+        except (OSError, ValueError):
+            self.close()
+            raise
+
+    def read(self, since_ns: int) -> list[Mark]:
+        """What was told since then, in order, from when the loop last had the core before; `since_ns` never
+        falls."""
+        if self._ring is None:
+            return []
+        size, before = len(self._ring) - mmap.PAGESIZE, self._head
+        self._head = head = self._newest()
+        begin, written = mmap.PAGESIZE + head % size, (before - head) % (1 << 64)
+        new = self._ring[begin : begin + written]
+        new += self._ring[mmap.PAGESIZE : mmap.PAGESIZE + min(written, size) - len(new)]
+        left = size - (head - self._newest()) % (1 << 64)  # the kernel goes on, over what is oldest
+        if written > left:
+            self._known, new = [], new[: max(left, 0)]
+        self._known += [*marks(new, self._pid, self._numbers)][::-1]
+        self._known = self._known[last_in(self._known, since_ns) :]
+        return self._known
+
+    def _newest(self) -> int:
+        """Where the newest record begins; falls by what is written."""
+        assert self._ring is not None
+        return int(struct.unpack_from("<Q", self._ring, _HEAD)[0])
+
+    def close(self) -> None:
+        """Follow no more."""
+        if self._ring is not None:
+            self._ring.close()
+        for file in self._files:
+            os.close(file)
+        self._ring, self._files, self._core = None, [], -1
+        self._head, self._known = 0, []
+
+
+def trace(pid: int) -> Trace | None:
+    """What follows the loop; None where this service cannot."""
+    with suppress(OSError, ValueError):
+        return Trace(pid)
+    return None
+
+
+def last_in(known: Sequence[Mark], at_ns: int) -> int:
+    """Place of the mark at which the loop last had got the core before a time; 0 where there is none."""
+    place = bisect_left(known, at_ns, key=lambda mark: mark.at_ns)
+    return next((k for k in range(place - 1, -1, -1) if known[k].what == IN), 0)
+
+
+def marks(told: bytes, pid: int, numbers: list[int]) -> Iterator[Mark]:
+    """What records say, one after the other: the newest first, as the kernel writes from the ring's end to
+    its begin."""
+    (switch, waking, entry, leave), at, newer_ns = numbers, 0, 0
+    while at + _RECORD.size <= len(told):
+        kind, _, size, at_ns, _ = _RECORD.unpack_from(told, at)
+        if size < _RECORD.size or at + size > len(told):
+            return
+        body, at = at + _RECORD.size, at + size
+        if kind != _SAMPLE:  # it has lost some, or holds itself back
+            yield Mark(newer_ns, GAP)
+            continue
+        newer_ns = at_ns
+        (number,) = _COMMON.unpack_from(told, body)
+        if number == switch:
+            before, state, name, after, priority = _SWITCH.unpack_from(told, body)
+            what = IN if after == pid else OUT if before == pid else OTHER
+            yield Mark(at_ns, what, _task(name, after), priority, what == OUT and not state & _NOT_READY)
+        elif number == waking:
+            yield Mark(at_ns, WOKEN)
+        elif number in {entry, leave}:
+            (vector,) = _SOFTIRQ.unpack_from(told, body)
+            name = SOFTIRQS[vector] if vector < len(SOFTIRQS) else str(vector)
+            yield Mark(at_ns, SOFTIRQ if number == entry else DONE, name)
+
+
+def _attributes(number: int) -> bytes:
+    return _ATTRIBUTES.pack(
+        _TRACEPOINT, _ATTRIBUTES.size, number, 1, _TIME_RAW, _OWN_CLOCK | _BACKWARD, _MONOTONIC
+    )
+
+
+def _task(name: bytes, number: int) -> str:
+    text = name.partition(b"\0")[0].decode("utf-8", "replace")
+    return f"{text} {number}" if number else ""
