@@ -98,7 +98,7 @@ def parse_reply(data: Buffer) -> dict[int, float] | None:
             at += 1
             if count == 0:  # of no registers: nothing follows
                 continue
-        if at >= end or count > 64:
+        if at >= end:
             return None
         register, at = data[at], at + 1
         if register & 0x80:  # two bytes of register number

@@ -38,7 +38,7 @@ def error_names(error: int, version: Version = NAMED_ERRORS) -> str:
     words = ERRORS if version >= NAMED_ERRORS else ERRORS_05
     unnamed = error & ~sum(words)
     names = [name for bit, name in words.items() if error & bit]
-    return ", ".join(names + [f"0x{unnamed:x}"] * bool(unnamed or not names))
+    return ", ".join(names + [f"0x{unnamed:x}"] * bool(unnamed))
 
 
 def decode_pair(buffer: Buffer, offset: int, length: int) -> tuple[float, float] | None:

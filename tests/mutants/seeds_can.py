@@ -27,6 +27,10 @@ SEEDS = (
         "buffer[offset + REPLY.size : offset + length] == _PADDING[:rest]", "rest >= 0", CODECS,
     ),
     Seed(
+        "a temperature is read out of a longer frame", "hw/can/odrive_codec.py",
+        "if length != 8:", "if length < 8:", ("tests/unit/hw/test_can_odrive_frames.py",),
+    ),
+    Seed(
         "an infinite speed of an ODrive is fresh", "hw/can/odrive.py",
         "or speed - speed != 0.0:", "or speed != speed:", AXES,
     ),

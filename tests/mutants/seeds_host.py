@@ -21,6 +21,7 @@ PAGE_CROWD = (
     "::test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop",
 )
 LATE = ("tests/unit/host/test_late.py",)
+SEEN = ("tests/unit/host/test_late_trace.py",)
 VERDICT = ("tests/unit/host/test_late_verdict.py::test_what_explains_half_is_the_cause",)
 TASKS = ("tests/unit/host/test_late_tasks.py",)
 CORE = ("tests/unit/host/test_late_core.py",)
@@ -203,6 +204,22 @@ SEEDS = (
     Seed(
         "of two tasks that have ended the first is named", "rtctl/host/exchange/late_verdict.py",
         "if len(ended) == 1:", "if ended:", VERDICT,
+    ),
+    Seed(
+        "a task that rose above the loop is in a section of the kernel", "rtctl/host/exchange/late_seen.py",
+        "_whose(mark.left,", "_whose(self._core.priority,", SEEN,
+    ),
+    Seed(
+        "a loop that runs on another core waits on this one", "rtctl/host/exchange/late_seen.py",
+        "story.found if story.state == _RUNS else None", "story.found", SEEN,
+    ),
+    Seed(
+        "switches that were left out are taken for none", "rtctl/host/exchange/late_seen.py",
+        "if mark.what == GAP:", "if False:", SEEN,
+    ),
+    Seed(
+        "what was overwritten is followed on", "rtctl/host/exchange/late_trace.py",
+        "self._known, new = [], new[: max(left, 0)]", "new = new[: max(left, 0)]", SEEN,
     ),
     Seed(
         "a slow clock is the device's fault", "rtctl/host/exchange/late_verdict.py",

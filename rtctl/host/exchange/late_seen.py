@@ -54,6 +54,7 @@ class _Story:
         self.found = Seen()
         self.state, self._own = "", 0
         self._core, self._softirq = Mark(0, ""), ""
+        self._behind = 0.0  # ns, of who has the core now
 
     def spend(self, ns: int) -> None:
         """So much time goes by."""
@@ -64,12 +65,15 @@ class _Story:
         elif self.state == _RUNS or not self._core.name:  # an idle core is given up at once
             self.found.ran += ns
         else:
-            self.found.waited[_whose(self._core, self._own, self.state), self._core.name] += ns
+            self._behind += ns
 
     def take(self, mark: Mark) -> None:
         """Go on with what is told next. A switch ends a softirq: a fully preemptible kernel may interrupt
         one."""
         if mark.what in {IN, OUT, OTHER}:
+            if self._behind:
+                self.found.waited[_whose(mark.left, self._own, self.state), self._core.name] += self._behind
+            self._behind = 0.0
             self._core, self._softirq = mark, ""
         if mark.what == GAP:
             self.state = ""
@@ -100,11 +104,11 @@ def seen(marks: Sequence[Mark], since_ns: int, until_ns: int) -> Seen | None:
     return story.found if story.state == _RUNS else None
 
 
-def _whose(core: Mark, own: int, state: str) -> str:
+def _whose(priority: int, own: int, state: str) -> str:
     """The cause, where a loop of priority `own` waits behind the task that has its core.
 
     An ordinary task keeps a real-time one waiting until it leaves the kernel; it is given the core in that
     one's place only when that has used up what the kernel leaves it."""
-    if core.priority <= own or own >= ORDINARY:
+    if priority <= own or own >= ORDINARY:
         return "another task"
-    return "kernel section" if state == _WOKEN or core.priority < ORDINARY else "quota"
+    return "kernel section" if state == _WOKEN or priority < ORDINARY else "quota"

@@ -39,14 +39,15 @@ _PAGES = 1024
 """Pages of the ring, 4 MB: some 12 s of a loop of 1 kHz, a second of one of 10 kHz. A host that is kept
 waiting for longer has the counters alone."""
 
-_HEAD = 1024
-"""Place of the newest record's position in the page before the ring (`data_head`)."""
+_HEAD, _POSITION = 1024, struct.Struct("@Q")
+"""Place of the newest record's position in the page before the ring (`data_head`). In the machine's own order
+it is read at once; otherwise byte by byte, while the kernel goes on."""
 
 _RECORD, _COMMON = struct.Struct("<IHHQI"), struct.Struct("<H6x")
 """Kind, -, size, time, size of what follows; of that, the tracepoint's number."""
 
-_SWITCH, _SOFTIRQ = struct.Struct("<24xi4xq16sii"), struct.Struct("<8xI")
-"""Number and state of the task before; name, number and priority of the task after."""
+_SWITCH, _SOFTIRQ = struct.Struct("<24xiiq16sii"), struct.Struct("<8xI")
+"""Number, priority and state of the task before; name, number and priority of the task after."""
 
 _NOT_READY = 0xFF
 """Bits of the state of a task that waits for something: none of these is set in one that would run on."""
@@ -69,6 +70,8 @@ class Mark(NamedTuple):
         this). An idle core has no name.
     priority
         Of whom has the core now, as the kernel counts: less runs first, from 100 on ordinary.
+    left
+        Likewise of whom had it before, who may have changed it meanwhile.
     ready
         OUT of a loop that would have run on."""
 
@@ -76,6 +79,7 @@ class Mark(NamedTuple):
     what: str
     name: str = ""
     priority: int = 0
+    left: int = 0
     ready: bool = False
 
 
@@ -132,7 +136,7 @@ class Trace:
     def _newest(self) -> int:
         """Where the newest record begins; falls by what is written."""
         assert self._ring is not None
-        return int(struct.unpack_from("<Q", self._ring, _HEAD)[0])
+        return int(_POSITION.unpack_from(self._ring, _HEAD)[0])
 
     def close(self) -> None:
         """Follow no more."""
@@ -172,9 +176,10 @@ def marks(told: bytes, pid: int, numbers: list[int]) -> Iterator[Mark]:
         newer_ns = at_ns
         (number,) = _COMMON.unpack_from(told, body)
         if number == switch:
-            before, state, name, after, priority = _SWITCH.unpack_from(told, body)
+            before, left, state, name, after, priority = _SWITCH.unpack_from(told, body)
             what = IN if after == pid else OUT if before == pid else OTHER
-            yield Mark(at_ns, what, _task(name, after), priority, what == OUT and not state & _NOT_READY)
+            ready = what == OUT and not state & _NOT_READY
+            yield Mark(at_ns, what, _task(name, after), priority, left, ready)
         elif number == waking:
             yield Mark(at_ns, WOKEN)
         elif number in {entry, leave}:

@@ -59,9 +59,10 @@ def test_records_are_read_the_newest_first_and_one_that_is_cut_off_is_left_out()
         switch(7, LOOP, 0x100, (b"hog", 4), 4),
     ]
     assert list(marks(b"".join(told[::-1])[:-8], LOOP, NUMBERS)) == [
-        Mark(7, OUT, "hog 4", 4, ready=True), Mark(6, IN, "loop 77", 19), Mark(6, GAP), Mark(5, WOKEN),
-        Mark(4, DONE, "NET_RX"), Mark(3, SOFTIRQ, "NET_RX"), Mark(2, OTHER, "make 9", 120),
-        Mark(1, OUT, "shell 8", 120),
+        Mark(7, OUT, "hog 4", 4, 120, ready=True), Mark(6, IN, "loop 77", 19, 120), Mark(6, GAP),
+        Mark(5, WOKEN), Mark(4, DONE, "NET_RX"), Mark(3, SOFTIRQ, "NET_RX"),
+        Mark(2, OTHER, "make 9", 120, 120),
+        Mark(1, OUT, "shell 8", 120, 120),
     ]  # fmt: skip
 
 
@@ -115,22 +116,22 @@ STORIES = {
     "late timer": ([*HAD, Mark(70, WOKEN), Mark(72, IN, "loop 77", 19)], ""),
     "steal": ([*HAD, Mark(-20, WOKEN), Mark(-18, IN, "loop 77", 19)], ""),
     "kernel section": (
-        [*HAD, Mark(-50, OTHER, "tar 5", 120), Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19)], "tar 5"
+        [*HAD, Mark(-50, OTHER, "tar 5", 120), Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19, 120)], "tar 5"
     ),
     "another task": (
         [*HAD, Mark(-20, WOKEN), Mark(-19, IN, "loop 77", 19), Mark(5, OUT, "hog 4", 4, ready=True),
-         Mark(80, IN, "loop 77", 19)], "hog 4"
+         Mark(80, IN, "loop 77", 19, 4)], "hog 4"
     ),
     "quota": (
         [*HAD, Mark(-20, WOKEN), Mark(-19, IN, "loop 77", 19), Mark(5, OUT, "tar 5", 120, ready=True),
-         Mark(80, IN, "loop 77", 19)], ""
+         Mark(80, IN, "loop 77", 19, 120)], ""
     ),
     "softirq": (
         [*HAD, Mark(-50, OTHER, "tar 5", 120), Mark(-20, WOKEN), Mark(-19, SOFTIRQ, "NET_RX"),
-         Mark(85, DONE, "NET_RX"), Mark(90, IN, "loop 77", 19)], "NET_RX"
+         Mark(85, DONE, "NET_RX"), Mark(90, IN, "loop 77", 19, 120)], "NET_RX"
     ),
     "unknown": (
-        [*HAD, Mark(-50, OTHER, "tar 5", 120), Mark(40, WOKEN), Mark(80, IN, "loop 77", 19)], ""
+        [*HAD, Mark(-50, OTHER, "tar 5", 120), Mark(40, WOKEN), Mark(80, IN, "loop 77", 19, 120)], ""
     ),  # 40 without its timer, 40 behind another task, 20 with the core: none of them half
 }  # fmt: skip
 
@@ -148,9 +149,14 @@ def test_each_story_has_its_cause(cause):
 def test_behind_whom_an_ordinary_loop_waited_longest_is_named():
     told = [
         Mark(-90, IN, "loop 77", 120), Mark(-80, OUT, "a 1", 120), Mark(-20, WOKEN),
-        Mark(20, OTHER, "b 2", 130), Mark(95, OTHER, "c 3", 120), Mark(98, IN, "loop 77", 120),
+        Mark(20, OTHER, "b 2", 130, 120), Mark(95, OTHER, "c 3", 120, 130), Mark(98, IN, "loop 77", 120, 120),
     ]  # fmt: skip
     assert seen(told, 0, 100).held() == ("another task", "b 2", 98)
+
+
+def test_a_task_that_rose_above_the_loop_while_it_had_the_core_may_preempt_it():
+    told = [*HAD, Mark(-50, OTHER, "new 6", 120), Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19, 4)]
+    assert seen(told, 0, 100).held() == ("another task", "new 6", 90)
 
 
 def test_a_stretch_that_begins_before_anything_was_told_is_not_judged():
@@ -162,7 +168,7 @@ def test_a_stretch_that_begins_before_anything_was_told_is_not_judged():
     "told",
     [
         [*HAD, Mark(-20, WOKEN)],  # and runs elsewhere
-        [*HAD, Mark(-20, WOKEN), Mark(-19, IN, "loop 77", 19), Mark(20, GAP), Mark(90, OUT, "hog 4", 4)],
+        [*HAD, Mark(-20, WOKEN), Mark(-19, IN, "loop 77", 19), Mark(20, GAP), Mark(90, IN, "loop 77", 19)],
         [*HAD, Mark(70, IN, "loop 77", 19)],  # woken elsewhere
         [*HAD, Mark(-20, WOKEN), Mark(-19, IN, "loop 77", 19), Mark(5, OUT, "hog 4", 4, ready=True)],
     ],
