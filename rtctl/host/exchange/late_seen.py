@@ -54,7 +54,7 @@ class _Story:
         self.found = Seen()
         self.state, self._own = "", 0
         self._core, self._softirq = Mark(0, ""), ""
-        self._behind = 0.0  # ns, of who has the core now
+        self._behind = 0  # ns, of who has the core now
 
     def spend(self, ns: int) -> None:
         """So much time goes by."""
@@ -73,7 +73,7 @@ class _Story:
         if mark.what in {IN, OUT, OTHER}:
             if self._behind:
                 self.found.waited[_whose(mark.left, self._own, self.state), self._core.name] += self._behind
-            self._behind = 0.0
+            self._behind = 0
             self._core, self._softirq = mark, ""
         if mark.what == GAP:
             self.state = ""
