@@ -173,3 +173,9 @@ def test_fixed_point_saturates_and_truncates_toward_zero(value):
 @given(st.integers(-(2**31) + 1, 2**31 - 1))
 def test_what_was_read_goes_back_as_the_same_number(number):
     assert frame.micro(number * 1e-6) == number
+
+
+@settings(deadline=None)
+@given(st.integers(0, 2**31 - 2), st.floats(0.01, 0.99), st.sampled_from([1, -1]))
+def test_what_lies_between_two_numbers_is_the_one_nearer_to_zero(number, beyond, sign):
+    assert frame.micro(sign * (number + beyond) * 1e-6) == sign * number
