@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from rtctl.host.exchange.late_trace import EVENTS
 from rtctl.host.machine_line import Line, text
 from rtctl.rt import early
 
@@ -33,6 +34,7 @@ def check(root: Path, core: int) -> list[Line]:
         isolation(root, core),
         idle_states(root),
         throttling(root),
+        late_ticks(root),
     ]
 
 
@@ -160,6 +162,17 @@ def throttling(root: Path) -> Line:
         return Line(name, "ok", f"{allowed_us} of {of_us} us: the loop stays far below")
     fix = "sudo sysctl -w kernel.sched_rt_runtime_us=950000"
     return Line(name, "warn", f"real-time processes get {allowed_us} of {of_us} us only", fix)
+
+
+def late_ticks(root: Path) -> Line:
+    """Who tells why a tick was late."""
+    name = "causes of late ticks"
+    if os.access(root / EVENTS / "sched/sched_switch/id", os.R_OK):
+        return Line(name, "ok", "told by the scheduler (tracefs)")
+    if os.access(root / EVENTS.parent, os.R_OK):
+        fix = "sudo mount -t tracefs nodev /sys/kernel/tracing"
+        return Line(name, "warn", "by counters alone, half of them unknown: tracefs is not mounted", fix)
+    return Line(name, "ok", "by counters; the scheduler tells root (tracefs)")
 
 
 def early_look(root: Path, asked: float | str, rate_hz: float, cores: int) -> Line:

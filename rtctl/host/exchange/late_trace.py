@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 from rtctl.host.exchange.late_core import perf_event
 
-_EVENTS = Path("sys/kernel/tracing/events")
+EVENTS = Path("sys/kernel/tracing/events")
+"""Where the kernel has its tracepoints, under the root; empty unless tracefs is mounted."""
 
 _TRACEPOINT, _TIME_RAW, _SAMPLE = 2, 0x4 | 0x400, 9
 """PERF_TYPE_TRACEPOINT; PERF_SAMPLE_TIME | PERF_SAMPLE_RAW; PERF_RECORD_SAMPLE."""
@@ -94,7 +95,7 @@ class Trace:
         self._ring: mmap.mmap | None = None
         self._head, self._known = 0, list[Mark]()
         names = ("sched/sched_switch", "sched/sched_waking", "irq/softirq_entry", "irq/softirq_exit")
-        self._numbers = [int((root / _EVENTS / name / "id").read_text()) for name in names]
+        self._numbers = [int((root / EVENTS / name / "id").read_text()) for name in names]
 
     def follow(self, core: int) -> None:
         """Follow it on this core from now on. Raises OSError where that is refused."""

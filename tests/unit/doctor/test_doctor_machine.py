@@ -112,6 +112,16 @@ def test_a_core_that_is_switched_off_fails(tmp_path):
     assert "0, 1, 4" in line.found
 
 
+def test_late_ticks_are_told_by_the_scheduler_where_tracefs_is_mounted(tmp_path):
+    assert machine.late_ticks(tmp_path).found == "by counters; the scheduler tells root (tracefs)"
+    (tmp_path / "sys/kernel/tracing").mkdir(parents=True)
+    assert machine.late_ticks(tmp_path).fix == "sudo mount -t tracefs nodev /sys/kernel/tracing"
+    put(tmp_path, "sys/kernel/tracing/events/sched/sched_switch/id", "372\n")
+    assert machine.late_ticks(tmp_path) == machine.Line(
+        "causes of late ticks", "ok", "told by the scheduler (tracefs)"
+    )
+
+
 def test_idle_states_need_the_latency_device(tmp_path, monkeypatch):
     assert machine.idle_states(tmp_path).status == "warn"
     put(tmp_path, "dev/cpu_dma_latency", "")
@@ -146,7 +156,7 @@ def test_no_file_whatever_it_holds_raises(tmp_path, content):
 
 
 def test_an_empty_tree_raises_nothing(tmp_path):
-    assert len(machine.check(tmp_path, 0)) == 7
+    assert len(machine.check(tmp_path, 0)) == 8
     assert machine_rights.check(tmp_path, "", 80)
 
 
