@@ -139,3 +139,23 @@ def test_lines_that_are_no_objects_are_not_events(tmp_path):
     )
     events, torn = read_events(tmp_path)
     assert (ticks(events), torn) == ([1, 2], 1)
+
+
+def test_follow_waits_for_a_log_that_is_not_there_yet_and_goes_on_where_it_was_taken_away(tmp_path):
+    waits = []
+
+    def sleep(_seconds):
+        waits.append(1)
+        if len(waits) == 3:
+            EventLog(tmp_path).append([event(5)])
+        if len(waits) == 6:
+            (tmp_path / CURRENT).unlink()
+        if len(waits) == 9:
+            EventLog(tmp_path).append([event(6)])
+
+    event_log.time.sleep, saved = sleep, event_log.time.sleep
+    try:
+        stream = follow(tmp_path)
+        assert [next(stream)["tick"] for _ in range(2)] == [5, 6]
+    finally:
+        event_log.time.sleep = saved

@@ -97,6 +97,13 @@ def test_a_schema_that_is_no_ticks_is_refused(schema):
         layout_of(schema)
 
 
+def test_a_schema_has_a_thousand_fields_at_most():
+    fields = ["int64 tick", *(f"int64 a{k}" for k in range(1000))]
+    assert len(layout_of("\n".join(fields[:1000]).encode()).names) == 1001, "and the encapsulation"
+    with pytest.raises(DataError):
+        layout_of("\n".join(fields).encode())
+
+
 def test_messages_that_are_no_ticks_are_refused():
     records, starts, ends = spans(encode(noise(3, 1), 1, np.arange(3), np.arange(3)))
     for bad in ((records, starts, ends - 8), (records, starts - 1, ends - 1)):
