@@ -8,7 +8,7 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from rtctl.host.exchange.late_trace import DONE, GAP, IN, OTHER, OUT, SOFTIRQ, WOKEN, Mark, last_in
+from rtctl.host.exchange.late_trace import DONE, GAP, IN, OTHER, OUT, SLACK, SOFTIRQ, WOKEN, Mark, last_in
 
 ORDINARY = 100
 """Priorities from here on are those of tasks without real-time rights."""
@@ -22,6 +22,8 @@ class Seen:
     ----------
     slept
         Its timer had not come yet.
+    slack
+        Its timer might come so late, ns; 0 of a loop with real-time rights.
     ran
         It had the core, or nobody else had it.
     waited
@@ -29,6 +31,7 @@ class Seen:
     """
 
     slept: float = 0.0
+    slack: float = 0.0
     ran: float = 0.0
     waited: Counter[tuple[str, str]] = field(default_factory=Counter)
 
@@ -81,6 +84,8 @@ class _Story:
             self.state, self._own = _RUNS, mark.priority
         elif mark.what == OUT:
             self.state = _TAKEN if mark.ready else _SLEEPS
+        elif mark.what == SLACK:
+            self.found.slack = mark.slack_ns
         elif mark.what == WOKEN and self.state == _SLEEPS:
             self.state = _WOKEN
         elif mark.what in {SOFTIRQ, DONE}:

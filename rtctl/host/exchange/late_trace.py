@@ -47,6 +47,15 @@ it is read at once; otherwise byte by byte, while the kernel goes on."""
 _RECORD, _COMMON = struct.Struct("<IHHQI"), struct.Struct("<H6x")
 """Kind, -, size, time, size of what follows; of that, the tracepoint's number."""
 
+_FOLLOWED = (
+    ("sched/sched_switch", ""), ("sched/sched_waking", "pid"), ("irq/softirq_entry", ""),
+    ("irq/softirq_exit", ""), ("timer/hrtimer_start", "common_pid"),
+)  # fmt: skip
+"""Tracepoints, each with the field that must be the loop's number."""
+
+_TIMER = struct.Struct("<24xqq")
+"""When a timer comes at the latest, and at the earliest."""
+
 _SWITCH, _SOFTIRQ = struct.Struct("<24xiiq16sii"), struct.Struct("<8xI")
 """Number, priority and state of the task before; name, number and priority of the task after."""
 
@@ -55,7 +64,8 @@ _NOT_READY = 0xFF
 
 SOFTIRQS = ["HI", "TIMER", "NET_TX", "NET_RX", "BLOCK", "IRQ_POLL", "TASKLET", "SCHED", "HRTIMER", "RCU"]
 
-WOKEN, IN, OUT, OTHER, SOFTIRQ, DONE, GAP = "woken", "in", "out", "other", "softirq", "done", "gap"
+WOKEN, IN, OUT, OTHER = "woken", "in", "out", "other"
+SOFTIRQ, DONE, SLACK, GAP = "softirq", "done", "slack", "gap"
 
 
 class Mark(NamedTuple):
@@ -67,14 +77,16 @@ class Mark(NamedTuple):
         CLOCK_MONOTONIC.
     what
         WOKEN (the loop's timer came), IN (the loop has the core), OUT (`name` has it from the loop), OTHER
-        (`name` has it from another task), SOFTIRQ and DONE (of that `name`), GAP (some were left out before
-        this). An idle core has no name.
+        (`name` has it from another task), SOFTIRQ and DONE (of that `name`), SLACK (the loop sets a timer
+        that may be late), GAP (some were left out before this). An idle core has no name.
     priority
         Of whom has the core now, as the kernel counts: less runs first, from 100 on ordinary.
     left
         Likewise of whom had it before, who may have changed it meanwhile.
     ready
-        OUT of a loop that would have run on."""
+        OUT of a loop that would have run on.
+    slack_ns
+        SLACK: by how much."""
 
     at_ns: int
     what: str
@@ -82,6 +94,7 @@ class Mark(NamedTuple):
     priority: int = 0
     left: int = 0
     ready: bool = False
+    slack_ns: int = 0
 
 
 class Trace:
@@ -90,24 +103,25 @@ class Trace:
     def __init__(
         self, pid: int, root: Path = Path("/"), opened: Callable[[bytes, int], int] = perf_event
     ) -> None:
-        self._pid, self._opened, self._core = pid, opened, -1
+        self._pid, self._opened, self._as = pid, opened, (-1, False)
         self._files: list[int] = []
         self._ring: mmap.mmap | None = None
         self._head, self._known = 0, list[Mark]()
-        names = ("sched/sched_switch", "sched/sched_waking", "irq/softirq_entry", "irq/softirq_exit")
-        self._numbers = [int((root / EVENTS / name / "id").read_text()) for name in names]
+        self._numbers = [int((root / EVENTS / name / "id").read_text()) for name, _ in _FOLLOWED]
 
-    def follow(self, core: int) -> None:
-        """Follow it on this core from now on. Raises OSError where that is refused."""
-        if core == self._core:
+    def follow(self, core: int, *, ordinary: bool) -> None:
+        """Follow it on this core from now on; only the timers of an `ordinary` loop may be late. Raises
+        OSError where that is refused."""
+        if (core, ordinary) == self._as:
             return
         self.close()
-        self._core = core
+        self._as = core, ordinary
+        numbers = self._numbers if ordinary else self._numbers[:-1]
         try:
-            for number in self._numbers:
+            for number, (_, field) in zip(numbers, _FOLLOWED, strict=False):
                 self._files.append(self._opened(_attributes(number), core))
-                if number == self._numbers[1]:
-                    fcntl.ioctl(self._files[-1], _FILTER, f"pid=={self._pid}".encode() + b"\0")
+                if field:
+                    fcntl.ioctl(self._files[-1], _FILTER, f"{field}=={self._pid}".encode() + b"\0")
                 if len(self._files) > 1:
                     fcntl.ioctl(self._files[-1], _OUTPUT, self._files[0])
                 else:
@@ -145,7 +159,7 @@ class Trace:
             self._ring.close()
         for file in self._files:
             os.close(file)
-        self._ring, self._files, self._core = None, [], -1
+        self._ring, self._files, self._as = None, [], (-1, False)
         self._head, self._known = 0, []
 
 
@@ -165,7 +179,7 @@ def last_in(known: Sequence[Mark], at_ns: int) -> int:
 def marks(told: bytes, pid: int, numbers: list[int]) -> Iterator[Mark]:
     """What records say, one after the other: the newest first, as the kernel writes from the ring's end to
     its begin."""
-    (switch, waking, entry, leave), at, newer_ns = numbers, 0, 0
+    (switch, waking, entry, leave, start), at, newer_ns = numbers, 0, 0
     while at + _RECORD.size <= len(told):
         kind, _, size, at_ns, _ = _RECORD.unpack_from(told, at)
         if size < _RECORD.size or at + size > len(told):
@@ -183,6 +197,9 @@ def marks(told: bytes, pid: int, numbers: list[int]) -> Iterator[Mark]:
             yield Mark(at_ns, what, _task(name, after), priority, left, ready)
         elif number == waking:
             yield Mark(at_ns, WOKEN)
+        elif number == start:
+            at_most, at_least = _TIMER.unpack_from(told, body)
+            yield Mark(at_ns, SLACK, slack_ns=at_most - at_least)
         elif number in {entry, leave}:
             (vector,) = _SOFTIRQ.unpack_from(told, body)
             name = SOFTIRQS[vector] if vector < len(SOFTIRQS) else str(vector)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -153,7 +154,8 @@ def _seen(late: LateTick, rise: Rise, its: Seen, late_sum_ns: float) -> Verdict:
     if held_ns >= half:
         return Verdict(held, name, min(held_ns / late.late_ns, 1.0))
     if not own and its.slept >= half:
-        rest = replace(rest, minor_faults=0.0, major_faults=0.0)
+        slack_ns = max(its.slack, 0.0 if math.isnan(rise.timer_slack_ns) else rise.timer_slack_ns)
+        rest = replace(rest, minor_faults=0.0, major_faults=0.0, timer_slack_ns=slack_ns)
         by_count, else_it_is = judge(late, rest, late_sum_ns), "late timer"
         share = its.slept / late.late_ns
     elif own or its.ran >= half:

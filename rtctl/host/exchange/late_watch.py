@@ -104,7 +104,7 @@ class LateWatch:
             return
         reading = self._counters.look(now_ns, late=late)
         self._look_at_tasks(now_ns, reading.priority, late=late)
-        self._follow_core()
+        self._follow(ordinary=reading.priority == 0)
         judged_ns = 0.0
         if self._looks:
             self._stopped |= late and self._counters.stopped()
@@ -126,11 +126,11 @@ class LateWatch:
             self._scanned_ns = now_ns
         self._tasks.look(self._counters.core, priority, everywhere=everywhere)
 
-    def _follow_core(self) -> None:
+    def _follow(self, *, ordinary: bool) -> None:
         if self._trace is None or self._counters is None:
             return
         try:
-            self._trace.follow(self._counters.core)
+            self._trace.follow(self._counters.core, ordinary=ordinary)
         except OSError:  # not granted: the counters are all
             self._trace = None
 

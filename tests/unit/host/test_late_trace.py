@@ -14,11 +14,14 @@ from patience import until
 from rtctl.host.exchange.late_seen import Seen, seen
 from rtctl.host.exchange.late_ticks import LateTick
 from rtctl.host.exchange.late_trace import (
+    _FOLLOWED,
     DONE,
+    EVENTS,
     GAP,
     IN,
     OTHER,
     OUT,
+    SLACK,
     SOFTIRQ,
     WOKEN,
     Mark,
@@ -28,8 +31,8 @@ from rtctl.host.exchange.late_trace import (
 )
 from rtctl.host.exchange.late_verdict import CAUSES, Rise, judge
 
-LOOP, SWITCH, WAKING, ENTRY, LEAVE = 77, 5, 6, 7, 8
-NUMBERS = [SWITCH, WAKING, ENTRY, LEAVE]
+LOOP, SWITCH, WAKING, ENTRY, LEAVE, START = 77, 5, 6, 7, 8, 9
+NUMBERS = [SWITCH, WAKING, ENTRY, LEAVE, START]
 LATE = LateTick(tick=7, woke_ns=100, late_ns=100, own_ns=0, phase="read")
 HAD = [Mark(-90, IN, "loop 77", 19), Mark(-80, OUT, "", 120)]  # slept, on a core that is idle
 
@@ -53,6 +56,7 @@ def test_records_are_read_the_newest_first_and_one_that_is_cut_off_is_left_out()
         switch(2, 8, 0, (b"make", 9), 120),
         sample(3, ENTRY, struct.pack("<I", 3)),
         sample(4, LEAVE, struct.pack("<I", 3)),
+        sample(4, START, struct.pack("<16xqqi", 70, 20, 0)),
         sample(5, WAKING, b"\0" * 28),
         struct.pack("<IHHQQ", 2, 0, 24, 0, 0),  # some were lost
         switch(6, 9, 0, (b"loop", LOOP), 19),
@@ -60,7 +64,7 @@ def test_records_are_read_the_newest_first_and_one_that_is_cut_off_is_left_out()
     ]
     assert list(marks(b"".join(told[::-1])[:-8], LOOP, NUMBERS)) == [
         Mark(7, OUT, "hog 4", 4, 120, ready=True), Mark(6, IN, "loop 77", 19, 120), Mark(6, GAP),
-        Mark(5, WOKEN), Mark(4, DONE, "NET_RX"), Mark(3, SOFTIRQ, "NET_RX"),
+        Mark(5, WOKEN), Mark(4, SLACK, slack_ns=50), Mark(4, DONE, "NET_RX"), Mark(3, SOFTIRQ, "NET_RX"),
         Mark(2, OTHER, "make 9", 120, 120),
         Mark(1, OUT, "shell 8", 120, 120),
     ]  # fmt: skip
@@ -88,18 +92,15 @@ class Ring:
 
 
 def test_each_look_reads_what_is_new_and_knows_what_was_overwritten(tmp_path, monkeypatch):
-    for name in ("sched/sched_switch", "sched/sched_waking", "irq/softirq_entry", "irq/softirq_exit"):
-        (tmp_path / "sys/kernel/tracing/events" / name).mkdir(parents=True)
-    for number, folder in zip(
-        NUMBERS, ("sched_switch", "sched_waking", "softirq_entry", "softirq_exit"), strict=True
-    ):
-        next(tmp_path.rglob(folder)).joinpath("id").write_text(f"{number}\n")
+    for number, (name, _) in zip(NUMBERS, _FOLLOWED, strict=True):
+        (tmp_path / EVENTS / name).mkdir(parents=True)
+        (tmp_path / EVENTS / name / "id").write_text(f"{number}\n")
     monkeypatch.setattr("rtctl.host.exchange.late_trace._PAGES", 1)
     monkeypatch.setattr("fcntl.ioctl", lambda *_arguments: 0)
     ring = Ring(tmp_path / "ring")
     told = Trace(LOOP, tmp_path, ring.opened)
     assert told.read(0) == []
-    told.follow(1)
+    told.follow(1, ordinary=False)
     for k in range(200):  # 88 bytes each: four times through the page
         ring.write(switch(k, LOOP, 1, (b"a", 3), 120) if k % 2 else switch(k, 3, 0, (b"loop", LOOP), 19))
         if k % 10 == 9:
@@ -114,6 +115,9 @@ def test_each_look_reads_what_is_new_and_knows_what_was_overwritten(tmp_path, mo
 
 STORIES = {
     "late timer": ([*HAD, Mark(70, WOKEN), Mark(72, IN, "loop 77", 19)], ""),
+    "timer slack": (
+        [*HAD[:1], Mark(-81, SLACK, slack_ns=90), HAD[1], Mark(70, WOKEN), Mark(72, IN, "loop 77", 19)], ""
+    ),
     "steal": ([*HAD, Mark(-20, WOKEN), Mark(-18, IN, "loop 77", 19)], ""),
     "kernel section": (
         [*HAD, Mark(-50, OTHER, "tar 5", 120), Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19, 120)], "tar 5"
@@ -221,10 +225,10 @@ def test_this_kernel_tells_when_a_sleeper_runs_where_it_may():
         if follower is None:
             pytest.skip("no tracefs, or not the right to it")
         try:
-            follower.follow(core)
+            follower.follow(core, ordinary=True)
         except OSError:
             pytest.skip("perf_event_open is refused")
-        follower.follow(core)
+        follower.follow(core, ordinary=True)
 
         def told():
             began, ended = (int(word) for word in child.stdout.readline().split())
