@@ -32,6 +32,7 @@ from rtctl.friction.logs.offsets import Offset, OffsetColumns, drift_beside_fric
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
 from rtctl.friction.logs.speeds_seen import Speeds, few_slow, no_low_speed, speeds
+from rtctl.friction.logs.two_clocks import two_clocks
 
 UNEXPLAINED_MAX = 0.7
 """Largest relative error of a fit that says anything; real logs have .1 to .2."""
@@ -84,7 +85,9 @@ def joint_fit(signals: Regressors) -> JointFit:
     symmetric, per_direction = (
         replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
     )
-    return _joint(signals, offset, symmetric, per_direction, late, _misaligned(signals, late))
+    clocks = two_clocks(signals, columns, offset)
+    told = (clocks,) if clocks else _misaligned(signals, late)
+    return _joint(signals, offset, symmetric, per_direction, late, told)
 
 
 def _both(
@@ -183,7 +186,8 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     return (
         f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
         f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous "
-        "friction and inertia are then wrong), or friction is not Coulomb + viscous",
+        "friction and inertia are then wrong), or an elastic shaft or belt is between motor and encoder, or "
+        "friction is not Coulomb + viscous",
     )
 
 
