@@ -45,9 +45,9 @@ MEASURED_TOGETHER = (
 )
 
 HELD_ON = (
-    "the motor torque is the command that each row begins, held until the next row, and is taken so: put back "
-    "by half a period, as one that was held until its row, it looks a whole period early (--torque-delay says "
-    "otherwise)"
+    "the motor torque is the command that each row begins, held until the next row, and is taken so: put "
+    "back by half a period, as one that was held until its row, it looks a whole period early "
+    "(--torque-delay says otherwise)"
 )
 
 

@@ -171,7 +171,9 @@ def taken_late(signals: Regressors, half_period_s: float) -> float:
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
     columns = {"inertia_kgm2": signals.acceleration_rad_s2, "viscous_nms_rad": signals.velocity_rad_s}
     late = _remaining_delay(signals, {**columns, "coulomb_nm": signals.direction, **levels}, offset)
-    for halves in (1, 2) if late is not None else ():
+    if late is None:
+        return half_period_s
+    for halves in (1, 2):
         at = -halves * half_period_s
         nearer = at - 0.5 * half_period_s < late.low and late.high < at + 0.5 * half_period_s
         if nearer or (late.high < at + half_period_s and late.holds(at)):

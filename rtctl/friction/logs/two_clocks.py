@@ -3,8 +3,6 @@ the torque grows over the log (docs/theory.md 9.5)."""
 
 from __future__ import annotations
 
-import numpy as np
-
 from rtctl.errors import DataError
 from rtctl.friction.logs.intervals import recorded_s
 from rtctl.friction.logs.least_squares import Columns, solve

@@ -32,7 +32,7 @@ def test_a_clock_that_gains_little_is_named_and_its_remedy_puts_the_column_right
     (said,), wrong = told(log, off, tmp_path)
     assert "two clocks" in said
     line = re.search(r"torque = (np\.interp\(.*\))", said)[1]
-    put_right = eval(line, {"np": np, "t": log.time, "torque": off})  # noqa: S307 - what a reader would type
+    put_right = eval(line, {"np": np, "t": log.time, "torque": off})
     found, right = told(log, put_right, tmp_path)
     assert not [text for text in found if "two clocks" in text]
     assert abs(right / log.truth["viscous_nms_rad"] - 1) < 0.05
