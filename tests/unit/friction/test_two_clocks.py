@@ -11,8 +11,6 @@ from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import of_stretches
 
-pytestmark = pytest.mark.compiled
-
 MAPPED = {"position": {"column": "x"}, "hand_torque": {"column": "hand"}}
 
 
