@@ -38,13 +38,14 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, A
         known = (table.schema_arrow if kind == "Parquet" else table.schema).names
         wanted = [own for own in known if any(_is_of(name, own) for name in names)]
         read = table.read(columns=wanted) if kind == "Parquet" else table.read_all().select(wanted)
-        columns = _flattened(read)
+        while any(map(import_module("pyarrow.types").is_struct, read.schema.types)):
+            read = read.flatten()
     except import_module("pyarrow").ArrowException as error:
         raise BackendError(
             f"{path}: not a sound {kind} file ({str(error)[:200]}); copy or save it again"
         ) from error
-    listed: dict[str, Any] = {own: np.zeros(0) for own in known if own not in columns}
-    return listed | {own: _array(column) for own, column in columns.items()}
+    listed: dict[str, Any] = {own: np.zeros(0) for own in known if own not in wanted}
+    return listed | {own: _array(read.column(own)) for own in read.column_names}
 
 
 def _is_of(name: str, own: str) -> bool:
@@ -52,15 +53,7 @@ def _is_of(name: str, own: str) -> bool:
     return name == own or name.startswith((f"{own}.", f"{own}#"))
 
 
-def _flattened(table: Any) -> dict[str, Any]:  # noqa: ANN401 - pyarrow is not typed
-    """Columns by name, the fields of structs by `struct.field`."""
-    struct = import_module("pyarrow.types").is_struct
-    while any(struct(column.type) for column in table.columns):
-        table = table.flatten()
-    return dict(zip(table.column_names, table.columns, strict=True))
-
-
-def _array(column: Any) -> np.ndarray:  # noqa: ANN401
+def _array(column: Any) -> np.ndarray:  # noqa: ANN401 - pyarrow is not typed
     """A column as numbers or times, (n,), or (n, k) of lists of one length; as it is where it is neither."""
     arrow, types = import_module("pyarrow"), import_module("pyarrow.types")
     if types.is_dictionary(column.type):

@@ -165,6 +165,26 @@ def lost_sign(signal: np.ndarray, position: np.ndarray, where: str) -> list[str]
     ]
 
 
+def much(signal: np.ndarray, where: str) -> str:
+    """A warning about a torque (N m) that is much for a joint of which nothing is known.
+
+    Raises
+    ------
+    DataError
+        Where it is of whole numbers: what a drive counts in."""
+    largest = float(np.abs(signal).max())
+    if bool((signal == np.round(signal)).all()):
+        raise DataError(
+            f"{where}: whole numbers up to {largest:.4g}, read as N m: what a drive counts in (per mille or "
+            "percent of the rated torque, mN m, steps of a converter); give what one of them is in N m as "
+            "the scale (NAME:Nm:SCALE), or --config RIG, whose limits count then"
+        )
+    return (
+        f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m, or "
+        "per mille of the rated one? Correct its unit, or give --config RIG, whose limits count then"
+    )
+
+
 def require_two(motor: np.ndarray, external: np.ndarray, where: str) -> None:
     """Refuse two torques (N m) that are one signal.
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.torque_faults import lost_sign, require_two
+from rtctl.friction.logs.torque_faults import lost_sign, much, require_two
 
 T = np.arange(5000) / 500
 TORQUE = 0.6 * np.sin(3 * T) + 0.2 * np.sin(11 * T)
@@ -32,3 +32,9 @@ def test_one_torque_mapped_twice_or_seen_from_both_sides_is_refused():
     require_two(TORQUE, np.zeros(len(T)), "log")
     friction = 0.1 * np.sign(np.cos(3 * T))
     require_two(TORQUE, friction - TORQUE, "log")  # a hand that holds against the motor
+
+
+def test_what_a_drive_counts_in_is_no_torque():
+    with pytest.raises(DataError, match=r"whole numbers up to 800, read as N m.*:Nm:SCALE"):
+        much(np.round(1000 * TORQUE), "log")
+    assert "much for a joint" in much(100 * TORQUE, "log")
