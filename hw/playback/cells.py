@@ -32,11 +32,13 @@ class Words:
     unit: str
 
 
-_THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:(?P<mark>[.,' \u00a0\u202f])\d{3})+(?P<decimal>[.,])\d*")
+_THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:(?P<mark>[.,'\u2019 \u00a0\u202f])\d{3})+(?P<decimal>[.,])\d*")
 """`1.234,567`, `1,234.5`, `1'234.5`: a mark between the thousands, another one before the decimals."""
 
 
-_WHOLE = re.compile(r"[-+]?(?:0|[1-9]\d{0,2}(?:(?P<mark>[.,])\d{3}(?P<again>(?P=mark)\d{3})*)?)")
+_WHOLE = re.compile(
+    r"[-+]?(?:0|[1-9]\d{0,2}(?:(?P<mark>[.,'\u2019 \u00a0\u202f])\d{3}(?P<again>(?P=mark)\d{3})*)?)"
+)
 """`7`, `65.536`, `1.761.436.788`: a whole number with a mark between the thousands, where it has any."""
 
 _DECIMAL = re.compile(r"[-+]?\d+(?:(?P<decimal>[.,])\d+)?(?:[eE][-+]?\d+)?")
@@ -66,7 +68,7 @@ def _mark_of_whole(cells: Sequence[str]) -> str:
     small numbers must be without it, or large ones have it twice."""
     matches = [_WHOLE.fullmatch(cell) for cell in cells]
     marks = {match["mark"] or "" for match in matches if match}
-    sure = "" in marks or any(match and match["again"] for match in matches)
+    sure = "" in marks or not marks & set(".,") or any(match and match["again"] for match in matches)
     return (marks - {""}).pop() if None not in matches and sure and len(marks - {""}) == 1 else ""
 
 
@@ -77,20 +79,20 @@ def _mark_of_decimals(cells: Sequence[str]) -> str:
     return marks.pop() if None not in matches and len(marks) == 1 and not _mark_of_whole(cells) else ""
 
 
-_HEXADECIMAL = re.compile(r"0[xX][0-9a-fA-F]{1,16}")
+_HEXADECIMAL = re.compile(r"(?:0[xX]|16#)([0-9a-fA-F]{1,16})")
 
-_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,' \u00a0\u202f]\d{3})+(?:[.,]\d*)?")
+_GROUPED = re.compile(r"[-+]?[1-9]\d{0,2}(?:[.,'\u2019 \u00a0\u202f]\d{3})+(?:[.,]\d*)?")
 
 
 def number(cell: str, marks: str) -> float | None:
     """The number of a cell, None if it is none; `marks`: that before decimals, behind that between thousands
-    if there is one. `0x1F` is hexadecimal."""
+    if there is one. `0x1F` and `16#1F` are hexadecimal."""
     for mark in marks[:-1]:
         if mark in cell and not _GROUPED.fullmatch(cell):
             return None
         cell = cell.replace(mark, "")
-    if _HEXADECIMAL.fullmatch(cell):
-        return float(int(cell, 16))
+    if match := _HEXADECIMAL.fullmatch(cell):
+        return float(int(match[1], 16))
     try:
         return float(cell.replace(",", ".") if marks[-1] == "," else cell)
     except ValueError:

@@ -11,14 +11,13 @@ import re
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
-from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback.arrow import read_arrow
 from hw.playback.foreign import what_it_is
 from hw.playback.json_rows import read_json
 from hw.playback.matlab import read_matlab
@@ -181,33 +180,6 @@ def _hdf(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
     return read_hdf(path, raw, names, most_unpacked(len(raw)), "/")
 
 
-def _arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Parquet, and Feather, which is Arrow's own file."""
-    kind = "Feather" if path.suffix == ".feather" else "Parquet"
-    if find_spec("pyarrow") is None:
-        raise BackendError(
-            f"{path}: {kind} needs pyarrow: install rtctl with its extra `parquet` (pip install "
-            "'rtctl[parquet]'), or save the log as CSV"
-        )
-    try:
-        if kind == "Feather":
-            known = import_module("pyarrow.ipc").open_file(io.BytesIO(raw)).schema.names
-            read = import_module("pyarrow.feather").read_table
-            found: Any = read(
-                io.BytesIO(raw), columns=[name for name in dict.fromkeys(names) if name in known]
-            )
-        else:
-            file = import_module("pyarrow.parquet").ParquetFile(io.BytesIO(raw))
-            known = file.schema_arrow.names
-            found = file.read(columns=[name for name in dict.fromkeys(names) if name in known])
-    except import_module("pyarrow").ArrowException as error:
-        raise BackendError(
-            f"{path}: not a sound {kind} file ({str(error)[:200]}); copy or save it again"
-        ) from error
-    listed: dict[str, Any] = dict.fromkeys(known, np.zeros(0))
-    return listed | {name: found.column(name).to_numpy() for name in found.column_names}
-
-
 def _tdms(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
     return read_tdms(path, raw, names, most_unpacked(len(raw)))
 
@@ -219,8 +191,9 @@ BINARY: dict[str, Callable[[Path, bytes, tuple[str, ...]], Mapping[str, Any] | T
     ".h5": _hdf,
     ".hdf5": _hdf,
     ".hdf": _hdf,
-    ".parquet": _arrow,
-    ".feather": _arrow,
+    ".parquet": read_arrow,
+    ".feather": read_arrow,
+    ".arrow": read_arrow,
     ".tdms": _tdms,
     ".json": read_json,
     ".jsonl": read_json,
@@ -252,6 +225,8 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
             else array.astype(float)
         )
     array = np.asarray(array, float)
+    if array.ndim > 2:
+        array = array.reshape([n for n in array.shape if n > 1])  # (n, 1, 3)
     if matrix and array.ndim == 2:
         k = int(place) - 1
         array = _upright(array)
@@ -261,9 +236,14 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
     if array.ndim == 2 and 1 in array.shape:
         array = array.reshape(-1)
     if array.ndim != 1 or matrix:
-        raise BackendError(
-            f"{path}: {name!r} has shape {array.shape}; name one column of it: {name}#1, {name}#2, ..."
+        remedy = (
+            f"save one column of it: x = {name}[:, 0, 0]"
+            if array.ndim > 2
+            else f"name one column of it: {name}#1, {name}#2, ..."
+            if array.ndim == 2
+            else f"it has no columns: name it {stem}"
         )
+        raise BackendError(f"{path}: {name!r} has shape {array.shape}; {remedy}")
     return array
 
 

@@ -33,6 +33,11 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
     (b"ULog", "a ULog of PX4", _AS_TEXT + " (ulog2csv)"),
     (b"\xd0\xcf\x11\xe0", "an old Excel file", "save the sheet as CSV"),
     (b"ARROW1", "a Feather or Arrow file", "let its name end in .feather"),
+    (
+        b"\xff\xff\xff\xff",
+        "a stream of Arrow",
+        "write it as a file (pyarrow.feather.write_feather of pyarrow.ipc.open_stream(FILE).read_all())",
+    ),
     (b"\x80\x04", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
     (b"\x80\x05", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
 )

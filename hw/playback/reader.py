@@ -17,7 +17,7 @@ from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
-from hw.playback.rising import require_rising, require_steady
+from hw.playback.rising import counts_rows, require_epoch, require_rising, require_steady
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.units import require_unit
 
@@ -91,10 +91,13 @@ class _Table:
         self.time_s = self._stamps(options["time"]) if options.get("time") else None
 
     def _stamps(self, column: Mapping[str, Any]) -> np.ndarray:
-        name = column["column"]
+        name, unit = column["column"], column.get("unit", "s")
         self.raw[name], over = unwrapped(self.raw[name])
         if over:
             self.notes = (f"{self.path}: column {name!r}: {over} starts over: continued",)
+        if column.get("scale", 1.0) == 1:
+            require_epoch(self.path, name, float(self.raw[name][0]), unit, TIME_UNITS)
+            self.notes += counts_rows(self.path, name, self.raw[name], unit)
         return self.si(column, TIME_UNITS)
 
     def grid(self, options: Options, *, steady: bool) -> Grid:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +15,64 @@ SLOWEST_AND_FASTEST_HZ = (1.0, 1e6)
 
 MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
+
+
+RUN_STEPS = 100
+"""Usual steps by which a clock goes back where another run begins."""
+
+TICKS = (
+    ("the year 1 (ticks of .NET)", 6.2e17, 6.7e17),
+    ("the year 1601 (FILETIME of Windows)", 1.2e17, 1.4e17),
+)
+"""Stamps that count 100 ns since then, between 1966 and 2123, or 1981 and 2044."""
+
+UNIX_S = (9.4e8, 2.3e9)
+"""Seconds since 1970 of the years from 1999 to 2042."""
+
+LONGEST_S = 1e11
+"""Three thousand years."""
+
+
+def require_epoch(path: Path, name: str, first: float, unit: str, units: Mapping[str, float]) -> None:
+    """Refuse stamps (their first, as it was written, and the unit in which it is read) that are of another
+    unit by the date that they would say.
+
+    Raises
+    ------
+    BackendError
+        With the unit, or the scale, to give."""
+    for since, low, high in TICKS:
+        if low <= first <= high:
+            raise BackendError(
+                f"{path}: column {name!r}: {first:.0f} looks like a count of 100 ns since {since}, and is "
+                f"read in {unit}; give the scale: {name}:s:1e-7"
+            )
+    if first * units[unit] > LONGEST_S:
+        like = [one for one, factor in units.items() if UNIX_S[0] <= first * factor <= UNIX_S[1]]
+        hint = f" (as {like[0]} it is since 1970: give that unit)" if like else ""
+        raise BackendError(
+            f"{path}: column {name!r}: {first:.17g} {unit} is {first * units[unit] / 3.16e7:.2g} years; "
+            f"correct the unit of the time{hint}"
+        )
+
+
+_ROWS = re.compile(
+    r"#|n|k|i|no\.?|nr\.?|(sample|row|record|point|data)s?[ _.]*(no|nr|number|index|idx|id)?\.?|index|idx|"
+    r"count(er)?|unnamed: 0",
+    re.IGNORECASE,
+)
+"""Names of columns that count rows."""
+
+
+def counts_rows(path: Path, name: str, stamps: np.ndarray, unit: str) -> tuple[str, ...]:
+    """What is said of a time that only counts rows, by its name and its steps: its rate is a guess."""
+    if not _ROWS.fullmatch(name.strip()) or not bool((np.diff(stamps) == 1).all()):
+        return ()
+    return (
+        f"{path}: column {name!r} counts rows, and is taken for a time of 1 {unit} a row: if that is not "
+        "the rate, inertia and viscous friction are wrong; give the rate instead of the column "
+        f"(--rate-hz), or the step as its scale ({name}:s:0.001)",
+    )
 
 
 def require_rising(path: Path, time_s: np.ndarray) -> None:
@@ -54,6 +114,12 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         )
     if len(back):
         k = back[0]
+        if -float(steps[back].max()) > RUN_STEPS * float(np.median(steps)):
+            raise BackendError(
+                f"{path}: the time starts over in row {k + 2} ({time_s[k + 1]:.6g} s after {time_s[k]:.6g} "
+                f"s; {len(back)} such rows): runs one after the other in one file; cut it there, not sorted "
+                "(rows of two runs would mix), and give each as a log of its own (--log may be repeated)"
+            )
         raise BackendError(
             f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the "
             f"row above it ({len(back)} such rows); sort the log by time, or cut it where the clock was set "

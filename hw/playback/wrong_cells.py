@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from hw.playback.cells import number, read_words
@@ -9,6 +10,8 @@ from hw.playback.text_rows import UNIT_ROWS, cells_of
 
 ENDED_ROWS = 10
 """A column that ends by more rows before the others is of another rate."""
+
+_HEXADECIMAL = re.compile(r"[0-9a-fA-F]{4}|[0-9a-fA-F]{8}")
 
 
 def first_wrong(cells: list[str], decimal: str) -> int:
@@ -68,4 +71,9 @@ def no_number(
             f"{where}: {cells[at][:40]!r} is not a number: from there on {len(below)} row(s) are none of "
             "the log (a footer, of statistics?); delete them"
         )
-    return f"{where}: {cells[at][:40]!r} is not a number; every cell of a mapped column must be a number"
+    hint = ""
+    if all(_HEXADECIMAL.fullmatch(each[at]) for each in below if at < len(each)):
+        hint = " (hexadecimal? Write 0x before each)"
+    return (
+        f"{where}: {cells[at][:40]!r} is not a number{hint}; every cell of a mapped column must be a number"
+    )

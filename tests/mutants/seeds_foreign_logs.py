@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+TORQUES = ("tests/unit/friction/test_torque_faults.py",)
 DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
 STAMPS = ("tests/unit/hw/test_playback_stamps.py",)
 UNITS = ("tests/unit/hw/test_units_said.py",)
@@ -169,7 +170,7 @@ SEEDS = (
         "rtctl/friction/logs/torque_faults.py",
         "> WRAPPED_SHARE * top and",
         "> 9 * top and",
-        DIRT,
+        TORQUES,
     ),
     Seed(
         "a position of few levels is one that rests",
@@ -198,5 +199,36 @@ SEEDS = (
         "if self.left < 0:",
         "if self.left < -(10**12):",
         HDF,
+    ),
+    Seed(
+        "a command that each row begins is one that was held until it",
+        "rtctl/friction/logs/regression.py",
+        "for halves in (1, 2):",
+        "for halves in (1,):",
+        (
+            "tests/unit/friction/test_truth_of_intervals.py"
+            "::test_a_current_measured_with_the_position_is_known_where_it_is_surely_not_held",
+        ),
+    ),
+    Seed(
+        "a clock that gains little is a delay",
+        "rtctl/friction/logs/two_clocks.py",
+        "if abs(gained_s) < max(GAINED_S,",
+        "if abs(gained_s) < max(9.0,",
+        ("tests/unit/friction/test_two_clocks.py",),
+    ),
+    Seed(
+        "two torques that are one are two",
+        "rtctl/friction/logs/torque_faults.py",
+        "> ONE_SIGNAL * sizes[0]",
+        "> 9 * sizes[0]",
+        TORQUES,
+    ),
+    Seed(
+        "ticks of 100 ns are of any unit",
+        "hw/playback/rising.py",
+        "if low <= first <= high:",
+        "if low < first < low:",
+        ("tests/unit/hw/test_stamps_told.py",),
     ),
 )

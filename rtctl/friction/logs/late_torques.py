@@ -4,19 +4,21 @@ runs at another rate."""
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
 from rtctl.friction.logs.balance import ROWS_ALIKE, Balance, Fit
+from rtctl.friction.logs.two_clocks import put_right
 
 LATE_MOST_S, LATE_STEP_S, LATE_TOLD_S = 0.1, 0.002, 0.004
 """Delays of the torque that are tried, and the least that is told."""
 
-CLOCK_MOST_S, CLOCK_STEP_S, CLOCK_FINE_S = 0.3, 0.03, 0.006
-"""Delays at the first and the last row that are tried of two clocks, with one step and then a finer one about
-the best."""
+CLOCK_MOST_S, CLOCK_STEPS_S = 0.3, (0.03, 0.006, 0.001)
+"""Delays at the first and the last row that are tried of two clocks, with one step and then with finer ones
+about the best."""
 
-CLOCKS_LEAVE = 0.05
+CLOCKS_LEAVE = 0.01
 """Share of the torque that one delay must leave over for two clocks to be looked for."""
 
 CLOCKS_BETTER = 0.75
@@ -74,7 +76,7 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
 def _clocks(left: Callable[[float, float], float]) -> tuple[float, float]:
     """Delays at the first and the last row that leave least over, s."""
     first_s = last_s = 0.0
-    for reach_s, step_s in ((CLOCK_MOST_S, CLOCK_STEP_S), (CLOCK_STEP_S, CLOCK_FINE_S)):
+    for reach_s, step_s in pairwise((CLOCK_MOST_S, *CLOCK_STEPS_S)):
         steps = np.arange(-reach_s, reach_s + step_s / 2, step_s)
         tried = [(left(first_s + a, last_s + b), first_s + a, last_s + b) for a in steps for b in steps]
         _, first_s, last_s = min(tried)
@@ -86,8 +88,7 @@ def _two_clocks(balance: Balance, plain: Fit, two: Fit, first_s: float, last_s: 
         "torque and position look as if they were stamped by two clocks: the torque is "
         f"{1e3 * abs(first_s):.0f} ms {_word(first_s)} against the position at the first row and "
         f"{1e3 * abs(last_s):.0f} ms {_word(last_s)} at the last; with that, {_left(balance, two)} of it is "
-        f"left over instead of {_left(balance, plain)}; stamp both by one clock, or stretch the time of one "
-        "of them by it"
+        f"left over instead of {_left(balance, plain)}; {put_right(balance.signals, first_s, last_s)}"
     )
 
 

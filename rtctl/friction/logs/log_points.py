@@ -24,7 +24,7 @@ from rtctl.friction.logs.log_input import (
 from rtctl.friction.logs.logs import level_points
 from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
-from rtctl.friction.logs.regression import JointFit, joint_fit, of_the_position
+from rtctl.friction.logs.regression import JointFit, joint_fit, taken_late
 from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, of_stretches, pooled
 from rtctl.friction.logs.taken_off import taken_off
 from rtctl.friction.logs.torque_shape import with_share
@@ -42,6 +42,12 @@ SPEED_MIN_RAD_S = 0.03
 MEASURED_TOGETHER = (
     "the motor torque was measured at the instants of the position, and is taken so: put back by half a "
     "period, as a command that is held would be, it looks that much early (--torque-delay says otherwise)"
+)
+
+HELD_ON = (
+    "the motor torque is the command that each row begins, held until the next row, and is taken so: put "
+    "back by half a period, as one that was held until its row, it looks a whole period early "
+    "(--torque-delay says otherwise)"
 )
 
 
@@ -76,8 +82,7 @@ def read_in_time(
     Parameters
     ----------
     torque_delay_s
-        See `read_log`. None: half a period, or nothing where the motor torque was plainly measured with the
-        position.
+        See `read_log`. None: half a period, or what `taken_late` finds.
     cutoff_hz
         None: what suits their rates.
     speed_min_rad_s
@@ -113,10 +118,12 @@ def read_in_time(
     logs, signals, bent = looked_at(logs)
     notes: tuple[str, ...] = ()
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
-    if torque_delay_s is None and driven and of_the_position(signals, 0.5 / parts[0].rate_hz):
-        torque_delay_s, notes = 0.0, (MEASURED_TOGETHER,)
-        logs, signals, bent = looked_at(read(0.0))
-    held_s = 0.5 / parts[0].rate_hz if torque_delay_s is None and driven else 0.0
+    half_s = 0.5 / parts[0].rate_hz
+    late_s = taken_late(signals, half_s) if torque_delay_s is None and driven else half_s
+    if late_s < half_s:
+        torque_delay_s, notes = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
+        logs, signals, bent = looked_at(read(late_s))
+    held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)

@@ -11,7 +11,7 @@ import numpy as np
 from hw.playback.reader import Recording
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog
-from rtctl.friction.logs.torque_faults import faults, lost_sign, require_on
+from rtctl.friction.logs.torque_faults import faults, lost_sign, much, require_on, require_two
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.regression import JointFit
@@ -113,6 +113,8 @@ def plausible(
     _require_motion(log, limits)
     external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
     if np.ptp(log.torque_nm) == 0:
+        if motor_nm is not None and external is not None:
+            require_two(motor_nm, external, log.source)
         raise DataError(f"{log.source}: the torque is constant; map the column that was measured")
     warnings = _doubtful_motion(log, limits)
     for name, signal, most in (
@@ -132,13 +134,12 @@ def plausible(
         warnings += faults(signal, log.rate_hz, where, may_rest=off)
         warnings += lost_sign(signal, log.position_rad, where) if alone else []
         if largest > limits.doubtful_nm:
-            warnings.append(
-                f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m, or "
-                "per mille of the rated one? Correct its unit, or give --config RIG, whose limits count then"
-            )
+            warnings.append(much(signal, where))
     warnings += _doubtful_velocity(log)
     if external is None and motor_nm is not None:
         require_on(motor_nm, log.position_rad, log.rate_hz, f"{log.source}: motor torque")
+    elif external is not None and motor_nm is not None:
+        require_two(motor_nm, external, log.source)
     largest = float(np.abs(log.torque_nm).max())
     if largest < limits.torque_least_nm:
         raise DataError(

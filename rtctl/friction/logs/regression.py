@@ -32,6 +32,7 @@ from rtctl.friction.logs.offsets import Offset, OffsetColumns, drift_beside_fric
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
 from rtctl.friction.logs.speeds_seen import Speeds, few_slow, no_low_speed, speeds
+from rtctl.friction.logs.two_clocks import two_clocks
 
 UNEXPLAINED_MAX = 0.7
 """Largest relative error of a fit that says anything; real logs have .1 to .2."""
@@ -84,7 +85,9 @@ def joint_fit(signals: Regressors) -> JointFit:
     symmetric, per_direction = (
         replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
     )
-    return _joint(signals, offset, symmetric, per_direction, late, _misaligned(signals, late))
+    clocks = two_clocks(signals, columns, offset)
+    told = (clocks,) if clocks else _misaligned(signals, late)
+    return _joint(signals, offset, symmetric, per_direction, late, told)
 
 
 def _both(
@@ -157,20 +160,25 @@ def _remaining_delay(
     )
 
 
-def of_the_position(signals: Regressors, half_period_s: float) -> bool:
-    """Whether a torque that was put back by half a period, as a command that was held, was measured at the
-    instants of the position instead.
+def taken_late(signals: Regressors, half_period_s: float) -> float:
+    """By how much later than the position the torque of a row acted, s, of signals whose torque was put back
+    by half a period, as a command that was held until its row: that half period, 0 of one measured at the
+    instants of the position, or less half a period of a command that is held from its row on.
 
-    It then looks early by that half period: surely nearer to it than to none, or near it and surely not held.
-    """
+    It then looks early by a half period or by two: surely nearer to that than to the one before, or near it
+    and surely not the one before."""
     offset = offset_columns(signals)
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
     columns = {"inertia_kgm2": signals.acceleration_rad_s2, "viscous_nms_rad": signals.velocity_rad_s}
     late = _remaining_delay(signals, {**columns, "coulomb_nm": signals.direction, **levels}, offset)
     if late is None:
-        return False
-    nearer = -1.5 * half_period_s < late.low and late.high < -0.5 * half_period_s
-    return nearer or (late.high < 0 and late.holds(-half_period_s))
+        return half_period_s
+    for halves in (1, 2):
+        at = -halves * half_period_s
+        nearer = at - 0.5 * half_period_s < late.low and late.high < at + 0.5 * half_period_s
+        if nearer or (late.high < at + half_period_s and late.holds(at)):
+            return half_period_s + at
+    return half_period_s
 
 
 def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
@@ -180,7 +188,8 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     return (
         f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
         f"({1e3 * late.low:.3g} to {1e3 * late.high:.3g} ms late): either it is (--torque-delay; viscous "
-        "friction and inertia are then wrong), or friction is not Coulomb + viscous",
+        "friction and inertia are then wrong), or an elastic shaft or belt is between motor and encoder, or "
+        "friction is not Coulomb + viscous",
     )
 
 

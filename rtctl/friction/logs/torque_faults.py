@@ -35,6 +35,11 @@ WRAPPED_SHARE, MAGNITUDE_SHARE = 0.8, 0.02
 magnitudes, where the least is below this share (gravity leaves more)."""
 
 
+ONE_SIGNAL, CANCELS = 0.9995, 0.03
+"""Correlation of two torques that are one signal; size of the sum of two that cancel, share of the
+motor's."""
+
+
 def longest_run(marks: np.ndarray) -> tuple[int, int]:
     """First index and length of the longest run of True; (0, 0) without any."""
     at = np.concatenate([[0], marks.astype(int), [0]])
@@ -158,6 +163,50 @@ def lost_sign(signal: np.ndarray, position: np.ndarray, where: str) -> list[str]
     return [
         f"{where}: never negative although the joint turns back: a magnitude? Map the torque with its sign"
     ]
+
+
+def much(signal: np.ndarray, where: str) -> str:
+    """A warning about a torque (N m) that is much for a joint of which nothing is known.
+
+    Raises
+    ------
+    DataError
+        Where it is of whole numbers: what a drive counts in."""
+    largest = float(np.abs(signal).max())
+    if bool((signal == np.round(signal)).all()):
+        raise DataError(
+            f"{where}: whole numbers up to {largest:.4g}, read as N m: what a drive counts in (per mille or "
+            "percent of the rated torque, mN m, steps of a converter); give what one of them is in N m as "
+            "the scale (NAME:Nm:SCALE), or --config RIG, whose limits count then"
+        )
+    return (
+        f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m, or "
+        "per mille of the rated one? Correct its unit, or give --config RIG, whose limits count then"
+    )
+
+
+def require_two(motor: np.ndarray, external: np.ndarray, where: str) -> None:
+    """Refuse two torques (N m) that are one signal.
+
+    Raises
+    ------
+    DataError
+        The same column twice, or two that cancel."""
+    one, other = motor - motor.mean(), external - external.mean()
+    sizes = float(one.std()), float(other.std())
+    if not min(sizes) > 0:
+        return
+    if float(np.mean(one * other)) > ONE_SIGNAL * sizes[0] * sizes[1]:
+        raise DataError(
+            f"{where}: external torque: is the motor torque again, {sizes[1] / sizes[0]:.3g} times it: one "
+            "torque mapped twice counts twice; leave one out, or map the hand's"
+        )
+    if float((one + other).std()) < CANCELS * sizes[0]:
+        raise DataError(
+            f"{where}: external torque: cancels the motor torque: one torque seen from both sides (a sensor "
+            "between motor and joint?) leaves nothing that moves the joint; map the one that acts on what "
+            "is behind the position, and leave the other out"
+        )
 
 
 def _dropouts(signal: np.ndarray, where: str) -> list[str]:

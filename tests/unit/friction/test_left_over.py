@@ -11,7 +11,7 @@ from moved_joint import CLEAN, simulate
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.left_over import bounds, smooth_rest, told
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
-from rtctl.friction.logs.regression import joint_fit, of_the_position
+from rtctl.friction.logs.regression import joint_fit, taken_late
 from rtctl.friction.logs.regressors import of_stretches
 
 
@@ -31,11 +31,11 @@ def signals_of(log, folder, delay_s=None):
 def test_a_command_that_is_held_is_put_back_and_a_current_of_the_same_instant_is_not(tmp_path):
     held = simulate(replace(CLEAN["motor"], rate_hz=100.0))  # its motor torque is what was held until the row
     signals = signals_of(held, tmp_path)
-    assert not of_the_position(signals, 0.005)
+    assert taken_late(signals, 0.005) == 0.005
     # as if measured at the row
     together = replace(held, motor=np.interp(held.time + 0.005, held.time, held.motor), time=held.time)
     early = signals_of(together, tmp_path)
-    assert of_the_position(early, 0.005)
+    assert taken_late(early, 0.005) == 0
     found = joint_fit(signals_of(together, tmp_path, 0.0)).symmetric.parameters
     assert found["inertia_kgm2"].value == pytest.approx(held.truth["inertia_kgm2"], rel=0.03)
 

@@ -43,7 +43,8 @@ def torque(amplitude_nm=0.3):
 
 
 def test_a_log_within_the_limits_of_the_rig_is_read(tmp_path, axis):
-    assert len(read(tmp_path, axis, motion(), torque(), torque(0.5)).torque_nm) == len(T)
+    hand = 0.5 * np.cos(2.5 * T + 0.6)  # another time than that of the motor
+    assert len(read(tmp_path, axis, motion(), torque(), hand).torque_nm) == len(T)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,7 @@ from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.intervals import covariance, telling_blocks
 from rtctl.friction.logs.log_checks import coarseness, diagnose
 from rtctl.friction.logs.other_readings import doubts
-from rtctl.friction.logs.regression import joint_fit, of_the_position
+from rtctl.friction.logs.regression import joint_fit, taken_late
 from rtctl.friction.logs.regressors import regressors
 
 J, B, F = 0.01, 0.05, 0.25
@@ -96,8 +96,10 @@ def test_a_current_measured_with_the_position_is_known_where_it_is_surely_not_he
     torque = torque_of(v, a, noise=0.02)
     held_back = np.interp(t + 0.01, t, torque)  # as a command that is held is put back
     signals = regressors(log_of(x, held_back, 50.0), cutoff_hz=10.0)
-    assert of_the_position(signals, 0.01)
-    assert not of_the_position(regressors(log_of(x, torque, 50.0), cutoff_hz=10.0), 0.01)
+    assert taken_late(signals, 0.01) == 0
+    assert taken_late(regressors(log_of(x, torque, 50.0), cutoff_hz=10.0), 0.01) == 0.01
+    held_on = np.interp(t + 0.02, t, torque)  # a command that begins with its row, put back likewise
+    assert taken_late(regressors(log_of(x, held_on, 50.0), cutoff_hz=10.0), 0.01) == -0.01
 
 
 def rows(path, friction, seed=0, noise=0.002):

@@ -146,3 +146,14 @@ def test_zeros_of_a_file_that_was_not_closed_are_no_row(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("t,x\n0,1\n1,2\n" + "\0" * 512)
     assert read_table(path, ("t", "x")).columns["x"].tolist() == [1, 2]
+
+
+def test_thousands_are_marked_as_the_swiss_do_and_hexadecimal_as_controllers_do(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t;x;y\n5\u2019000;1.5;16#001F\n1\u2019006\u2019000;2.5;16#FFFF\n", encoding="utf-8")
+    found = read_table(path, ("t", "x", "y")).columns
+    assert found["t"].tolist() == [5000, 1006000]
+    assert found["y"].tolist() == [31, 65535]
+    path.write_text("t,x\n0,0000006B\n1,FFFFFF01\n")
+    with pytest.raises(BackendError, match="hexadecimal"):
+        read_table(path, ("t", "x"))

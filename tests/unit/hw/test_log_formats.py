@@ -11,7 +11,7 @@ import pytest
 import scipy.io
 
 from hw.interface import BackendError
-from hw.playback import columns as tables
+from hw.playback import arrow as arrow_files
 from hw.playback.columns import read_table
 
 T = np.arange(50) * 0.002
@@ -202,7 +202,7 @@ def test_feather_is_read_where_pyarrow_is_installed(tmp_path):
 def test_parquet_without_pyarrow_names_the_extra(tmp_path, monkeypatch):
     (tmp_path / "a.parquet").write_bytes(b"PAR1")
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    monkeypatch.setattr(tables, "find_spec", lambda _: None)
+    monkeypatch.setattr(arrow_files, "find_spec", lambda _: None)
     with pytest.raises(BackendError, match=r"pip install 'rtctl\[parquet\]'"):
         read_table(tmp_path / "a.parquet", ("t",))
 

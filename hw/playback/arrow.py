@@ -1,0 +1,74 @@
+"""Columns of Parquet and Arrow files, whatever wrote them (pyarrow, pandas, polars, DuckDB)."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Mapping
+from contextlib import suppress
+from importlib import import_module
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hw.interface import BackendError
+
+
+def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+    """Parquet, and Feather, which is Arrow's own file; a field of a struct is `arm.q`, one place of lists
+    `q#1`.
+
+    Raises
+    ------
+    BackendError
+        Without pyarrow; a file that is not sound."""
+    kind = "Parquet" if path.suffix.lower() == ".parquet" else "Feather"
+    if find_spec("pyarrow") is None:
+        raise BackendError(
+            f"{path}: {kind} needs pyarrow: install rtctl with its extra `parquet` (pip install "
+            "'rtctl[parquet]'), or save the log as CSV"
+        )
+    try:
+        table: Any = (
+            import_module("pyarrow.parquet").ParquetFile(io.BytesIO(raw))
+            if kind == "Parquet"
+            else import_module("pyarrow.ipc").open_file(io.BytesIO(raw))
+        )
+        known = (table.schema_arrow if kind == "Parquet" else table.schema).names
+        wanted = [own for own in known if any(_is_of(name, own) for name in names)]
+        read = table.read(columns=wanted) if kind == "Parquet" else table.read_all().select(wanted)
+        while any(map(import_module("pyarrow.types").is_struct, read.schema.types)):
+            read = read.flatten()
+    except import_module("pyarrow").ArrowException as error:
+        raise BackendError(
+            f"{path}: not a sound {kind} file ({str(error)[:200]}); copy or save it again"
+        ) from error
+    listed: dict[str, Any] = {own: np.zeros(0) for own in known if own not in wanted}
+    return listed | {own: _array(read.column(own)) for own in read.column_names}
+
+
+def _is_of(name: str, own: str) -> bool:
+    """Whether a wanted name is a column, or in it."""
+    return name == own or name.startswith((f"{own}.", f"{own}#"))
+
+
+def _array(column: Any) -> np.ndarray:  # noqa: ANN401 - pyarrow is not typed
+    """A column as numbers or times, (n,), or (n, k) of lists of one length; as it is where it is neither."""
+    arrow, types = import_module("pyarrow"), import_module("pyarrow.types")
+    if types.is_dictionary(column.type):
+        column = column.cast(column.type.value_type)
+    kind = column.type
+    if types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
+        rows = column.to_pylist()
+        widths = {len(row or ()) for row in rows}
+        return np.array(rows, float) if len(widths) == 1 else np.array(rows, object)
+    if types.is_time(kind):  # of the day
+        column = column.cast(arrow.int32() if types.is_time32(kind) else arrow.int64())
+        return np.asarray(column.to_numpy()).astype(f"timedelta64[{kind.unit}]")
+    if types.is_decimal(kind):
+        column = column.cast(arrow.float64())
+    elif types.is_string(kind) or types.is_large_string(kind) or "string_view" in str(kind):
+        with suppress(arrow.ArrowInvalid):  # words
+            column = column.cast(arrow.string()).cast(arrow.float64())
+    return np.asarray(column.to_numpy())
