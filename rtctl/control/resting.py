@@ -115,13 +115,14 @@ def slides_on(s: Record, p: Record, axis: int) -> bool:
 
 @compiled
 def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
-    """Speed that the feed-forward's curve is read at, >= 0: on a joint that rests the largest of late.
+    """Speed that the feed-forward's curve is read at, >= 0: on a joint that rests, or only bends its
+    bristles, the largest of late.
 
     Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the
     bristles, by more than the joint's damping (22 N s/m on a carriage with .3), while what holds the joint is
-    no curve of speed there."""
+    no curve of speed there. Soft bristles bend farther than what counts as one place."""
     held = s.calm_speed_rad_s[axis]
-    if is_resting(s, p, axis) and held > speed:
+    if (is_bent(s, p, axis) or is_resting(s, p, axis)) and held > speed:
         held += min(p.period_s / FORGOTTEN_S, 1.0) * (speed - held)
     else:  # or no number
         held = speed

@@ -37,6 +37,13 @@ SEEDS = (
         RESTING,
     ),
     Seed(
+        "help on bent bristles follows the curve of a speed that they have not",
+        "rtctl/control/resting.py",
+        "(is_bent(s, p, axis) or is_resting(s, p, axis)) and held > speed",
+        "is_resting(s, p, axis) and held > speed",
+        RESTING,
+    ),
+    Seed(
         "the observer does not mind bent bristles",
         "rtctl/control/resting.py",
         "quick = while_bent(s, p, axis, alpha, OBSERVER_TIMES)",

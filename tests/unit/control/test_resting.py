@@ -207,11 +207,12 @@ def test_a_joint_that_has_not_moved_on_for_long_is_held_and_never_one_that_follo
 SPEED = of_rows(calm_speed)
 
 
-def test_a_joint_that_rests_is_read_at_its_largest_speed_of_late():
+@pytest.mark.parametrize(("ticks", "long_s"), [("rest_ticks", REST_S), ("bent_ticks", BENT_S)])
+def test_a_joint_that_rests_or_only_bends_is_read_at_its_largest_speed_of_late(ticks, long_s):
     rig = made()
     assert SPEED(rig.state, rig.params, 0, 0.3) == 0.3
     assert SPEED(rig.state, rig.params, 0, 0.1) == 0.1  # while it moves the present one
-    rig.state["rest_ticks"] = round(2 * REST_S / T)
+    rig.state[ticks] = round(2 * long_s / T)
     assert SPEED(rig.state, rig.params, 0, 0.004) == pytest.approx(0.1, rel=0.01)
     for _ in range(round(FORGOTTEN_S / T)):
         last = SPEED(rig.state, rig.params, 0, 0.0)
