@@ -111,7 +111,7 @@ SEEDS = (
     Seed(
         "help at rest follows the speed of bending bristles",
         "rtctl/control/resting.py",
-        "    if (is_bent(s, p, axis) or is_resting(s, p, axis)) and held > speed:\n",
+        "    if stands(s, p, axis) and held > speed:\n",
         "    if is_bent(s, p, axis) and held > speed:\n",
         (f"{RESTING}::test_a_joint_that_rests_or_only_bends_is_read_at_its_largest_speed_of_late",),
     ),
