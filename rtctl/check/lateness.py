@@ -16,6 +16,9 @@ from rtctl.control.proofs.stability import Between, lag_ticks
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.measured_timing import AxisTiming
 
+STALE_LIMIT_TICKS = 3
+"""Age of a sample that is a fault (STALE): one that comes every fourth tick and later is so at each turn."""
+
 _COMMANDS = frozenset({"torque", "current_command"})
 _SLACK_TICKS = 1e-6
 """A device's period in seconds over the loop's is not a whole number to the last bit."""

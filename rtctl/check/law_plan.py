@@ -10,6 +10,7 @@ import numpy as np
 from hw import registry
 from rtctl.check import lateness, observer_tuning, stability_report
 from rtctl.check.axis_plan import fill_axis, fill_force_feedback
+from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
 from rtctl.check.place_plan import fill_place
 from rtctl.control.braking import BRAKE_GATES
@@ -37,7 +38,6 @@ READY_S = 0.5
 STOP_TICKS = 50
 TARGET_HOLD_TICKS = 20
 TARGET_STOP_TICKS = 100
-STALE_LIMIT_TICKS = 3
 LATE_LIMIT_TICKS = 3
 WAIVER_SHARE = 0.25
 ARMING_PART_S = 0.02

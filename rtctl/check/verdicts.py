@@ -58,6 +58,7 @@ ADMITTANCE: tuple[Test, ...] = (
 """Tests of an axis that is displayed as an admittance, in their place; why, says `verdicts_of_admittance`."""
 
 EITHER: tuple[Test, ...] = (
+    verdicts_of_loop.fresh_samples,
     verdicts_of_friction.energy_account,
     verdicts_of_friction.motion_seen,
     verdicts_of_friction.policy_at_rest,

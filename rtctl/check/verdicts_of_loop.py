@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
 from rtctl.friction.guarantee import holds_flicker
@@ -91,6 +92,30 @@ def declared_delay(s: Subject) -> list[Verdict]:
             Outcome.NOT_PROVED,
             f"{' and '.join(axis.undeclared_devices)} does not say how late it is and coupling.delay_ticks "
             "is 0: the coupling is proved without any delay",
+        )
+    ]
+
+
+def fresh_samples(s: Subject) -> list[Verdict]:
+    """Samples that come so seldom that the law takes the device for a silent one: the rig would never
+    arm."""
+    every, most = s.axis.sample_ticks, STALE_LIMIT_TICKS
+    if every <= 1:
+        return []
+    slower_hz = most / (every * s.period_s)
+    return [
+        s.row(
+            "fresh samples",
+            f"every {every} ticks ({s.axis.sample_from})",
+            f"<= {most}",
+            Outcome.PASS if every <= most else Outcome.FAIL,
+            f"a sample of {most} ticks is STALE, and such a rig never arms",
+            every / most,
+            f"{s.where}: axis {s.axis.name}: a fresh sample comes every {every} ticks "
+            f"({s.axis.sample_from}), and one that is {most} old is STALE: the rig would never arm; "
+            f"loop.rate_hz = {slower_hz:.6g} at most, or a quicker device"
+            if every > most
+            else "",
         )
     ]
 

@@ -47,7 +47,7 @@ from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import HELD, Record
-from rtctl.control.resting import held_part, is_resting, while_resting
+from rtctl.control.resting import held_part, is_resting, speed_seen, while_resting
 from rtctl.control.vocabulary import Policy
 
 _OFF = int(Policy.OFF)
@@ -195,7 +195,8 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
     slow = SLOW_SHARE + HELD_SHARE * held_part(s, p, axis)
-    target = 1.0 - slow * math.exp(-((t.velocity_rad_s[axis] / own_rad(p, axis, SLOW_RAD_S)) ** 2))
+    seen = speed_seen(s, p, axis, t.velocity_rad_s[axis])
+    target = 1.0 - slow * math.exp(-((seen / own_rad(p, axis, SLOW_RAD_S)) ** 2))
     rest = target * t.friction_observed_nm[axis] - s.observer_forward_nm[axis]
     if not math.isfinite(rest):
         return math.nan

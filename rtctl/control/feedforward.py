@@ -19,7 +19,7 @@ from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, TURN_TIMES, eased, is_slo
 from rtctl.control.place_friction import place_magnitude
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
-from rtctl.control.resting import calm_speed, is_bent, slides_on, while_bent
+from rtctl.control.resting import calm_speed, is_bent, slides_on, speed_seen, while_bent
 from rtctl.control.vocabulary import Fault, Policy
 
 _OFF = int(Policy.OFF)
@@ -81,12 +81,15 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> 
     Notes
     -----
     w = exp(-(v/v_b)^2). HYBRID: s = (1 - w) h + w sat(LP tau_h/tau_g), h the stop operator over the
-    presliding length: where friction is a spring, sign and tanh of the velocity would drive a vibration.
+    presliding length: where friction is a spring, sign and tanh of the velocity would drive a vibration. On
+    bent bristles w is 1: their velocity, or an edge of the encoder, would turn the help to h and back.
     DITHER: s = (1 - w) tanh(v/v_0) + w times a square wave of `friction_dither_ticks`. Stop operator, LuGre
     bristles and the intent's low-pass are advanced by `advance_stop` and `advance_intent` on every tick,
     whatever the policy."""
     policy = p.friction_policy[axis]
     if policy == _HYBRID:
+        if is_bent(s, p, axis) and not is_admittance(s, axis):
+            return _intent(s, p, axis)
         return blend(v, s.friction_stop[axis], _intent(s, p, axis), p.friction_blend_rad_s[axis])
     if policy == _SIGN:
         return sign(v)
@@ -269,20 +272,20 @@ def friction_feedforward(
     side = direction if direction != 0.0 else v
     branch = FORWARD if side >= 0.0 else BACKWARD
     place, trust = place_of(s, p, axis), place_trust(s, p, axis)
-    speed = calm_speed(s, p, axis, abs(v))
+    speed = calm_speed(s, p, axis, speed_seen(s, p, axis, abs(v)))
     load = load_friction(t, s, p, model, axis, speed)
     magnitude, friction = compensated_magnitude(p, model, axis, branch, speed, place, trust, load)
-    encoder = t.velocity_rad_s[axis]
-    if speed != abs(encoder):
-        load = load_friction(t, s, p, model, axis, abs(encoder))
-        allowed, _ = compensated_magnitude(p, model, axis, branch, abs(encoder), place, trust, load)
+    encoder = speed_seen(s, p, axis, abs(t.velocity_rad_s[axis]))
+    if speed != encoder:
+        load = load_friction(t, s, p, model, axis, encoder)
+        allowed, _ = compensated_magnitude(p, model, axis, branch, encoder, place, trust, load)
         if not allowed >= magnitude:  # or NaN
             magnitude = allowed
     s.friction_load_nm[axis] = load if math.isfinite(load) else 0.0
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW
-    inside = max(speed, abs(encoder)) <= model.speed_max_rad_s[branch]
+    inside = max(speed, encoder) <= model.speed_max_rad_s[branch]
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate

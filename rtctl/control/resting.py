@@ -107,6 +107,22 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
+def stands(s: Record, p: Record, axis: int) -> bool:
+    """True when the joint rests or, beside no virtual mass, only bends its bristles."""
+    return is_resting(s, p, axis) or (is_bent(s, p, axis) and not is_admittance(s, axis))
+
+
+@compiled
+def speed_seen(s: Record, p: Record, axis: int, speed: float) -> float:
+    """A speed as the help with friction goes by it, of any sign: none on a joint that stands. What is not
+    finite stays.
+
+    There it is a bend of the bristles, or the flicker of an edge that the joint creeps over, and what holds
+    the joint is no function of it."""
+    return 0.0 if stands(s, p, axis) and math.isfinite(speed) else speed
+
+
+@compiled
 def slides_on(s: Record, p: Record, axis: int) -> bool:
     """True when the joint slides and does not stand: what sticks without bending leaves the bristles at the
     end of its last motion."""
@@ -115,13 +131,14 @@ def slides_on(s: Record, p: Record, axis: int) -> bool:
 
 @compiled
 def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
-    """Speed that the feed-forward's curve is read at, >= 0: on a joint that rests the largest of late.
+    """Speed that the feed-forward's curve is read at, >= 0: on a joint that stands the last that it had, as
+    far as that is not forgotten.
 
     Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the
     bristles, by more than the joint's damping (22 N s/m on a carriage with .3), while what holds the joint is
     no curve of speed there."""
     held = s.calm_speed_rad_s[axis]
-    if is_resting(s, p, axis) and held > speed:
+    if stands(s, p, axis) and held > speed:
         held += min(p.period_s / FORGOTTEN_S, 1.0) * (speed - held)
     else:  # or no number
         held = speed

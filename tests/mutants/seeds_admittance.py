@@ -77,7 +77,7 @@ SEEDS = (
     ),
     Seed(
         "the edges that a creeping joint crosses are left out", "rtctl/control/proofs/admittance_counts.py",
-        "_CREPT_COUNTS = 1.0 / math.pi", "_CREPT_COUNTS = 0.0",
+        "_CREPT_COUNTS = 1.5 / math.pi", "_CREPT_COUNTS = 0.0",
         (f"{COUNTS}::test_a_reading_that_errs_by_a_sawtooth_moves_the_joint_as_fast_as_is_told",),
     ),
     Seed(

@@ -9,6 +9,7 @@ PROOF = "tests/unit/control/test_admittance_proof.py"
 FILTER = "tests/unit/hw/test_force_filter.py"
 LAW = "tests/unit/control/test_disturbance_observer.py"
 INSTANT = f"{LAW}::test_torque_and_velocity_are_those_of_the_instant_of_a_force_that_comes_late"
+RESTING = "tests/unit/control/test_resting.py"
 IN_GEARS = "tests/unit/control/test_observer_in_gears.py"
 IN_TIME = "tests/unit/control/test_observer_of_a_late_force.py"
 
@@ -110,9 +111,9 @@ SEEDS = (
     Seed(
         "help at rest follows the speed of bending bristles",
         "rtctl/control/resting.py",
-        "    if is_resting(s, p, axis) and held > speed:\n",
-        "    if False and held > speed:\n",
-        ("tests/unit/control/test_resting.py::test_a_joint_that_rests_is_read_at_its_largest_speed_of_late",),
+        "    if stands(s, p, axis) and held > speed:\n",
+        "    if is_bent(s, p, axis) and held > speed:\n",
+        (f"{RESTING}::test_a_joint_that_rests_or_only_bends_is_read_at_its_largest_speed_of_late",),
     ),
     Seed(
         "the observer at rest follows the bristles",

@@ -37,6 +37,20 @@ SEEDS = (
         RESTING,
     ),
     Seed(
+        "help on bent bristles follows the curve of a speed that they have not",
+        "rtctl/control/resting.py",
+        "return is_resting(s, p, axis) or (is_bent(s, p, axis) and not is_admittance(s, axis))",
+        "return is_resting(s, p, axis)",
+        RESTING,
+    ),
+    Seed(
+        "an edge that a creeping joint crosses turns its help",
+        "rtctl/control/feedforward.py",
+        "        if is_bent(s, p, axis) and not is_admittance(s, axis):\n",
+        "        if False:\n",
+        RESTING,
+    ),
+    Seed(
         "the observer does not mind bent bristles",
         "rtctl/control/resting.py",
         "quick = while_bent(s, p, axis, alpha, OBSERVER_TIMES)",

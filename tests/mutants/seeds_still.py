@@ -22,6 +22,13 @@ SEEDS = (
         JUDGE,
     ),
     Seed(
+        "the ring of a motion is looked for in one phase only",
+        "rtctl/simulation/campaign_still.py",
+        "for later_s in LATER_S:",
+        "for later_s in LATER_S[:1]:",
+        JUDGE,
+    ),
+    Seed(
         "a ring that does not die away is the joint's own",
         "rtctl/simulation/campaign_still.py",
         "alone.speed_rad_s and as_long:",

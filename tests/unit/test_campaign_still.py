@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from rtctl.simulation import campaign_still
-from rtctl.simulation.campaign_still_cases import Case, rig
+from rtctl.simulation.campaign_still_cases import Case, drawn, rig
 
 CASE = Case(
     index=3,
@@ -67,6 +67,27 @@ STUCK = (0.001, 0.0005, 0.01)
 def test_a_ring_is_the_joints_own_if_it_rings_so_without_help_and_goes_no_farther(monkeypatch, by_wish, own):
     alone(monkeypatch, by_wish)
     assert campaign_still.rings_by_itself(LOUD, campaign_still.JUDGED_S) is own
+
+
+def test_a_ring_of_the_motion_is_met_in_another_phase_without_help(monkeypatch):
+    def run(case, hold_s):
+        later_s = case.stop_s - CASE.stop_s
+        assert case.ends == ("middle" if later_s == 0 else "anywhere"), "no hand jumps"
+        loud = 0.005 * abs(math.sin(2 * math.pi * 10.0 * later_s))
+        return campaign_still.Found(case, loud, 0.0, -1, 0.5 * loud, 0.2)
+
+    monkeypatch.setattr(campaign_still, "run_case", run)
+    assert campaign_still.rings_by_itself(LOUD, campaign_still.JUDGED_S)
+
+
+@pytest.mark.compiled
+def test_a_hand_that_rings_in_motion_is_not_shaken_by_the_moment_at_which_it_stops():
+    """2.52 mrad/s, 1.67 without help, which stops it in another phase of the same ring: 2.22 from 40 ms later
+    on. The observer sends nothing by then.
+    """
+    found = campaign_still.run_case(drawn(32, 819))
+    assert found.speed_rad_s > campaign_still.QUIET_RAD_S, "or it asks nothing"
+    assert campaign_still.rings_by_itself(found, campaign_still.JUDGED_S)
 
 
 def test_what_is_quiet_at_the_end_has_died_away(monkeypatch):

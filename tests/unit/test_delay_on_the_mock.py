@@ -7,6 +7,7 @@ import pytest
 
 from rtctl.check import law_plan as plan
 from rtctl.check import stability_report
+from rtctl.check.verdict import Outcome
 from rtctl.control.detectors import age_fault
 from rtctl.control.vocabulary import Environment, Fault, State
 from rtctl.errors import FaultError
@@ -244,6 +245,20 @@ def test_one_that_declares_it_is_proven_with_it_and_arms(tmp_path):
     ticks = made.run(3.0)
     assert int(ticks["sample_age_ticks"].max()) == 2
     assert not np.any(ticks["faults"])
+
+
+def test_one_so_slow_that_it_would_never_arm_is_refused(tmp_path):
+    """A sample of three ticks is STALE, whatever the coupling bears: such files passed, and never left
+    INIT.
+    """
+    text = shipped_config("mock.toml").read_text().replace('model = "friction/mock.json"', 'model = ""')
+    text = text.replace("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 1.0")
+    for every, ok in ((3, True), (4, False)):
+        (tmp_path / "rig.toml").write_text(text.replace(SLOW[0], SLOW[1].replace("= 3", f"= {every}")))
+        report = stability_report.examine(config.load(tmp_path / "rig.toml"))
+        refused = [row.name for row in report.verdicts if row.outcome == Outcome.FAIL]
+        assert (report.ok, refused) == (ok, [] if ok else ["fresh samples"])
+        assert ("loop.rate_hz = 750 at most" in report.refusal()) is not ok
 
 
 def test_check_counts_what_the_pulse_measured_where_it_is_worse(tmp_path):

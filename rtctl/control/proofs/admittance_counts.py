@@ -66,9 +66,10 @@ _SLOWEST_RAD_S = 2 * math.pi
 _DAMPINGS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Damping at rest that is tried, in velocity gains."""
 
-_CREPT_COUNTS = 1.0 / math.pi
-"""What the readings of a joint that creeps err by as each edge is crossed: the first harmonic of a sawtooth
-of half a count to either side."""
+_CREPT_COUNTS = 1.5 / math.pi
+"""What the readings of a joint that creeps err by as each edge is crossed: 1/pi is the first harmonic of a
+sawtooth of half a count to either side, 2/pi the most that any error of half a count has. A ring that turns
+back over an edge is between them, by up to 1.5 of the first wherever one was followed."""
 _EDGES_HZ = (5.0, 200.0)
 _EDGES = 24
 """Edges a second that are tried, and how many of such speeds."""

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from law_rig import COUNT, LawRig, T, of_rows
 
+from rtctl.control import resting
 from rtctl.control.assistance import CREEP_RAD_S
 from rtctl.control.disturbance_observer import observe_friction
-from rtctl.control.feedforward import advance_gate, advance_intent
+from rtctl.control.feedforward import advance_gate, advance_intent, friction_direction
 from rtctl.control.resting import (
     BENT_S,
     CALMING_S,
@@ -29,7 +30,7 @@ from rtctl.control.resting import (
     while_resting,
 )
 from rtctl.control.velocity import lowpass_alpha
-from rtctl.control.vocabulary import Display
+from rtctl.control.vocabulary import Display, Policy
 
 REST = of_rows(advance_rest)
 QUICK = 0.27
@@ -207,16 +208,41 @@ def test_a_joint_that_has_not_moved_on_for_long_is_held_and_never_one_that_follo
 SPEED = of_rows(calm_speed)
 
 
-def test_a_joint_that_rests_is_read_at_its_largest_speed_of_late():
+@pytest.mark.parametrize(("ticks", "long_s"), [("rest_ticks", REST_S), ("bent_ticks", BENT_S)])
+def test_a_joint_that_rests_or_only_bends_is_read_at_its_largest_speed_of_late(ticks, long_s):
     rig = made()
     assert SPEED(rig.state, rig.params, 0, 0.3) == 0.3
     assert SPEED(rig.state, rig.params, 0, 0.1) == 0.1  # while it moves the present one
-    rig.state["rest_ticks"] = round(2 * REST_S / T)
+    rig.state[ticks] = round(2 * long_s / T)
     assert SPEED(rig.state, rig.params, 0, 0.004) == pytest.approx(0.1, rel=0.01)
     for _ in range(round(FORGOTTEN_S / T)):
         last = SPEED(rig.state, rig.params, 0, 0.0)
     assert last == pytest.approx(0.1 / math.e, rel=0.01)
     assert SPEED(rig.state, rig.params, 0, 0.2) == 0.2
+
+
+SEEN = of_rows(resting.speed_seen)
+
+
+@pytest.mark.parametrize(("ticks", "long_s"), [("rest_ticks", REST_S), ("bent_ticks", BENT_S)])
+def test_a_joint_that_stands_has_no_speed_for_the_help(ticks, long_s):
+    rig = made()
+    assert SEEN(rig.state, rig.params, 0, -0.05) == -0.05
+    rig.state[ticks] = round(2 * long_s / T)
+    assert SEEN(rig.state, rig.params, 0, -0.05) == 0.0
+    assert math.isnan(SEEN(rig.state, rig.params, 0, math.nan))
+    rig.state["display_kind"] = int(Display.ADMITTANCE)
+    assert (SEEN(rig.state, rig.params, 0, 0.05) == 0.05) == (ticks == "bent_ticks"), "it follows its mass"
+
+
+@pytest.mark.parametrize("bent", [False, True])
+def test_on_bent_bristles_the_direction_is_the_hands_however_fast_they_bend(bent):
+    rig = made(friction_policy=int(Policy.HYBRID), friction_blend_rad_s=0.08, friction_intent_nm=0.1)
+    rig.state["friction_stop"], rig.state["friction_intent_nm"] = -1.0, 0.05
+    rig.state["bent_ticks"] = round(2 * BENT_S / T) if bent else 0
+    way = friction_direction(rig.state[0], rig.params[0], 0, 1.0, 0)
+    assert way == pytest.approx(0.5 if bent else -1.0)
+    assert friction_direction(rig.state[0], rig.params[0], 0, 0.0, 0) == pytest.approx(0.5)
 
 
 def test_of_a_speed_that_is_no_number_nothing_stays():
