@@ -144,7 +144,13 @@ class Trace:
         left = size - (head - self._newest()) % (1 << 64)  # the kernel goes on, over what is oldest
         if written > left:
             self._known, new = [], new[: max(left, 0)]
-        self._known += [*marks(new, self._pid, self._numbers)][::-1]
+        told = []
+        for mark in marks(new, self._pid, self._numbers):
+            told.append(mark)
+            if mark.what == IN and mark.at_ns < since_ns:  # nobody asks for what was before
+                self._known = []
+                break
+        self._known += told[::-1]
         self._known = self._known[last_in(self._known, since_ns) :]
         return self._known
 
