@@ -78,6 +78,10 @@ def motion_seen(s: Subject) -> list[Verdict]:
     ]
 
 
+SWINGS_OUT = "a hand that does not damp may swing out for some seconds: what is helped stops it later"
+"""What no policy that helps can promise."""
+
+
 def policy_at_rest(s: Subject) -> list[Verdict]:
     """A policy that shakes a hand that holds still is none for a real one."""
     if not s.axis.compensates:
@@ -92,7 +96,7 @@ def policy_at_rest(s: Subject) -> list[Verdict]:
             policy,
             "quiet with a hand that holds still",
             Outcome.PASS if standing.quiet else beyond,
-            standing.evidence
+            f"{standing.evidence}; {SWINGS_OUT}"
             if standing.quiet
             else f"{standing.evidence}; a baseline of the experiments, for no real hand: {remedy}",
             0.0,
