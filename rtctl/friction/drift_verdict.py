@@ -6,7 +6,6 @@ import math
 
 from rtctl.friction.drift_deployed import Deployed
 from rtctl.friction.drift_estimate import Estimate
-from rtctl.friction.drift_here import Here
 
 NAME = "FRICTION_DRIFT"
 STOPPED = "OVERCOMPENSATION"
@@ -41,7 +40,7 @@ def of_a_place(found: Estimate, by: Deployed, warn_share: float) -> bool:
 
 
 def warning(
-    found: Estimate, by: Deployed, warn_share: float, *, warned: bool, before: Here | None = None
+    found: Estimate, by: Deployed, warn_share: float, *, warned: bool, before: Estimate | None = None
 ) -> str:
     """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before. `before`:
     what was found at this place.
@@ -52,9 +51,9 @@ def warning(
         return _said(found, 1.0, 0.0, "what was learned")
     if before is None or not of_a_place(found, by, warn_share):
         return ""
-    ratio, error = found.factor / before.factor, math.hypot(found.factor_error, before.error)
+    ratio, error = found.factor / before.factor, math.hypot(found.factor_error, before.factor_error)
     if _changed(ratio, error, TOLD_SHARE * warn_share, warned=warned):
-        return _said(found, before.factor, before.error, "what it was at this place before")
+        return _said(found, before.factor, before.factor_error, "what it was at this place before")
     return ""
 
 

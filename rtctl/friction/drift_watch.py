@@ -14,7 +14,7 @@ from rtctl.friction import drift_verdict as verdict
 from rtctl.friction.drift_bins import RATE_HZ, Binning
 from rtctl.friction.drift_deployed import Deployed, deployed
 from rtctl.friction.drift_estimate import Estimate, estimate
-from rtctl.friction.drift_here import Places
+from rtctl.friction.drift_here import Places, beside_viscous
 from rtctl.friction.drift_sliding import PRESLIDING_LENGTHS, Sliding
 from rtctl.friction.drift_strokes import Strokes
 from rtctl.rig_file.friction_tables import DriftTable
@@ -79,16 +79,14 @@ class AxisWatch:
         # what was told is of motion that is forgotten; what was warned of is not known to be gone
         if found is None:
             return
-        self._warn(found)
+        warned, share_of_news = bool(self.warning), self.table.warn_share
+        before, as_quick = self._places.before(found, self.strokes, keep=not warned)
+        found = self.found = beside_viscous(found, as_quick)
+        # a change is not gone because the hand works elsewhere
+        if before is not None or not warned or not verdict.of_a_place(found, self.by, share_of_news):
+            self.warning = verdict.warning(found, self.by, share_of_news, warned=warned, before=before)
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)
-
-    def _warn(self, found: Estimate) -> None:
-        """Warn of a change, or no more; what was warned of is not gone because the hand works elsewhere."""
-        share, warned = self.table.warn_share, bool(self.warning)
-        before = self._places.before(found, self.strokes, keep=not warned)
-        if before is not None or not warned or not verdict.of_a_place(found, self.by, share):
-            self.warning = verdict.warning(found, self.by, share, warned=warned, before=before)
 
     def adapt(self, moved_s: float, *, faulty: bool) -> None:
         """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP

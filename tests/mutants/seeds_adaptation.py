@@ -172,6 +172,12 @@ SEEDS = (
         "if before is not None or not warned or not", "if True or not", HERE,
     ),
     Seed(
+        "viscous friction that changes in view is what the model errs by", "rtctl/friction/drift_here.py",
+        "if not abs(found.viscous - before.viscous) > SURE * error:", "if True:",
+        ("tests/unit/friction/test_drift_beside.py"
+         "::test_viscous_friction_that_changes_in_view_is_no_dry_friction",),
+    ),
+    Seed(
         "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",
         "slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s)", "slides = (speed >= 0)",
         ("tests/unit/friction/test_point_evidence.py",),
