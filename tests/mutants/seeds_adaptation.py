@@ -165,7 +165,7 @@ SEEDS = (
     ),
     Seed(
         "a place is remembered as it is now", "rtctl/friction/drift_here.py",
-        "for one in self._seen:", "for one in ():", HERE,
+        "alike[0].found if alike else None, as_quick", "None, as_quick", HERE,
     ),
     Seed(
         "a hand that goes elsewhere ends the warning", "rtctl/friction/drift_watch.py",
