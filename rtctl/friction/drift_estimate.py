@@ -103,6 +103,14 @@ class Estimate:
     """Part of it in the present session, s."""
     place_trust: float
     """Share by which the places of this motion were trusted, 0 to 1: by speed alone, to by place."""
+    viscous_nm: float
+    """Viscous friction of the model over these strokes (RMS), N m."""
+    viscous: float
+    viscous_error: float
+    """Share that it seems to be off by, with what the model errs by over speed in it;"""
+    beside: float
+    beside_error: float
+    """and the factor beside such a share: errors are of the motion alone."""
 
 
 def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
@@ -125,7 +133,8 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     sums = _summed(table, of, least)
     known = _wandering(sums, known, moves / dry)
     doubt_nm = min(max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)), SHAPE_MOST * dry)
-    found, cov, hidden = _beside_viscous(sums, known, doubt_nm)
+    free, free_cov = _solved(sums, _freed(known))
+    found, cov, hidden = _beside_viscous(sums, known, doubt_nm, free, free_cov)
     clusters = len(table)
     present = table[:, 0] == strokes.session
 
@@ -150,6 +159,11 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
         seconds=float(n.sum()) / rate_hz,
         session_seconds=float(n[present].sum()) / rate_hz,
         place_trust=trust,
+        viscous_nm=math.sqrt(float(zz[:, VISCOUS, VISCOUS].sum() / n.sum())),
+        viscous=float(free[VISCOUS]),
+        viscous_error=math.sqrt(free_cov[VISCOUS, VISCOUS]),
+        beside=float(free[0]),
+        beside_error=math.sqrt(free_cov[0, 0]),
     )
 
 
@@ -224,14 +238,19 @@ def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
     return wanders
 
 
-def _beside_viscous(sums: _Sums, known: np.ndarray, doubt_nm: float) -> tuple[np.ndarray, np.ndarray, float]:
-    """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and
-    what that may hide of the factor.
-
-    What the model may err by over speed, `doubt_nm`, is no viscous friction."""
+def _freed(known: np.ndarray) -> np.ndarray:
     free = known.copy()
     free[VISCOUS, VISCOUS] = VISCOUS_OFF**-2
-    found, cov = _solved(sums, free)
+    return free
+
+
+def _beside_viscous(
+    sums: _Sums, known: np.ndarray, doubt_nm: float, found: np.ndarray, cov: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, float]:
+    """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and
+    what that may hide of the factor; `found` and `cov` are those with viscous friction free.
+
+    What the model may err by over speed, `doubt_nm`, is no viscous friction."""
     square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
     of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
     sure = abs(float(found[VISCOUS])) / math.sqrt(cov[VISCOUS, VISCOUS] + of_model)

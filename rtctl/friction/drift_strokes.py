@@ -9,6 +9,8 @@ standard errors clustered by stroke ask for."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rtctl.friction.drift_deployed import Deployed
@@ -53,7 +55,9 @@ class Strokes:
     Attributes
     ----------
     taken : int
-        Strokes that ended so far."""
+        Strokes that ended so far.
+    from_rad : float
+        Position that the places of this session are counted from; NaN before its first row."""
 
     def __init__(self, most_rows: int) -> None:
         self._most_rows = most_rows
@@ -63,7 +67,7 @@ class Strokes:
         self._ended = np.zeros(0)
         self._open = np.zeros(SUMS)
         self._stroke = -1
-        self._from: float | None = None
+        self.from_rad = math.nan
 
     @property
     def rows(self) -> int:
@@ -83,7 +87,7 @@ class Strokes:
         """Sensors were zeroed, or may have been: an offset of its own from here on."""
         self._close()
         self.session += 1
-        self._from = None
+        self.from_rad = math.nan
 
     def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
         """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among
@@ -96,9 +100,9 @@ class Strokes:
     def _take(self, rows: Rows, by: Deployed) -> None:
         if len(rows.velocity) == 0:
             return
-        if self._from is None:
-            self._from = float(rows.position[0])
-        z, y = regression(rows, by, self._from)
+        if math.isnan(self.from_rad):
+            self.from_rad = float(rows.position[0])
+        z, y = regression(rows, by, self.from_rad)
         for stroke in np.split(np.arange(len(y)), np.flatnonzero(np.diff(rows.stroke)) + 1):
             if rows.stroke[stroke[0]] != self._stroke:
                 self._close()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from rtctl.friction.drift_deployed import Deployed
 from rtctl.friction.drift_estimate import Estimate
 
@@ -27,31 +29,46 @@ SESSION_S = 10.0
 
 
 def allowed(found: Estimate, by: Deployed, warn_share: float) -> float:
-    """Change of the factor that is no news: what is not warned of, and up to `warn_share` what the model says
-    itself of sliding."""
-    return max(
-        TOLD_SHARE * warn_share, min(warn_share, by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm)
-    )
+    """Change of the factor that is no news: what is not warned of, and what the model says itself of
+    sliding."""
+    return max(TOLD_SHARE * warn_share, by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm)
 
 
-def warning(found: Estimate, by: Deployed, warn_share: float, *, warned: bool) -> str:
-    """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before.
+def of_a_place(found: Estimate, by: Deployed, warn_share: float) -> bool:
+    """Whether a change that is warned of may be what places differ by."""
+    return allowed(found, by, warn_share) > TOLD_SHARE * warn_share
+
+
+def warning(
+    found: Estimate, by: Deployed, warn_share: float, *, warned: bool, before: Estimate | None = None
+) -> str:
+    """What has changed, in words; empty where nothing has, for sure. `warned`: it was said before. `before`:
+    what was found at this place.
 
     Both directions together decide: one of them alone is not told from an offset by motion."""
     most = allowed(found, by, warn_share)
-    change = abs(found.factor - 1.0)
-    if warned and change > GONE_SHARE * most:
-        return _said(found)
-    if change > most and change - SURE * found.factor_error > SURE_SHARE * most:
-        return _said(found)
+    if _changed(found.factor, found.factor_error, most, warned=warned):
+        return _said(found, 1.0, 0.0, "what was learned")
+    if before is None or not of_a_place(found, by, warn_share):
+        return ""
+    ratio, error = found.factor / before.factor, math.hypot(found.factor_error, before.factor_error)
+    if _changed(ratio, error, TOLD_SHARE * warn_share, warned=warned):
+        return _said(found, before.factor, before.factor_error, "what it was at this place before")
     return ""
 
 
-def _said(found: Estimate) -> str:
-    low, high = found.factor - 2.0 * found.factor_error, found.factor + 2.0 * found.factor_error
+def _changed(factor: float, error: float, most: float, *, warned: bool) -> bool:
+    change = abs(factor - 1.0)
+    if warned and change > GONE_SHARE * most:
+        return True
+    return change > most and change - SURE * error > SURE_SHARE * most
+
+
+def _said(found: Estimate, of: float, of_error: float, what: str) -> str:
+    factor, error = found.factor / of, math.hypot(found.factor_error, of_error)
     return (
-        f"dry friction is {found.factor:.2f} ({low:.2f} to {high:.2f}) times what was learned, by "
-        f"{found.seconds:.0f} s of motion: learn it anew (rtctl identify)"
+        f"dry friction is {factor:.2f} ({factor - 2.0 * error:.2f} to {factor + 2.0 * error:.2f}) times "
+        f"{what}, by {found.seconds:.0f} s of motion: learn it anew (rtctl identify)"
     )
 
 

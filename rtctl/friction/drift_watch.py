@@ -14,6 +14,7 @@ from rtctl.friction import drift_verdict as verdict
 from rtctl.friction.drift_bins import RATE_HZ, Binning
 from rtctl.friction.drift_deployed import Deployed, deployed
 from rtctl.friction.drift_estimate import Estimate, estimate
+from rtctl.friction.drift_here import Places, beside_viscous
 from rtctl.friction.drift_sliding import PRESLIDING_LENGTHS, Sliding
 from rtctl.friction.drift_strokes import Strokes
 from rtctl.rig_file.friction_tables import DriftTable
@@ -47,6 +48,7 @@ class AxisWatch:
     following: bool = True
     """Whether it follows what is found, within its bounds; else it stays where it is."""
     _judged: int = field(default=0, repr=False)
+    _places: Places = field(default_factory=Places, repr=False)
 
     def begin_session(self) -> None:
         """The motor is switched on: sensors may have been zeroed since."""
@@ -77,7 +79,12 @@ class AxisWatch:
         # what was told is of motion that is forgotten; what was warned of is not known to be gone
         if found is None:
             return
-        self.warning = verdict.warning(found, self.by, self.table.warn_share, warned=bool(self.warning))
+        warned, share_of_news = bool(self.warning), self.table.warn_share
+        before, as_quick = self._places.before(found, self.strokes, keep=not warned)
+        found = self.found = beside_viscous(found, as_quick)
+        # a change is not gone because the hand works elsewhere
+        if before is not None or not warned or not verdict.of_a_place(found, self.by, share_of_news):
+            self.warning = verdict.warning(found, self.by, share_of_news, warned=warned, before=before)
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)
 

@@ -129,6 +129,23 @@ def holds_flicker(axis: AxisTable, sure: Guarantee, dry_share: float) -> bool:
     return holds_nm > 0 and holds_nm >= holding_friction_nm(axis, dry_share)
 
 
+def _doubts_of_sliding(axis: AxisTable, model: FrictionModel, doubt_nm: float) -> tuple[float, float]:
+    """How far sliding may be off by the drift watch, N m, places included and without them.
+
+    A change of `warn_share` is news whatever else the model doubts, but not where places were seen to differ
+    by more: at one of them friction is what it was."""
+    friction, seen_nm, places = axis.friction, model.sliding_doubt_nm, model.place_spread_nm
+    if seen_nm is None and model.place is not None and places is not None:
+        seen_nm = float(places.max())
+    most_nm = friction.drift.warn_share * float(model.friction_min_nm.min())
+    sliding_nm = min(doubt_nm, most_nm)
+    if seen_nm is not None:
+        sliding_nm = min(doubt_nm, max(seen_nm, min(friction.drift_nm + seen_nm, most_nm)))
+    if model.place is None:
+        return sliding_nm, sliding_nm
+    return sliding_nm, min(sliding_nm, most_nm, friction.drift_nm + float(model.error_max_nm.max()))
+
+
 def own(chosen: float, name: str, axis: AxisTable) -> float:
     """A number chosen for a joint, by its name there, on this axis: a linear one has it as it is at a handle
     (`hw.motion`)."""
@@ -158,12 +175,9 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         doubt_nm += max(float(model.error_max_nm.max()), 0.0 if places is None else float(places.max()))
         floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm)
         peak_nm = min(cap_nm, model.friction_max_nm + model.place_crest_nm)
-    sliding_nm = doubt_nm
-    if model is not None and model.sliding_doubt_nm is not None:
-        sliding_nm = min(doubt_nm, friction.drift_nm + model.sliding_doubt_nm)
-    place_nm = sliding_nm
-    if model is not None and model.place is not None:
-        place_nm = min(sliding_nm, friction.drift_nm + float(model.error_max_nm.max()))
+    sliding_nm, place_nm = (
+        (doubt_nm, doubt_nm) if model is None else _doubts_of_sliding(axis, model, doubt_nm)
+    )
     length_rad, spread_rad, source = own(LENGTH_UNKNOWN_RAD, "length_rad", axis), 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"

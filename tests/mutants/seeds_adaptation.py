@@ -10,6 +10,7 @@ PURE = ("tests/unit/friction/test_adaptation.py",)
 WATCH = ("tests/unit/friction/test_followed_drift.py",)
 LAW = ("tests/unit/control/test_friction_factor.py",)
 CHECK = ("tests/unit/cli/test_check_followed_friction.py",)
+HERE = ("tests/unit/friction/test_drift_here.py",)
 HOST = ("tests/unit/host/test_friction_watch.py",)
 
 SEEDS = (
@@ -156,6 +157,25 @@ SEEDS = (
         "by.doubt_of_sliding_nm(found.place_trust) / found.dry_nm", "by.doubt_nm / found.dry_nm",
         ("tests/unit/friction/test_drift.py"
          "::test_a_model_that_is_in_doubt_where_the_joint_may_stick_hides_no_drift_of_its_sliding",),
+    ),
+    Seed(
+        "what places differ by is told as drift", "rtctl/friction/drift_verdict.py",
+        "if _changed(found.factor, found.factor_error, most, warned=warned):",
+        "if _changed(found.factor, found.factor_error, TOLD_SHARE * warn_share, warned=warned):", HERE,
+    ),
+    Seed(
+        "a place is remembered as it is now", "rtctl/friction/drift_here.py",
+        "alike[0].found if alike else None, as_quick", "None, as_quick", HERE,
+    ),
+    Seed(
+        "a hand that goes elsewhere ends the warning", "rtctl/friction/drift_watch.py",
+        "if before is not None or not warned or not", "if True or not", HERE,
+    ),
+    Seed(
+        "viscous friction that changes in view is what the model errs by", "rtctl/friction/drift_here.py",
+        "if not abs(found.viscous - before.viscous) > SURE * error:", "if True:",
+        ("tests/unit/friction/test_drift_beside.py"
+         "::test_viscous_friction_that_changes_in_view_is_no_dry_friction",),
     ),
     Seed(
         "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",

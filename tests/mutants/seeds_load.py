@@ -249,8 +249,8 @@ SEEDS = (
     Seed(
         "what places differ by hides a drift at each of them",
         "rtctl/friction/guarantee.py",
-        "if model is not None and model.place is not None:",
-        "if False:",
+        "    if model.place is None:",
+        "    if True:",
         BY_PLACE,
     ),
     Seed(

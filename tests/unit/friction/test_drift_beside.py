@@ -6,7 +6,7 @@ import tempfile
 
 import numpy as np
 import pytest
-from test_drift import arrays, over, watch
+from test_drift import RATE_HZ, arrays, over, watch
 
 from rtctl.friction.drift_deployed import deployed
 from rtctl.friction.drift_estimate import estimate
@@ -42,6 +42,20 @@ def test_an_interval_holds_what_viscous_friction_puts_into_the_factor(viscous):
     for rows in ticks_of([Joint(sines=sines) for sines in PEOPLE], 60.0):
         found = over(with_torque(rows, viscous)).found
         assert abs(found.factor - 1.0) < 2.5 * found.factor_error
+
+
+@pytest.mark.parametrize(("viscous", "factor"), [(-0.5, 1.0), (0.5, 1.1), (-0.5, 1.1)])
+def test_viscous_friction_that_changes_in_view_is_no_dry_friction(viscous, factor):
+    """What the model may err by over speed hid it: up to .064 of it was in the factor."""
+    people = [PEOPLE[k] for k in (0, 5)]
+    joints = [Joint(sines=sines, later=factor, later_s=45.0) for sines in people]
+    for rows in ticks_of(joints, 90.0):
+        half = round(45.0 * RATE_HZ)
+        rows[half:] = with_torque(rows[half:], viscous)
+        axis = over(rows)
+        assert abs(axis.found.factor - factor) < 0.01
+        assert axis.found.factor_error < 0.016
+        assert bool(axis.warning) == (factor != 1.0)
 
 
 def test_where_motion_tells_nothing_of_viscous_friction_no_doubt_of_it_hides_a_tenth():

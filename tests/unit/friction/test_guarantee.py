@@ -49,7 +49,8 @@ def test_the_floor_is_the_least_of_the_curve_less_the_worse_of_error_and_places_
 
 def test_sliding_may_be_less_in_doubt_than_all_of_it_and_the_floor_is_not_raised_for_that(axis, learned):
     rough = placed(learned, 0.01, 0.04)
-    assert guarantee(axis, rough).sliding_doubt_nm == guarantee(axis, rough).doubt_nm, (
+    news_nm = axis.friction.drift.warn_share * float(rough.friction_min_nm.min())
+    assert guarantee(axis, rough).sliding_doubt_nm == min(news_nm, guarantee(axis, rough).doubt_nm), (
         "nothing is known of it"
     )
     known = replace(rough, branches=tuple(replace(one, sliding_doubt_nm=0.012) for one in rough.branches))
@@ -59,7 +60,9 @@ def test_sliding_may_be_less_in_doubt_than_all_of_it_and_the_floor_is_not_raised
     worse = replace(rough, branches=tuple(replace(one, sliding_doubt_nm=0.5) for one in rough.branches))
     assert guarantee(axis, worse).sliding_doubt_nm == guarantee(axis, worse).doubt_nm
     half = replace(known, branches=(known.branches[0], rough.branches[1]))
-    assert guarantee(axis, half).sliding_doubt_nm == guarantee(axis, half).doubt_nm
+    assert guarantee(axis, half).sliding_doubt_nm == guarantee(axis, rough).sliding_doubt_nm
+    stated = with_friction(axis, drift_nm=0.5)
+    assert guarantee(stated, known).sliding_doubt_nm == pytest.approx(news_nm), "what is stated is no place"
 
 
 @pytest.mark.parametrize(
