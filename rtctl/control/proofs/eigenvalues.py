@@ -1,9 +1,9 @@
-"""Eigenvalues of many small matrices, compiled: what `rtctl check` and the tuning of an observer spend their
-time on.
+"""Eigenvalues of many small matrices, compiled: what `rtctl check` and the tuning of an observer spend most
+of their time on.
 
-What is a state of its own is taken out first. Then Householder's reduction to Hessenberg form, then Francis' QR steps with double shifts, as in EISPACK: no
-part of it errs by more than rounding does. LAPACK, which NumPy calls, is made for large matrices and takes
-three times as long for those of 10 to 40 rows that loops here have."""
+What is a state of its own is taken out first. Then Householder's reduction to Hessenberg form, and Francis'
+QR steps with double shifts, as in EISPACK: no part of it errs by more than rounding does. LAPACK, which NumPy
+calls, is made for large matrices and takes two to three times as long for the 10 to 20 rows of loops here."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from hw.jit import JIT_DISABLED
-from rtctl.control.jit import compiled
+from rtctl.control.jit import compiled, inlined
 
 MOST_STEPS = 60
 """QR steps for one eigenvalue, or pair; every tenth is an exceptional one. Five are usual."""
@@ -107,39 +107,38 @@ def _balance(A: np.ndarray) -> None:
 def _reduce(A: np.ndarray) -> None:
     """To Hessenberg form, by reflections."""
     n = len(A)
-    v, along = np.empty(n), np.empty(n)
+    v = np.zeros(n)
     for m in range(1, n - 1):
-        size = 0.0
-        for i in range(m + 1, n):
-            size = max(size, abs(A[i, m - 1]))
-        if size == 0.0:
-            continue
-        size = max(size, abs(A[m, m - 1]))
-        squares = 0.0
-        for i in range(m, n):
-            v[i] = A[i, m - 1] / size
-            squares += v[i] * v[i]
-        norm = -math.copysign(math.sqrt(squares), v[m])
-        half = 1.0 / (squares - v[m] * norm)
-        v[m] -= norm
-        along[m:] = 0.0
-        for i in range(m, n):  # rows outside, here and below: they lie together
-            for j in range(m, n):
-                along[j] += v[i] * A[i, j]
-        for i in range(m, n):
-            by = half * v[i]
-            for j in range(m, n):
-                A[i, j] -= by * along[j]
-        for i in range(n):
-            by = 0.0
-            for j in range(m, n):
-                by += A[i, j] * v[j]
-            by *= half
-            for j in range(m, n):
-                A[i, j] -= by * v[j]
-        A[m, m - 1] = size * norm
-        for i in range(m + 1, n):
-            A[i, m - 1] = 0.0
+        below = np.abs(A[m + 1 :, m - 1]).max()
+        if below > 0.0:
+            size = max(below, abs(A[m, m - 1]))
+            v[:m], v[m:] = 0.0, A[m:, m - 1] / size
+            squares = np.sum(v * v)
+            norm = -math.copysign(math.sqrt(squares), v[m])
+            by = 1.0 / (squares - v[m] * norm)
+            v[m] -= norm
+            _reflect(A, m, v, by)
+            A[m, m - 1] = size * norm
+            A[m + 1 :, m - 1] = 0.0
+
+
+@compiled
+def _reflect(A: np.ndarray, m: int, v: np.ndarray, by: float) -> None:
+    """I - by v v' from both sides, v nil above row m: on columns from m on, and on all rows."""
+    n = len(A)
+    along = np.zeros(n)
+    for i in range(m, n):  # rows outside, here and below: their elements lie together
+        for j in range(m, n):
+            along[j] += by * v[i] * A[i, j]
+    for i in range(m, n):
+        for j in range(m, n):
+            A[i, j] -= v[i] * along[j]
+    for i in range(n):
+        share = 0.0
+        for j in range(m, n):
+            share += A[i, j] * v[j]
+        for j in range(m, n):
+            A[i, j] -= by * share * v[j]
 
 
 @compiled
@@ -197,11 +196,12 @@ def _pair(H: np.ndarray, found: np.ndarray, last: int, shifted: float) -> None:
 
 
 @compiled
-def _step(H: np.ndarray, first: int, last: int, x: float, y: float, w: float) -> None:
-    """One QR step with both shifts of sum x + y and product x y - w, on the rows and columns first to last.
-
-    A bulge of three rows is chased downwards; only what eigenvalues need is kept."""
-    top, p, q, r = last - 2, 0.0, 0.0, 0.0
+def _top(
+    H: np.ndarray, first: int, last: int, x: float, y: float, w: float
+) -> tuple[int, float, float, float]:
+    """Where a step may begin, as two small elements above each other part what is above, and its first
+    reflection."""
+    top = last - 2
     while True:
         z = H[top, top]
         r, s = x - z, y - z
@@ -210,12 +210,43 @@ def _step(H: np.ndarray, first: int, last: int, x: float, y: float, w: float) ->
         s = 1.0 / (abs(p) + abs(q) + abs(r))
         p, q, r = p * s, q * s, r * s
         if top == first:
-            break
+            return top, p, q, r
         small = abs(H[top, top - 1]) * (abs(q) + abs(r))
         around = abs(H[top - 1, top - 1]) + abs(z) + abs(H[top + 1, top + 1])
         if small <= _EPSILON * abs(p) * around:
-            break
+            return top, p, q, r
         top -= 1
+
+
+@inlined
+def _from_the_right(
+    H: np.ndarray,
+    first: int,
+    to: int,
+    k: int,
+    three: bool,
+    x: float,
+    y: float,
+    z: float,
+    q: float,
+    r: float,
+) -> None:
+    """The reflection of a step on columns k to k + 2, or to k + 1."""
+    for i in range(first, to + 1):
+        along = x * H[i, k] + y * H[i, k + 1]
+        if three:
+            along += z * H[i, k + 2]
+            H[i, k + 2] -= along * r
+        H[i, k + 1] -= along * q
+        H[i, k] -= along
+
+
+@compiled
+def _step(H: np.ndarray, first: int, last: int, x: float, y: float, w: float) -> None:
+    """One QR step with both shifts of sum x + y and product x y - w, on the rows and columns first to last.
+
+    A bulge of three rows is chased downwards; only what eigenvalues need is kept."""
+    top, p, q, r = _top(H, first, last, x, y, w)
     for i in range(top + 2, last + 1):
         H[i, i - 2] = 0.0
         if i > top + 2:
@@ -245,10 +276,4 @@ def _step(H: np.ndarray, first: int, last: int, x: float, y: float, w: float) ->
                 H[k + 2, j] -= along * z
             H[k + 1, j] -= along * y
             H[k, j] -= along * x
-        for i in range(first, min(last, k + 3) + 1):
-            along = x * H[i, k] + y * H[i, k + 1]
-            if three:
-                along += z * H[i, k + 2]
-                H[i, k + 2] -= along * r
-            H[i, k + 1] -= along * q
-            H[i, k] -= along
+        _from_the_right(H, first, min(last, k + 3), k, three, x, y, z, q, r)
