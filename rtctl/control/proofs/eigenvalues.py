@@ -106,26 +106,30 @@ def _balance(A: np.ndarray) -> None:
 def _reduce(A: np.ndarray) -> None:
     """To Hessenberg form, by reflections."""
     n = len(A)
-    v = np.zeros(n)
+    v, along = np.empty(n), np.empty(n)  # here, once: making them takes as long as a reflection
     for m in range(1, n - 1):
-        below = np.abs(A[m + 1 :, m - 1]).max()
-        if below > 0.0:
-            size = max(below, abs(A[m, m - 1]))
-            v[:m], v[m:] = 0.0, A[m:, m - 1] / size
-            squares = np.sum(v * v)
+        size = 0.0
+        for i in range(m + 1, n):
+            size = max(size, abs(A[i, m - 1]))
+        if size > 0.0:
+            size = max(size, abs(A[m, m - 1]))
+            squares = 0.0
+            for i in range(m, n):
+                v[i] = A[i, m - 1] / size
+                squares += v[i] * v[i]
             norm = -math.copysign(math.sqrt(squares), v[m])
             by = 1.0 / (squares - v[m] * norm)
             v[m] -= norm
-            _reflect(A, m, v, by)
+            _reflect(A, m, v, by, along)
             A[m, m - 1] = size * norm
             A[m + 1 :, m - 1] = 0.0
 
 
 @compiled
-def _reflect(A: np.ndarray, m: int, v: np.ndarray, by: float) -> None:
-    """I - by v v' from both sides, v nil above row m: on columns from m on, and on all rows."""
+def _reflect(A: np.ndarray, m: int, v: np.ndarray, by: float, along: np.ndarray) -> None:
+    """I - by v v' from both sides, v nil above row m: columns from m on, and all rows. `along`: room."""
     n = len(A)
-    along = np.zeros(n)
+    along[m:] = 0.0
     for i in range(m, n):  # rows outside, here and below: their elements lie together
         for j in range(m, n):
             along[j] += by * v[i] * A[i, j]
