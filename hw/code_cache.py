@@ -17,10 +17,9 @@ from types import CodeType
 from typing import Any
 
 from llvmlite import binding
-from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
-from numba.core.runtime import nrt
 
 from hw.compile_key import module_key, remember
+from hw.numba_alone import caching, nrt
 from hw.private_cache import OwnFiles, make_private
 from hw.undefined_symbols import undefined_symbols
 
@@ -63,7 +62,7 @@ on_compiled: list[Callable[[int], None]] = []
 """Called with the length of `made_here` whenever it has grown."""
 
 
-class CodeCache(FunctionCache):
+class CodeCache(caching.FunctionCache):
     """Files of one function in `folder`: made for this user alone when first asked for, as is the memo of
     sources beside it."""
 
@@ -126,7 +125,7 @@ def alone(folder: Path) -> Iterator[None]:
         os.close(descriptor)
 
 
-class _Files(CompileResultCacheImpl):
+class _Files(caching.CompileResultCacheImpl):
     """How the files are named and written."""
 
     def __init__(self, function: Callable[..., Any], folder: Path) -> None:
@@ -157,7 +156,7 @@ def _wants_nothing_more(payload: Sequence[Any]) -> bool:
         return False
 
 
-class _Place(_CacheLocator):
+class _Place(caching._CacheLocator):
     """Where the files are, in Numba's terms."""
 
     def __init__(self, file: Path, folder: Path, fingerprint: str) -> None:

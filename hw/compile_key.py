@@ -17,10 +17,10 @@ from importlib import metadata
 from pathlib import Path
 
 import llvmlite
-import numba
 import numpy as np
-from numba.core import config as numba_config
 
+from hw.numba_alone import config as numba_config
+from hw.numba_alone import numba
 from hw.source_memo import Meaning, SourceMemo, source_memo
 
 PROJECT = ("hw", "rtctl")

@@ -13,13 +13,12 @@ from functools import cache, partial
 from pathlib import Path
 from typing import Any, TypeAlias, TypeVar, cast
 
-import numba
 import numpy as np
-from numba.core import config as numba_config
-from numba.np import numpy_support
 
 from hw.code_cache import keep
 from hw.compile_key import versions
+from hw.numba_alone import config as numba_config
+from hw.numba_alone import numba, numpy_support
 
 F = TypeVar("F", bound=Callable[..., Any])
 

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO, Any
 
-from numba.core.caching import IndexDataCacheFile
+from hw.numba_alone import caching
 
 _OTHERS = stat.S_IRWXG | stat.S_IRWXO
 _WRITE = stat.S_IWGRP | stat.S_IWOTH
@@ -60,7 +60,7 @@ def is_own(path: str | Path, *, folder: bool = False) -> bool:
     return kind(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & _WRITE
 
 
-class OwnFiles(IndexDataCacheFile):
+class OwnFiles(caching.IndexDataCacheFile):
     """Numba's index and data files of one function, as far as they are this user's."""
 
     def load(self, key: object) -> object:

@@ -1,8 +1,13 @@
-"""Where a field stands in a record."""
+"""A record in compiled code, and where a field stands in it."""
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
+
+Record = Any
+"""One row of a structured array inside compiled code: fields are attributes."""
 
 
 def placed(record: np.dtype[np.void], name: str) -> tuple[np.dtype[np.generic], int]:

@@ -8,17 +8,14 @@ one rig size is one compiled version."""
 from __future__ import annotations
 
 from functools import cache
-from typing import Any
 
 import numpy as np
 
+from hw.record_fields import Record as Record  # the modules of the law take it from here
 from rtctl.control.environments.table import PARAMETERS
 
 LOCKOUT_FAULTS = 3
 """This many faults within a minute close the rig (`states.LOCKOUT_S`)."""
-
-Record = Any
-"""One row of these dtypes (or of the tick) inside compiled code: fields are attributes."""
 
 HISTORY = 64
 """Longest position history of the velocity estimators, samples."""

@@ -212,7 +212,17 @@ def test_the_loop_process_has_no_network_learner_or_config_library(folder):
         modules = set(host.loop.ended["modules"])
     for library in ("zmq", "sklearn", "pydantic_core"):
         assert library not in seen[0]
-    assert not modules & {"zmq", "sklearn", "asyncio", "pydantic", "msgpack", "matplotlib", "click"}
+    assert not modules & {
+        "zmq",
+        "sklearn",
+        "asyncio",
+        "pydantic",
+        "msgpack",
+        "matplotlib",
+        "click",
+        "scipy",
+        "yaml",
+    }
     assert {"numpy", "numba", "rtctl", "hw"} <= modules
 
 

@@ -41,6 +41,8 @@ from __future__ import annotations
 
 import math
 
+from hw.jit import compiled, inlined
+from hw.record_fields import Record
 from rtctl.control.environments.laws import (
     DAMPED,
     SNAPPING,
@@ -51,8 +53,6 @@ from rtctl.control.environments.laws import (
     stretch,
     take_own,
 )
-from rtctl.control.jit import compiled, inlined
-from rtctl.control.records import Record
 
 _ADMITTANCE = 1
 """`vocabulary.Display.ADMITTANCE`."""

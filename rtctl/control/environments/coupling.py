@@ -15,12 +15,12 @@ from __future__ import annotations
 
 import math
 
+from hw.jit import compiled, inlined
+from hw.record_fields import Record
 from rtctl.control.environments.changes import follow_world
 from rtctl.control.environments.laws import environment_energy, finite_command, solve_proxy
 from rtctl.control.environments.table import Environment
 from rtctl.control.environments.targets import follow_target
-from rtctl.control.jit import compiled, inlined
-from rtctl.control.records import Record
 
 _REMOTE = int(Environment.REMOTE)
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rtctl.control.environments.kind import DAMPING, Kind
 
 if TYPE_CHECKING:
-    from rtctl.control.records import Record
+    from hw.record_fields import Record
 
 ABOUT = Kind(
     meaning="A damper: resists speed.",

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 from rtctl.control.environments.kind import CENTER, STIFFNESS, Kind, Parameter, Slider
 
 if TYPE_CHECKING:
-    from rtctl.control.records import Record
+    from hw.record_fields import Record
 
 PITCH = Parameter("pitch_rad", "rad", 1e-3, 100, 0.2, (0.02, 0.3), Slider("pitch", 0.05, 0.5, 0.2))
 

@@ -11,12 +11,12 @@ import math
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from hw.jit import compiled
 from rtctl.control.environments.kind import DAMPING, Parameter
 from rtctl.control.environments.table import OWN, PARAMETERS, Environment, using
-from rtctl.control.jit import compiled
 
 if TYPE_CHECKING:
-    from rtctl.control.records import Record
+    from hw.record_fields import Record
 
 DAMPED = tuple(int(kind) for kind in using(DAMPING))
 SNAPPING = tuple(int(kind) for kind in Environment if kind.about.snaps)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rtctl.control.environments.kind import CENTER, STIFFNESS, Kind
 
 if TYPE_CHECKING:
-    from rtctl.control.records import Record
+    from hw.record_fields import Record
 
 ABOUT = Kind(
     meaning="A spring that pulls to its place.",

@@ -9,9 +9,9 @@ the account bounds the torque (`take_back`)."""
 
 from __future__ import annotations
 
+from hw.jit import compiled
+from hw.record_fields import Record
 from rtctl.control.environments.changes import HALVINGS, pay, towards
-from rtctl.control.jit import compiled
-from rtctl.control.records import Record
 
 
 @compiled

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rtctl.control.environments.kind import CENTER, DAMPING, STIFFNESS, Kind, Parameter
 
 if TYPE_CHECKING:
-    from rtctl.control.records import Record
+    from hw.record_fields import Record
 
 SIDE = Parameter("side", "", -1, 1, 1, (1.0, -1.0), sign=True)
 

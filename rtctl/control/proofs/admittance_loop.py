@@ -35,6 +35,7 @@ from rtctl.control.proofs.drive_in_hand import (
     plant,
     position,
 )
+from rtctl.control.proofs.eigenvalues import eigenvalues_of_each
 from rtctl.control.velocity import lowpass_alpha
 
 WORLD_STIFFNESS_NM_RAD = 1e6
@@ -276,5 +277,5 @@ def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():
-        z[good] = np.linalg.eigvals(M[good])
-    return z ** (1 / loop.sample_ticks)
+        z[good] = eigenvalues_of_each(M[good])
+    return z if loop.sample_ticks == 1 else z ** (1 / loop.sample_ticks)

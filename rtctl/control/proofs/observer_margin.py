@@ -13,6 +13,7 @@ from functools import lru_cache
 import numpy as np
 
 from rtctl.control.proofs.drive_in_hand import frequency_hz
+from rtctl.control.proofs.eigenvalues import eigenvalues_of_each
 from rtctl.control.proofs.observer_loop import Loop, Points, grid, matrices
 
 TOLERANCE = 1e-6
@@ -66,7 +67,7 @@ def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
     good = np.isfinite(M).all(axis=(1, 2))
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():
-        z[good] = np.linalg.eigvals(M[good])
+        z[good] = eigenvalues_of_each(M[good])
     size = np.abs(z) ** (1 / loop.sample_ticks)
     rings = np.abs(np.angle(z)) > 2 * math.pi * RINGS_HZ * loop.period_s * loop.sample_ticks
     return size.max(axis=1), np.where(rings, size, 0.0).max(axis=1)

@@ -197,9 +197,8 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
     best = None
     for start in _starts(rung, rows):
         begin = np.clip(start[free], low[free] + 1e-9, high[free])
-        scale = np.maximum(begin, 1e-3)
         found = least_squares(
-            miss, begin, by_part, bounds=(low[free], high[free]), x_scale=scale, max_nfev=200
+            miss, begin, by_part, bounds=(low[free], high[free]), x_scale="jac", ftol=ENOUGH, max_nfev=200
         )
         best = found if best is None or found.cost < best.cost else best
     assert best is not None  # there is always a start
@@ -218,6 +217,9 @@ def _shared(values: np.ndarray) -> np.ndarray:
 
 
 STARTS = 3
+
+ENOUGH = 1e-6
+"""Share of the sum of squares below which a step is the last: half of that in the error."""
 
 
 def _starts(rung: str, rows: Rows) -> list[np.ndarray]:

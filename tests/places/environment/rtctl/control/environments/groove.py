@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from rtctl.control.environments.kind import CENTER, STIFFNESS, Kind, Parameter, Slider
 
 if TYPE_CHECKING:
-    from rtctl.control.records import Record
+    from hw.record_fields import Record
 
 REACH = Parameter("reach_rad", "rad", 1e-3, 100, 0.1, (0.02, 0.3), Slider("reach", 0.02, 0.5, 0.1))
 
