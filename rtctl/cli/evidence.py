@@ -70,7 +70,7 @@ def command(
             folds=hold_out.way_for(points),
         )
         # a page is for others, who have other folders
-        told = [note.replace(f"{folder}/", "") for note in notes]
+        told = [note.replace(f"{folder.absolute()}/", "").replace(f"{folder}/", "") for note in notes]
         found.append(judge_set(one.name, one.source, points, told, options))
     text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")
     if out is not None:
