@@ -116,9 +116,10 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         k = back[0]
         if -float(steps[back].max()) > RUN_STEPS * float(np.median(steps)):
             raise BackendError(
-                f"{path}: the time starts over in row {k + 2} ({time_s[k + 1]:.6g} s after {time_s[k]:.6g} "
-                f"s; {len(back)} such rows): runs one after the other in one file; cut it there, not sorted "
-                "(rows of two runs would mix), and give each as a log of its own (--log may be repeated)"
+                f"{path}: unsorted time: it starts over in row {k + 2} ({time_s[k + 1]:.6g} s after "
+                f"{time_s[k]:.6g} s; {len(back)} such rows): runs one after the other in one file, or a "
+                "clock that was set back; cut it there, not sorted (rows of two runs would mix), and give "
+                "each as a log of its own (--log may be repeated)"
             )
         raise BackendError(
             f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the "

@@ -42,13 +42,14 @@ def command(
     """Compare every rung of the ladder on every data set of a description, each judged by what it never saw.
 
     DESCRIPTION is a TOML file of data sets (docs/evidence.toml is the one of docs/evidence.md). Everything is
-    learned anew without each fold, so a set takes five times as long as a ladder."""
+    learned anew without each fold, so a set takes five times as long as a ladder. Of several files one that
+    cannot be read is left out, and the page says why."""
     from dataclasses import asdict
 
     from rtctl.friction.learn import grids, hold_out
     from rtctl.friction.learn.ladder import Options
     from rtctl.friction.learn.report_evidence_page import judge_set, page
-    from rtctl.friction.logs.data_sets import read_description, read_set
+    from rtctl.friction.logs.data_sets import LEFT_OUT, read_description, read_set
     from rtctl.recording.as_columns import register
     from rtctl.whole_files import whole
 
@@ -59,6 +60,9 @@ def command(
     found = []
     for one, (points, notes) in zip(sets, read, strict=True):
         click.echo(f"{one.name}: {len(points.direction)} points", err=True)
+        for note in notes:
+            if note.startswith(LEFT_OUT):
+                click.echo(f"{one.name}: {note}", err=True)
         options = Options(
             families=grids.families(kernel),
             strategy=search,
@@ -66,7 +70,7 @@ def command(
             folds=hold_out.way_for(points),
         )
         # a page is for others, who have other folders
-        told = [note.replace(f"{folder}/", "") for note in notes]
+        told = [note.replace(f"{folder.absolute()}/", "").replace(f"{folder}/", "") for note in notes]
         found.append(judge_set(one.name, one.source, points, told, options))
     text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")
     if out is not None:

@@ -101,15 +101,15 @@ SEEDS = (
     Seed(
         "every motor torque is one that was held",
         "rtctl/friction/logs/regression.py",
-        "return nearer or (late.high < 0 and late.holds(-half_period_s))",
-        "return False",
+        "    if late is None:\n        return half_period_s",
+        "    if late is None or half_period_s > 0:\n        return half_period_s",
         LEFT,
     ),
     Seed(
         "every torque that looks early was measured with the position",
         "rtctl/friction/logs/regression.py",
-        "return nearer or (late.high < 0 and late.holds(-half_period_s))",
-        "return True",
+        "if nearer or (late.high < at + half_period_s and late.holds(at)):",
+        "if True:",
         LEFT,
     ),
     Seed(

@@ -3,12 +3,13 @@ points."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Self
 
 from pydantic import Field, ValidationError, model_validator
 
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.log_input import Gearing
 from rtctl.friction.logs.log_points import points_of_logs
 from rtctl.friction.logs.other_programs import read_mapped
@@ -18,6 +19,9 @@ from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.fields import Table
 from rtctl.rig_file.mistakes import fault_lines
 from rtctl.rig_file.toml_lines import read_toml
+
+LEFT_OUT = "left out: "
+"""How a note about a file begins that could not be read."""
 
 ROLES = {
     "time": "time",
@@ -74,14 +78,15 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
     ConfigError
         A file that is not there.
     DataError
-        What `rtctl identify --log` or `rtctl fit` would refuse, likewise."""
+        What `rtctl identify --log` or `rtctl fit` would refuse, likewise, of all files of the set: some of
+        several are left out, and the notes say why."""
     notes: tuple[str, ...] = ()
     if one.points:
         points = read_points(_found(one.points, folder)[0])
     elif one.runs:
         files = [file for pattern in one.runs for file in _found(pattern, folder)]
-        points, told = read_mapped(files, one.columns, "file", {"delimiter": None, "decimal": None})
-        notes = tuple(told)
+        marks = {"delimiter": None, "decimal": None}
+        points, notes = _readable(files, lambda some: read_mapped(some, one.columns, "file", marks))
     else:
         files = [file for pattern in one.logs for file in _found(pattern, folder)]
         unknown = sorted(set(one.columns) - set(ROLES))
@@ -90,9 +95,25 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
                 f"set {one.name!r}: columns.{unknown[0]}: no role of a log; one of {', '.join(ROLES)}"
             )
         mapped = {ROLES[role]: table for role, table in one.columns.items()}
-        points, notes = points_of_logs(files, mapped, Gearing())
+        points, notes = _readable(files, lambda some: points_of_logs(some, mapped, Gearing()))
     kept, left_out = without_outliers(points)
     return kept, (*notes, *left_out)
+
+
+def _readable(
+    files: list[Path], read: Callable[[list[Path]], tuple[FrictionPoints, Sequence[str]]]
+) -> tuple[FrictionPoints, tuple[str, ...]]:
+    """Points of the files that can be read, and the notes: why others were left out comes first."""
+    try:
+        points, notes = read(files)
+    except DataError as error:
+        named = str(error).partition(": ")[0]
+        sound = [file for file in files if named not in (str(file), str(file.absolute()))]
+        if not sound or len(sound) == len(files):
+            raise
+        points, notes = _readable(sound, read)
+        notes = (f"{LEFT_OUT}{error}", *notes)
+    return points, tuple(notes)
 
 
 def _found(pattern: str, folder: Path) -> list[Path]:

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli.evidence import command
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, DataError
 from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn import ladder, report_evidence_page
 from rtctl.friction.learn.report_evidence_page import Found, Line, judge_set, page
@@ -197,3 +197,23 @@ def test_a_held_out_error_says_what_the_next_session_brings(name):
     told = judge_set(one.name, "", points, notes, options)
     assert told.units == 3
     assert 1 / 1.5 <= told.chosen_nm / told.chosen_held_out_nm <= 1.5
+
+
+def test_one_broken_file_of_several_is_left_out_and_named(tmp_path):
+    for k in range(20):
+        speed = (-1) ** k * (0.2 + 0.1 * k)
+        rows = [f"{speed},{0.3 * np.sign(speed) + 0.05 * speed + 0.001 * (j % 3)}" for j in range(30)]
+        (tmp_path / f"run{k}.csv").write_text("\n".join(["v,tau", *rows]) + "\n")
+    (tmp_path / "run3.csv").write_text("v,tau\n0.2,0.3\n0.2,oops\n0.2,0.3\n0.2\n")
+    (tmp_path / "sets.toml").write_text(
+        '[[set]]\nname = "runs"\nruns = ["*.csv"]\n'
+        'columns = { velocity = { column = "v" }, torque = { column = "tau" } }\n'
+    )
+    (one,) = read_description(tmp_path / "sets.toml")
+    points, notes = read_set(one, tmp_path)
+    assert len(points.direction) == 19
+    assert notes[0].startswith(f"left out: {tmp_path / 'run3.csv'}: column 'tau' row 2: 'oops'")
+    for k in range(20):
+        (tmp_path / f"run{k}.csv").write_text("v,tau\nx,y\n")
+    with pytest.raises(DataError):
+        read_set(one, tmp_path)
