@@ -8,11 +8,14 @@ from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from hw.interface import BackendError
+
+ChunkedArray: TypeAlias = Any
+"""pyarrow's; it is not typed, and not there on every machine."""
 
 
 def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
@@ -53,7 +56,7 @@ def _is_of(name: str, own: str) -> bool:
     return name == own or name.startswith((f"{own}.", f"{own}#"))
 
 
-def _array(column: Any) -> np.ndarray:  # noqa: ANN401 - pyarrow is not typed
+def _array(column: ChunkedArray) -> np.ndarray:
     """A column as numbers or times, (n,), or (n, k) of lists of one length; as it is where it is neither."""
     arrow, types = import_module("pyarrow"), import_module("pyarrow.types")
     if types.is_dictionary(column.type):

@@ -257,11 +257,14 @@ class Host:
         pid, core = self.loop.pid, self.loaded.config.loop.cpu
         seen = self.loaded.config.loop.clock != "virtual"
         counters, tasks = (Counters(pid, core), Tasks(pid, exits=exits())) if seen else (None, None)
-        early = lambda: int(self.memory.early_ns[MARGIN])  # noqa: E731
-        self.late = LateWatch(counters, tasks, self.plan.period_ns, early, trace(pid) if seen else None)
+        watched = trace(pid) if seen else None
+        self.late = LateWatch(counters, tasks, self.plan.period_ns, self._early_ns, watched)
         self._streams.enter_context(closing(self.late))
         self.telemetry.set_late(self.late)
         self.record.flight.set_late(self.late)
+
+    def _early_ns(self) -> int:
+        return int(self.memory.early_ns[MARGIN])
 
     def _ticking(self) -> bool:
         return self.loop.ready and int(self.memory.header[0]["head"]) > 0
