@@ -64,7 +64,7 @@ SEEDS = (
     ),
     Seed(
         "the feed-forward gives what the device's velocity alone allows", "rtctl/control/feedforward.py",
-        "    if speed != abs(encoder):\n", "    if v != v:\n", VELOCITY,
+        "    if speed != encoder:\n", "    if v != v:\n", VELOCITY,
     ),
     Seed(
         "a model of NaN at the encoder's velocity is no fault", "rtctl/control/feedforward.py",
