@@ -374,6 +374,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "stroke_reference_rad_s": (),  # of those before
             "stroke_side": (),  # its direction, -1 or 1; 0: none yet
             "stroke_s": (),  # for which it has moved
+            "stroke_before_s": (),  # and did in the stroke before
             "stroke_wanted": (),  # share of the help that is to be taken back, and what is
             "stroke_left": (),
             "turn_rad": (),  # as far as the joint has gone since it last turned (control.trembling)

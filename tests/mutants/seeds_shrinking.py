@@ -15,8 +15,15 @@ SEEDS = (
     Seed(
         "a slower peak is believed before it is one",
         "rtctl/control/shrinking.py",
-        "if is_over or wanted",
+        "if _is_over(t, s, p, axis, speed) or wanted",
         "if True or wanted",
+        ("tests/unit/control/test_shrinking.py",),
+    ),
+    Seed(
+        "a joint that soft bristles stop after its turn has had its peak",
+        "rtctl/control/shrinking.py",
+        "return not push > p.friction_gate_deadband_nm[axis]",
+        "return True",
         ("tests/unit/control/test_shrinking.py",),
     ),
     Seed(
