@@ -415,6 +415,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "calm_speed_rad_s": (),
             "reading_slip_rad": (),  # of the position in this sample that was no motion (control.flicker)
             "observer_end": (),  # how near the bristles were to their end when the joint last moved on, 0..1
+            "observer_left": (),  # share of it that a slow hand is left
             "mass_helped_share": (),  # share of it that is sent: 1, none where a virtual mass is shown
             "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
             "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`

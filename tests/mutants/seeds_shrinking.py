@@ -43,4 +43,14 @@ SEEDS = (
         "if is_admittance",
         ("tests/unit/control/test_shrinking.py",),
     ),
+    Seed(
+        "a slow hand is thrown by the whole observer",
+        "rtctl/control/disturbance_observer.py",
+        "torque *= _paced(s, p, axis)",
+        "pass",
+        (
+            "tests/unit/control/test_disturbance_observer.py"
+            "::test_a_slow_hand_is_left_half_of_it_on_top_of_a_feedforward_as_slowly_as_a_gate",
+        ),
+    ),
 )
