@@ -1,4 +1,4 @@
-"""Seeded bugs of what tells a hand that swings out from one that moves the joint."""
+"""Seeded bugs of what tells a hand that swings out from one that moves the joint, and of a slow one."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ SEEDS = (
         "torque *= _paced(s, p, axis)",
         "pass",
         (
-            "tests/unit/control/test_disturbance_observer.py"
+            "tests/unit/control/test_observer_at_rest.py"
             "::test_a_slow_hand_is_left_half_of_it_on_top_of_a_feedforward_as_slowly_as_a_gate",
         ),
     ),

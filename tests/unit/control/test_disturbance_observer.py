@@ -8,7 +8,6 @@ from law_rig import LEVER, B, J, LawRig, T
 
 from rtctl.control.disturbance_observer import (
     HELD_SHARE,
-    SLOW_HAND_LEFT,
     SLOW_RAD_S,
     SLOW_SHARE,
     SMOOTHING,
@@ -159,22 +158,6 @@ def test_a_bias_below_the_dead_band_makes_no_torque_at_rest_and_one_above_only_t
     assert rig["torque_applied_nm"] == 0.0
     rig = settled(deadband=0.003, friction_nm=0.2)
     assert rig["observer_torque_nm"] == pytest.approx(0.9 * (target(0.5) * 0.2 - 0.003), rel=1e-3)
-
-
-def test_a_slow_hand_is_left_half_of_it_on_top_of_a_feedforward_as_slowly_as_a_gate():
-    for policy, pace, left in (
-        (Policy.HYBRID, 0.07, 1 - SLOW_HAND_LEFT),
-        (Policy.HYBRID, 0.09, 1.0),
-        (Policy.OBSERVER, 0.0, 1.0),
-    ):
-        rig = made(policy, observer_gain=0.9, observer_deadband_nm=0.0, rest_alpha=0.02)
-        rig.state["pace_rad_s"], rig.state["bristle_share"] = pace, 1.0
-        rig.now["friction_observed_nm"], rig.now["compensation"] = 0.1, 1.0
-        sent = [
-            observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1) for _ in range(2000)
-        ]
-        assert sent[0] == pytest.approx(0.9 * TARGET_AT_REST * 0.1, rel=5e-3)
-        assert sent[-1] == pytest.approx(left * 0.9 * TARGET_AT_REST * 0.1, rel=1e-3)
 
 
 def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction():
