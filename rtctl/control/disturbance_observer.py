@@ -46,6 +46,7 @@ from rtctl.control.feedforward import range_fade
 from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled, inlined
+from rtctl.control.pace import GATE_TIMES, eased
 from rtctl.control.records import HELD, Record
 from rtctl.control.resting import held_part, is_resting, speed_seen, while_resting
 from rtctl.control.vocabulary import Policy
@@ -66,6 +67,10 @@ overcome to make it creep."""
 HELD_SHARE = 0.15
 """Besides, to one that has not moved on for long (`resting.held_part`): it would slip seconds after it came
 to rest, helped ever more against a pull that stays."""
+
+SLOW_HAND_RAD_S, SLOW_HAND_LEFT = 0.08, 0.5
+"""Under a `hybrid` feed-forward a hand that is slower than that on the mean is left this share of the
+observer's torque; it goes and comes as slowly as a gate."""
 
 TARGET_AT_REST = 1.0 - SLOW_SHARE
 
@@ -168,6 +173,19 @@ def _turning(s: Record, p: Record, axis: int) -> float:
 
 
 @compiled
+def _paced(s: Record, p: Record, axis: int) -> float:
+    """Share of the observer's torque in a hand of this pace, beside a feed-forward that gives most of the
+    help.
+
+    On a joint that sticks the observer is an integrator: what breaks it away falls to 1 - gain of the
+    friction, and what friction loses as it lets go pushes the joint on for the lag of two low-passes. A slow
+    hand meets that at each slip; with half of the observer it is not thrown, and mostly pulls no more."""
+    wanted = SLOW_HAND_LEFT if s.pace_rad_s[axis] < own_rad(p, axis, SLOW_HAND_RAD_S) else 0.0
+    s.observer_left[axis] = eased(p, axis, s.observer_left[axis], wanted, GATE_TIMES)
+    return 1.0 - s.observer_left[axis]
+
+
+@compiled
 def _beside_a_mass(s: Record, p: Record, axis: int) -> float:
     """Share of the observer's torque that is left where a virtual mass is shown: none, gone through the
     low-pass of rest where the display changes.
@@ -204,6 +222,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
     torque = t.compensation[axis] * p.observer_gain[axis] * math.copysign(beyond, rest)
     if p.friction_policy[axis] == _HYBRID:
         torque *= _turning(s, p, axis)
+        torque *= _paced(s, p, axis)
     torque *= _beside_a_mass(s, p, axis)
     v = t.velocity_rad_s[axis]
     branch = FORWARD if v >= 0.0 else BACKWARD

@@ -371,6 +371,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "stroke_reference_rad_s": (),  # of those before
             "stroke_side": (),  # its direction, -1 or 1; 0: none yet
             "stroke_s": (),  # for which it has moved
+            "stroke_before_s": (),  # and did in the stroke before
             "stroke_wanted": (),  # share of the help that is to be taken back, and what is
             "stroke_left": (),
             "turn_rad": (),  # as far as the joint has gone since it last turned (control.trembling)
@@ -411,6 +412,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "calm_speed_rad_s": (),
             "reading_slip_rad": (),  # of the position in this sample that was no motion (control.flicker)
             "observer_end": (),  # how near the bristles were to their end when the joint last moved on, 0..1
+            "observer_left": (),  # share of it that a slow hand is left
             "mass_helped_share": (),  # share of it that is sent: 1, none where a virtual mass is shown
             "assistance_energy_j": (2,),  # accounts of the compensation: torque in time, and one tick later
             "compensation_nm": (HELD,),  # feed-forward and observer torque sent, ring by `ticks`

@@ -164,6 +164,7 @@ def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction()
     for policy, half in ((Policy.HYBRID, 0.5), (Policy.OBSERVER, 1.0), (Policy.STOP_GATED, 1.0)):
         for share, left in ((0.0, half), (0.5, half), (-0.75, 0.5 + 0.5 * half), (1.0, 1.0)):
             rig = made(policy, observer_gain=0.9, observer_deadband_nm=0.0)
+            rig.state["pace_rad_s"] = 1.0
             rig.state["bristle_share"], rig.now["friction_observed_nm"], rig.now["compensation"] = (
                 share,
                 0.1,

@@ -5,6 +5,7 @@ import math
 import pytest
 from law_rig import LEVER, LawRig, T, of_rows
 
+from rtctl.control.resting import BENT_S
 from rtctl.control.shrinking import (
     EASE_S,
     LEFT_MOST,
@@ -73,6 +74,34 @@ def test_it_is_known_soon_after_the_slower_peak_and_not_while_the_joint_gets_fas
     shares = [joint.tick(0.4 * math.sin(math.pi * (k + 0.5) / ticks)) for k in range(ticks)]
     assert shares[ticks // 2] == 1.0
     assert shares[round(0.75 * ticks)] < 1 - 0.5 * LEFT_MOST
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+@pytest.mark.parametrize(("hand_nm", "least"), [(0.05, 1.0), (-0.05, 1 - LEFT_MOST), (0.0, 1 - LEFT_MOST)])
+@pytest.mark.parametrize("dip", [0.0, 0.5])
+def test_a_joint_stopped_early_by_its_bristles_is_helped_whole_and_by_its_hand_is_not(
+    dip, hand_nm, least, sign
+):
+    joint = Strokes()
+    joint.strokes(-sign, sign, -sign, seconds=1.0)
+    joint.rig.now["hand_torque_nm"] = sign * hand_nm
+    thrown = [joint.tick(sign * speed, sign) for speed in (0.3, 0.3 * dip) for _ in range(200)]
+    assert min(thrown) == pytest.approx(least, abs=0.03)
+    for _ in range(EASED):
+        joint.tick(sign)
+    assert joint.share == pytest.approx(1.0, abs=1e-3)
+
+
+def test_one_that_comes_to_rest_early_in_a_stroke_is_not_helped_to_slip():
+    joint = Strokes()
+    joint.strokes(1.0, 1.0, seconds=1.0)
+    joint.rig.now["hand_torque_nm"] = 0.05
+    for _ in range(50):
+        joint.tick(0.3)
+    joint.rig.state["bent_ticks"] = round(2 * BENT_S / T)
+    for _ in range(EASED):
+        joint.tick(0.0)
+    assert joint.share == pytest.approx(1 - LEFT_MOST, abs=1e-3)
 
 
 def test_who_gets_faster_again_is_helped_before_the_stroke_is_over():
