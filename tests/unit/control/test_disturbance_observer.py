@@ -176,14 +176,13 @@ def test_while_the_bristles_turn_half_of_it_comes_on_top_of_a_hybrid_direction()
 
 @pytest.mark.parametrize("speed", [0.0, 0.01, 0.5])
 def test_more_of_the_friction_is_left_to_a_joint_that_has_not_moved_on_for_long(speed):
-    """However fast its bristles bend: a joint that stands has no speed."""
     rig = made(Policy.OBSERVER)
     rig.now["friction_observed_nm"], rig.now["compensation"], rig.now["velocity_rad_s"] = 0.1, 1.0, speed
     moves = SLOW_SHARE * math.exp(-((speed / SLOW_RAD_S) ** 2))
     for ticks, left in ((0, moves), (10_000, SLOW_SHARE + HELD_SHARE)):
         rig.state["bent_ticks"] = ticks
-        torque = observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1)
-        assert torque == pytest.approx(0.9 * (1.0 - left) * 0.1)
+        asked = observer_torque(rig.now[0], rig.state[0], rig.params[0], rig.model[0], 0, 1)
+        assert asked == pytest.approx(0.9 * (1.0 - left) * 0.1)
 
 
 @pytest.mark.parametrize("pull_nm", [0.01, 0.03])
