@@ -91,7 +91,8 @@ def settings() -> str:
 
     CPU name and features are in Numba's own index."""
     plain = (int, float, str, type(None))
-    options = sorted((name, value) for name, value in vars(numba_config).items() if name.isupper())
+    named = ((name, value) for name, value in vars(numba_config).items() if name.isupper())
+    options = sorted(x for x in named if not x[0].startswith("_"))  # `_HAVE_YAML` is no option
     return repr([x for x in options if x[0] not in _PER_PROCESS and isinstance(x[1], plain)])
 
 

@@ -261,7 +261,9 @@ def friction_feedforward(
     -----
     Where `v` is not the encoder's velocity, the torque is the lesser of what either allows. What the proofs
     of passivity and the observer's credit rest on, |tau_ff| <= ff(|v|) at the encoder's velocity, holds
-    however far off or late `v` is: an error of `v` can only take compensation away."""
+    however far off or late `v` is: an error of `v` can only take compensation away. On a joint that
+    stands it is ff at the speed before, and the account bounds it (docs/theory.md 5.8); beyond the trained
+    range it is 0 in any case."""
     hand = s.calm_hand_nm[axis]
     policy = p.friction_policy[axis]
     way, led = _led_by(s, p, axis, dx, v)
@@ -285,7 +287,10 @@ def friction_feedforward(
     faults = 0
     if not math.isfinite(magnitude) or not math.isfinite(friction):
         magnitude, friction, faults = 0.0, 0.0, _F_LAW
-    inside = max(speed, encoder) <= model.speed_max_rad_s[branch]
+    measured = abs(t.velocity_rad_s[axis])
+    if encoder == 0.0:  # a speed beyond the curve is no bend of bristles, nor an edge
+        magnitude *= range_fade(model, branch, measured)
+    inside = max(speed, measured) <= model.speed_max_rad_s[branch]
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate

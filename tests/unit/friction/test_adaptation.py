@@ -3,6 +3,7 @@ by what is known.
 """
 
 import math
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
@@ -30,13 +31,9 @@ T = 1e-3
 
 
 def seen(factor, error=0.01, session_s=30.0):
-    none = dict.fromkeys(
-        ("forward", "forward_error", "backward", "backward_error", "offset_error_nm", "place_trust"), 0.0
-    )
-    return Estimate(
-        factor=factor, factor_error=error, offset_nm=0.0, dry_nm=0.25, strokes=40, seconds=24.0,
-        session_seconds=session_s, **none,
-    )  # fmt: skip
+    none = dict.fromkeys((field.name for field in fields(Estimate)), 0.0)
+    told = {"factor": factor, "factor_error": error, "dry_nm": 0.25, "strokes": 40, "seconds": 24.0}
+    return Estimate(**none | told | {"session_seconds": session_s})
 
 
 def over(minutes, factor, found, bounds=BOUNDS, look_s=0.25, **more):

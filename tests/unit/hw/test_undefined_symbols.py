@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from llvmlite import binding
+from numba.core import caching
 from numba.core.registry import cpu_target
 
 from hw import code_cache
@@ -89,9 +90,7 @@ def test_what_is_kept_in_another_way_is_loaded_when_numba_is_ready():
 
 def test_numba_is_made_ready_for_what_wants_more(monkeypatch):
     made_ready = []
-    monkeypatch.setattr(
-        code_cache.CompileResultCacheImpl, "rebuild", lambda _self, _context, payload: payload
-    )
+    monkeypatch.setattr(caching.CompileResultCacheImpl, "rebuild", lambda _self, _context, payload: payload)
     files = object.__new__(code_cache._Files)
     context = SimpleNamespace(refresh=lambda: made_ready.append(1))
     files.rebuild(context, kept(object_that_calls("getpid")))
