@@ -9,6 +9,7 @@ import fcntl
 import hashlib
 import inspect
 import os
+import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -111,6 +112,17 @@ class CodeCache(caching.FunctionCache):
         if self.usable():
             with alone(Path(self._cache_path)):
                 numbas.save_overload(sig, data)
+
+
+def made_elsewhere(dispatcher: Any, program: str) -> None:  # noqa: ANN401 - its `_cache` is in no stub
+    """Where no machine code of a function is kept, have the Python `program` make it in a process of its own.
+
+    A process that compiles keeps some hundred MB for as long as it lives; the host lives for months. What
+    could not be made there is made here."""
+    kept: CodeCache = dispatcher._cache
+    if not Path(kept._cache_file._index_path).is_file():
+        quiet: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
+        subprocess.run([sys.executable, "-c", program], check=False, **quiet)
 
 
 @contextmanager

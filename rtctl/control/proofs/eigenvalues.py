@@ -8,10 +8,11 @@ calls, is made for large matrices and takes two to three times as long for the 1
 from __future__ import annotations
 
 import math
+from functools import cache
 
 import numpy as np
 
-from rtctl.control.jit import compiled, inlined, plain
+from rtctl.control.jit import compiled, inlined, made_elsewhere, plain
 
 MOST_STEPS = 60
 """QR steps for one eigenvalue, or pair; every tenth is an exceptional one. Five are usual."""
@@ -25,12 +26,23 @@ def eigenvalues_of_each(stack: np.ndarray) -> np.ndarray:
     work = np.array(stack, dtype=float, order="C")
     if plain(_all) is _all:
         return np.asarray(np.linalg.eigvals(work), dtype=complex)
+    _have_it_made()
     found = np.empty(work.shape[:2], dtype=complex)
     ended = np.empty(len(work), dtype=np.bool_)
     _all(work, found, ended)
     for at in np.flatnonzero(~ended):
         found[at] = np.linalg.eigvals(stack[at])
     return found
+
+
+@cache
+def _have_it_made() -> None:
+    made_elsewhere(_all, f"from {__name__} import make; make()")
+
+
+def make() -> None:
+    """Compile, or load."""
+    _all(np.zeros((1, 2, 2)), np.zeros((1, 2), complex), np.zeros(1, np.bool_))
 
 
 @compiled
