@@ -207,7 +207,12 @@ SEEDS = (
     ),
     Seed(
         "a task that rose above the loop is in a section of the kernel", "rtctl/host/exchange/late_seen.py",
-        "_whose(mark.left,", "_whose(self._core.priority,", SEEN,
+        "found.waited[_whose(mark.left, self._own, self.state), self._core",
+        "found.waited[_whose(self._core.priority, self._own, self.state), self._core", SEEN,
+    ),
+    Seed(
+        "who took an idle core is not told, and the hypervisor is blamed", "rtctl/host/exchange/late_seen.py",
+        "if self._idle and mark.leaver:", "if False:", SEEN,
     ),
     Seed(
         "a loop that runs on another core waits on this one", "rtctl/host/exchange/late_seen.py",

@@ -58,6 +58,7 @@ class _Story:
         self.state, self._own = "", 0
         self._core, self._softirq = Mark(0, ""), ""
         self._behind = 0  # ns, of who has the core now
+        self._idle = 0  # ns, of a core that nobody was told to have
 
     def spend(self, ns: int) -> None:
         """So much time goes by."""
@@ -65,8 +66,10 @@ class _Story:
             self.found.slept += ns
         elif self._softirq:
             self.found.waited["softirq", self._softirq] += ns
-        elif self.state == _RUNS or not self._core.name:  # an idle core is given up at once
+        elif self.state == _RUNS:
             self.found.ran += ns
+        elif not self._core.name:
+            self._idle += ns
         else:
             self._behind += ns
 
@@ -74,6 +77,12 @@ class _Story:
         """Go on with what is told next. A switch ends a softirq: a fully preemptible kernel may interrupt
         one."""
         if mark.what in {IN, OUT, OTHER}:
+            # an idle core is given up at once; to whom, not every kernel tells
+            if self._idle and mark.leaver:
+                self.found.waited[_whose(mark.left, self._own, self.state), mark.leaver] += self._idle
+            else:
+                self.found.ran += self._idle
+            self._idle = 0
             if self._behind:
                 self.found.waited[_whose(mark.left, self._own, self.state), self._core.name] += self._behind
             self._behind = 0

@@ -56,8 +56,8 @@ _FOLLOWED = (
 _TIMER = struct.Struct("<24xqq")
 """When a timer comes at the latest, and at the earliest."""
 
-_SWITCH, _SOFTIRQ = struct.Struct("<24xiiq16sii"), struct.Struct("<8xI")
-"""Number, priority and state of the task before; name, number and priority of the task after."""
+_SWITCH, _SOFTIRQ = struct.Struct("<8x16siiq16sii"), struct.Struct("<8xI")
+"""Name, number, priority and state of the task before; name, number and priority of the task after."""
 
 _NOT_READY = 0xFF
 """Bits of the state of a task that waits for something: none of these is set in one that would run on."""
@@ -83,6 +83,8 @@ class Mark(NamedTuple):
         Of whom has the core now, as the kernel counts: less runs first, from 100 on ordinary.
     left
         Likewise of whom had it before, who may have changed it meanwhile.
+    leaver
+        Who had it before; none an idle core.
     ready
         OUT of a loop that would have run on.
     slack_ns
@@ -93,6 +95,7 @@ class Mark(NamedTuple):
     name: str = ""
     priority: int = 0
     left: int = 0
+    leaver: str = ""
     ready: bool = False
     slack_ns: int = 0
 
@@ -197,10 +200,10 @@ def marks(told: bytes, pid: int, numbers: list[int]) -> Iterator[Mark]:
         newer_ns = at_ns
         (number,) = _COMMON.unpack_from(told, body)
         if number == switch:
-            before, left, state, name, after, priority = _SWITCH.unpack_from(told, body)
+            leaver, before, left, state, name, after, priority = _SWITCH.unpack_from(told, body)
             what = IN if after == pid else OUT if before == pid else OTHER
             ready = what == OUT and not state & _NOT_READY
-            yield Mark(at_ns, what, _task(name, after), priority, left, ready)
+            yield Mark(at_ns, what, _task(name, after), priority, left, _task(leaver, before), ready)
         elif number == waking:
             yield Mark(at_ns, WOKEN)
         elif number == start:

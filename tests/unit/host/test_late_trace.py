@@ -63,10 +63,11 @@ def test_records_are_read_the_newest_first_and_one_that_is_cut_off_is_left_out()
         switch(7, LOOP, 0x100, (b"hog", 4), 4),
     ]
     assert list(marks(b"".join(told[::-1])[:-8], LOOP, NUMBERS)) == [
-        Mark(7, OUT, "hog 4", 4, 120, ready=True), Mark(6, IN, "loop 77", 19, 120), Mark(6, GAP),
+        Mark(7, OUT, "hog 4", 4, 120, "x 77", ready=True), Mark(6, IN, "loop 77", 19, 120, "x 9"),
+        Mark(6, GAP),
         Mark(5, WOKEN), Mark(4, SLACK, slack_ns=50), Mark(4, DONE, "NET_RX"), Mark(3, SOFTIRQ, "NET_RX"),
-        Mark(2, OTHER, "make 9", 120, 120),
-        Mark(1, OUT, "shell 8", 120, 120),
+        Mark(2, OTHER, "make 9", 120, 120, "x 8"),
+        Mark(1, OUT, "shell 8", 120, 120, "x 77"),
     ]  # fmt: skip
 
 
@@ -161,6 +162,13 @@ def test_behind_whom_an_ordinary_loop_waited_longest_is_named():
 def test_a_task_that_rose_above_the_loop_while_it_had_the_core_may_preempt_it():
     told = [*HAD, Mark(-50, OTHER, "new 6", 120), Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19, 4)]
     assert seen(told, 0, 100).held() == ("another task", "new 6", 90)
+
+
+def test_who_took_an_idle_core_is_known_from_whom_the_loop_has_it():
+    """Linux 6.18 on a guest told of no switch away from the idle task."""
+    told = [*HAD, Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19, 4, "hog 4")]
+    assert seen(told, 0, 100).held() == ("another task", "hog 4", 90)
+    assert seen([*HAD, Mark(-20, WOKEN), Mark(90, IN, "loop 77", 19, 120)], 0, 100).ran == 100
 
 
 def test_a_stretch_that_begins_before_anything_was_told_is_not_judged():
