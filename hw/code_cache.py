@@ -118,9 +118,9 @@ def made_elsewhere(dispatcher: Any, program: str) -> None:  # noqa: ANN401 - its
     """Where no machine code of a function is kept, have the Python `program` make it in a process of its own.
 
     A process that compiles keeps some hundred MB for as long as it lives; the host lives for months. What
-    could not be made there is made here."""
+    could not be made there, or not be kept, is made here."""
     kept: CodeCache = dispatcher._cache
-    if not Path(kept._cache_file._index_path).is_file():
+    if kept.usable() and not Path(kept._cache_file._index_path).is_file():
         quiet: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
         subprocess.run([sys.executable, "-c", program], check=False, **quiet)
 

@@ -76,3 +76,18 @@ def test_a_module_has_one_key_however_many_functions_until_it_is_loaded_again(
     assert len(asked) == 2
     assert first.isdisjoint({module.f._cache.cache_path, module.g._cache.cache_path})
     assert module.f(0) == 10
+
+
+@pytest.mark.parametrize(
+    ("kept", "private", "made"), [(False, True, True), (True, True, False), (False, False, False)]
+)
+def test_a_function_is_made_elsewhere_where_it_is_not_kept_and_can_be(
+    monkeypatch, compiled, tmp_path, kept, private, made
+):
+    """Where the folder is another user's nothing can be kept: whoever had it made would make it again."""
+    function, asked = compiled(double), tmp_path / "asked"
+    if kept:
+        function(1)
+    monkeypatch.setattr(function._cache, "_usable", private)
+    code_cache.made_elsewhere(function, f"open({str(asked)!r}, 'a').write('x')")
+    assert asked.exists() == made
