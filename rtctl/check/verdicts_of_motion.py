@@ -5,9 +5,9 @@ from __future__ import annotations
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
 
-SHAKEN = {"hybrid": (26, 588), "observer": (18, 217)}
+SHAKEN = {"hybrid": (36, 611), "observer": (16, 222)}
 """By policy: hands of the box that were shaken beyond both references, of so many that moved certified rigs
-on joints of another make (`tests/foreign_shaken.py`, decision 0094)."""
+on joints of another make (`tests/foreign_shaken.py`, seeds that chose nothing: decision 0111)."""
 
 
 def moved(s: Subject) -> list[Verdict]:
