@@ -13,13 +13,15 @@ from rtctl.control.proofs.quicker_sensors import quicker_sensors
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
+    from rtctl.check.force_way import ForceWay
     from rtctl.control.proofs.admittance_counts import Hunting
     from rtctl.control.proofs.admittance_help import Helped
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
     from rtctl.control.proofs.admittance_proof import Proof
     from rtctl.control.proofs.admittance_sticking import Sticking
-    from rtctl.control.proofs.drive_in_hand import ElasticJoint
+    from rtctl.control.proofs.drive_in_hand import Drive, ElasticJoint
+    from rtctl.control.proofs.stability import Between
     from rtctl.rig_file.axis_tables import AxisTable
 
 BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
@@ -81,6 +83,26 @@ class AdmittanceFigures:
     tried."""
 
 
+def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, way: ForceWay) -> Drive:
+    """The drive of an axis that slides, with its force sensor."""
+    from rtctl.control.proofs.drive_in_hand import Drive
+
+    return Drive(
+        table.inertia_kgm2,
+        table.viscous_nms_rad,
+        period_s,
+        delay=between.delay,
+        lag_hz=between.lag_hz,
+        sample_ticks=between.sample_ticks,
+        sensor_hz=way.sensor_hz,
+        sensor_ticks=way.ticks,
+        force_lowpass_hz=table.force.lowpass_hz,
+        motor_share=joint.motor_share,
+        encoder=joint.encoder,
+        joints=joints_of(joint, table.inertia_kgm2),
+    )
+
+
 def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: float) -> AdmittanceLoop:
     """The loop of an axis as `admittance_loop` wants it."""
     # here, since the names of a report must not load the compiler
@@ -88,18 +110,20 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
     from rtctl.control.virtual_mass import MASS_REST_HZ
 
     a = table.admittance
-    return AdmittanceLoop(
-        inertia_kgm2=table.inertia_kgm2,
+    drive = drive_of(table, joint, period_s, figures.between, figures.force_way)
+    drive = replace(
+        drive,
         viscous_nms_rad=figures.total_damping_nms_rad,
-        period_s=period_s,
+        force_lowpass_hz=a.force_lowpass_hz,
+        bristle_nm_rad=figures.guarantee.bristle_nm_rad,
+    )
+    return AdmittanceLoop(
+        **vars(drive),
         mass_kgm2=a.mass_kgm2,
         virtual_damping_nms_rad=a.damping_nms_rad,
         velocity_gain_nms_rad=a.velocity_gain_nms_rad,
         position_gain_nm_rad=a.position_gain_nm_rad,
         mass_max_kgm2=a.mass_max_kgm2,
-        force_lowpass_hz=a.force_lowpass_hz,
-        sensor_hz=figures.force_way.sensor_hz,
-        sensor_ticks=figures.force_way.ticks,
         intake_lowpass_hz=table.force.lowpass_hz,
         velocity_lowpass_hz=a.velocity_lowpass_hz,
         feedforward=a.sent_ahead(table.inertia_kgm2),
@@ -107,17 +131,10 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         help_share=_help_share(figures, a.compensation_share),
         help_turns_rad=figures.friction.presliding_rad if figures.friction else 0.0,
         told_viscous_nms_rad=table.viscous_nms_rad,
-        delay=figures.delay_ticks,
-        lag_hz=figures.current_loop_hz,
-        sample_ticks=figures.sample_ticks,
-        bristle_nm_rad=figures.guarantee.bristle_nm_rad,
         presliding_rad=figures.guarantee.length_rad,
         bristles_to=BRISTLES_TO if figures.guarantee.measured else ASSUMED_TO,
         rest_damping_nms_rad=a.rest_damping_nms_rad,
         rest_hz=MASS_REST_HZ,
-        motor_share=joint.motor_share,
-        encoder=joint.encoder,
-        joints=joints_of(joint, table.inertia_kgm2),
         box=Box(a.hand_stiffness_nm_rad, a.hand_damping_nms_rad, a.hand_inertia_kgm2),
     )
 
