@@ -8,20 +8,18 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from rtctl.check.lateness import drive_of
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:
     from hw.interface import Joint
     from rtctl.check.axis_report import AxisFigures
-    from rtctl.check.force_way import ForceWay
     from rtctl.control.proofs.admittance_counts import Hunting
     from rtctl.control.proofs.admittance_help import Helped
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
     from rtctl.control.proofs.admittance_margin import Finding
     from rtctl.control.proofs.admittance_proof import Proof
     from rtctl.control.proofs.admittance_sticking import Sticking
-    from rtctl.control.proofs.drive_in_hand import Drive, ElasticJoint
-    from rtctl.control.proofs.stability import Between
     from rtctl.rig_file.axis_tables import AxisTable
 
 BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
@@ -83,26 +81,6 @@ class AdmittanceFigures:
     tried."""
 
 
-def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, way: ForceWay) -> Drive:
-    """The drive of an axis that slides, with its force sensor."""
-    from rtctl.control.proofs.drive_in_hand import Drive
-
-    return Drive(
-        table.inertia_kgm2,
-        table.viscous_nms_rad,
-        period_s,
-        delay=between.delay,
-        lag_hz=between.lag_hz,
-        sample_ticks=between.sample_ticks,
-        sensor_hz=way.sensor_hz,
-        sensor_ticks=way.ticks,
-        force_lowpass_hz=table.force.lowpass_hz,
-        motor_share=joint.motor_share,
-        encoder=joint.encoder,
-        joints=joints_of(joint, table.inertia_kgm2),
-    )
-
-
 def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: float) -> AdmittanceLoop:
     """The loop of an axis as `admittance_loop` wants it."""
     # here, since the names of a report must not load the compiler
@@ -144,18 +122,6 @@ def _help_share(figures: AxisFigures, compensation_share: float) -> float:
     if figures.friction is None or not figures.compensates:
         return 0.0
     return compensation_share * figures.friction.helped_share
-
-
-def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
-    """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
-    from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, RIGID, ElasticJoint, resonance
-
-    if joint.stiffness_nm_rad > 0:
-        one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
-        return (one,)
-    if joint.motor_share < 1:
-        return tuple(resonance(inertia_kgm2, hz) for hz in RESONANCES_HZ)
-    return (RIGID,)
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check import force_way, lateness
-from rtctl.check.admittance_figures import drive_of
+from rtctl.check.lateness import drive_of
 from rtctl.check.verdict import hand_factor
 
 if TYPE_CHECKING:

@@ -69,10 +69,11 @@ class Points(Hands):
 
 def grid(loop: Loop) -> Points:
     """Every hand of the box, on every joint, sliding and stuck, coupled and free."""
+    bristles = (0.0, loop.bristle_nm_rad) if loop.bristle_nm_rad > 0 else (0.0,)
     coupled = (0, 1) if loop.stiffness_nm_rad > 0 else (0,)
     box = (HAND_STIFFNESS_NM_RAD, HAND_DAMPING_NMS_RAD, HAND_INERTIA_KGM2)
     hands = tuple([loop.hand * one for one in each] for each in box)
-    rows = np.array(list(product(*hands, loop.bristles, range(len(loop.joints)), coupled)), dtype=float)
+    rows = np.array(list(product(*hands, bristles, range(len(loop.joints)), coupled)), dtype=float)
     return Points(*rows.T)
 
 
