@@ -34,7 +34,7 @@ from hw.fault_kinds import Channel, Effect
 from hw.generator import uniform
 from hw.interface import LinkFault
 from hw.jit import compiled
-from hw.kept_readings import FIELDS, keep, kept_field, show
+from hw.kept_readings import FIELDS, copy_readings, kept_field
 
 FAULTS = 32
 """Most faults of one schedule."""
@@ -158,7 +158,7 @@ def _alter(
 def _show_again(t: np.record, s: np.record) -> None:
     """Nothing arrived: what the last sample left still stands."""
     t.sample_count = s.shown_count
-    show(t, s.shown)
+    copy_readings(s.shown, t)
 
 
 @compiled
@@ -166,7 +166,7 @@ def _remember(t: np.record, s: np.record) -> None:
     """Keep the sample as it is shown."""
     s.shown_ready = 1
     s.shown_count = t.sample_count
-    keep(t, s.shown)
+    copy_readings(t, s.shown)
 
 
 @compiled

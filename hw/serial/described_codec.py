@@ -11,12 +11,12 @@ from functools import cache
 
 import numpy as np
 
-from hw.encoder import ANGLE_STATE, ENCODER_STATE, beyond, follow, unwrap
+from hw.encoder import ANGLE_STATE, beyond, follow, unwrap
 from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial.described_plan import Target
 from hw.serial.layout import next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
-from hw.serial.link import MORE, judge, show_measured
+from hw.serial.link import MORE, board_fields, judge, show_measured
 
 _DEVICE = int(LinkFault.DEVICE)
 
@@ -41,41 +41,15 @@ def described_dtype(n_axes: int) -> np.dtype[np.void]:
     axis = (n_axes,)
     return np.dtype(
         [
-            ("torque_mode", "<i8"),
+            *board_fields(n_axes),
             ("show_position", "<i8"),
-            ("show_current", "<i8"),
-            ("show_force", "<i8"),
-            ("show_moment", "<i8"),
-            ("show_temperature", "<i8"),
-            ("show_velocity", "<i8"),
-            ("show_estop", "<i8"),
-            ("started", "<i8"),
-            ("sequence", "<i8"),
-            ("encoder", "<i8", (n_axes, ENCODER_STATE)),
             ("angle", "<f8", (n_axes, ANGLE_STATE)),
             ("position_rad", "<f8", axis),
-            ("current_a", "<f8", axis),
-            ("temperature_c", "<f8", axis),
-            ("velocity_rad_s", "<f8", axis),
-            ("force_n", "<f8", (3,)),
-            ("moment_nm", "<f8", (3,)),
             ("estop", "<i8"),
             ("fault", "<i8"),
             ("asked", "<i8"),  # the command sent last was enabled
-            ("driven", "<i8"),  # the board has said `enabled` since the host enabled it
-            ("dropped", "<i8"),  # and not any more; until the host disables
             ("identity", "<i8"),
-            ("fresh", "<i8"),
-            ("damaged_now", "<i8"),
-            ("older_now", "<i8"),
-            ("sample_count", "<i8"),
-            ("good", "<i8"),
-            ("damaged", "<i8"),
-            ("older", "<i8"),
-            ("older_in_row", "<i8"),
-            ("lost", "<i8"),
             ("invalid", "<i8"),
-            ("command_sequence", "<i8"),
             ("raw", "<f8", (FIELDS_MAX,)),  # scratch
         ]
     )

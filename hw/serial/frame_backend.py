@@ -188,7 +188,7 @@ def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
         row["offset_rad"][k] = axis["position_offset_rad"]
         row["motor_sign"][k] = axis["motor_sign"]
     row["torque_mode"], row["time_to_live"] = int(torque), options["time_to_live_cycles"]
-    for channel in ("current", "force", "moment", "velocity", "temperature", "estop"):
+    for channel in link.SHOWN:
         row["show_" + channel] = channel in channels
     unusable = frame.Status.DRIVE_FAULT
     unusable |= frame.Status.FORCE_MISSING if "force" in channels else 0

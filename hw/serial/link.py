@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -30,57 +31,56 @@ _NO_VELOCITY, _NO_MOMENT = int(frame.Status.VELOCITY_MISSING), int(frame.Status.
 MORE, DRAINED, BACKLOGGED = 0, 1, 2
 """What a chunk is: more will follow in this cycle; all there is; the last of a backlog."""
 
+SHOWN = ("current", "force", "moment", "temperature", "velocity", "estop")
+"""Channels that a board may have besides the position."""
+
+
+def board_fields(n_axes: int) -> list[tuple[Any, ...]]:
+    """Settings and state of a link to any board of `n_axes` axes that speaks in frames."""
+    axis = (n_axes,)
+    return [
+        # settings
+        ("torque_mode", "<i8"),
+        *((f"show_{channel}", "<i8") for channel in SHOWN),
+        # newest accepted sample
+        ("started", "<i8"),
+        ("sequence", "<i8"),
+        ("encoder", "<i8", (n_axes, ENCODER_STATE)),
+        ("current_a", "<f8", axis),
+        ("temperature_c", "<f8", axis),
+        ("velocity_rad_s", "<f8", axis),
+        ("force_n", "<f8", (3,)),
+        ("moment_nm", "<f8", (3,)),
+        # this cycle
+        *((name, "<i8") for name in ("fresh", "damaged_now", "older_now")),
+        # since the start; lost: gaps of the sequence number
+        *((name, "<i8") for name in ("sample_count", "good", "damaged", "older", "older_in_row", "lost")),
+        # commands
+        ("command_sequence", "<i8"),
+        ("driven", "<i8"),  # the board has driven the motor since the host enabled it
+        ("dropped", "<i8"),  # and let go of it; until the host disables
+    ]
+
 
 @cache
 def link_dtype(n_axes: int) -> np.dtype[np.void]:
-    """Settings and state of a link to a board of `n_axes` axes."""
+    """Settings and state of a link to a board of `n_axes` axes that speaks `rtctl-frame`."""
     axis = (n_axes,)
     return np.dtype(
         [
-            # settings
+            *board_fields(n_axes),
             ("rad_per_count", "<f8", axis),  # signed
             ("offset_rad", "<f8", axis),
             ("motor_sign", "<f8", axis),  # of current and command
-            ("torque_mode", "<i8"),
             ("time_to_live", "<i8"),
-            ("show_current", "<i8"),
-            ("show_force", "<i8"),
-            ("show_moment", "<i8"),
-            ("show_temperature", "<i8"),
-            ("show_velocity", "<i8"),
-            ("show_estop", "<i8"),
             ("unusable_status", "<i8"),  # status bits that make a sample unusable
-            # newest accepted sample
-            ("started", "<i8"),
-            ("sequence", "<i8"),
             ("time_us", "<i8"),
             ("status", "<i8"),
             ("command_acknowledged", "<i8"),
-            ("encoder", "<i8", (n_axes, ENCODER_STATE)),
             ("position_counts", "<i8", axis),  # unwrapped, also over a re-plug
-            ("current_a", "<f8", axis),
-            ("temperature_c", "<f8", axis),
-            ("velocity_rad_s", "<f8", axis),
-            ("force_n", "<f8", (3,)),
-            ("moment_nm", "<f8", (3,)),
-            # this cycle
-            ("fresh", "<i8"),
-            ("damaged_now", "<i8"),
-            ("older_now", "<i8"),
-            # since the start
-            ("sample_count", "<i8"),
-            ("good", "<i8"),
-            ("damaged", "<i8"),
-            ("older", "<i8"),
-            ("older_in_row", "<i8"),
-            ("lost", "<i8"),  # gaps of the sequence number, packets
             ("foreign", "<i8"),  # undamaged packets of another type, version or number of axes
             ("identified", "<i8"),
-            # commands
-            ("command_sequence", "<i8"),
             ("enabled_in_row", "<i8"),
-            ("driven", "<i8"),  # the power stage has driven the motor since the host enabled it
-            ("dropped", "<i8"),  # and the board let go of it; until the host disables
         ]
     )
 

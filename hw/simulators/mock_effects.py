@@ -92,6 +92,14 @@ def effect_state_fields(n_axes: int) -> list[tuple[Any, ...]]:
     ]
 
 
+def take_numbers(p: np.void, axis: int, table: Options, prefix: str = "") -> None:
+    """Write every number of a table into the parameter that has its name behind the prefix, if there is
+    one."""
+    for name, value in table.items():
+        if isinstance(value, int | float) and prefix + name in (p.dtype.names or ()):
+            p[prefix + name][axis] = value
+
+
 def fill_timing(p: np.void, table: Options) -> None:
     """Write [device.options.timing] into the parameters."""
     p["sample_every_ticks"] = table["sample_every_ticks"]
@@ -117,15 +125,7 @@ def fill_effects(p: np.void, state: np.void, axis: int, table: Options) -> None:
         p["bristle_max_nm"][axis] *= 1.0 + more / (1.0 + abs(p["modulation_share"][axis]))
     if table["load"]:
         p["load_kind"][axis] = 1
-        for name in (
-            "outside",
-            "motor",
-            "outside_peak",
-            "motor_peak",
-            "outside_square_nm",
-            "motor_square_nm",
-        ):
-            p["load_" + name][axis] = table["load"][name]
+        take_numbers(p, axis, table["load"], "load_")
     if table["drift"]:
         _fill_drift(p, axis, table["drift"])
 
@@ -145,9 +145,7 @@ def fill_elements(p: np.void, axis: int, count: int) -> None:
 def _fill_elastic(p: np.void, axis: int, table: Options) -> None:
     p["joint_stiffness_nm_rad"][axis] = table["stiffness_nm_rad"]
     p["joint_damping_nms_rad"][axis] = table["damping_nms_rad"]
-    p["link_inertia_share"][axis] = table["link_inertia_share"]
-    p["link_viscous_share"][axis] = table["link_viscous_share"]
-    p["link_dry_share"][axis] = table["link_dry_share"]
+    take_numbers(p, axis, table)
     p["encoder_at_link"][axis] = 1.0 if table["encoder"] == "link" else 0.0
 
 
@@ -164,5 +162,5 @@ def _fill_drift(p: np.void, axis: int, table: Options) -> None:
     p["warm_count"][axis] = len(table["temperature"])
     for k, (at_s, celsius) in enumerate(table["temperature"]):
         p["warm_s"][axis, k], p["warm_c"][axis, k] = at_s, celsius
-    p["dry_per_c"][axis], p["viscous_per_c"][axis] = table["dry_per_c"], table["viscous_per_c"]
+    take_numbers(p, axis, table)
     p["drift_reference_c"][axis] = table["reference_c"]

@@ -17,7 +17,13 @@ from hw.fault_script import FAULT_STREAM, fill_schedule
 from hw.generator import seed_words
 from hw.interface import BackendError, Options, Rig
 from hw.scripted_faults import memory_fields, schedule_fields
-from hw.simulators.mock_effects import effect_fields, effect_state_fields, fill_effects, fill_timing
+from hw.simulators.mock_effects import (
+    effect_fields,
+    effect_state_fields,
+    fill_effects,
+    fill_timing,
+    take_numbers,
+)
 from hw.simulators.mock_force_filter import fill_force_filter, force_filter_fields, force_filter_state_fields
 
 SINES = 4
@@ -246,47 +252,28 @@ def _fill_velocity(p: np.void, table: Options, period_s: float) -> None:
 
 
 def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:
-    for name in (
-        "inertia_kgm2",
-        "current_max_a",
-        "current_noise_a",
-        "current_bias_a",
-        "current_resolution_a",
-    ):
-        p[name][axis] = table[name]
-    p["torque_delay_ticks"][axis] = table["torque_delay_ticks"]
+    take_numbers(p, axis, table)
     nominal = rig.gear_ratio[axis] * rig.gear_efficiency[axis] * rig.torque_constant_nm_a[axis]
     p["torque_per_ampere"][axis] = nominal * table["torque_scale"]
-    p["ripple_nm"][axis] = table["ripple_nm"]
     p["ripple_per_rad"][axis] = rig.gear_ratio[axis] * table["ripple_order"]
     p["count_rad"][axis] = 2 * math.pi / rig.encoder_counts_per_rev[axis]
     p["encoder_offset"][axis] = 0.5 if table["encoder_rounds"] else 0.0
-    p["encoder_bits"][axis] = table["encoder_bits"]
 
 
 def _fill_friction(p: np.void, axis: int, table: Options) -> None:
-    for name in ("coulomb_nm", "breakaway_nm", "stribeck_rad_s", "stribeck_exponent", "viscous_nms_rad"):
-        p[name][axis] = table[name]
-    for name in ("second_share", "second_rad_s", "thinning_nms_rad", "thinning_rad_s"):
-        p[name][axis] = table[name]
-    p["bristle_stiffness_nm_rad"][axis] = table["bristle_stiffness_nm_rad"]
-    p["bristle_damping_nms_rad"][axis] = table["bristle_damping_nms_rad"]
+    take_numbers(p, axis, table)
     p["elastic_share"][axis] = table["elastic_share"] if table["model"] == "elasto_plastic" else -1.0
     p["friction_scale_positive"][axis] = table["scale_positive"]
     p["friction_scale_negative"][axis] = table["scale_negative"]
     highest = table["breakaway_nm"] * max(table["scale_positive"], table["scale_negative"])
     p["bristle_max_nm"][axis] = highest * (1 + abs(table["modulation_share"]))
-    p["modulation_share"][axis] = table["modulation_share"]
     p["modulation_per_rad"][axis] = 2 * math.pi / table["modulation_period_rad"]
 
 
 def _fill_hand(p: np.void, axis: int, table: Options) -> None:
     kinds = {"none": Hand.NONE, "rest": Hand.REST, "triangle": Hand.TRIANGLE, "push": Hand.PUSH}
     p["hand_kind"][axis] = kinds.get(table["kind"], Hand.SINES)
-    for name in ("stiffness_nm_rad", "damping_nms_rad", "inertia_kgm2", "start_s", "center_rad"):
-        p["hand_" + name][axis] = table[name]
-    for name in ("amplitude_rad", "speed_rad_s", "hold_s", "rest_s"):
-        p["hand_" + name][axis] = table[name]
+    take_numbers(p, axis, table, "hand_")
     sines = [[table["amplitude_rad"], table["frequency_hz"]]] if table["kind"] == "sine" else table["sines"]
     for k, (amplitude_rad, frequency_hz) in enumerate(sines):
         p["hand_sine_rad"][axis, k] = amplitude_rad

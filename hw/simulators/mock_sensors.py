@@ -10,7 +10,7 @@ import numpy as np
 
 from hw.encoder import unwrap, wrap
 from hw.interface import Options
-from hw.kept_readings import keep, show
+from hw.kept_readings import copy_readings
 from hw.simulators.jit import compiled
 from hw.simulators.mock_drift import temperature
 from hw.simulators.mock_force_filter import shown_torque
@@ -144,5 +144,5 @@ def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
         s.sampled_estop = t.estop
     t.sample_count, t.estop = s.sample_count, s.sampled_estop
     if due:
-        keep(t, s.sampled)
-    show(t, s.sampled)
+        copy_readings(t, s.sampled)
+    copy_readings(s.sampled, t)

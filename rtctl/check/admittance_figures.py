@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from rtctl.check.lateness import drive_of
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_margin import Finding
     from rtctl.control.proofs.admittance_proof import Proof
     from rtctl.control.proofs.admittance_sticking import Sticking
-    from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.rig_file.axis_tables import AxisTable
 
 BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
@@ -88,18 +88,20 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
     from rtctl.control.virtual_mass import MASS_REST_HZ
 
     a = table.admittance
-    return AdmittanceLoop(
-        inertia_kgm2=table.inertia_kgm2,
+    drive = drive_of(table, joint, period_s, figures.between, figures.force_way)
+    drive = replace(
+        drive,
         viscous_nms_rad=figures.total_damping_nms_rad,
-        period_s=period_s,
+        force_lowpass_hz=a.force_lowpass_hz,
+        bristle_nm_rad=figures.guarantee.bristle_nm_rad,
+    )
+    return AdmittanceLoop(
+        **vars(drive),
         mass_kgm2=a.mass_kgm2,
         virtual_damping_nms_rad=a.damping_nms_rad,
         velocity_gain_nms_rad=a.velocity_gain_nms_rad,
         position_gain_nm_rad=a.position_gain_nm_rad,
         mass_max_kgm2=a.mass_max_kgm2,
-        force_lowpass_hz=a.force_lowpass_hz,
-        sensor_hz=figures.force_way.sensor_hz,
-        sensor_ticks=figures.force_way.ticks,
         intake_lowpass_hz=table.force.lowpass_hz,
         velocity_lowpass_hz=a.velocity_lowpass_hz,
         feedforward=a.sent_ahead(table.inertia_kgm2),
@@ -107,17 +109,10 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         help_share=_help_share(figures, a.compensation_share),
         help_turns_rad=figures.friction.presliding_rad if figures.friction else 0.0,
         told_viscous_nms_rad=table.viscous_nms_rad,
-        delay=figures.delay_ticks,
-        lag_hz=figures.current_loop_hz,
-        sample_ticks=figures.sample_ticks,
-        bristle_nm_rad=figures.guarantee.bristle_nm_rad,
         presliding_rad=figures.guarantee.length_rad,
         bristles_to=BRISTLES_TO if figures.guarantee.measured else ASSUMED_TO,
         rest_damping_nms_rad=a.rest_damping_nms_rad,
         rest_hz=MASS_REST_HZ,
-        motor_share=joint.motor_share,
-        encoder=joint.encoder,
-        joints=joints_of(joint, table.inertia_kgm2),
         box=Box(a.hand_stiffness_nm_rad, a.hand_damping_nms_rad, a.hand_inertia_kgm2),
     )
 
@@ -127,18 +122,6 @@ def _help_share(figures: AxisFigures, compensation_share: float) -> float:
     if figures.friction is None or not figures.compensates:
         return 0.0
     return compensation_share * figures.friction.helped_share
-
-
-def joints_of(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
-    """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
-    from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, RIGID, ElasticJoint, resonance
-
-    if joint.stiffness_nm_rad > 0:
-        one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
-        return (one,)
-    if joint.motor_share < 1:
-        return tuple(resonance(inertia_kgm2, hz) for hz in RESONANCES_HZ)
-    return (RIGID,)
 
 
 @dataclass(frozen=True)

@@ -11,14 +11,16 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check import force_way, lateness
-from rtctl.check.admittance_figures import joints_of
+from rtctl.check.lateness import drive_of
 from rtctl.check.verdict import hand_factor
 
 if TYPE_CHECKING:
     from hw.interface import Joint
+    from rtctl.check.force_way import ForceWay
     from rtctl.control.proofs.drive_in_hand import ElasticJoint
     from rtctl.control.proofs.observer_loop import Loop
     from rtctl.control.proofs.observer_margin import Finding
+    from rtctl.control.proofs.stability import Between
     from rtctl.rig_file.axis_tables import AxisTable
     from rtctl.rig_file.config import LoadedConfig
 
@@ -46,32 +48,33 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
     joint = lateness.joint_of_axis(loaded, axis)
     if not (observer.gain > 0 and "force" not in loaded.config.rig.absent and (late or not fixed)):
         return Tuning(usual_hz, usual_hz=usual_hz)
-    from rtctl.control.proofs import stability
-    from rtctl.control.proofs.drive_in_hand import RIGID
-    from rtctl.control.proofs.observer_loop import Loop  # reading a report's names must not load the compiler
+    from rtctl.control.proofs.drive_in_hand import (
+        RIGID,
+    )  # reading a report's names must not load the compiler
 
-    between = lateness.of_axis(loaded, axis).between
-    loop = Loop(
-        inertia_kgm2=table.inertia_kgm2,
-        viscous_nms_rad=table.viscous_nms_rad,
-        period_s=T,
-        gain=observer.gain,
-        bandwidth_hz=usual_hz,
-        delay=between.delay,
-        lag_hz=between.lag_hz,
-        sample_ticks=between.sample_ticks,
-        acting_ticks=round(between.delay + stability.lag_ticks(between.lag_hz, T)),
-        sensor_hz=way.sensor_hz,
-        sensor_ticks=way.ticks,
-        force_lowpass_hz=table.force.lowpass_hz,
+    loop = loop_of(table, joint, T, lateness.of_axis(loaded, axis).between, way, Tuning(usual_hz))
+    loop = loop if joint.stiffness_nm_rad > 0 else replace(loop, joints=(RIGID,))
+    return _tuned(loop, () if fixed else gears_of(table, joint), fixed=fixed)
+
+
+def loop_of(
+    table: AxisTable, joint: Joint, period_s: float, between: Between, way: ForceWay, tuning: Tuning
+) -> Loop:
+    """The loop of an axis that slides as `observer_loop` wants it."""
+    from rtctl.control.proofs import stability
+    from rtctl.control.proofs.observer_loop import Loop
+
+    return Loop(
+        **vars(drive_of(table, joint, period_s, between, way)),
+        gain=table.friction.observer.gain,
+        bandwidth_hz=tuning.bandwidth_hz,
+        acting_ticks=round(between.delay + stability.lag_ticks(between.lag_hz, period_s)),
+        own_ticks=tuning.own_ticks,
+        excess=tuning.excess,
         stiffness_nm_rad=table.coupling.stiffness_nm_rad,
         damping_nms_rad=table.coupling.damping_nms_rad,
-        motor_share=joint.motor_share,
-        encoder=joint.encoder,
-        joints=joints_of(joint, table.inertia_kgm2) if joint.stiffness_nm_rad > 0 else (RIGID,),
         hand=hand_factor(table),
     )
-    return _tuned(loop, () if fixed else gears_of(table, joint), fixed=fixed)
 
 
 def gears_of(table: AxisTable, joint: Joint) -> tuple[ElasticJoint, ...]:

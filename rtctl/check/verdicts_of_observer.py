@@ -9,7 +9,6 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check import observer_tuning
-from rtctl.check.admittance_figures import joints_of
 from rtctl.check.observer_tuning import judged
 from rtctl.check.verdict import Outcome, Subject, Verdict
 
@@ -98,33 +97,10 @@ def _remedy(s: Subject, loop: Loop) -> str:
 
 def loop_of(s: Subject) -> Loop:
     """The loop of an axis as `observer_loop` wants it."""
-    from rtctl.control.proofs import stability
-    from rtctl.control.proofs.observer_loop import Loop
-
-    axis, observer = s.axis, s.table.friction.observer
-    return Loop(
-        inertia_kgm2=s.table.inertia_kgm2,
-        viscous_nms_rad=s.table.viscous_nms_rad,
-        period_s=s.period_s,
-        gain=observer.gain,
-        bandwidth_hz=axis.observer.bandwidth_hz,
-        delay=axis.delay_ticks,
-        lag_hz=axis.current_loop_hz,
-        sample_ticks=axis.sample_ticks,
-        acting_ticks=round(axis.delay_ticks + stability.lag_ticks(axis.current_loop_hz, s.period_s)),
-        sensor_hz=axis.force_way.sensor_hz,
-        sensor_ticks=axis.force_way.ticks,
-        own_ticks=axis.observer.own_ticks,
-        excess=axis.observer.excess,
-        force_lowpass_hz=s.table.force.lowpass_hz,
-        stiffness_nm_rad=axis.stiffness_nm_rad,
-        damping_nms_rad=axis.damping_nms_rad,
-        bristle_nm_rad=axis.guarantee.bristle_nm_rad,
-        motor_share=s.joint.motor_share,
-        encoder=s.joint.encoder,
-        joints=joints_of(s.joint, s.table.inertia_kgm2),
-        hand=s.hand,
+    loop = observer_tuning.loop_of(
+        s.table, s.joint, s.period_s, s.axis.between, s.axis.force_way, s.axis.observer
     )
+    return replace(loop, bristle_nm_rad=s.axis.guarantee.bristle_nm_rad)
 
 
 def unknown_gear(s: Subject) -> list[Verdict]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder
+from rtctl.cli.progress import Bar
 from rtctl.simulation.family import FAMILY
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def command(
     simulate = simulate or name == "papers" or plant is not None
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
-    bar = _Bar(quiet=as_json)
+    bar = Bar(quiet=as_json)
     order = Order(
         loaded,
         seeds,
@@ -218,32 +218,3 @@ def _show(outcomes: list[Outcome], page: Path, took_s: float, *, as_json: bool) 
         if one.targets:
             click.echo("")
     click.echo(f"report: {page}  ({took_s:.0f} s)")
-
-
-class _Bar:
-    """Progress on stderr: bar, what is being done, time left by the pace so far."""
-
-    def __init__(self, *, quiet: bool) -> None:
-        self._quiet, self._live = quiet, sys.stderr.isatty()
-        self._began, self._shown = time.monotonic(), -10.0
-
-    def __call__(self, share: float, text: str) -> None:
-        now = time.monotonic()
-        if self._quiet or now - self._shown < (0.1 if self._live else 5.0):
-            return
-        self._shown = now
-        spent = now - self._began
-        left = f"{spent * (1 - share) / share:4.0f} s left" if share > 0.02 else ""
-        line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<12} {text}"
-        click.echo(f"\r{line:<110.110}" if self._live else line, err=True, nl=not self._live)
-
-    def notice(self, text: str) -> None:
-        """Say something to the person at the rig."""
-        if text:
-            self.end()
-            click.echo(f"rtctl: {text}", err=True)
-
-    def end(self) -> None:
-        """Leave the line of the bar."""
-        if self._live and not self._quiet:
-            click.echo("", err=True)

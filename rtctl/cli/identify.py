@@ -16,6 +16,7 @@ from hw.motion import named, words
 from rtctl.cli.identify_report import summary_of, tell, true_deviations
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of, in_units_of
+from rtctl.cli.progress import Bar
 
 if TYPE_CHECKING:
     from rtctl.identify.dataset import Dataset
@@ -172,7 +173,7 @@ def command(
     make = Dataset.resume if resume else Dataset.create
     dataset = make(out, loaded, settings, simulated=loaded.config.simulated)
     began = time.monotonic()
-    progress = _Bar(quiet=as_json, motion=rig.motion)
+    progress = Bar(quiet=as_json, motion=rig.motion, between_s=2.0)
     run = _simulated if simulate else _real
     try:
         with errors_in_units_of(rig.motion):
@@ -202,7 +203,7 @@ def _ask(loaded: LoadedConfig, settings: Settings, motion: str) -> None:
 
 
 def _simulated(
-    loaded: LoadedConfig, rig: Rig, settings: Settings, dataset: Dataset, progress: _Bar, _folder: str | None
+    loaded: LoadedConfig, rig: Rig, settings: Settings, dataset: Dataset, progress: Bar, _folder: str | None
 ) -> bool:
     from rtctl.errors import HandOnRigError
     from rtctl.experiments.simulated_identification import drive
@@ -210,7 +211,7 @@ def _simulated(
     from rtctl.simulation.closed_loop import Simulation
 
     simulation = Simulation(loaded)
-    steps = identify(rig, settings, dataset, progress, progress.notice)
+    steps = identify(rig, settings, dataset, progress.of, progress.notice)
     try:
         drive(simulation, steps, rig.axis, dataset.ticks)
     except HandOnRigError as why:
@@ -224,47 +225,15 @@ def _real(
     rig: Rig,
     settings: Settings,
     dataset: Dataset,
-    progress: _Bar,
+    progress: Bar,
     runtime_dir: str | None,
 ) -> bool:
     from rtctl.host.supervisor import Host
     from rtctl.identify.observer import Identifier
     from rtctl.identify.session import identify
 
-    steps = identify(rig, settings, dataset, progress, progress.notice)
+    steps = identify(rig, settings, dataset, progress.of, progress.notice)
     identifier = Identifier(steps, rig.axis, dataset.ticks)
     with Host(loaded, observers=[identifier], runtime_dir=runtime_dir, announce=progress.notice) as host:
         host.run()
     return identifier.complete
-
-
-class _Bar:
-    """Progress on stderr: bar, point, time left by the pace so far."""
-
-    def __init__(self, *, quiet: bool, motion: str) -> None:
-        self._quiet, self._live, self._motion = quiet, sys.stderr.isatty(), motion
-        self._began, self._shown, self._total_s = time.monotonic(), -10.0, 0.0
-
-    def __call__(self, done_s: float, total_s: float, text: str) -> None:
-        now = time.monotonic()
-        if total_s != self._total_s:
-            self._began, self._total_s, self._shown = now, total_s, -10.0
-        if self._quiet or (not self._live and now - self._shown < 2.0 and text != "done"):
-            return
-        self._shown = now
-        share = min(done_s / total_s, 1.0)
-        spent = now - self._began
-        left = f"{spent * (1 - share) / share:5.0f} s left" if share > 0.01 else ""
-        line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<13} {words(text, self._motion)}"
-        click.echo(f"\r{line:<90}" if self._live else line, err=True, nl=not self._live)
-
-    def notice(self, text: str) -> None:
-        """Say something to the person at the rig."""
-        if text:
-            self.end()
-            click.echo(f"rtctl: {words(text, self._motion)}", err=True)
-
-    def end(self) -> None:
-        """Leave the line of the bar."""
-        if self._live and not self._quiet:
-            click.echo("", err=True)

@@ -12,7 +12,7 @@ import numpy as np
 import zmq
 
 from rtctl.client.connection import Connection
-from rtctl.client.samples import tick_rows
+from rtctl.client.samples import fill, tick_rows
 from rtctl.control.records import command_dtype, state_dtype
 from rtctl.errors import ClientError, NoReplyError
 from rtctl.wire.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_SETUP, TOPIC_TICKS, Endpoints
@@ -163,11 +163,7 @@ def _commands(columns: Mapping[str, Any], n_axes: int) -> np.ndarray:
 
 
 def _table(columns: Mapping[str, Any], dtype: np.dtype[np.void]) -> np.ndarray:
-    """Rows of a record from its columns; fields this version does not know are left out, missing ones are
-    0."""
+    """Rows of a record from its columns; those that are missing are 0."""
     table = np.zeros(next(iter(columns.values()))["shape"][0], dtype)
-    for name in dtype.names or ():
-        if name in columns:
-            column = columns[name]
-            table[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
+    fill(table, columns)
     return table

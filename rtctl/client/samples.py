@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -70,6 +70,9 @@ class RigState:
         return replace(self, age_s=self.fields["age_s"] + now_s - self.fields["sent_monotonic_s"])
 
 
+_VECTORS = tuple(one.name for one in fields(RigState) if one.type == "Vector")
+
+
 def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigState:
     """Build a sample from one map of `rtctl/state`. Raises ClientError when it is not one."""
     now = time.monotonic() if now_s is None else now_s
@@ -80,13 +83,7 @@ def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigStat
             monotonic_s=message["monotonic_s"],
             age_s=message["age_s"] + now - message["sent_monotonic_s"],
             tick=int(message["tick"]),
-            position_rad=tuple(message["position_rad"]),
-            velocity_rad_s=tuple(message["velocity_rad_s"]),
-            hand_torque_nm=tuple(message["hand_torque_nm"]),
-            torque_applied_nm=tuple(message["torque_applied_nm"]),
-            feedforward_torque_nm=tuple(message["feedforward_torque_nm"]),
-            energy_hand_j=tuple(message["energy_hand_j"]),
-            energy_port_j=tuple(message["energy_port_j"]),
+            **{name: tuple(message[name]) for name in _VECTORS},
             state=State(int(message["state"])),
             epoch=int(message["epoch"]),
             faults=tuple(fault for fault in Fault if bits & fault),
@@ -104,23 +101,25 @@ def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigStat
         ) from error
 
 
-def tick_rows(message: Mapping[str, Any]) -> np.ndarray:
-    """Rebuild the structured array of a batch of `rtctl/ticks`.
+def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
+    """Take the fields of records from their columns; columns that this version does not know are left out."""
+    for name in rows.dtype.names or ():
+        if name in columns:
+            column = columns[name]
+            rows[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
 
-    Columns that this version does not know are left out, missing ones are 0.
+
+def tick_rows(message: Mapping[str, Any]) -> np.ndarray:
+    """Rebuild the structured array of a batch of `rtctl/ticks`; columns that are missing are 0.
 
     Raises
     ------
     ClientError
         A batch whose columns do not fit together."""
     try:
-        count = int(message["rows"])
         columns = message["columns"]
-        rows = np.zeros(count, tick_dtype(columns["position_rad"]["shape"][1]))
-        for name in rows.dtype.names or ():
-            if name in columns:
-                column = columns[name]
-                rows[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
+        rows = np.zeros(int(message["rows"]), tick_dtype(columns["position_rad"]["shape"][1]))
+        fill(rows, columns)
     except (KeyError, IndexError, TypeError, ValueError) as error:
         raise ClientError(
             f"a tick batch this client cannot read ({error!r}); is the daemon another version?"

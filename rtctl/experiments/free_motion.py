@@ -10,7 +10,7 @@ from rtctl.experiments import figures, same_path, sizes, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.same_path import Way
-from rtctl.experiments.seeds import over_seeds
+from rtctl.experiments.seeds import figures_over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Motion, Run, Variant, both, with_feedback
 from rtctl.friction.learn.report_page import Picture
@@ -52,7 +52,6 @@ VARIANTS = (
     Variant("strong feed-forward + observer, model 25 % too low", 1.0, both(STRONG, TOO_LOW)),
 )  # fmt: skip
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
-FIGURES = ("hand_rms_nm", "sensor_rms_nm", "hand_max_nm", "hand_energy_min_j", "port_energy_min_j")
 
 Measured = dict[str, dict[str, np.ndarray]]
 """Variant -> figure -> one value per seed."""
@@ -85,8 +84,7 @@ def _measure(order: Order, motion: Motion, start: float, share: float) -> Measur
         def once(order: Order, seed: int, variant: Variant = variant) -> dict[str, float]:
             return figures_of(virtual.measure(order.loaded, seed, motion, variant))
 
-        rows = over_seeds(order, once)
-        found[variant.name] = {name: np.array([row[name] for row in rows]) for name in FIGURES}
+        found[variant.name] = figures_over_seeds(order, once)
     return found
 
 

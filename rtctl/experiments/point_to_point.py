@@ -102,10 +102,3 @@ def _picture(order: Order, case: Case, compared: list[Compared], look: Look) -> 
 
 EXPERIMENT = positioning.Experiment("point-to-point", cases_of, judge, _outcome)
 run = EXPERIMENT.run
-
-
-def on_rig(order: Order) -> Outcome:
-    """Run it on the loop of the rig. Raises as `positioning_on_rig.run_all`."""
-    from rtctl.experiments import positioning_on_rig  # the host, zmq and all: only where a rig is moved
-
-    return positioning_on_rig.reported(order, EXPERIMENT)

@@ -17,7 +17,7 @@ from rtctl.experiments.models import SVR, Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.position_loop import GAINS, follow
 from rtctl.experiments.report import Outcome
-from rtctl.experiments.seeds import over_seeds
+from rtctl.experiments.seeds import figures_over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction
 
 KP_PER_INERTIA, ZETA = 830.0, 1.0
@@ -135,8 +135,7 @@ def _figures(
     def once(order: Order, seed: int) -> dict[str, float]:
         return judge(case, follow_once(order, seed, controller, case, model))
 
-    rows = over_seeds(order, once)
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+    return figures_over_seeds(order, once)
 
 
 Page = Callable[[Order, list[Case], list[Compared], Found, Look], Outcome]

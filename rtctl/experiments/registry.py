@@ -15,11 +15,13 @@ Run = Callable[[Order], Outcome]
 
 
 def _positioning(module: str) -> Run:
-    """The run on the loop of a module that is imported only then."""
+    """The run of a positioning experiment on the loop."""
 
     def run(order: Order) -> Outcome:
-        found: Run = importlib.import_module(f"rtctl.experiments.{module}").on_rig
-        return found(order)
+        from rtctl.experiments import positioning_on_rig  # the host, zmq and all: only where a rig is moved
+
+        found = importlib.import_module(f"rtctl.experiments.{module}").EXPERIMENT
+        return positioning_on_rig.reported(order, found)
 
     return run
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
+import numpy as np
+
 from rtctl.experiments.order import Order
 from rtctl.friction.learn.pool import workers
 
@@ -27,3 +29,9 @@ def over_seeds(order: Order, once: Callable[[Order, int], T]) -> list[T]:
         return [once(bare, seed) for seed in range(order.seeds)]
     with workers("loky", jobs) as pool:
         return list(pool(joblib.delayed(once)(bare, seed) for seed in range(order.seeds)))
+
+
+def figures_over_seeds(order: Order, once: Callable[[Order, int], dict[str, float]]) -> dict[str, np.ndarray]:
+    """Each figure that `once` finds, a value for each seed."""
+    rows = over_seeds(order, once)
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}

@@ -12,7 +12,7 @@ from rtctl.experiments import figures, sizes, virtual
 from rtctl.experiments.order import Order
 from rtctl.experiments.policies_on_family import hybrid_alone, observer_alone
 from rtctl.experiments.report import Outcome, Part, Target
-from rtctl.experiments.seeds import over_seeds
+from rtctl.experiments.seeds import figures_over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction, rms
 from rtctl.experiments.virtual import PUSH, Run, Variant
 from rtctl.friction.learn.report_page import Picture
@@ -65,8 +65,7 @@ def run(order: Order) -> Outcome:
         def once(order: Order, seed: int, variant: Variant = variant) -> dict[str, float]:
             return _figures(_measure(order, seed, variant))
 
-        rows = over_seeds(order, once)
-        found[variant.name] = {name: np.array([row[name] for row in rows]) for name in rows[0]}
+        found[variant.name] = figures_over_seeds(order, once)
     pictures = _pictures(order)
     order.progress(1.0, "spring")
     return _outcome(order, found, pictures)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import asdict
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NoReturn
@@ -18,7 +19,7 @@ from pydantic import ValidationError
 
 from hw.outside import read_bounded, require_sane
 from hw.plain_words import explain, written
-from rtctl.friction import band_document, mean_document, place_document
+from rtctl.friction import mean_document, place_document
 from rtctl.friction.artefact_checks import (
     DERIVED,
     check_branch,
@@ -26,6 +27,7 @@ from rtctl.friction.artefact_checks import (
     check_whole,
     refuse,
 )
+from rtctl.friction.band import Band
 from rtctl.friction.document import (
     FORMAT,
     SCHEMA,
@@ -183,7 +185,7 @@ def _document(model: FrictionModel) -> dict[str, Any]:
     def branch(b: Branch) -> dict[str, Any]:
         out = {name: getattr(b, name) for name in _SCALARS}
         out.update({name: getattr(b, derived) for name, derived in DERIVED.items()})
-        out |= band_document.body(b.band)
+        out |= {} if b.band is None else {"band": asdict(b.band)}
         out["support_vectors"] = b.support_vectors.tolist()
         out["dual_coef"] = b.dual_coef.tolist()
         out |= mean_document.body(b.parts)
@@ -221,7 +223,7 @@ def _model(document: ModelDocument) -> FrictionModel:
             curve=PiecewiseCubic(np.array(d.knots, dtype=float), np.array(d.coefficients, dtype=float)),
             kind=document.kind,
             parts=mean_document.parts(d.parts),
-            band=band_document.part(d.band),
+            band=None if d.band is None else Band(**d.band.model_dump()),
             **{name: getattr(d, name) for name in _SCALARS},
         )
 

@@ -10,10 +10,8 @@ import numpy as np
 
 from hw.outside import shown
 from rtctl.errors import ModelError
-from rtctl.friction import band_document, mean_document
-from rtctl.friction.document import (
-    BranchDocument,
-)
+from rtctl.friction import mean_document
+from rtctl.friction.document import BranchDocument
 from rtctl.friction.kind_compile import TOLERANCE_SHARE, sampled_error
 from rtctl.friction.kind_curve import Curve
 from rtctl.friction.kind_table import KINDS
@@ -85,9 +83,8 @@ def check_branch(path: Path, key: str, branch: Branch) -> None:
         refuse(path, key, "knots and coefficients differ in number")
     if knots[0] != 0 or not (np.diff(knots) > 0).all() or knots[-1] > branch.speed_max_rad_s:
         refuse(path, f"{key}.knots", "must begin at 0 and rise strictly within the trained range")
-    wrong = band_document.refusal(branch.band)
-    if wrong:
-        refuse(path, f"{key}.band", wrong)
+    if branch.band is not None and not branch.band.is_whole:
+        refuse(path, f"{key}.band", "needs edges that rise and one half width more than edges")
     speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s)
     values = branch.magnitude(speeds)
     if not (values > 0).all():

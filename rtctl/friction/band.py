@@ -27,6 +27,12 @@ class Band:
     errors: int
     slowest_rad_s: float = 0.0
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether the edges rise, and there is one half width more than edges."""
+        edges = self.edges_rad_s
+        return len(self.half_width_nm) == len(edges) + 1 and bool((np.diff(edges) > 0).all())
+
     def at(self, speed: np.ndarray) -> np.ndarray:
         """Half width at each speed >= 0, N m."""
         return np.asarray(self.half_width_nm)[np.searchsorted(self.edges_rad_s, speed)]

@@ -43,8 +43,8 @@ Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]
 class BandDocument(Table):
     """The band: the fields of `rtctl.friction.band.Band`."""
 
-    edges_rad_s: list[Speed] = Field(max_length=16)
-    half_width_nm: list[Torque] = Field(min_length=1, max_length=17)
+    edges_rad_s: tuple[Speed, ...] = Field(max_length=16, strict=False)
+    half_width_nm: tuple[Torque, ...] = Field(min_length=1, max_length=17, strict=False)
     way: Text
     units: int = Field(ge=1, le=10**9)
     errors: int = Field(ge=1, le=10**9)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.friction.document import ModelDocument
+from rtctl.friction.document import ModelDocument, PlaceDocument
 from rtctl.friction.kind_harmonics import Harmonics
 from rtctl.friction.kind_place import PlaceKernel
 from rtctl.friction.kind_spline import UNIT
@@ -18,13 +18,7 @@ def body(model: FrictionModel) -> dict[str, Any]:
     """Keys of the file beside those of every model; none for a model of speed alone."""
     out: dict[str, Any] = {}
     if model.place is not None:
-        kernel = model.place
-        out["place"] = {
-            "period_rad": kernel.period_rad,
-            "orders": kernel.orders,
-            "share": kernel.share,
-            "decay": kernel.decay,
-        }
+        out["place"] = {name: getattr(model.place, name) for name in PlaceDocument.model_fields}
     if model.conservative is not None:
         part = model.conservative
         out["conservative"] = {

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from hw.motion import name as own_name
+from rtctl.identify.columns import table_csv
 from rtctl.identify.tick_readings import Measurement
 
 COLUMNS = (
@@ -54,20 +52,5 @@ def rows_of(direction: int, measurements: Sequence[Measurement]) -> list[Row]:
 
 def places_csv(rows: Iterable[Sequence[float]], rig: str, config_sha256: str, motion: str = "rotary") -> str:
     """The text of a CSV file of such rows, with the names of the axis's motion."""
-    out = io.StringIO()
-    out.write(f"# rig {rig}, config sha256 {config_sha256}\n")
-    writer = csv.writer(out, lineterminator="\n")
-    writer.writerow([own_name(column, motion) for column in COLUMNS])
-    digits = 9 if motion == "linear" else 6
-    for v, torque, direction, count, x, travel in rows:
-        writer.writerow(
-            [
-                f"{v:.9g}",
-                f"{torque:.7f}",
-                int(direction),
-                int(count),
-                f"{x:.{digits}f}",
-                f"{travel:.{digits}f}",
-            ]
-        )
-    return out.getvalue()
+    told = (dict(zip(COLUMNS, row, strict=True)) for row in rows)
+    return table_csv(COLUMNS, told, rig, config_sha256, motion)

@@ -18,7 +18,7 @@ from hw.record_fields import placed
 from rtctl.errors import DataError
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.jit import compiled
-from rtctl.recording.tick_cdr import ENCAPSULATION, file_order
+from rtctl.recording.tick_cdr import ENCAPSULATION, TYPE_OF, file_order, lines_of
 from rtctl.tick import FIELD, Field, tick_dtype
 
 SCHEMA_NAME = "rtctl_msgs/msg/TickColumns"
@@ -27,9 +27,7 @@ _STEPPED = ("tick", "time_ns", "sample_count", "target_age_ticks")
 """What counts up: its steps repeat, the numbers themselves never do."""
 _STEP = "_step"
 
-_TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
 _LINE = re.compile(r"(int64|uint64|float64)\[\] ([a-z][a-z0-9_]{0,63})")
-_MOST_FIELDS = 1000
 _BLOCK = 64
 """Ticks that are turned at a time: they fit into the first cache."""
 
@@ -60,7 +58,7 @@ def schema_text(n_axes: int) -> str:
             f"{field.meaning} [{field.unit}]{of[field.shape] if n_axes > 1 or field.shape == 'xyz' else ''}"
         )
         summed = "; steps, the first from 0: add them up" if field.name in _STEPPED else ""
-        lines.append(f"{_TYPE_OF[field.kind]}[] {_written(field)} # {meaning}{summed}\n")
+        lines.append(f"{TYPE_OF[field.kind]}[] {_written(field)} # {meaning}{summed}\n")
     return "# Each: one number per tick, or a single one where all are the same.\n" + "".join(lines)
 
 
@@ -79,20 +77,12 @@ def own_columns() -> tuple[Column, ...]:
 @cache
 def columns_of(schema: bytes) -> tuple[Column, ...]:
     """The columns of a definition. Raises DataError for one that is damaged or of another kind."""
-    try:
-        lines = [line.split("#")[0].strip() for line in schema.decode().splitlines()]
-    except UnicodeDecodeError as error:
-        raise DataError("the schema of the blocks of ticks is damaged") from error
     found: list[Column] = []
-    for line in filter(None, lines):
-        match = _LINE.fullmatch(line)
-        if match is None or len(found) >= _MOST_FIELDS:
-            raise DataError("the schema of the blocks of ticks is damaged, or of another kind")
-        kind, name = match.groups()
+    for kind, name in lines_of(schema, _LINE, "blocks of ticks"):
         column = Column(name, stepped=False)
         if name.endswith(_STEP) and name.removesuffix(_STEP) in _STEPPED:
             column = Column(name.removesuffix(_STEP), stepped=True)
-        if column.name in FIELD and kind != _TYPE_OF[FIELD[column.name].kind]:
+        if column.name in FIELD and kind != TYPE_OF[FIELD[column.name].kind]:
             raise DataError(f"the schema of the blocks of ticks says that {column.name} is {kind}")
         found.append(column)
     names = [column.name for column in found]

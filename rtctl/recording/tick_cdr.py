@@ -7,6 +7,7 @@ any NaN, too."""
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from functools import cache
 
 import numpy as np
@@ -33,7 +34,7 @@ _BLOCK = 128
 """Ticks that are put into order at a time: they fit into the first cache, the rest of a chunk does not."""
 
 _TYPES = {"int64": "<i8", "uint64": "<u8", "float64": "<f8"}
-_TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
+TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
 _LINE = re.compile(r"(int64|uint64|float64)(?:\[([1-9][0-9]{0,2})\])? ([a-z][a-z0-9_]{0,63})")
 _MOST_FIELDS = 1000
 
@@ -65,8 +66,21 @@ def schema_text(n_axes: int) -> str:
     lines = []
     for field in file_order():
         length = {"scalar": "", "axis": f"[{n_axes}]", "xyz": "[3]"}[field.shape]
-        lines.append(f"{_TYPE_OF[field.kind]}{length} {field.name} # {field.meaning} [{field.unit}]\n")
+        lines.append(f"{TYPE_OF[field.kind]}{length} {field.name} # {field.meaning} [{field.unit}]\n")
     return "".join(lines)
+
+
+def lines_of(schema: bytes, line: re.Pattern[str], what: str) -> Iterator[tuple[str, ...]]:
+    """The groups of `line` in each line of a definition. Raises DataError for one that is damaged."""
+    try:
+        lines = [text.split("#")[0].strip() for text in schema.decode().splitlines()]
+    except UnicodeDecodeError as error:
+        raise DataError(f"the schema of the {what} is damaged") from error
+    for at, text in enumerate(filter(None, lines)):
+        match = line.fullmatch(text)
+        if match is None or at >= _MOST_FIELDS:
+            raise DataError(f"the schema of the {what} is damaged, or of another kind")
+        yield match.groups()
 
 
 def layout_of(schema: bytes) -> np.dtype[np.void]:
@@ -77,16 +91,8 @@ def layout_of(schema: bytes) -> np.dtype[np.void]:
     DataError
         Anything else, fields of a tick with another type, or more than 1000 fields."""
     descriptors: list[tuple[str, str] | tuple[str, str, tuple[int, ...]]] = [("encapsulation", "V4")]
-    try:
-        lines = [line.split("#")[0].strip() for line in schema.decode().splitlines()]
-    except UnicodeDecodeError as error:
-        raise DataError("the schema of the ticks is damaged") from error
-    for line in filter(None, lines):
-        match = _LINE.fullmatch(line)
-        if match is None or len(descriptors) > _MOST_FIELDS:
-            raise DataError("the schema of the ticks is damaged, or of another kind")
-        kind, count, name = match.groups()
-        if name in FIELD and kind != _TYPE_OF[FIELD[name].kind]:
+    for kind, count, name in lines_of(schema, _LINE, "ticks"):
+        if name in FIELD and kind != TYPE_OF[FIELD[name].kind]:
             raise DataError(f"the schema of the ticks says that {name} is {kind}")
         shape = (int(count),) if count else ()
         descriptors.append((name, _TYPES[kind], shape))

@@ -34,7 +34,15 @@ from rtctl.simulation.playback_figures import (
 from rtctl.simulation.playback_figures import prediction as predict
 from rtctl.simulation.playback_figures import trace as trace_of
 from rtctl.simulation.playback_picture import save_plot
-from rtctl.simulation.playback_run import changed, config_for_log, fault_names, load_log, run_log, with_bias
+from rtctl.simulation.playback_run import (
+    changed,
+    config_for_log,
+    fault_names,
+    load_log,
+    require_playback,
+    run_log,
+    with_bias,
+)
 
 
 @dataclass(frozen=True)
@@ -124,11 +132,7 @@ def _settings(job: Job, loaded: LoadedConfig) -> Settings:
 
 def _from_rig_file(job: Job) -> LoadedConfig:
     loaded = rig_file.load(job.config or "")
-    if [device.kind for device in loaded.config.device] != ["playback"]:
-        raise ConfigError(
-            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "
-            "only device"
-        )
+    require_playback(loaded)
     if not job.fit_from and not loaded.config.axis[0].friction.model:
         raise ConfigError(f"{loaded.path}: axis[0].friction.model is empty: name a model, or give --fit-from")
     options = of_file(loaded.options, job.log) if job.log else loaded.options

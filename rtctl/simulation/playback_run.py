@@ -124,6 +124,15 @@ def fault_names(bits: int) -> str:
     return ", ".join(str(fault.name) for fault in Fault if bits & fault) or "none"
 
 
+def require_playback(loaded: LoadedConfig) -> None:
+    """Refuse a rig that is no recording (ConfigError)."""
+    if [device.kind for device in loaded.config.device] != ["playback"]:
+        raise ConfigError(
+            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "
+            "only device"
+        )
+
+
 def run_log(loaded: LoadedConfig) -> np.ndarray:
     """Run the loop over the log of a playback rig until its end.
 
@@ -140,11 +149,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
         The log cannot be used.
     DataError
         The rig never became ACTIVE, with the first fault's name where there was one."""
-    if [device.kind for device in loaded.config.device] != ["playback"]:
-        raise ConfigError(
-            f"{loaded.path}: device[0].kind must be playback, not {loaded.config.device[0].kind}, and the "
-            "only device"
-        )
+    require_playback(loaded)
     if loaded.options.get("loop"):
         raise ConfigError(
             f"{loaded.path}: device[0].options.loop: a log that is repeated for ever has no report"

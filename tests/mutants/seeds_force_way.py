@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 CHECK = "tests/unit/cli/test_check_force_sensor.py"
+JUDGED = f"{CHECK}::test_the_loops_that_are_judged_have_the_force_sensors_own_filter"
 PROOF = "tests/unit/control/test_admittance_proof.py"
 FILTER = "tests/unit/hw/test_force_filter.py"
 LAW = "tests/unit/control/test_disturbance_observer.py"
@@ -27,23 +28,23 @@ SEEDS = (
     Seed(
         "the observer is tuned for a rigid joint whatever the joint is",
         "rtctl/check/observer_tuning.py",
-        "if joint.stiffness_nm_rad > 0 else (RIGID,)",
-        "if False else (RIGID,)",
+        "loop if joint.stiffness_nm_rad > 0 else replace",
+        "loop if False else replace",
         (f"{CHECK}::test_the_default_observer_of_an_elastic_joint_passes_behind_a_late_sensor",),
     ),
     Seed(
         "the certificate does not know the force sensor's own low-pass",
         "rtctl/check/admittance_figures.py",
-        "        sensor_hz=figures.force_way.sensor_hz,\n",
-        "",
-        (f"{CHECK}::test_a_loop_counts_on_the_force_sensors_own_filter_and_says_how_slow_it_may_be",),
+        "        **vars(drive),\n",
+        "        **{**vars(drive), 'sensor_hz': 0.0},\n",
+        (JUDGED,),
     ),
     Seed(
         "the observer's eigenvalues do not know the force sensor's own low-pass",
         "rtctl/check/verdicts_of_observer.py",
-        "        sensor_hz=axis.force_way.sensor_hz,\n",
-        "",
-        (f"{CHECK}::test_a_loop_counts_on_the_force_sensors_own_filter_and_says_how_slow_it_may_be",),
+        "return replace(loop, bristle_nm_rad=",
+        "return replace(loop, sensor_hz=0.0, bristle_nm_rad=",
+        (JUDGED,),
     ),
     Seed(
         "a force that is late is rounded down to whole ticks",

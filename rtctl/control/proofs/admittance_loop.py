@@ -26,10 +26,9 @@ from itertools import product
 import numpy as np
 
 from rtctl.control.proofs.drive_in_hand import (
-    RIGID,
     STATES,
-    Columns,
-    ElasticJoint,
+    Drive,
+    Hands,
     frequency_hz,
     held_steps,
     plant,
@@ -71,13 +70,9 @@ class Box:
 
 
 @dataclass(frozen=True)
-class AdmittanceLoop:
-    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid
-    goes over."""
+class AdmittanceLoop(Drive):
+    """What is fixed about one axis. Symbols as in the module's text."""
 
-    inertia_kgm2: float
-    viscous_nms_rad: float
-    period_s: float
     mass_kgm2: float
     virtual_damping_nms_rad: float
     velocity_gain_nms_rad: float
@@ -85,12 +80,7 @@ class AdmittanceLoop:
     mass_max_kgm2: float = 0.0
     """The proof covers every virtual mass from `mass_kgm2` to this one; 0: that one alone. More damping is
     covered anyway, as a damper of the world is."""
-    sensor_hz: float = 0.0
-    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
-    ones."""
-    sensor_ticks: int = 0
     intake_lowpass_hz: float = 0.0
-    force_lowpass_hz: float = 0.0
     velocity_lowpass_hz: float = 0.0
     feedforward: float = 0.0
     """Share z of J a_r + b v_r - tau_f that is sent, behind a low-pass."""
@@ -101,21 +91,12 @@ class AdmittanceLoop:
     help_turns_rad: float = 0.0
     told_viscous_nms_rad: float = 0.0
     """b of the joint as it stands in there, with whatever is compensated of it."""
-    delay: float = 0.0
-    """Ticks from a fresh sample to its torque."""
-    lag_hz: float = 0.0
-    sample_ticks: int = 1
-    bristle_nm_rad: float = 0.0
-    """Break-away torque over presliding length, which is the next field."""
     presliding_rad: float = 0.0
     bristles_to: float = 4.0
     """How many times as stiff as told they may be: the presliding length is known as an upper bound."""
     rest_damping_nms_rad: float = 0.0
     """Damping of the mass on a joint that sticks, of its motion beyond a low-pass of the next field."""
     rest_hz: float = 0.0
-    motor_share: float = 1.0
-    encoder: str = "motor"
-    joints: tuple[ElasticJoint, ...] = (RIGID,)
     box: Box = Box()
 
     @property
@@ -123,22 +104,11 @@ class AdmittanceLoop:
         """How many times the usual joint it is: a knob's springs are no joint's."""
         return self.inertia_kgm2 / USUAL_INERTIA_KGM2
 
-    @property
-    def bristles(self) -> tuple[float, ...]:
-        """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that
-        sticks, N m/rad."""
-        return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
-
 
 @dataclass(frozen=True)
-class Points(Columns):
-    """Points of the grid, as columns: hand, bristle stiffness, joint, world."""
+class Points(Hands):
+    """Points of the grid: `Hands`, and the world."""
 
-    k_h: np.ndarray
-    b_h: np.ndarray
-    m_h: np.ndarray
-    bristle: np.ndarray
-    joint: np.ndarray
     k_e: np.ndarray
     b_e: np.ndarray
 

@@ -9,8 +9,8 @@ tau_h (docs/theory.md 2.14)."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
-from typing import Protocol, Self
+from dataclasses import KW_ONLY, dataclass, fields
+from typing import Self
 
 import numpy as np
 
@@ -67,42 +67,51 @@ def frequency_hz(inertia_kgm2: float, joint: ElasticJoint) -> float:
     return math.sqrt(joint.stiffness_nm_rad / reduced) / (2 * math.pi)
 
 
-class Drive(Protocol):
-    """What is fixed about a drive."""
+@dataclass(frozen=True)
+class Drive:
+    """What is fixed about a drive with its force sensor; joints and bristles are what a grid goes over."""
+
+    inertia_kgm2: float
+    """Motor and link; the next: damping of both."""
+    viscous_nms_rad: float
+    period_s: float
+    _: KW_ONLY
+    delay: float = 0.0
+    """Ticks from a fresh sample to its torque."""
+    lag_hz: float = 0.0
+    """Bandwidth of the current loop; 0: ideal."""
+    sample_ticks: int = 1
+    sensor_hz: float = 0.0
+    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
+    ones."""
+    sensor_ticks: int = 0
+    force_lowpass_hz: float = 0.0
+    bristle_nm_rad: float = 0.0
+    """Break-away torque over presliding length."""
+    motor_share: float = 1.0
+    """Share of the viscous damping on the motor's side of an elastic joint."""
+    encoder: str = "motor"
+    """`motor` or `link`."""
+    joints: tuple[ElasticJoint, ...] = (RIGID,)
+    """Those that the column `joint` counts through."""
 
     @property
-    def inertia_kgm2(self) -> float:
-        """Motor and link."""
-
-    @property
-    def viscous_nms_rad(self) -> float:
-        """Damping of motor and link."""
-
-    @property
-    def lag_hz(self) -> float:
-        """Bandwidth of the current loop; 0: ideal."""
-
-    @property
-    def sensor_hz(self) -> float:
-        """Cut-off of the force sensor's own low-pass; 0: none."""
-
-    @property
-    def motor_share(self) -> float:
-        """Share of the viscous damping on the motor's side of an elastic joint."""
-
-    @property
-    def encoder(self) -> str:
-        """`motor` or `link`."""
-
-    @property
-    def joints(self) -> tuple[ElasticJoint, ...]:
-        """Those that the column `joint` counts through."""
+    def bristles(self) -> tuple[float, ...]:
+        """Stiffness of the bristles of a joint that slides (0) and, if there is dry friction, of one that
+        sticks, N m/rad."""
+        return (0.0, self.bristle_nm_rad) if self.bristle_nm_rad > 0 else (0.0,)
 
 
 @dataclass(frozen=True)
-class Columns:
-    """Points of a grid, a column for each thing that differs: what is common to those that say which columns
-    these are."""
+class Hands:
+    """Points of a grid, a column for each thing that differs: hands (N m/rad, N m s/rad, kg m^2), bristles (N
+    m/rad; 0: sliding) and joints (index of `Drive.joints`); more columns belong to who closes the loop."""
+
+    k_h: np.ndarray
+    b_h: np.ndarray
+    m_h: np.ndarray
+    bristle: np.ndarray
+    joint: np.ndarray
 
     def __getitem__(self, index: np.ndarray | int) -> Self:
         return type(self)(*(np.atleast_1d(column[index]) for column in self.columns()))
@@ -115,30 +124,6 @@ class Columns:
     def size(self) -> int:
         """Number of points."""
         return int(self.columns()[0].size)
-
-
-class Hands(Protocol):
-    """Hands, bristles (N m/rad; 0: sliding) and joints, as columns of one length."""
-
-    @property
-    def k_h(self) -> np.ndarray:
-        """In N m/rad."""
-
-    @property
-    def b_h(self) -> np.ndarray:
-        """In N m s/rad."""
-
-    @property
-    def m_h(self) -> np.ndarray:
-        """In kg m^2."""
-
-    @property
-    def bristle(self) -> np.ndarray:
-        """In N m/rad."""
-
-    @property
-    def joint(self) -> np.ndarray:
-        """Index of `Drive.joints`."""
 
 
 def exponential(A: np.ndarray) -> np.ndarray:

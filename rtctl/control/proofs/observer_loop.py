@@ -25,10 +25,9 @@ import numpy as np
 
 from rtctl.control.disturbance_observer import SMOOTHING
 from rtctl.control.proofs.drive_in_hand import (
-    RIGID,
     STATES,
-    Columns,
-    ElasticJoint,
+    Drive,
+    Hands,
     held_steps,
     plant,
     position,
@@ -42,53 +41,29 @@ HAND_INERTIA_KGM2 = (0.0, 0.0005, 0.002, 0.006, 0.02)
 
 
 @dataclass(frozen=True)
-class Loop:
-    """What is fixed about one axis. Symbols as in the module's text; joints and bristles are what the grid
-    goes over."""
+class Loop(Drive):
+    """What is fixed about one axis. Symbols as in the module's text."""
 
-    inertia_kgm2: float
-    viscous_nms_rad: float
-    period_s: float
     gain: float
     bandwidth_hz: float
-    delay: float = 0.0
-    """Ticks from a fresh sample to its torque."""
-    lag_hz: float = 0.0
-    sample_ticks: int = 1
     acting_ticks: int = 0
     """Delay by which the law goes when it asks which torque acted, ticks."""
-    sensor_hz: float = 0.0
-    """The force sensor's own low-pass; 0: none. The next field is what it is late besides, ticks, whole
-    ones."""
-    sensor_ticks: int = 0
     own_ticks: int = 0
     """By which the law delays torque and velocity, to belong to the force (`disturbance_observer`), ticks."""
     excess: float = 0.0
     """Share by which the law takes the inertia too high."""
-    force_lowpass_hz: float = 0.0
     stiffness_nm_rad: float = 0.0
     """Stiffness of the coupling; the next field is its damping."""
     damping_nms_rad: float = 0.0
-    bristle_nm_rad: float = 0.0
-    """Break-away torque over presliding length."""
-    motor_share: float = 1.0
-    """Share of the viscous damping on the motor's side of an elastic joint."""
-    encoder: str = "motor"
-    joints: tuple[ElasticJoint, ...] = (RIGID,)
     hand: float = 1.0
     """Factor on stiffness, damping and inertia of the box of hands: of a linear axis those of the same hands
     in N/m, N s/m and kg."""
 
 
 @dataclass(frozen=True)
-class Points(Columns):
-    """Points of the grid, as columns: hand, bristle stiffness, joint, coupling (0 or 1)."""
+class Points(Hands):
+    """Points of the grid: `Hands`, and the coupling (0 or 1)."""
 
-    k_h: np.ndarray
-    b_h: np.ndarray
-    m_h: np.ndarray
-    bristle: np.ndarray
-    joint: np.ndarray
     coupled: np.ndarray
 
 

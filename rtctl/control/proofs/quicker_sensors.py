@@ -7,10 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 if TYPE_CHECKING:
-    from rtctl.control.proofs.admittance_loop import AdmittanceLoop
-    from rtctl.control.proofs.observer_loop import Loop
+    from rtctl.control.proofs.drive_in_hand import Drive
 
-L = TypeVar("L", "AdmittanceLoop", "Loop")
+L = TypeVar("L", bound="Drive")
 
 
 def quicker_sensors(loop: L) -> list[L]:

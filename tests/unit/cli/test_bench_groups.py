@@ -5,17 +5,18 @@ from click.testing import CliRunner
 
 from rtctl.cli import bench
 from rtctl.errors import RtctlError
+from tests.bench import groups as measured
 from tests.bench.row import Row, in_turns
 
 
 @pytest.mark.parametrize("name", bench.GROUPS + bench.ON_REQUEST)
 def test_every_group_has_something_to_measure(name):
-    groups = bench.measurements(quick=True, minutes=0.3, rig_seconds=0.5, asked=bench.Wakeups())
+    groups = measured.measurements(quick=True, minutes=0.3, rig_seconds=0.5, asked=measured.Wakeups())
     assert callable(groups[name])
 
 
 def test_nothing_is_measured_that_nobody_can_ask_for():
-    groups = bench.measurements(quick=True, minutes=None, rig_seconds=0.5, asked=bench.Wakeups())
+    groups = measured.measurements(quick=True, minutes=None, rig_seconds=0.5, asked=measured.Wakeups())
     assert set(groups) == set(bench.GROUPS + bench.ON_REQUEST)
 
 
@@ -60,7 +61,7 @@ def test_an_interrupted_bench_prints_the_rows_of_the_turns_that_are_over(monkeyp
             "cycle": lambda: pytest.fail("went on"),
         }
 
-    monkeypatch.setattr(bench, "measurements", measurements)
+    monkeypatch.setattr(measured, "measurements", measurements)
     found = CliRunner().invoke(bench.command, ["start", "cycle", *options])
     assert found.exit_code != 0
     assert "2 turns" in found.output

@@ -11,8 +11,10 @@ from hw import registry
 from rtctl.check import (
     law_plan,
     observer_tuning,
+    stability_report,
     verdicts_of_admittance_steps,
     verdicts_of_friction,
+    verdicts_of_observer,
 )
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
@@ -60,6 +62,20 @@ def test_a_loop_counts_on_the_force_sensors_own_filter_and_says_how_slow_it_may_
     if name == "admittance":
         for slower in ({"sensor_hz": 0.7 * least_hz}, {"sensor_hz": 5000.0, "sensor_ticks": 4}):
             assert not admittance_margin.judge(dataclasses.replace(axis.loop, **slower)).ok
+
+
+def test_the_loops_that_are_judged_have_the_force_sensors_own_filter(monkeypatch):
+    shown = stability_report.admittance_loop(with_sensor("admittance", 300.0, 0.002), 0)
+    assert (shown.sensor_hz, shown.sensor_ticks) == (300.0, 2)
+    seen = []
+
+    def judged(loop):
+        seen.append(loop)
+        return observer_tuning.judged(loop)
+
+    monkeypatch.setattr(verdicts_of_observer, "judged", judged)
+    checked("mock", 300.0, 0.002)
+    assert (seen[0].sensor_hz, seen[0].sensor_ticks) == (300.0, 2)
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from rtctl.control.vocabulary import State
 from rtctl.host.machine_examine import Report
 from rtctl.host.machine_line import Line
 from rtctl.plain_data import as_data
+from tests.bench import groups
 from tests.bench.row import Row
 
 CLI = Path(bench.__file__).parent
@@ -70,7 +71,7 @@ def _groups(monkeypatch, broken):
         return [Row(name, np.float64(1.0), "us", "", np.float64(2.0)), Row(name, 1.0, "us", "")]
 
     made = {name: partial(rows, name) for name in bench.GROUPS}
-    monkeypatch.setattr(bench, "measurements", lambda **_: made)
+    monkeypatch.setattr(groups, "measurements", lambda **_: made)
 
 
 def test_a_group_that_breaks_loses_no_row_of_the_others(monkeypatch):
