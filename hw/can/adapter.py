@@ -9,11 +9,12 @@ bytes is there."""
 from __future__ import annotations
 
 import errno
+import queue
 import select
 import struct
+import time
 from collections import deque
 from collections.abc import Callable, Mapping
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hw.can.bus import DRAIN_LIMIT, EXTENDED, REMOTE, Handler
@@ -23,7 +24,7 @@ from hw.interface import BackendError, LinkLost, Options
 if TYPE_CHECKING:
     from types import ModuleType
 
-    from can import BusABC
+    from can import BusABC, Message
 
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN, errno.ETIMEDOUT})
 _GARBLED = (ValueError, IndexError, TypeError, struct.error)
@@ -65,26 +66,17 @@ def _arguments(options: Options) -> dict[str, Any]:
     return {**arguments, **options["arguments"]}
 
 
-@cache
-def _repeated() -> type[Any]:
-    """A message that is copied as plain data: python-can's in-process bus copies deeply what it is given, per
-    peer."""
-    message: type[Any] = python_can().Message
-    new: Callable[[type[Any]], Any] = object.__new__
+def _for_peer(message: Message, stamp_s: float, channel: str) -> Message:
+    """A copy of a message, as a peer on python-can's in-process bus receives it.
 
-    class Repeated(message):  # type: ignore[misc] # python-can is loaded only where it is used
-        __slots__ = ()
-
-        def __deepcopy__(self, memo: object) -> object:
-            copied = new(message)  # its constructor looks at each argument, which takes twice as long
-            copied.timestamp, copied.channel, copied.is_rx = 0.0, None, True
-            copied.is_error_frame = copied.error_state_indicator = False
-            copied.arbitration_id, copied.is_extended_id = self.arbitration_id, self.is_extended_id
-            copied.is_remote_frame, copied.dlc, copied.data = self.is_remote_frame, self.dlc, self.data[:]
-            copied.is_fd, copied.bitrate_switch = self.is_fd, self.bitrate_switch
-            return copied
-
-    return Repeated
+    Its constructor looks at each argument, and `copy.deepcopy` for what is shared: six times as long."""
+    copied: Message = object.__new__(type(message))
+    copied.timestamp, copied.channel, copied.is_rx = stamp_s, channel, True
+    copied.is_error_frame = copied.error_state_indicator = False
+    copied.arbitration_id, copied.is_extended_id = message.arbitration_id, message.is_extended_id
+    copied.is_remote_frame, copied.dlc, copied.data = message.is_remote_frame, message.dlc, message.data[:]
+    copied.is_fd, copied.bitrate_switch = message.is_fd, message.bitrate_switch
+    return copied
 
 
 class AdapterFrame:
@@ -93,7 +85,7 @@ class AdapterFrame:
     __slots__ = ("buffer", "length", "message", "offset")
 
     def __init__(self, can_id: int, length: int, *, fd: bool) -> None:
-        self.message = _repeated()(
+        self.message = python_can().Message(
             arbitration_id=can_id & 0x1FFF_FFFF,
             is_extended_id=bool(can_id & EXTENDED),
             is_remote_frame=bool(can_id & REMOTE),
@@ -130,17 +122,19 @@ class AdapterBus:
             ) from error
         # `recv` looks at the wall clock and at filters; below it lies what an interface implements itself
         self._recv: Callable[[float], tuple[Any, bool]] = self._bus._recv_internal
-        self._send = self._bus.send
+        self._send: Callable[..., None] = self._bus.send
         self._waiting = self._asker(options["interface"])
-        self._too_late = can.CanTimeoutError
+        self._too_late, self._refused = can.CanTimeoutError, can.CanOperationError
 
     def _asker(self, interface: str) -> Callable[[], int] | None:
         """What tells without waiting whether `recv` has anything to give; None where only `recv` knows."""
         if interface == "virtual":
-            queue = self._bus.queue
-            waiting: deque[Any] = queue.queue
-            if queue.maxsize <= 0:  # nobody waits for room in it, so that a frame is taken without a lock
+            inbox = self._bus.queue
+            waiting: deque[Any] = inbox.queue
+            if inbox.maxsize <= 0:  # nobody waits for room in it, so that a frame is taken without a lock
                 self._recv = lambda _timeout: (waiting.popleft(), False)
+            if not self._bus.receive_own_messages and not self._bus.preserve_timestamps:
+                self._send = self._send_to_peers
             return waiting.__len__  # a tenth of the cost of an empty `recv`
         if interface not in PORTS:
             return None
@@ -149,6 +143,20 @@ class AdapterBus:
         port.timeout, port.write_timeout = REST_S, ROOM_S
         self._port = [port]
         return lambda: int(port.in_waiting) // shortest
+
+    def _send_to_peers(self, message: Message, timeout: float) -> None:
+        """Send on the in-process bus. Raises CanOperationError as `send` does there."""
+        bus, stamp_s, full = self._bus, 1e-9 * time.time_ns(), False
+        own, channel = bus.queue, bus.channel_id
+        for peer in bus.channel:
+            if peer is own:
+                continue
+            try:
+                peer.put(_for_peer(message, stamp_s, channel), timeout=timeout)
+            except queue.Full:
+                full = True
+        if full:
+            raise self._refused("a peer has no room")
 
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; all other frames are dropped here."""

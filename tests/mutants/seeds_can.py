@@ -14,13 +14,27 @@ FIRMWARE = (f"{HW}/test_can_odrive_firmware.py",)
 ARMED = (f"{HW}/test_can_armed.py",)
 STRICT = ("tests/contract/test_cia402_strict.py",)
 CAN_CYCLE = ("tests/unit/hw/test_can_steady.py", "tests/unit/hw/test_can_left_to_python.py")
+IN_PROCESS = ("tests/unit/hw/test_can_batch.py",)
 
 SEEDS = (
     Seed(
         "a frame is taken without a word to who waits for room", "hw/can/adapter.py",
-        "if queue.maxsize <= 0:", "if True:",
+        "if inbox.maxsize <= 0:", "if True:",
         ("tests/unit/hw/test_can_batch.py"
          "::test_who_waits_for_room_in_a_bounded_in_process_bus_goes_on_when_a_frame_was_taken",),
+    ),
+    Seed(
+        "peers on the in-process bus share one frame's data with who sends", "hw/can/adapter.py",
+        "message.is_remote_frame, message.dlc, message.data[:]",
+        "message.is_remote_frame, message.dlc, message.data", IN_PROCESS,
+    ),
+    Seed(
+        "frames of one's own are not given back by an in-process bus that is to", "hw/can/adapter.py",
+        "if not self._bus.receive_own_messages and not", "if not", IN_PROCESS,
+    ),
+    Seed(
+        "a peer's full queue is no error", "hw/can/adapter.py",
+        "        if full:\n", "        if False:\n", IN_PROCESS,
     ),
     Seed(
         "what stands behind a moteus reply is not looked at", "hw/can/moteus_codec.py",

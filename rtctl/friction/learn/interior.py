@@ -39,40 +39,26 @@ class Solution:
 
 @dataclass
 class _Iterate:
-    """Where the method is: `x` = (alpha, alpha*), `room` to their bounds, multipliers of both, and of the
-    equations."""
+    """Where the method is, or a step of it: rows of `parts` (4, 2n) are x = (alpha, alpha*), the room that it
+    has to its bounds, and the multipliers of both; then those of the equations.
 
-    x: np.ndarray
-    room: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
+    One array, so that a step is a few calls of NumPy: of some hundred points each call costs more than what
+    it reckons."""
+
+    parts: np.ndarray
     of_equations: np.ndarray
 
     @property
     def gap(self) -> float:
-        return float(self.x @ self.low + self.room @ self.high)
+        """What all products of a part with its multiplier, which an optimum has at 0, are together."""
+        return float(np.vdot(self.parts[:2], self.parts[2:]))
 
     def stepped(self, share: float, step: _Iterate) -> _Iterate:
-        return _Iterate(
-            self.x + share * step.x,
-            self.room + share * step.room,
-            self.low + share * step.low,
-            self.high + share * step.high,
-            self.of_equations + share * step.of_equations,
-        )
+        return _Iterate(self.parts + share * step.parts, self.of_equations + share * step.of_equations)
 
     def furthest(self, step: _Iterate) -> float:
         """Share of a step that keeps everything positive, at most 1."""
-        share = 1.0
-        for value, change in (
-            (self.x, step.x),
-            (self.room, step.room),
-            (self.low, step.low),
-            (self.high, step.high),
-        ):
-            falls = change < 0
-            share = min(share, float((-value[falls] / change[falls]).min(initial=1.0)))
-        return share
+        return 1.0 / max(1.0, -float((step.parts / self.parts).min()))
 
 
 def solve(
@@ -130,18 +116,18 @@ def _solved(
     scale = max(float(np.abs(friction_nm).max()), 1e-300)
     upper = np.concatenate([bound, bound])
     x = 0.1 * upper if nu is None else 0.5 * nu * upper
-    at = _Iterate(x, upper - x, np.full(2 * n, scale), np.full(2 * n, scale), np.zeros(len(equations)))
+    at = _Iterate(np.stack([x, upper - x, 0 * x + scale, 0 * x + scale]), np.zeros(len(equations)))
     reach = np.tile((factor**2).sum(axis=1), 2)
     beta, converged = np.zeros(n), False
     for _ in range(_STEPS):
-        beta = at.x[:n] - at.x[n:]
+        x, _, low, high = at.parts
+        beta = x[:n] - x[n:]
         curve = factor @ (factor.T @ beta)
-        off = np.concatenate([curve, -curve]) + cost + equations.T @ at.of_equations - at.low + at.high
-        short = equations @ at.x - wanted
-        objective = 0.5 * float(beta @ curve) + float(cost @ at.x)
+        off = np.concatenate([curve, -curve]) + cost + equations.T @ at.of_equations - low + high
+        short = equations @ x - wanted
+        objective = 0.5 * float(beta @ curve) + float(cost @ x)
         # what it moves the curve by, against its way to the edge of the tube: one of both goes to 0
-        vector = at.x * reach > at.low
-        alpha = np.where(vector, at.x, 0.0)
+        alpha = np.where(x * reach > low, x, 0.0)
         rest = beta - alpha[:n] + alpha[n:]
         beta = beta - rest
         if at.gap <= _GAP * abs(objective) and np.abs(off).max() <= tolerance_nm:
@@ -160,38 +146,42 @@ def _better(
     at: _Iterate, factor: np.ndarray, equations: np.ndarray, off: np.ndarray, short: np.ndarray
 ) -> _Iterate:
     """One step: predicted towards the optimum, then corrected by what the prediction would have left."""
-    import scipy.linalg
+    from scipy.linalg import lapack
 
     n = len(factor)
-    easy = 1.0 / (at.low / at.x + at.high / at.room)
-    small = (factor * (easy[:n] + easy[n:])[:, None]).T @ factor
+    inside, prices = at.parts[:2], at.parts[2:]
+    easy = 1.0 / (prices / inside).sum(axis=0)
+    weighed = factor * np.sqrt(easy[:n] + easy[n:])[:, None]
+    small = weighed.T @ weighed
     small.flat[:: len(small) + 1] += 1.0
-    decomposed = scipy.linalg.cho_factor(small, check_finite=False)
+    # scipy.linalg looks at its arguments for longer than LAPACK takes
+    decomposed, refused = lapack.dpotrf(small, lower=1)
+    if refused:
+        raise np.linalg.LinAlgError
 
     def solved(right: np.ndarray) -> np.ndarray:
         """H plus the diagonal, inverted, times the columns of `right`, (2n, m)."""
-        plain = easy[:, None] * right
-        bent = factor @ scipy.linalg.cho_solve(
-            decomposed, factor.T @ (plain[:n] - plain[n:]), check_finite=False
-        )
-        whole: np.ndarray = plain - easy[:, None] * np.concatenate([bent, -bent])
-        return whole
+        plain: np.ndarray = easy[:, None] * right
+        bent = factor @ lapack.dpotrs(decomposed, factor.T @ (plain[:n] - plain[n:]), lower=1)[0]
+        plain[:n] -= easy[:n, None] * bent
+        plain[n:] += easy[n:, None] * bent
+        return plain
 
     of_equations = solved(equations.T)
-    between = equations @ of_equations
+    between = np.linalg.inv(equations @ of_equations)
 
-    def step(low: np.ndarray, high: np.ndarray) -> _Iterate:
-        """Newton's step to the products `low` and `high` (changes of x low and room high)."""
-        free = solved((-off + low / at.x - high / at.room)[:, None])[:, 0]
-        pull = np.linalg.solve(between, equations @ free + short)
+    def step(products: np.ndarray) -> _Iterate:
+        """Newton's step to these products (2, 2n) of a part's multiplier and its change, and the reverse."""
+        low, high = products / inside
+        free = solved((low - high - off)[:, None])[:, 0]
+        pull = between @ (equations @ free + short)
         dx = free - of_equations @ pull
-        return _Iterate(dx, -dx, (low - at.low * dx) / at.x, (high + at.high * dx) / at.room, pull)
+        change = np.stack([dx, -dx])
+        return _Iterate(np.concatenate([change, (products - prices * change) / inside]), pull)
 
-    tried = step(-at.x * at.low, -at.room * at.high)
-    mean = at.gap / (2 * len(at.x))
-    left = at.stepped(at.furthest(tried), tried).gap / (2 * len(at.x))
-    centre = mean * (left / mean) ** 3
-    final = step(
-        centre - at.x * at.low - tried.x * tried.low, centre - at.room * at.high - tried.room * tried.high
-    )
+    products = inside * prices
+    tried = step(-products)
+    mean = at.gap / (2 * len(off))
+    left = at.stepped(at.furthest(tried), tried).gap / (2 * len(off))
+    final = step(mean * (left / mean) ** 3 - products - tried.parts[:2] * tried.parts[2:])
     return at.stepped(min(1.0, _BACK * at.furthest(final)), final)

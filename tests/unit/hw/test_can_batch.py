@@ -1,6 +1,5 @@
 """All waiting frames in one call, tried on a pair of local datagram sockets: this kernel may have no CAN."""
 
-import copy
 import errno
 import gc
 import socket
@@ -10,9 +9,10 @@ import time
 import can
 import pytest
 
-from hw.can.adapter import AdapterBus, AdapterFrame
+from hw.can.adapter import AdapterBus
 from hw.can.batch import FRAMES, STRIDE, Batch
 from hw.can.bus import DRAIN_LIMIT
+from hw.interface import LinkLost
 
 
 @pytest.fixture
@@ -75,26 +75,55 @@ def test_a_descriptor_that_is_gone_is_an_error_and_never_anothers(pair):
     assert gone.value.errno == errno.EBADF
 
 
-@pytest.mark.parametrize(("can_id", "extended"), [(0x123, False), (0x8000_0055, True)])
-def test_a_frame_of_python_cans_is_copied_whole_and_apart(can_id, extended):
-    frame = AdapterFrame(can_id, 4, fd=True)
-    frame.buffer[:] = b"abcd"
-    copied = copy.deepcopy(frame.message)
-    frame.buffer[:] = b"efgh"
-    assert bytes(copied.data) == b"abcd"
-    assert (copied.arbitration_id, copied.is_extended_id, copied.dlc) == (can_id & 0x1FFF_FFFF, extended, 4)
-    assert copied.is_fd
-    assert copied.bitrate_switch
-    assert not copied.is_remote_frame
-    slots = [name for name in can.Message.__slots__ if name != "__weakref__"]
-    as_made = can.Message(
-        arbitration_id=can_id & 0x1FFF_FFFF,
-        is_extended_id=extended,
-        is_fd=True,
-        bitrate_switch=True,
-        data=b"abcd",
-    )
-    assert {name: getattr(copied, name) for name in slots} == {name: getattr(as_made, name) for name in slots}
+def _virtual(channel: str, **arguments: object) -> AdapterBus:
+    options = {"interface": "virtual", "channel": channel, "bitrate": 1_000_000, "fd": True}
+    return AdapterBus({**options, "arguments": arguments})
+
+
+@pytest.mark.parametrize("can_id", [0x123, 0x8000_0055, 0x4000_0123])
+def test_peers_on_the_in_process_bus_receive_what_python_can_would_send_and_each_its_own(can_id):
+    bus = _virtual("copied")
+    frame = bus.outgoing(can_id, 4)
+    frame.buffer[:] = b"abcd" if frame.buffer else b""
+    with (
+        can.Bus(interface="virtual", channel="copied", ignore_config=True) as near,
+        can.Bus(interface="virtual", channel="copied", ignore_config=True) as far,
+    ):
+        began = 1e-9 * time.time_ns()
+        assert bus.send(frame)
+        bus.fresh_python_can().send(frame.message)
+        ours, theirs = near.recv(0), near.recv(0)
+        assert bus.receive()  # its own frame does not come back
+        first = far.recv(0)
+    slots = [name for name in can.Message.__slots__ if name not in {"__weakref__", "timestamp"}]
+    assert {name: getattr(ours, name) for name in slots} == {name: getattr(theirs, name) for name in slots}
+    assert began - 1 <= ours.timestamp <= theirs.timestamp
+    frame.buffer[:] = b"efgh" if frame.buffer else b""
+    first.data[:] = b""
+    assert ours.data == theirs.data
+    bus.close()
+
+
+@pytest.mark.parametrize("arguments", [{"receive_own_messages": True}, {"preserve_timestamps": True}])
+def test_an_in_process_bus_that_is_asked_for_more_is_left_to_python_can(arguments):
+    bus, seen = _virtual("asked", **arguments), []
+    bus.subscribe({7: lambda data, _offset, length: seen.append(length)})
+    with can.Bus(interface="virtual", channel="asked", ignore_config=True) as peer:
+        assert bus.send(bus.outgoing(7, 4))
+        assert (peer.recv(0).timestamp == 0.0) == ("preserve_timestamps" in arguments)
+    assert bus.receive()
+    assert seen == [4] * ("receive_own_messages" in arguments)
+    bus.close()
+
+
+def test_a_peer_without_room_is_told_as_python_can_tells_it():
+    bus = _virtual("full")
+    with can.Bus(interface="virtual", channel="full", rx_queue_size=1, ignore_config=True):
+        frame = bus.outgoing(7, 4)
+        assert bus.send(frame)
+        with pytest.raises(LinkLost, match="no room"):
+            bus.send(frame)
+    bus.close()
 
 
 @pytest.mark.parametrize("interface", ["virtual", "another"])
