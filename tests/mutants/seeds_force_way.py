@@ -203,7 +203,7 @@ SEEDS = (
         "rtctl/control/proofs/observer_match.py",
         "hard.fails(free, KEPT_LEAST)",
         "hard.fails(free, 0.9)",
-        (f"{IN_TIME}::test_no_loop_that_is_left_out_would_have_been_chosen",),
+        ("tests/unit/control/test_observer_in_gears.py::test_where_another_loop_rang_is_only_asked_first",),
     ),
     Seed(
         "an observer is left out that keeps enough where the last one failed",
