@@ -19,13 +19,6 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
-        "columns that hardly differ are solved by their products",
-        "rtctl/friction/logs/normal_equations.py",
-        "SQUARE_LEAST = 1e-6\n",
-        "SQUARE_LEAST = 0.0\n",
-        ("tests/unit/friction/test_normal_equations.py",),
-    ),
-    Seed(
         "the band of one log knows its points by their neighbours in speed alone",
         "rtctl/friction/learn/bands.py",
         "np.hypot(error_nm, apart[rows][data.fold != TRAINS])",

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.other_readings import PEAK_SHARE
 from rtctl.friction.logs.regressors import Regressors
@@ -95,7 +94,9 @@ class Balance:
         matrix = np.hstack([self.motion, self.nuisance])
         scale = np.sqrt((matrix**2).mean(axis=0))
         scale[scale == 0] = 1.0
-        return np.asarray(self.torque - matrix / scale @ solved(matrix / scale, self.torque))
+        return np.asarray(
+            self.torque - matrix / scale @ np.linalg.lstsq(matrix / scale, self.torque, rcond=1e-9)[0]
+        )
 
     def bends(self) -> np.ndarray:
         """Columns of friction that bends over speed, (n, 2)."""
@@ -106,7 +107,9 @@ class Balance:
     def own_acceleration(self) -> np.ndarray:
         """What of the acceleration the other columns do not have."""
         others = np.column_stack([self.velocity, self.direction, self.nuisance])
-        return np.asarray(self.acceleration - others @ solved(others, self.acceleration))
+        return np.asarray(
+            self.acceleration - others @ np.linalg.lstsq(others, self.acceleration, rcond=1e-9)[0]
+        )
 
     def inertia(self) -> tuple[float, float]:
         """Inertia and its standard error, kg m^2, of rows of which one in `ROWS_ALIKE` is independent of the
@@ -131,7 +134,7 @@ class Balance:
         wanted = (self.torque if torque is None else torque)[rows]
         scale = np.sqrt((matrix**2).mean(axis=0))
         scale[scale == 0] = 1.0
-        found = solved(matrix / scale, wanted) / scale
+        found = np.linalg.lstsq(matrix / scale, wanted, rcond=1e-9)[0] / scale
         rest = wanted - matrix @ found
         k = 3 + more.shape[1]
         return Fit(

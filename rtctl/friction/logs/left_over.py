@@ -11,7 +11,6 @@ import numpy as np
 
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.dynamics import SAMPLES_PER_CUTOFF
-from rtctl.friction.logs.normal_equations import solved
 
 SMOOTH_LEAST = 0.015
 """Share of the torque left over smoothly from which on the bounds below count."""
@@ -74,7 +73,7 @@ def bounds(balance: Balance, rest: float) -> dict[str, float]:
     for k, (name, value) in enumerate(values.items()):
         others = np.column_stack([np.delete(balance.motion, k, axis=1), balance.nuisance])
         column = balance.motion[:, k]
-        own = column - others @ solved(others, column)
+        own = column - others @ np.linalg.lstsq(others, column, rcond=1e-9)[0]
         found[name] = rest / max(float(own.std()) * abs(value), 1e-300)
     return found
 

@@ -17,7 +17,6 @@ import numpy as np
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, SAMPLES_PER_CUTOFF
 from rtctl.friction.logs.even_motion import largest_inertia
 from rtctl.friction.logs.intervals import Estimate, time_blocks
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.regressors import Regressors
 
@@ -80,7 +79,7 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     if short > NOISE_MOST:
         lost = max(lost, largest_inertia(signals, abs(plain[0][2])))
     others = np.column_stack([motion[:, 1:], nuisance])[rows]
-    alike = solved(others, motion[rows, 0])[:2]
+    alike = np.linalg.lstsq(others, motion[rows, 0], rcond=1e-9)[0][:2]
     found += lost * np.array([1.0, *np.abs(alike)])
     return found
 
@@ -98,7 +97,7 @@ def _of_other_speeds(
     others = np.hstack([motion, nuisance])[rows]
     others = others / (np.sqrt((others**2).mean(axis=0)) + np.finfo(float).tiny)
     both = np.column_stack([bends, signals.torque_nm])[rows]
-    own = both - others @ solved(others, both)
+    own = both - others @ np.linalg.lstsq(others, both, rcond=1e-9)[0]
     inverse = np.linalg.pinv(own[:, :2].T @ own[:, :2], rcond=1e-9, hermitian=True)
     found = inverse @ (own[:, :2].T @ own[:, 2])
     scores = np.zeros((int(block.max()) + 1, 2))
@@ -149,7 +148,7 @@ def _moved_by_half_a_period(signals: Regressors, columns: np.ndarray) -> np.ndar
     late = signals.held_s * np.gradient(signals.torque_nm - signals.external_nm, signals.time_s)
     matrix = columns[rows]
     scale = np.sqrt((matrix**2).mean(axis=0)) + np.finfo(float).tiny
-    return np.asarray(np.abs(solved(matrix / scale, late[rows]) / scale)[:3])
+    return np.asarray(np.abs(np.linalg.lstsq(matrix / scale, late[rows], rcond=1e-9)[0] / scale)[:3])
 
 
 def doubted(parameters: Mapping[str, Estimate], by: np.ndarray) -> dict[str, Estimate]:
@@ -209,5 +208,5 @@ def _solved(
     if more.shape[1] > 1:
         friction = [1, 2, *range(4, 3 + more.shape[1])]
         plain = np.column_stack([motion[rows][:, 1:], nuisance[rows]])
-        values[1:] = solved(plain, matrix[:, friction] @ found[friction])[:2]
+        values[1:] = np.linalg.lstsq(plain, matrix[:, friction] @ found[friction], rcond=1e-9)[0][:2]
     return values, scores

@@ -22,7 +22,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length, stop_operator
 from rtctl.friction.presliding import Presliding
 
@@ -83,7 +82,7 @@ def _left(parts: Sequence[TurningPart], lengths_rad: np.ndarray) -> np.ndarray |
     for one, length in enumerate(lengths_rad):
         columns = np.hstack([motion, np.concatenate([_friction(part, length) for part in parts])])
         scale = np.sqrt((columns**2).mean(axis=0)) + np.finfo(float).tiny
-        solution = solved(columns / scale, torque)
+        solution = np.linalg.lstsq(columns / scale, torque, rcond=1e-9)[0]
         residual = torque - columns / scale @ solution
         left[one] = residual @ residual
     varying = torque - offsets @ (offsets.T @ torque / offsets.sum(axis=0))

@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.signal_shift import advanced, derivatives
 
 SCALE_MAX = 0.03
@@ -166,7 +165,7 @@ def _bends(read: _Read, velocity: np.ndarray, inside: slice, grain_rad_s: float)
             "rad/s"
         )
     matrix = np.column_stack([v, v**3 / largest**2, np.ones_like(v)])
-    found = solved(matrix, x)
+    found = np.linalg.lstsq(matrix, x, rcond=1e-9)[0]
     more = float(found[1] / found[0]) if found[0] else 0.0
     rest = x - matrix @ found
     if abs(more) < max(BENT, grain_rad_s / largest) or rest.std() > BENT_REST * read.rest.std():
@@ -190,7 +189,7 @@ def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float, gra
     scales, errors = [], []
     for rows in parts:
         matrix = np.column_stack([read.velocity[rows], np.ones(len(rows))])
-        found = solved(matrix, velocity[rows])
+        found = np.linalg.lstsq(matrix, velocity[rows], rcond=1e-9)[0]
         rest, size = float((velocity[rows] - matrix @ found).std()), float(read.velocity[rows].std())
         scales.append(float(found[0]))
         chance = rest / max(size, 1e-300) / math.sqrt(max(1.0, free / PARTS))
@@ -223,7 +222,7 @@ def _explained(
     matrix = np.column_stack([np.ones_like(recorded), recorded, *(first, second)[:order]])[inside]
     unit = np.sqrt((matrix**2).mean(axis=0))
     unit[unit == 0] = 1.0
-    found = solved(matrix / unit, velocity[inside]) / unit
+    found = np.linalg.lstsq(matrix / unit, velocity[inside], rcond=1e-9)[0] / unit
     return found, velocity[inside] - matrix @ found
 
 

@@ -39,7 +39,6 @@ from rtctl.friction.logs.bristle_columns import (
     by_stop,
 )
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length
 
 NEAR_S = 0.1
@@ -199,7 +198,7 @@ class TurnRows:
 
     def _solved(self, design: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, float]:
         scale = np.sqrt((design[rows] ** 2).mean(axis=0)) + np.finfo(float).tiny
-        solution = solved(design[rows] / scale, self.torque_nm[rows]) / scale
+        solution = np.linalg.lstsq(design[rows] / scale, self.torque_nm[rows], rcond=1e-9)[0] / scale
         left = self.torque_nm[rows] - design[rows] @ solution
         return solution, float(left @ left)
 
@@ -231,7 +230,7 @@ def _bounded(bound: np.ndarray, free: np.ndarray, torque: np.ndarray) -> tuple[n
     scale = np.sqrt((free**2).mean(axis=0)) + np.finfo(float).tiny
     base, _ = np.linalg.qr(free / scale)
     weights = nnls(bound - base @ (base.T @ bound), torque - base @ (base.T @ torque))[0]
-    rest = solved(free / scale, torque - bound @ weights) / scale
+    rest = np.linalg.lstsq(free / scale, torque - bound @ weights, rcond=1e-9)[0] / scale
     return weights, rest
 
 

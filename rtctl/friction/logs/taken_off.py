@@ -20,7 +20,6 @@ import numpy as np
 
 from rtctl.friction.logs.bristle_columns import by_lugre
 from rtctl.friction.logs.dynamics import AxisLog, smooth
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.reversal_memory import TurnRows, tried_lengths
 from rtctl.friction.logs.turns import made_ready
 
@@ -95,7 +94,7 @@ def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
     plain = np.hstack([rows.motion, friction])
     scale = np.sqrt((plain**2).mean(axis=0)) + np.finfo(float).tiny
     both = np.column_stack([sign, rows.torque_nm])
-    shared = solved(plain / scale, both)
+    shared = np.linalg.lstsq(plain / scale, both, rcond=1e-9)[0]
     own, rest = (both - plain / scale @ shared).T
     power = float(own @ own) + np.finfo(float).tiny
     value = float(own @ rest) / power

@@ -15,7 +15,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.friction.logs.intervals import covariance, time_blocks
-from rtctl.friction.logs.normal_equations import solved
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.regressors import Regressors
 
@@ -126,7 +125,7 @@ class PlainBalance:
         matrix = np.hstack([self.motion, self.nuisance, more])
         scale = np.sqrt((matrix[self.rows] ** 2).mean(axis=0))
         scale[scale == 0] = 1.0
-        found = solved((matrix / scale)[self.rows], self.signals.torque_nm[self.rows])
+        found = np.linalg.lstsq((matrix / scale)[self.rows], self.signals.torque_nm[self.rows], rcond=1e-9)[0]
         return matrix, found / scale
 
     def coefficient(self, column: np.ndarray, more: np.ndarray | None = None) -> tuple[float, float, float]:
@@ -136,7 +135,7 @@ class PlainBalance:
         matrix = np.hstack([self.motion, self.nuisance, *beside])[self.rows]
         matrix = matrix / np.maximum(np.sqrt((matrix**2).mean(axis=0)), 1e-300)
         both = np.column_stack([column, self.signals.torque_nm])[self.rows]
-        own, torque = (both - matrix @ solved(matrix, both)).T
+        own, torque = (both - matrix @ np.linalg.lstsq(matrix, both, rcond=1e-9)[0]).T
         if own.std() <= OWN_LEAST * np.std(column[self.rows]):
             return 0.0, np.inf, float(np.sqrt(np.mean(torque**2)))
         value = float(own @ torque / (own @ own))
