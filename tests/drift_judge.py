@@ -8,6 +8,7 @@ factor within 2 %; whatever else changes must not be told as friction.
 import itertools
 import math
 import tempfile
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,6 +52,7 @@ def strokes(seed, slow, fast, reach, seconds=4000.0):
     return np.array(knots).T
 
 
+@cache
 def knots(seed):
     """Knots of the motions that go by strokes."""
     return {

@@ -8,6 +8,7 @@ joint past the force sensor. Angles and torques as everywhere; the same numbers 
 
 import math
 from dataclasses import replace
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -216,6 +217,7 @@ class Rig:
         raise AssertionError(msg)
 
 
+@cache
 def learned(joint, rig, motion="rotary", error=0.005, seed=1):
     """What `rtctl fit` makes of the joint's curve at 24 speeds, each measured to a share `error`."""
     draw = np.random.default_rng(seed)

@@ -204,11 +204,14 @@ class Order:
     cases: int = 1000
     hold_s: float = JUDGED_S
     policies: tuple[str, ...] = POLICIES
+    hands: int = 1
+    """Cases that share a gear and a force sensor (`drawn`)."""
 
 
 def run_part(order: Order, indices: range) -> list[Found]:
     """Run these cases in this process."""
-    return [run_case(drawn(order.seed, index, order.policies), order.hold_s) for index in indices]
+    cases = (drawn(order.seed, index, order.policies, order.hands) for index in indices)
+    return [run_case(case, order.hold_s) for case in cases]
 
 
 def _parts(cases: int) -> Iterator[range]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
 
@@ -56,8 +56,19 @@ class Case:
     """How late it is besides."""
 
 
-def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES) -> Case:
-    """Case `index` of campaign `seed`."""
+def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES, hands: int = 1) -> Case:
+    """Case `index` of campaign `seed`.
+
+    `hands` cases after each other have the gear and the force sensor of the first: what an observer is tuned
+    for, which takes twice as long as to simulate a hand. Bristles, place and hand are each case's own."""
+    own, first = _drawn(seed, index, policies), index - index % hands
+    if first == index:
+        return own
+    as_there = {"joint_hz": _drawn(seed, first, policies).joint_hz, **_sensor(seed, first)}
+    return replace(own, **as_there)
+
+
+def _drawn(seed: int, index: int, policies: tuple[str, ...]) -> Case:
     draw = np.random.default_rng((seed, index))
     ends = str(draw.choice(["middle", "middle", "anywhere", "off"]))
     # a wish that stops in the middle of its motion stops where it passes there: a hand does not jump

@@ -200,6 +200,13 @@ SEEDS = (
         (f"{IN_TIME}::test_what_is_chosen_passes_with_every_quicker_sensor",),
     ),
     Seed(
+        "a gear is said to ring that keeps enough where another loop rang",
+        "rtctl/control/proofs/observer_match.py",
+        "hard.fails(free, KEPT_LEAST)",
+        "hard.fails(free, 0.9)",
+        ("tests/unit/control/test_observer_in_gears.py::test_where_another_loop_rang_is_only_asked_first",),
+    ),
+    Seed(
         "an observer is left out that keeps enough where the last one failed",
         "rtctl/control/proofs/observer_match.py",
         "np.array([*self._points]))) >= wanted",

@@ -8,6 +8,13 @@ JUDGE = ("tests/unit/test_campaign_still.py",)
 
 SEEDS = (
     Seed(
+        "hands that share a gear have a force sensor each",
+        "rtctl/simulation/campaign_still_cases.py",
+        ".joint_hz, **_sensor(seed, first)}",
+        ".joint_hz}",
+        (f"{JUDGE[0]}::test_hands_that_share_a_gear_and_a_sensor_are_otherwise_their_own",),
+    ),
+    Seed(
         "the judge takes another angle than the hand's",
         "rtctl/simulation/campaign_still.py",
         'simulation.truth["position_rad"][:, 0])',

@@ -107,3 +107,16 @@ def test_swing_and_the_last_second_are_those_of_the_run():
     found = campaign_still.run_case(replace(CASE, policy="off", hand_damping_nms_rad=1.0, joint_hz=0.0))
     assert 0.1 < found.swing_rad < 2 * CASE.amplitude_rad
     assert 0 <= found.late_rad_s <= campaign_still.QUIET_RAD_S
+
+
+def test_hands_that_share_a_gear_and_a_sensor_are_otherwise_their_own():
+    """Else a thousand hands in `make test` would be fifty."""
+    own = [drawn(1, index) for index in range(60)]
+    shared = [drawn(1, index, hands=20) for index in range(60)]
+    of_rig = {(one.joint_hz, one.sensor_hz, one.sensor_ticks) for one in shared}
+    assert len(of_rig) == 3
+    assert {(one.joint_hz, one.sensor_hz, one.sensor_ticks) for one in own[::20]} == of_rig
+    for alone, one in zip(own, shared, strict=True):
+        there = own[one.index - one.index % 20]
+        of_first = {name: getattr(there, name) for name in ("joint_hz", "sensor_hz", "sensor_ticks")}
+        assert one == replace(alone, **of_first)

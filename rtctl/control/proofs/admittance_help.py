@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
@@ -64,27 +65,35 @@ def spring_and_loss(swing: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def judge_help(loop: AdmittanceLoop) -> Helped:
     """The swing that grows the most with the help, over hands without damping, worlds, stiffness of the
     bristles and amplitudes."""
-    if not (loop.help_share > 0 and loop.help_turns_rad > 0 and loop.presliding_rad > 0):
+    if not _helps(loop):
         return Helped(0.0)
     at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
-    found = [
-        _swing(loop, at, stiff, _CREDITED * a * loop.presliding_rad) for stiff in STIFFNESSES for a in SWINGS
-    ]
+    found = [_swing(loop, at, stiff, lengths) for stiff, lengths in product(STIFFNESSES, SWINGS)]
     return max(found, key=lambda one: math.inf if math.isnan(one.growth_1_s) else one.growth_1_s)
+
+
+def _helps(loop: AdmittanceLoop) -> bool:
+    return loop.help_share > 0 and loop.help_turns_rad > 0 and loop.presliding_rad > 0
 
 
 def largest_help(loop: AdmittanceLoop) -> float:
     """Largest share of the dry friction, of those tried up to the present, with which nothing grows; 0 if
     none."""
+    at = fine_worlds(loop, only_stiffest=False, count=_WORLDS)
+    tried = list(product(STIFFNESSES, SWINGS))
     for part in HELPS:
-        if judge_help(replace(loop, help_share=part * loop.help_share)).ok:
+        helped = replace(loop, help_share=part * loop.help_share)
+        grown = next((one for one in tried if _helps(helped) and not _swing(helped, at, *one).ok), None)
+        if grown is None:
             return part * loop.help_share
+        tried.sort(key=lambda one: one != grown)  # most that grows with more help grows with less, too
     return 0.0
 
 
-def _swing(loop: AdmittanceLoop, at: Points, stiff: float, amplitude_rad: float) -> Helped:
-    """The worst point at one amplitude, of those that the help makes grow: what grows without it is of other
-    rows."""
+def _swing(loop: AdmittanceLoop, at: Points, stiff: float, lengths: float) -> Helped:
+    """The worst point at an amplitude of so many credited presliding lengths, of those that the help makes
+    grow: what grows without it is of other rows."""
+    amplitude_rad = _CREDITED * lengths * loop.presliding_rad
     growth, w = _growth(loop, at, stiff, amplitude_rad)
     grows = np.flatnonzero(~(growth <= GROWS_1_S))
     if grows.size:

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import product
 
 import numpy as np
@@ -70,10 +71,15 @@ class Points(Hands):
 def grid(loop: Loop) -> Points:
     """Every hand of the box, on every joint, sliding and stuck, coupled and free."""
     bristles = (0.0, loop.bristle_nm_rad) if loop.bristle_nm_rad > 0 else (0.0,)
-    coupled = (0, 1) if loop.stiffness_nm_rad > 0 else (0,)
+    return _grid(loop.hand, bristles, len(loop.joints), 2 if loop.stiffness_nm_rad > 0 else 1)
+
+
+@lru_cache(maxsize=8)
+def _grid(hand: float, bristles: tuple[float, ...], joints: int, couplings: int) -> Points:
     box = (HAND_STIFFNESS_NM_RAD, HAND_DAMPING_NMS_RAD, HAND_INERTIA_KGM2)
-    hands = tuple([loop.hand * one for one in each] for each in box)
-    rows = np.array(list(product(*hands, bristles, range(len(loop.joints)), coupled)), dtype=float)
+    hands = tuple([hand * one for one in each] for each in box)
+    rows = np.array(list(product(*hands, bristles, range(joints), range(couplings))), dtype=float)
+    rows.flags.writeable = False  # many are given the same
     return Points(*rows.T)
 
 

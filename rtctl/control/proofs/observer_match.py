@@ -18,7 +18,7 @@ import numpy as np
 from rtctl.control.disturbance_observer import LATE_MOST
 from rtctl.control.proofs.drive_in_hand import ElasticJoint
 from rtctl.control.proofs.observer_loop import Loop, grid
-from rtctl.control.proofs.observer_margin import Finding, judge
+from rtctl.control.proofs.observer_margin import KEPT_LEAST, Finding, judge
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 KEPT_WANTED = 0.4
@@ -42,41 +42,52 @@ def in_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Finding | None:
     A hand that holds the link leaves the motor to swing on its gear, J_m of the inertia J that the observer
     takes from its torque. It feeds gain LP (J - J_m) dv/dt to that swing, which drives it from where
     low-passes, delay and lag turn by half a turn (docs/theory.md 6.5)."""
-    if not gears:
-        return None
-    free = replace(loop, joints=gears, stiffness_nm_rad=0.0, damping_nms_rad=0.0, bristle_nm_rad=0.0)
+    return _in_gears(_on_gears(loop, gears), _Hard()) if gears else None
+
+
+def _on_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Loop:
+    return replace(loop, joints=gears, stiffness_nm_rad=0.0, damping_nms_rad=0.0, bristle_nm_rad=0.0)
+
+
+def _in_gears(free: Loop, hard: _Hard) -> Finding:
     points = _sliding(free)
     least: Finding | None = None
     for one in (free, *quicker_sensors(free)):
         found = judge(one, points)
         if not found.ok:
+            hard.found(one, int(points[found.worst]))
             return found
         least = found if least is None or found.kept < least.kept else least
+    assert least is not None
     return least
 
 
-def bears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> bool:
-    """True where none of these gears rings by the observer."""
-    found = in_gears(loop, gears)
-    return found is None or found.ok
+def bears(loop: Loop, gears: tuple[ElasticJoint, ...], hard: _Hard | None = None) -> bool:
+    """True where none of these gears rings by the observer. `hard`: where loops behind the same sensor were
+    found to ring."""
+    if not gears:
+        return True
+    free, hard = _on_gears(loop, gears), hard or _Hard()
+    return not hard.fails(free, KEPT_LEAST) and _in_gears(free, hard).ok
 
 
 def largest_in_gears(loop: Loop, gears: tuple[ElasticJoint, ...], bandwidths_hz: Iterable[float]) -> float:
     """The first of the bandwidths with which none of these gears rings, Hz; 0 if there is none."""
-    return next((hz for hz in bandwidths_hz if bears(replace(loop, bandwidth_hz=hz), gears)), 0.0)
+    hard = _Hard()
+    return next((hz for hz in bandwidths_hz if bears(replace(loop, bandwidth_hz=hz), gears, hard)), 0.0)
 
 
 def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint, ...] = ()) -> Loop:
     """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration
     enough behind every sensor, those of unknown gears, too; the last if none does."""
-    points, hard = _sliding(loop), _Hard()
+    points, hard, hard_gears = _sliding(loop), _Hard(), _Hard()
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
     tried: list[Loop] = []
     for hz, excess in product(bandwidths_hz, EXCESSES):
         tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
         left, known = list(tried), dict[Loop, float]()
         while found := _best(left, points, hard, known):
-            if bears(found, gears):
+            if bears(found, gears, hard_gears):
                 return found
             left.remove(found)
     return max(tried, key=lambda one: (_kept(one, points, hard), -one.own_ticks), default=loop)

@@ -64,6 +64,15 @@ def test_the_largest_bandwidth_that_gears_bear_rings_in_none_that_a_hand_holds(l
     assert (hz == 20.0) == (max(usual) < 0.0) == (loop is RIG)
 
 
+def test_where_another_loop_rang_is_only_asked_first():
+    gears, hard, said = unknown_gears(LATE.inertia_kgm2, 0.0), observer_match._Hard(), []
+    for hz in SLOWER:
+        loop = replace(LATE, bandwidth_hz=hz)
+        said.append(observer_match.bears(loop, gears, hard))
+        assert said[-1] == observer_match.in_gears(loop, gears).ok
+    assert set(said) == {False, True}, "or it asks nothing"
+
+
 def test_a_known_resonance_leaves_out_softer_gears():
     assert unknown_gears(0.012, 101.0) == ()
     known = [frequency_hz(0.012, one) for one in unknown_gears(0.012, 60.0)]
