@@ -17,7 +17,9 @@ from hw.playback.units import SPELT
 from rtctl.errors import ConfigError
 
 _LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
-_UNITS = {"", "counts"}.union(TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS, _LINEAR)
+_UNITS = {"", "counts", "degC"}.union(
+    TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS, _LINEAR
+)
 
 
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}

@@ -33,6 +33,7 @@ ROLES = {
     "torque": "motor_torque",
     "external": "hand_torque",
     "velocity": "velocity",
+    "temperature": "temperature",
 }
 """Name on the command line -> role of the playback reader."""
 
@@ -131,6 +132,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     )
     from rtctl.friction.logs.regression import joint_fit
     from rtctl.friction.logs.reversal_memory import reversals_of_logs
+    from rtctl.friction.logs.temperatures import with_temperature
     from rtctl.recording.as_columns import register
 
     if keep_offset and offset_is_zero:
@@ -140,6 +142,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
         columns = _own_columns(rig_axis)
     mapped = _tables(columns, map_file)
+    known, warmth = dict(mapped), mapped.pop("temperature", None)
     taken = () if config else ungeared(mapped, gearing)
     geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
     motion = geared.motion
@@ -166,7 +169,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         bent = found.bent
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
-        document["units"] = units_of(mapped)
+        document["units"] = units_of(known)
         untold = (*found.untold, *(unheld(mapped) if config is None else ()))
         document["cannot_tell"] = untold
         document["motion"] = motion
@@ -174,15 +177,14 @@ def command(  # longer than 50 lines: the steps are in order of the work
         document["reversals"] = asdict(turned) if turned else None
         if out:
             sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
-            points = level_points(
-                samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
-            )
+            sliding = samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
+            points = level_points(with_temperature(sliding, options, warmth) if warmth else sliding)
             _write(out, points, bent, document, motion)
     lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
     lines += [f"cannot be told: {text}" for text in untold]
-    told_as = json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(mapped)])
+    told_as = json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(known)])
     click.echo(told_as)
 
 

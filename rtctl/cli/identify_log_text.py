@@ -22,6 +22,7 @@ DEFAULT_UNITS = {
     "current": "A",
     "hand_torque": "N m",
     "velocity": "rad/s",
+    "temperature": "degC",
 }
 
 

@@ -16,7 +16,7 @@ from rtctl.control.friction_factor import followed_share
 from rtctl.control.jit import compiled, inlined
 from rtctl.control.load_friction import load_friction, load_gain
 from rtctl.control.pace import GATE_TIMES, MEAN_TIMES, TURN_TIMES, eased, is_slow
-from rtctl.control.place_friction import place_magnitude
+from rtctl.control.place_friction import curve_and_place
 from rtctl.control.place_trust import place_of, place_trust
 from rtctl.control.records import Record
 from rtctl.control.resting import calm_speed, is_bent, slides_on, speed_seen, while_bent
@@ -233,11 +233,12 @@ def compensated_magnitude(
     kappa (F - b_v |v|) + kappa_v b_v |v| + kappa_l L (1 - e^-(v/v_b)^2), faded out of the trained range, at
     least 0, at most `friction_cap_nm`, and `friction_ungated_cap_nm` for policies without a force gate. NaN
     stays NaN."""
-    friction = branch_magnitude(model, branch, speed)
-    if p.place_trough_nm[axis] > 0.0:  # as far as its place is not known, the weakest
-        friction -= (1.0 - trust) * p.place_trough_nm[axis]
-        if trust > 0.0:
-            friction += trust * place_magnitude(model, branch, speed, place)
+    trough = p.place_trough_nm[axis]
+    if trough > 0.0:  # as far as its place is not known, the weakest
+        curve, by_place = curve_and_place(model, branch, speed, place)
+        friction = curve - (1.0 - trust) * trough + (trust * by_place if trust > 0.0 else 0.0)
+    else:
+        friction = branch_magnitude(model, branch, speed)
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
     gated = _is_force_gated(p.friction_policy[axis])
     cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])

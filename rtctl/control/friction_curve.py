@@ -34,6 +34,13 @@ def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
 
 
 @inlined
+def of_segment(model: Record, branch: int, j: int, h: float) -> float:
+    """Friction magnitude of one direction, N m, at a way into segment j, rad/s."""
+    c = model.coefficient[branch, j]
+    return c[0] + h * (c[1] + h * (c[2] + h * c[3]))
+
+
+@inlined
 def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     """Friction magnitude of one direction at a speed.
 
@@ -61,8 +68,7 @@ def branch_magnitude(model: Record, branch: int, speed: float) -> float:
     if not speed >= 0.0:
         return math.nan
     j, h = segment(model, branch, speed)
-    c = model.coefficient[branch, j]
-    return c[0] + h * (c[1] + h * (c[2] + h * c[3]))
+    return of_segment(model, branch, j, h)
 
 
 @compiled

@@ -12,9 +12,9 @@ import math
 
 import numpy as np
 
-from rtctl.control.friction_curve import segment
+from rtctl.control.friction_curve import of_segment, segment
 from rtctl.control.jit import compiled
-from rtctl.control.records import CONSERVATIVE_CELLS, PLACE_ORDERS, PLACE_SEGMENTS, Record
+from rtctl.control.records import CONSERVATIVE_CELLS, MAX_SEGMENTS, PLACE_ORDERS, PLACE_SEGMENTS, Record
 
 
 @compiled
@@ -36,19 +36,31 @@ def turn_waves(turns: float) -> tuple[float, float]:
 
 
 @compiled
-def place_magnitude(model: Record, branch: int, speed: float, position: float) -> float:
-    """What place adds to the friction of one direction, N m; 0 for a model without place, NaN for a NaN.
+def curve_and_place(model: Record, branch: int, speed: float, position: float) -> tuple[float, float]:
+    """Friction of one direction by speed, and what place adds to it, both N m: the segment of the speed is
+    looked for once.
 
     Parameters
     ----------
     speed, position : float
-        |v| (rad/s, >= 0, held at the last knot beyond it) and the joint's angle (rad, any turn)."""
+        |v| (rad/s, >= 0, held at the last knot beyond it) and the joint's angle (rad, any turn).
+
+    Returns
+    -------
+    tuple of float
+        0 without a model, and 0 by place for a model without place; NaN for a NaN or negative speed, and by
+        place for a position that is not finite."""
+    if min(model.n_segments[branch], MAX_SEGMENTS) < 1:
+        return 0.0, 0.0
+    if not speed >= 0.0:
+        return math.nan, math.nan
+    j, h = segment(model, branch, speed)
+    curve = of_segment(model, branch, j, h)
     orders = min(model.place_orders[branch], PLACE_ORDERS)
     if orders < 1:
-        return 0.0
-    if not speed >= 0.0 or not math.isfinite(position):
-        return math.nan
-    j, h = segment(model, branch, speed)
+        return curve, 0.0
+    if not math.isfinite(position):
+        return curve, math.nan
     j = min(j, PLACE_SEGMENTS - 1)
     cos, sin = turn_waves(model.place_turns_per_rad * position)
     c, s, h2 = cos, sin, h * h
@@ -59,7 +71,7 @@ def place_magnitude(model: Record, branch: int, speed: float, position: float) -
         total += c * (a[0] + h * a[1] + h2 * a[2] + h3 * a[3])
         total += s * (b[0] + h * b[1] + h2 * b[2] + h3 * b[3])
         c, s = c * cos - s * sin, s * cos + c * sin
-    return total
+    return curve, total
 
 
 @compiled

@@ -24,10 +24,10 @@ from __future__ import annotations
 import math
 
 from rtctl.control.dry_friction import slides
-from rtctl.control.friction_curve import BACKWARD, FORWARD, branch_magnitude
+from rtctl.control.friction_curve import BACKWARD, FORWARD
 from rtctl.control.handle import own_rad
 from rtctl.control.jit import compiled
-from rtctl.control.place_friction import conservative_torque, place_magnitude
+from rtctl.control.place_friction import conservative_torque, curve_and_place
 from rtctl.control.records import Record
 from rtctl.control.vocabulary import PlaceUse
 
@@ -70,7 +70,8 @@ def _as_seen(s: Record, p: Record, model: Record, axis: int, d: float, side: int
     """Go on with what the model says of speed and of this place as the observer shows it; whether it says
     something."""
     x = place_of(s, p, axis)
-    curve, place = d * branch_magnitude(model, side, speed), d * place_magnitude(model, side, speed, x)
+    curve, place = curve_and_place(model, side, speed, x)
+    curve, place = d * curve, d * place
     if p.conservative_judged[axis] > 0.0:
         place -= conservative_torque(model, x)
     if not math.isfinite(curve + place):

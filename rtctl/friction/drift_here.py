@@ -9,7 +9,7 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
-from rtctl.friction.drift_estimate import BESIDE_VISCOUS, PLACE, Estimate
+from rtctl.friction.drift_estimate import PLACE, Estimate
 from rtctl.friction.drift_strokes import Strokes, unpacked
 
 PLACES = 256
@@ -34,6 +34,15 @@ SURE = 3.0
 BETTER = 0.7
 """Share of the standard error from which on an estimate of viscous friction takes another's place: a handful
 of times, so that it cannot follow a slow change."""
+
+
+MIXED = 1.5
+"""Strokes that tell viscous friction by so many times the standard error of a motion as quick are not of one
+friction: it changes within them, and what of it is dry they do not say."""
+
+BESIDE_BEFORE = 0.04
+"""Standard error of the factor beside free viscous friction up to which a change of both is told apart, where
+the same motion told it before: what both err by together goes into the interval."""
 
 
 @dataclass(frozen=True)
@@ -87,11 +96,16 @@ def _tells_more(found: Estimate, of: Estimate) -> bool:
 
 
 def beside_viscous(found: Estimate, before: Estimate | None) -> Estimate:
-    """The estimate where viscous friction has surely changed since `before`, of a motion as quick.
+    """The estimate where viscous friction has surely changed since `before`, of a motion as quick; with a
+    wider interval while it may be changing.
 
     What the model errs by over speed looks like viscous friction, but alike in both: the difference is
     changes alone."""
-    if before is None or max(found.beside_error, before.beside_error) >= BESIDE_VISCOUS:
+    if before is None:
+        return found
+    if found.viscous_error > MIXED * before.viscous_error:
+        return replace(found, factor_error=math.hypot(found.factor_error, found.beside_error))
+    if max(found.beside_error, before.beside_error) >= BESIDE_BEFORE:
         return found
     error = math.hypot(found.viscous_error, before.viscous_error)
     if not abs(found.viscous - before.viscous) > SURE * error:

@@ -178,6 +178,12 @@ SEEDS = (
          "::test_viscous_friction_that_changes_in_view_is_no_dry_friction",),
     ),
     Seed(
+        "strokes before and after a change of viscous friction tell together what of it is dry",
+        "rtctl/friction/drift_here.py", "if found.viscous_error > MIXED * before.viscous_error:", "if False:",
+        ("tests/unit/friction/test_drift_beside.py"
+         "::test_while_strokes_are_of_two_viscous_frictions_none_of_it_is_told_as_dry",),
+    ),
+    Seed(
         "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",
         "slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s)", "slides = (speed >= 0)",
         ("tests/unit/friction/test_point_evidence.py",),

@@ -15,6 +15,13 @@ LEFT = ("tests/unit/friction/test_left_over.py",)
 
 SEEDS = (
     Seed(
+        "the temperature of a log is that of its clock, whenever that began",
+        "rtctl/friction/logs/temperatures.py",
+        "* (time - time[0])",
+        "* time",
+        ("tests/unit/friction/test_temperatures.py",),
+    ),
+    Seed(
         "a direction of which nothing is known is divided by its power",
         "rtctl/friction/logs/intervals.py",
         "told = power > RANK * power[-1]",

@@ -152,8 +152,9 @@ whole session where there are several), and
   judged by that fold. Verdicts stand on it: up to {NEAR:g} times the least is as good.
 - **In the band** is how much of what was held out lies in the 95 % band of the fit without it \
 (docs/friction.md); 90 to 99 % is as it should be.
-- **The floor** is the scatter of the points about a smooth curve of their own: no model of speed errs less \
-on them.
+- **The floor** is the scatter of the points about a smooth curve of their own: but for luck no model of \
+speed errs less on what
+  it did not see. (*Held out*, the least of many, may.)
 - **Refused** is what the points cannot tell, or what cannot be compiled, on all points; a dash in *without \
 it*: without some fold."""
 

@@ -58,6 +58,18 @@ def test_a_log_in_degrees_and_millinewtonmetres_gives_the_parameters_and_points(
     np.testing.assert_allclose(friction, 0.25 + 0.05 * speed, rtol=0.05)
 
 
+def test_the_temperature_of_a_log_goes_into_its_points(monkeypatch, capsys, log, tmp_path):
+    head, *rows = log.read_text().splitlines()
+    log.write_text("\n".join([f"{head},motor", *(f"{row},{20 + k / 1000}" for k, row in enumerate(rows))]))
+    out = tmp_path / "out"
+    mapped = (*MAPPED, "--column", "temperature=motor:degC")
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *mapped, "--out", out)
+    assert code == 0
+    assert "motor in degC" in text
+    low, high = read_points(out / "points.csv").temperature_range_c
+    assert 20 < low < high < 32.5
+
+
 def test_the_report_knows_its_points_the_speeds_and_the_offset_of_each_log(
     monkeypatch, capsys, log, tmp_path
 ):

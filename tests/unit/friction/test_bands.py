@@ -97,6 +97,30 @@ def test_it_holds_on_the_next_session_of_friction_that_wears(known, wear):
     assert 0.9 <= np.mean(shares) <= 0.99
 
 
+@pytest.mark.parametrize("freedom", [3, 5, np.inf])
+def test_it_holds_on_the_next_of_days_with_heavy_tails_too(freedom):
+    """Days of Student's numbers, and a session that warms, as in `tests.bench.next_session`: one table of
+    twelve days has eight next sessions, and tells their share to an eighth.
+    """
+    rng, shares = np.random.default_rng(5), []
+    speed, warming = np.geomspace(0.05, 2.0, 20), np.linspace(0.01, -0.01, 20)
+    spread = 0.03 / np.sqrt(1.0 if freedom == np.inf else freedom / (freedom - 2))
+    for _ in range(150):
+        day = rng.normal(size=12) if freedom == np.inf else rng.standard_t(freedom, 12)
+        points = spread * day[:, None] + warming + rng.normal(0, 0.004, (12, 20))
+        for known in (4, 6, 9, 11):
+            every, late = np.arange(known), np.arange(known // 2, known)
+            held_out = [points[k] - np.delete(points[:known], k, axis=0).mean(axis=0) for k in every]
+            ahead = [points[k] - points[:k].mean(axis=0) for k in late]
+            errors = [
+                Foretold(np.tile(speed, len(at)), np.concatenate(off), np.repeat(at, 20))
+                for at, off in ((every, held_out), (late, ahead))
+            ]
+            band = bands.of_both(*errors, "log")
+            shares.append(band.holds(speed, points[known] - points[:known].mean(axis=0)).mean())
+    assert 0.9 <= np.mean(shares) <= 0.99
+
+
 def test_errors_of_one_point_each_share_nothing():
     assert certainty.another_session(np.full(8, 0.01), np.arange(8), 0.95) == pytest.approx(0.0196, rel=0.01)
     assert certainty.another_session(np.full(8, 0.01), np.zeros(8), 0.95) == 0.0

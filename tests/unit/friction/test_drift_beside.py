@@ -58,6 +58,14 @@ def test_viscous_friction_that_changes_in_view_is_no_dry_friction(viscous, facto
         assert bool(axis.warning) == (factor != 1.0)
 
 
+def test_while_strokes_are_of_two_viscous_frictions_none_of_it_is_told_as_dry():
+    """Quick strokes of a geared joint of another make: a third of its friction is viscous, and those before
+    and after a change tell together neither.
+    """
+    ((_, _, _, kind, words),) = drift_judge.judged(["geared"], ["quick use"], only="viscous 1.5")
+    assert kind == "quiet", words
+
+
 def test_where_motion_tells_nothing_of_viscous_friction_no_doubt_of_it_hides_a_tenth():
     factors = (0.9, 1.0)
     joints = [Joint(factor=k, sines=PEOPLE[0]) for k in factors]

@@ -11,7 +11,7 @@ import pytest
 from test_drift import arrays, watch
 
 from rtctl.control.jit import records
-from rtctl.control.place_friction import conservative_torque, place_magnitude
+from rtctl.control.place_friction import conservative_torque, curve_and_place
 from rtctl.control.vocabulary import PlaceUse
 from rtctl.friction import artefact
 from rtctl.friction.drift_deployed import deployed
@@ -54,7 +54,7 @@ def test_arrays_say_what_the_law_says(placed):
     v, x = np.linspace(0, 2.5, 40), np.linspace(-9, 9, 40)
     record = records(placed[1])
     for way in (0, 1):
-        law = [place_magnitude(record[0], way, *pair) for pair in zip(v, x, strict=True)]
+        law = [curve_and_place(record[0], way, *pair)[1] for pair in zip(v, x, strict=True)]
         np.testing.assert_allclose(of_place(row, way, v, x), law, atol=1e-12)
     np.testing.assert_allclose(
         of_conservative(row, x), [conservative_torque(record[0], one) for one in x], atol=1e-12

@@ -9,7 +9,7 @@ import pytest
 
 from rtctl.control.friction_curve import branch_magnitude
 from rtctl.control.jit import records
-from rtctl.control.place_friction import conservative_torque, place_magnitude
+from rtctl.control.place_friction import conservative_torque, curve_and_place
 from rtctl.errors import DataError, ModelError
 from rtctl.friction import artefact
 from rtctl.friction.document import checksum, render
@@ -74,10 +74,8 @@ def test_the_file_keeps_place_and_the_laws_record_evaluates_it(learned, tmp_path
     record = records(model.record())[0]
     for v, x in ((0.02, 1.0), (0.7, -9.0), (-0.3, 4.0)):
         here = [np.array([one]) for one in (v, x)]
-        in_law = [
-            part(record, int(v < 0), abs(v), *at)
-            for part, at in ((branch_magnitude, ()), (place_magnitude, (x,)))
-        ]
+        in_law = curve_and_place(record, int(v < 0), abs(v), x)
+        assert in_law[0] == branch_magnitude(record, int(v < 0), abs(v))
         assert sum(in_law) == pytest.approx(
             float(model.magnitude(v) + model.place_magnitude(*here)[0]), abs=1e-10
         )

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from rtctl.control.jit import records
-from rtctl.control.place_friction import conservative_torque, place_magnitude, turn_waves
+from rtctl.control.place_friction import conservative_torque, curve_and_place, turn_waves
 from rtctl.control.records import MODEL, PLACE_ORDERS, PLACE_SEGMENTS
 from rtctl.friction.kind_place import PlaceKernel, compile_place
 from rtctl.friction.kind_spline import compile_spline
@@ -38,7 +38,7 @@ def test_the_kernel_sum_its_tables_and_the_law_give_the_oracle(at):
     kernel_sum = float((KERNEL.product(v, x, V, X) @ BETA)[0]) + BIAS
     assert kernel_sum == pytest.approx(ORACLE[at], abs=1e-10)
     assert float(base(v)[0] + tables(v, x)[0]) == pytest.approx(ORACLE[at], abs=1e-10)
-    in_law = float(base(v)[0]) + place_magnitude(record, 1, at[0], at[1])
+    in_law = float(base(v)[0]) + curve_and_place(record, 1, *at)[1]
     assert in_law == pytest.approx(ORACLE[at], abs=1e-10)
 
 
@@ -51,7 +51,7 @@ def test_tables_and_law_are_the_kernel_sum_at_any_speed_and_place_of_any_period(
     at, there = rng.uniform(0, 2.5, 300), rng.uniform(-20, 20, 300)
     wanted = kernel.product(at, there, v, x) @ beta + BIAS
     assert np.abs(base(at) + tables(at, there) - wanted).max() <= 1e-10
-    in_law = [float(base(a)) + place_magnitude(record, 0, a, b) for a, b in zip(at, there, strict=True)]
+    in_law = [float(base(a)) + curve_and_place(record, 0, a, b)[1] for a, b in zip(at, there, strict=True)]
     assert np.abs(in_law - wanted).max() <= 1e-10
     turned = tables(at, there + 0.7 * 13)
     assert np.abs(turned - tables(at, there)).max() <= 1e-10  # no jump from turn to turn
@@ -66,11 +66,11 @@ def test_the_slope_over_position_is_bounded():
 
 def test_without_orders_place_adds_nothing_and_a_place_that_is_no_number_gives_none():
     empty = records(np.zeros(1, MODEL))[0]
-    assert place_magnitude(empty, 0, 0.5, 1.0) == 0.0
+    assert curve_and_place(empty, 0, 0.5, 1.0) == (0.0, 0.0)
     assert conservative_torque(empty, 1.0) == 0.0
     record, _, _ = law_record()
-    assert math.isnan(place_magnitude(record, 0, 0.5, math.nan))
-    assert math.isnan(place_magnitude(record, 0, math.nan, 0.5))
+    assert math.isnan(curve_and_place(record, 0, 0.5, math.nan)[1])
+    assert math.isnan(curve_and_place(record, 0, math.nan, 0.5)[1])
     assert compile_place(PlaceKernel(1.0, 0, 0.3, 0.9), V, X, BETA).over_turn(V).shape == (3, 256)
 
 
