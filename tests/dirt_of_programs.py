@@ -263,6 +263,8 @@ MORE = {
         column("time", lambda t, _: np.where(t > 12, t - 0.5, t)), r"time|unsorted|duplicated"),
     "a clock put forward by half a second": Case("hand",
         column("time", lambda t, _: np.where(t > 12, t + 0.5, t)), r"gap|jump|time"),
+    "a pause of an hour, as summer time begins": Case("hand",
+        column("time", lambda t, _: np.where(t > 12, t + 3600, t)), r"gap"),
     "Unix time in ten digits": Case("hand", column("time", lambda t, _: np.round(1.7325e9 + t)),
         r"time|duplicated"),
     "headers between": Case("hand", lambda log: log, r"header", text=lines(headers_between)),
