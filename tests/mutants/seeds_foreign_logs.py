@@ -115,7 +115,7 @@ SEEDS = (
     Seed(
         "two clocks are never looked for",
         "rtctl/friction/logs/late_torques.py",
-        "if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):",
+        "if left(first_s, last_s) < CLOCKS_BETTER * left(delay, delay) and _sound(two):",
         "if left(first_s, last_s) < 0 and _sound(two):",
         DIRT,
     ),
