@@ -279,8 +279,8 @@ SEEDS = (
     Seed(
         "days of a duration are none",
         "hw/playback/cells.py",
-        "DAY_S * int(days or 0)",
-        "0 * int(days or 0)",
+        "days?,? )?",
+        "jours?,? )?",
         LAYOUTS,
     ),
     Seed(
