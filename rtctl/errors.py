@@ -22,6 +22,10 @@ Exit code 2 is click's own: wrong command-line usage."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
 
 class RtctlError(Exception):
     """Base of all named errors; `exit_code` is what the command line returns."""
@@ -76,9 +80,21 @@ class LoopDiedError(RtctlError):
 
 
 class DataError(RtctlError):
-    """Measured data that cannot be used: too little, not finite, wrong columns."""
+    """Measured data that cannot be used: too little, not finite, wrong columns. `file` is the one of several
+    whose fault it is, where it is one's alone."""
 
     exit_code = 10
+    file: Path | None = None
+
+
+@contextmanager
+def of_file(file: Path) -> Iterator[None]:
+    """Name the file in each `DataError` that reading it raises."""
+    try:
+        yield
+    except DataError as error:
+        error.file = file
+        raise
 
 
 class UnidentifiableError(DataError):

@@ -19,6 +19,7 @@ from dirty_changes import (
     cells,
     clean,
     column,
+    late,
     lines,
     low_passed,
     moves,
@@ -120,6 +121,15 @@ def off_for_a_part(log: Log) -> Log:
     """
     off = (log.time > 8) & (log.time < 14)
     return replace(log, motor=np.where(off, np.random.default_rng(40).normal(0, 0.003, len(off)), log.motor))
+
+
+def braked(log: Log) -> Log:
+    """A brake holds the joint for 3 s where it turns, while its motor pushes."""
+    k, n = 4000 + int(np.argmin(np.abs(log.velocity[4000:6000]))), 1500
+    held = rows_of(log, np.concatenate([np.arange(k), np.full(n, k), np.arange(k, len(log.time) - n)]))
+    motor = held.motor.copy()
+    motor[k : k + n] += 2 * np.sin(np.linspace(0, np.pi, n))
+    return replace(held, time=log.time, motor=motor)
 
 
 def swapped(log: Log) -> Log:
@@ -263,6 +273,12 @@ MORE = {
         column("time", lambda t, _: np.where(t > 12, t - 0.5, t)), r"time|unsorted|duplicated"),
     "a clock put forward by half a second": Case("hand",
         column("time", lambda t, _: np.where(t > 12, t + 0.5, t)), r"gap|jump|time"),
+    "a brake closed for a while, and the motor pushed": Case("motor", braked,
+        r"the joint stands for 2\.\d s from .*although 1\.\d+ N m push it.*a brake"),
+    "torque late by 9.3 ms": Case("motor", column("motor", late(0.0093)),
+        r"^(?!(?s:.*)two clocks)(?s:.*)torque looks 9 ms late"),
+    "a pause of an hour, as summer time begins": Case("hand",
+        column("time", lambda t, _: np.where(t > 12, t + 3600, t)), r"gap"),
     "Unix time in ten digits": Case("hand", column("time", lambda t, _: np.round(1.7325e9 + t)),
         r"time|duplicated"),
     "headers between": Case("hand", lambda log: log, r"header", text=lines(headers_between)),

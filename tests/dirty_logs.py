@@ -102,6 +102,7 @@ def said_by(*arguments) -> tuple[int, str, str]:
 def identified(log: Log, folder: Path, options=(), text=lambda text: text, encoding="utf-8") -> Outcome:
     path = write(log, folder / "log.csv", text, encoding)
     arguments = ["--log", str(path), "--column", "position=x", "--json", *options]
+    arguments += [] if "--config" in options else ["--gear-ratio", "1"]
     for role, name, signal in (("torque", "motor", log.motor), ("external", "hand", log.hand)):
         if signal is not None and not any(f"{role}=" in option for option in options):
             arguments += ["--column", f"{role}={name}"]

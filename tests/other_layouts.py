@@ -33,8 +33,8 @@ def layout(name: str) -> Callable[[Layout], Layout]:
 
 def every_layout() -> dict[str, Layout]:
     """All layouts: those of controllers here, and those of the files beside this one."""
-    for beside in ("other_layouts_of_robots", "other_layouts_of_data", "other_layouts_of_exports"):
-        import_module(beside)
+    for beside in ("robots", "data", "exports", "strangers"):
+        import_module(f"other_layouts_of_{beside}")
     return LAYOUTS
 
 

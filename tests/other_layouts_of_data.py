@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -173,11 +174,9 @@ def bag(log: Log, folder: Path) -> list[str]:
             message = kinds["sensor_msgs/msg/JointState"](
                 header=header, name=["shoulder", "elbow"], position=places, velocity=speeds, effort=efforts
             )
-            writer.write(
-                topic,
-                round((1709820131 + t) * 1e9),
-                store.serialize_cdr(message, "sensor_msgs/msg/JointState"),
-            )
+            kind, gripper = "sensor_msgs/msg/JointState", replace(message, name=["gripper"])
+            for each in (gripper, message):  # of another node on the same topic
+                writer.write(topic, round((1709820131 + t) * 1e9), store.serialize_cdr(each, kind))
     (path,) = (folder / "bag").glob("*.mcap")
     return called(path, "position=/joint_states/elbow/position", "torque=/joint_states/elbow/effort")
 

@@ -12,11 +12,11 @@ _WITH_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d]
 """`0.001 sec`, `12.5ms`, `3 °`."""
 
 _TIME_OF_DAY = re.compile(
-    r"(?:\d{1,4}[-/. ](?:\d{1,2}|[^\W\d]{3,9})[-/. ]\d{1,4}[T ,]\s*)?"
+    r"(?:\d{1,4}[-/. ](?:\d{1,2}|[^\W\d]{3,9})[-/. ]\d{1,4}[T ,]\s*)?(?:(\d{1,6}) days?,? )?"
     r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(Z|[-+]\d{2}:?\d{2})?"
 )
 """`14:02:11.250`, with a date before it (`26-Oct-2025` is MATLAB's) or without, with a zone behind it or
-without; `14:02:11;250` as some controllers write it."""
+without; `14:02:11;250` as some controllers write it; `0 days 00:00:11.250` is a duration of pandas."""
 
 _WITHOUT_MARKS = re.compile(r"(\d{8}[T ])(\d{2})(\d{2})(\d{2})((?:[.,]\d{1,9})?(?:Z|[-+]\d{2}:?\d{2})?)")
 """`20260302T115950.250`: the short form of ISO 8601, and of names of files."""
@@ -111,10 +111,10 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
         match = _TIME_OF_DAY.fullmatch(_WITHOUT_MARKS.sub(_marked, cell.strip(), count=1))
         if match is None:
             return None
-        hour, minute, second, fraction, half, zone = match.groups()
+        days, hour, minute, second, fraction, half, zone = match.groups()
         hours = int(hour) % 12 + 12 * (half in {"PM", "pm", "Pm", "pM"}) if half else int(hour)
         part = int(fraction) / 10 ** len(fraction) if fraction else 0.0
-        found[row] = 3600 * hours + 60 * int(minute) + int(second) + part
+        found[row] = DAY_S * int(days or 0) + 3600 * hours + 60 * int(minute) + int(second) + part
         if zone and zone != "Z":
             zones[row] = (-1 if zone[0] == "-" else 1) * (3600 * int(zone[1:3]) + 60 * int(zone[-2:]))
     found -= zones - zones[:1]  # clocks are put back in a night of autumn

@@ -24,7 +24,7 @@ from hw.playback.matlab import read_matlab
 from hw.playback.matlab_hdf import read_hdf
 from hw.playback.packed import most_unpacked, read_unpacked
 from hw.playback.tdms import read_tdms
-from hw.playback.text_table import PLACE, Table, read_text
+from hw.playback.text_table import PLACE, NoColumnError, Table, in_rows, read_text
 
 if TYPE_CHECKING:
     from numpy.lib.npyio import NpzFile
@@ -212,7 +212,11 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
     matrix = PLACE.fullmatch(f"#{place}") is not None and name not in arrays
     if (stem if matrix else name) not in arrays:
         known = ", ".join(map(_shown, arrays.items()))
-        raise BackendError(f"{path}: no column {name!r}; the file has: {known[:500]}")
+        words = {own: np.asarray(each) for own, each in arrays.items()}
+        of = next((own for own, each in words.items() if each.dtype.kind in "OU" and name in each), None)
+        raise NoColumnError(
+            name, f"{path}: no column {name!r}; the file has: {known[:500]}{in_rows(name, of)}"
+        )
     array = np.asarray(arrays[stem if matrix else name])
     if array.dtype.kind not in "fiub" and array.dtype.kind not in "mM":
         raise BackendError(

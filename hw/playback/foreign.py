@@ -38,6 +38,7 @@ FOREIGN: tuple[tuple[bytes, str, str], ...] = (
         "a stream of Arrow",
         "write it as a file (pyarrow.feather.write_feather of pyarrow.ipc.open_stream(FILE).read_all())",
     ),
+    (b"header:\n  stamp:", "what ros2 topic echo shows", "write a table (ros2 topic echo --csv TOPIC)"),
     (b"\x80\x04", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
     (b"\x80\x05", "a Python pickle", "save the arrays as .npz (numpy.savez)"),
 )

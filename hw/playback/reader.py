@@ -19,6 +19,7 @@ from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
 from hw.playback.rising import counts_rows, require_epoch, require_rising, require_steady
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
+from hw.playback.text_table import NoColumnError
 from hw.playback.units import require_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
@@ -83,9 +84,17 @@ class _Table:
         if twice := next((name for each in roles for name in each if each.count(name) > 1), None):
             raise BackendError(
                 f"{self.path}: column {twice!r} is mapped twice: one column has one role; a table with a row "
-                "for each signal (time, signal, value) wants a column for each first (pivot of pandas)"
+                "for each signal (time, signal, value) wants a column for each first (pivot_table of pandas)"
             )
-        found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
+        try:
+            found = read_table(self.path, names, options.get("delimiter"), options.get("decimal"))
+        except NoColumnError as error:
+            if error.column != (options.get("time") or {}).get("column"):
+                raise
+            raise BackendError(
+                f"{error}; name the column of the time (time=NAME:UNIT), or give the rate of a log without "
+                "one (--rate-hz)"
+            ) from error
         self.raw, self.said = found.columns, found.units
         self.notes: tuple[str, ...] = ()
         self.time_s = self._stamps(options["time"]) if options.get("time") else None

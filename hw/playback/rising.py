@@ -29,6 +29,8 @@ TICKS = (
 UNIX_S = (9.4e8, 2.3e9)
 """Seconds since 1970 of the years from 1999 to 2042."""
 
+HOUR_S = 3600.0
+
 LONGEST_S = 1e11
 """Three thousand years."""
 
@@ -88,7 +90,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
             f"{path}: time does not increase: every row has the stamp {time_s[0]:.17g} s; export the time "
             "with more digits, or give the rate instead (--rate-hz)"
         )
-    if not time_s[-1] > time_s[0]:
+    if not time_s[-1] > time_s[0] and int((steps <= 0).sum()) != 1:
         row = int(np.argmax(steps <= 0)) + 2
         raise BackendError(
             f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row "
@@ -114,12 +116,13 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         )
     if len(back):
         k = back[0]
+        summer = " by an hour, as summer time ends" if abs(steps[k] + HOUR_S) < 1.0 else ""
         if -float(steps[back].max()) > RUN_STEPS * float(np.median(steps)):
             raise BackendError(
                 f"{path}: unsorted time: it starts over in row {k + 2} ({time_s[k + 1]:.6g} s after "
                 f"{time_s[k]:.6g} s; {len(back)} such rows): runs one after the other in one file, or a "
-                "clock that was set back; cut it there, not sorted (rows of two runs would mix), and give "
-                "each as a log of its own (--log may be repeated)"
+                f"clock that was set back{summer}; cut it there, not sorted (rows of two runs would mix), "
+                "and give each as a log of its own (--log may be repeated)"
             )
         raise BackendError(
             f"{path}: unsorted time: row {k + 2} ({time_s[k + 1]:.6g} s) is {-steps[k]:.6g} s before the "

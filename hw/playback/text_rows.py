@@ -63,7 +63,8 @@ def unit_rows(
         alone = (
             headed and not wanted and not is_number(cells[0])
         )  # `trace_values`: a word that ends the header
-        if not alone and (not any(words) or (any(numbers) and not (rows and headed))):
+        blank = bool(rows) and headed and not any(wanted)  # `;;;;` below the settings of each channel
+        if not alone and not blank and (not any(words) or (any(numbers) and not (rows and headed))):
             break
         rows.append(cells)
     return (rows, body[len(rows) :]) if len(body) > len(rows) else ([], body)

@@ -39,6 +39,26 @@ PLACE = re.compile(r"#(\d{1,4})")
 _COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
 
 
+class NoColumnError(BackendError):
+    """A file without a wanted column; `column` is its name."""
+
+    def __init__(self, column: str, text: str) -> None:
+        super().__init__(text)
+        self.column = column
+
+
+def in_rows(name: str, of: str | None) -> str:
+    """What is said of a wanted column whose name stands in the rows of the column `of`; "" where it does in
+    none."""
+    if of is None:
+        return ""
+    return (
+        f"; {name!r} stands in the rows of {of!r}, a row for each signal: make a column of each first, with "
+        f"pandas: table.pivot_table(index=TIME, columns={of!r}, values=VALUE).interpolate('index')"
+        ".dropna().to_csv('wide.csv')"
+    )
+
+
 @dataclass
 class Table:
     """Numbers by name, (n,) each, and what unit rows say of them (empty without)."""
@@ -141,10 +161,13 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
     if not named:
         return _by_place(lines, names, tried)
     missing = next((name for name in named if name not in found), named[0])
-    raise BackendError(
+    rows = (zip(found, cells_of(line, one), strict=False) for line in lines[:HEADER_LINES] for one in tried)
+    raise NoColumnError(
+        missing,
         f"{path}: no column {missing!r}; the header has: "
         f"{', '.join(cell or '(no name)' for cell in found)[:500]}"
         + ("; a column is named by its place, too: #1, #2, ..." if "" in found or not found else "")
+        + in_rows(missing, next((own for row in rows for own, cell in row if cell == missing), None)),
     )
 
 

@@ -3,6 +3,7 @@ that reads one."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -75,7 +76,7 @@ def tables(
 
 def _name_unit_scale(text: str) -> tuple[str, str, str]:
     """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
-    *before, last = text.split(":")
+    *before, last = re.split(r":(?![^\[(]*[\])])", text)  # not within brackets: `Time [hh:mm:ss]`
     unit = unit_of(before[-1]) if len(before) > 1 else None
     if unit or (unit == "" and is_number(last)):  # `Axis 1::Torque` is a name
         return ":".join(before[:-1]), unit, _scale(text, last)

@@ -63,8 +63,13 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
 )
 @click.option("--axis", type=click.IntRange(0, 7), default=0, show_default=True, help="number of its axis")
 @click.option("--torque-constant", type=_POSITIVE, help="N m/A, for a current; default: of --config, or 1")
-@click.option("--gear-ratio", type=_POSITIVE, help="for a current; default: of --config, or 1")
-@click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), help="default: of --config, or 1")
+@click.option(
+    "--gear-ratio",
+    type=_POSITIVE,
+    help="of the gear behind a motor whose current or torque was recorded; default: for a current that of "
+    "--config, or 1",
+)
+@click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), help="default: likewise")
 @click.option("--counts-per-rev", type=_POSITIVE, help="for a position in counts; default: of --config, or 1")
 @click.option(
     "--lead-m",
@@ -144,6 +149,10 @@ def command(  # longer than 50 lines: the steps are in order of the work
     mapped = _tables(columns, map_file)
     known, warmth = dict(mapped), mapped.pop("temperature", None)
     taken = () if config else ungeared(mapped, gearing)
+    unsaid, unknown = ((), ()) if config else unheld(mapped, gearing)
+    behind = (gearing["gear_ratio"] or 1.0) * (gearing["gear_efficiency"] or 1.0)
+    if "motor_torque" in mapped and behind != 1:  # the reader wants it at the joint
+        mapped["motor_torque"]["scale"] = mapped["motor_torque"].get("scale", 1.0) * behind
     geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
     motion = geared.motion
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
@@ -157,7 +166,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         told = diagnose(read, signals)
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
-        fit = replace(fit, warnings=(*taken, *fit.warnings, *found.notes, *told, *doubtful))
+        fit = replace(fit, warnings=(*taken, *unsaid, *fit.warnings, *found.notes, *told, *doubtful))
         if not (keep_offset or offset_is_zero or "hand_torque" in mapped):
             fit = replace(fit, warnings=(*fit.warnings, *doubtful_offsets(fit)))
         if rig_axis:
@@ -170,7 +179,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
         document["units"] = units_of(known)
-        untold = (*found.untold, *(unheld(mapped) if config is None else ()))
+        untold = (*found.untold, *unknown)
         document["cannot_tell"] = untold
         document["motion"] = motion
         document["presliding"] = asdict(bent) if bent else None

@@ -60,24 +60,34 @@ def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float 
     )
 
 
-def unheld(mapped: Mapping[str, Mapping[str, Any]]) -> tuple[str, ...]:
+def unheld(
+    mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float | None]
+) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """What nothing in a log holds, without a rig file: the scale of its only torque, and of position and time
-    where no velocity is mapped."""
-    told: tuple[str, ...] = ()
-    if len({"motor_torque", "current", "hand_torque"} & set(mapped)) == 1:
-        told = (
-            "whether the scale of the only torque is right (its unit, a torque constant, a gear, a hand "
-            "that nobody recorded and that does a constant share of the work): inertia, viscous and "
-            "Coulomb friction are all wrong by a factor in it; --config, or a second torque, holds it",
+    where no velocity is mapped. First what is a warning, since nobody said what torque the motor's is; then
+    what cannot be told."""
+    warned, told = [], []
+    (torque, *others) = {"motor_torque", "current", "hand_torque"} & set(mapped)
+    if not others:
+        scale = (
+            "whether the scale of the only torque is right (its unit, a torque constant, per peak or per RMS "
+            "ampere, a gear, a feed-forward that is not in it, a hand that nobody recorded and that does a "
+            "constant share of the work): inertia, viscous and Coulomb friction are all wrong by a factor in "
+            "it; --config, or a second torque, holds it"
         )
-    if "velocity" in mapped:
-        return told
-    return (
-        *told,
-        "whether the scales of position and time are right (a gear ratio, counts a turn; a unit, ticks of "
-        "a clock, --rate-hz): a factor in either goes into inertia and viscous friction; a velocity of "
-        "another source, or --config, holds them",
-    )
+        said = torque == "hand_torque" or "scale" in mapped[torque] or given["gear_ratio"]
+        if said:
+            told.append(scale)
+        else:
+            ratio = "--gear-ratio: 1 where it is at the joint, else that of the gear behind the motor"
+            warned.append(f"cannot be told: {scale}; at least say where the torque is ({ratio})")
+    if "velocity" not in mapped:
+        told.append(
+            "whether the scales of position and time are right (a gear ratio, counts a turn; a unit, ticks "
+            "of a clock, --rate-hz): a factor in either goes into inertia and viscous friction; a velocity "
+            "of another source, or --config, holds them"
+        )
+    return tuple(warned), tuple(told)
 
 
 def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:

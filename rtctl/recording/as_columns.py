@@ -31,7 +31,7 @@ def log_readers(members: Sequence[Member]) -> list[str]:
     return [__name__] if any(str(file).endswith(".mcap") for file in played) else []
 
 
-def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
+def read(path: Path, names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     """Columns of a recording over all its parts, (n,) each, by the names that `rtctl export` gives them.
 
     Besides `wall_ns` (since 1970) and `time_s`, from the first tick on (missed ticks are missing rows); with
@@ -45,7 +45,7 @@ def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
         reader = RecordingReader(all_parts(path))
         rows = reader.read().rows
     except RtctlError as error:
-        return _of_others(path, str(error))
+        return _of_others(path, str(error), names)
     found = columns(rows, [field.name for field in RECORDED], reader.axes, reader.motions)
     if reader.n_axes == 1:
         alone = f".{reader.axes[0]}"
@@ -53,9 +53,9 @@ def read(path: Path, _names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     return found | times(rows, int(reader.about["start_wall_ns"]), int(rows["time_ns"][:1].sum()))
 
 
-def _of_others(path: Path, why: str) -> Mapping[str, np.ndarray]:
-    """Columns of a bag; `why` it is no recording of rtctl."""
+def _of_others(path: Path, why: str, names: tuple[str, ...]) -> Mapping[str, np.ndarray]:
+    """Columns of a bag, those of `names` among them; `why` it is no recording of rtctl."""
     try:
-        return read_joint_states(path)
+        return read_joint_states(path, names)
     except DataError as error:
         raise BackendError(f"{why}; {str(error).removeprefix(f'{path}: ')}") from error

@@ -7,7 +7,7 @@ message's header; of messages without one, when they were recorded."""
 from __future__ import annotations
 
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -88,9 +88,9 @@ def decoded(data: bytes) -> JointState:
     return JointState(seconds * 10**9 + nanoseconds, names, values)
 
 
-def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
+def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> Mapping[str, np.ndarray]:
     """Columns of every joint of every topic of joint states, (n,) each, and `time_s` of the first topic
-    (`TOPIC/time_s` of each).
+    (`TOPIC/time_s` of each); of the messages with the joints of the `wanted` columns, or of the first one.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
     }
     columns: dict[str, np.ndarray] = {}
     for topic, messages in sorted(topics.items()):
-        columns |= _columns(topic, messages)
+        columns |= _columns(topic, messages, wanted)
     if not columns:
         if topics:
             raise DataError(
@@ -124,7 +124,7 @@ def read_joint_states(path: Path) -> Mapping[str, np.ndarray]:
     return {"time_s": columns[first], **columns}
 
 
-def _columns(topic: str, messages: list[tuple[int, bytes]]) -> dict[str, np.ndarray]:
+def _columns(topic: str, messages: list[tuple[int, bytes]], wanted: Sequence[str]) -> dict[str, np.ndarray]:
     states = []
     for recorded_ns, data in messages:
         try:
@@ -134,8 +134,11 @@ def _columns(topic: str, messages: list[tuple[int, bytes]]) -> dict[str, np.ndar
         states.append((state.stamp_ns or recorded_ns, state))
     if not states:
         return {}
-    names = states[0][1].names
-    states = [(ns, state) for ns, state in states if set(names) <= set(state.names)]
+    joints = dict.fromkeys(name for _, state in states for name in state.names)
+    asked = {name for name in joints if any(each.startswith(f"{topic}/{name}/") for each in wanted)}
+    asked = asked or set(states[0][1].names)
+    states = [(ns, state) for ns, state in states if asked <= set(state.names)]
+    names = [name for name in joints if all(name in state.names for _, state in states)]
     stamps = np.array([ns for ns, _ in states], np.int64)
     columns = {f"{topic}/time_s": (stamps - stamps[0]) * 1e-9}
     for name in names:

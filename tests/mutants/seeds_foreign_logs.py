@@ -2,6 +2,8 @@
 7.3.
 """
 
+# longer than 300 lines: one table, a row for each seed
+
 from __future__ import annotations
 
 from seed import Seed
@@ -11,6 +13,7 @@ DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
 STAMPS = ("tests/unit/hw/test_playback_stamps.py",)
 UNITS = ("tests/unit/hw/test_units_said.py",)
 PLAUSIBLE = ("tests/unit/friction/test_plausibility.py",)
+LAYOUTS = ("tests/unit/hw/test_other_layouts.py",)
 HDF = ("tests/unit/hw/test_matlab_hdf.py",)
 
 DIRTY = ("tests/unit/friction/test_dirty_logs.py",)
@@ -112,7 +115,7 @@ SEEDS = (
     Seed(
         "two clocks are never looked for",
         "rtctl/friction/logs/late_torques.py",
-        "if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):",
+        "if left(first_s, last_s) < CLOCKS_BETTER * left(delay, delay) and _sound(two):",
         "if left(first_s, last_s) < 0 and _sound(two):",
         DIRT,
     ),
@@ -230,5 +233,92 @@ SEEDS = (
         "if low <= first <= high:",
         "if low < first < low:",
         ("tests/unit/hw/test_stamps_told.py",),
+    ),
+    Seed(
+        "an error names no file",
+        "rtctl/errors.py",
+        "        error.file = file\n",
+        "        error.file = None\n",
+        ("tests/unit/friction/test_evidence_page.py::test_one_broken_file_of_several_is_left_out_and_named",),
+    ),
+    Seed(
+        "a log without a time wants its rate",
+        "hw/playback/reader.py",
+        "if error.column != (options",
+        "if error.column == (options",
+        LAYOUTS,
+    ),
+    Seed(
+        "a row for each signal is a table without that column",
+        "hw/playback/text_table.py",
+        "    if of is None:\n",
+        "    if of is not None:\n",
+        LAYOUTS,
+    ),
+    Seed(
+        "summer time ends as any clock is set back",
+        "hw/playback/rising.py",
+        "abs(steps[k] + HOUR_S) < 1.0",
+        "abs(steps[k] - HOUR_S) < 1.0",
+        LAYOUTS,
+    ),
+    Seed(
+        "an empty row below settings is one of the log",
+        "hw/playback/text_rows.py",
+        "bool(rows) and headed and not any(wanted)",
+        "False",
+        LAYOUTS,
+    ),
+    Seed(
+        "a message without the wanted joint is one of its log",
+        "rtctl/recording/joint_states.py",
+        "asked = asked or set(states[0][1].names)",
+        "asked = set(states[0][1].names)",
+        LAYOUTS,
+    ),
+    Seed(
+        "days of a duration are none",
+        "hw/playback/cells.py",
+        "days?,? )?",
+        "jours?,? )?",
+        LAYOUTS,
+    ),
+    Seed(
+        "colons within brackets part a name", "rtctl/cli/columns.py", 'r":(?![^\\[(]*[\\])])"', '":"', LAYOUTS
+    ),
+    Seed(
+        "an offset drifts while nothing is recorded",
+        "rtctl/friction/logs/offsets.py",
+        "time_s = recorded_s(signals.time_s[rows])",
+        "time_s = signals.time_s[rows] - signals.time_s[rows[0]]",
+        DIRT,
+    ),
+    Seed(
+        "what is left over in bursts is noise",
+        "rtctl/friction/logs/left_over.py",
+        "max(power - usual**2, *smooth)",
+        "max(0.0, *smooth)",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "one delay is looked for more coarsely than two",
+        "rtctl/friction/logs/late_torques.py",
+        "key=lambda each: left(each, each)",
+        "key=lambda each: abs(each - delays[best])",
+        DIRT,
+    ),
+    Seed(
+        "a joint that is held stands",
+        "rtctl/friction/logs/held_still.py",
+        "if stood_s < STANDS_S:",
+        "if stood_s >= 0:",
+        DIRT,
+    ),
+    Seed(
+        "a motor's torque before a gear is one at the joint",
+        "rtctl/cli/identify_log.py",
+        'if "motor_torque" in mapped and behind != 1:',
+        'if "motor_torque" in mapped and behind < 0:',
+        ("tests/unit/cli/test_identify_log.py",),
     ),
 )

@@ -59,7 +59,7 @@ SEEDS = (
     Seed(
         "a fault below the first numbers is taken for units",
         "hw/playback/text_rows.py",
-        "if not alone and (not any(words) or (any(numbers) and not (rows and headed))):",
+        "if not alone and not blank and (not any(words) or (any(numbers) and not (rows and headed))):",
         "if not any(words):",
         CELLS,
     ),
@@ -94,8 +94,8 @@ SEEDS = (
     Seed(
         "noise is taken for a hidden torque",
         "rtctl/friction/logs/left_over.py",
-        "if power > NOISE_SHARE * float(np.mean(rest**2)) else 0.0",
-        "if power > 0.0 else 0.0",
+        "if told > NOISE_SHARE * power else 0.0",
+        "if told > 0.0 else 0.0",
         LEFT,
     ),
     Seed(

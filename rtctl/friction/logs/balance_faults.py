@@ -86,21 +86,23 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
         A cause that makes the parameters useless, named with the remedy; or the motion explains too little.
     """
     plain, source = balance.fit(), balance.signals.source
-    refusals, doubts = [], []
+    refusals, doubts, least = [], [], plain.rest
     searched = (_velocity_as_position, _weight, high_passed, delayed, _position, lost_counts, changed_within)
     for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
         found = find(balance, plain)
         if found is None:
             continue
         text, other = found
+        if other.rest > DOUBTFUL_SHARE * balance.spread:
+            continue  # nor is it explained with that
+        least = min(least, other.rest)
         ratio, change = other.rest / plain.rest, changed(balance, plain, other)
         much = plain.rest > EXPLAINED * balance.spread
         if ratio <= REFUSED_RATIO and change >= REFUSED_CHANGE and much:
             refusals.append((other.rest, text))
         elif (ratio <= TOLD_RATIO and change >= TOLD_CHANGE) or (ratio <= PLAIN_RATIO and much):
             doubts.append((other.rest, text))
-    least = min((rest for rest, _ in (*refusals, *doubts)), default=plain.rest)
-    if refusals:
+    if refusals and min(refusals)[0] <= ALIKE * least:
         text = next(text for rest, text in (*refusals, *doubts) if rest <= ALIKE * least)
         raise DataError("; besides: ".join([f"{source}: {text}", *noted]))
     told = [text for rest, text in doubts if rest <= ALIKE * least]

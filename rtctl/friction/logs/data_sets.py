@@ -107,8 +107,7 @@ def _readable(
     try:
         points, notes = read(files)
     except DataError as error:
-        named = str(error).partition(": ")[0]
-        sound = [file for file in files if named not in (str(file), str(file.absolute()))]
+        sound = [file for file in files if error.file is None or not file.samefile(error.file)]
         if not sound or len(sound) == len(files):
             raise
         points, notes = _readable(sound, read)

@@ -57,11 +57,11 @@ def blocks_in(duration_s: float, cutoff_hz: float) -> int:
     return max(1, min(BLOCKS_MAX, int(duration_s * cutoff_hz / BLOCK_PERIODS)))
 
 
-def recorded_s(time_s: np.ndarray) -> float:
-    """Time that was recorded between the first and the last row, without the gaps (steps half as long again
-    as most), s."""
-    steps = np.diff(time_s)
-    return float(time_s[-1] - time_s[0] - steps[steps > 1.5 * np.median(steps)].sum())
+def recorded_s(time_s: np.ndarray) -> np.ndarray:
+    """When each row was recorded on a clock that begins with the first and stands still in the gaps (steps
+    half as long again as most), s."""
+    steps = np.diff(time_s, prepend=time_s[:1])
+    return np.asarray(np.cumsum(np.where(steps > 1.5 * np.median(steps), 0.0, steps)))
 
 
 def time_blocks(signals: Regressors) -> np.ndarray:
@@ -80,7 +80,7 @@ def time_blocks(signals: Regressors) -> np.ndarray:
         between = (
             (signals.log == k) & (np.arange(len(block)) >= rows[0]) & (np.arange(len(block)) <= rows[-1])
         )
-        duration_s = recorded_s(signals.time_s[between])
+        duration_s = float(recorded_s(signals.time_s[between])[-1])
         for part in np.array_split(rows, blocks_in(duration_s, signals.cutoff_hz)):
             block[part] = first
             first += 1

@@ -52,15 +52,16 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     delays = np.arange(-LATE_MOST_S, LATE_MOST_S + LATE_STEP_S / 2, LATE_STEP_S)
     tried = [left(float(each), float(each)) for each in delays]
     best = int(np.argmin(tried))
+    finer = delays[best] + np.array([0.0, -CLOCK_STEPS_S[-1], CLOCK_STEPS_S[-1]])
+    delay = float(min(finer, key=lambda each: left(each, each)))  # as fine as two clocks are looked for
     if tried[best] > CLOCKS_LEAVE * balance.spread:
         first_s, last_s = _clocks(left)
         two = balance.fit(torque=late(balance, first_s, last_s))
-        if left(first_s, last_s) < CLOCKS_BETTER * tried[best] and _sound(two):
+        if left(first_s, last_s) < CLOCKS_BETTER * left(delay, delay) and _sound(two):
             return _two_clocks(balance, plain, two, first_s, last_s), two
     if best in (0, len(delays) - 1):
         # no time explains it best: friction that builds up over a travel looks the later the more
         return None
-    delay = float(delays[best])
     one = balance.fit(torque=late(balance, delay, delay))
     if abs(delay) < LATE_TOLD_S or not _sound(one):
         return None

@@ -13,9 +13,9 @@ from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.dynamics import SAMPLES_PER_CUTOFF
 
 SMOOTH_LEAST = 0.015
-"""Share of the torque left over smoothly from which on the bounds below count."""
+"""Share of the torque left over without being noise from which on the bounds below count."""
 
-MOST_OFF = {"inertia": 0.15, "viscous friction": 0.5, "Coulomb friction": 0.15}
+MOST_OFF = {"inertia": 0.15, "viscous friction": 0.3, "Coulomb friction": 0.15}
 """Largest share by which a parameter may be off before that is told."""
 
 HARDLY_KNOWN = 0.5
@@ -29,22 +29,26 @@ PAIRS_LEAST = 30
 """Fewest pairs of rows, in periods of the cut-off, that a covariance is taken from."""
 
 NOISE_SHARE = 0.2
-"""Smallest share of what is left over, by power, that is called smooth: the rest is noise."""
+"""Smallest share of what is left over, by power, that is called no noise."""
+
+NORMAL = 1.4826
+"""RMS of noise against the median of its size."""
 
 
-def smooth_rest(balance: Balance) -> float:
-    """RMS of what is left over and still follows from itself a period of the cut-off later and more, in the
-    same stroke, N m; noise does not.
+def no_noise(balance: Balance) -> float:
+    """RMS of what is left over and is no noise, N m: it still follows from itself a period of the cut-off
+    later and more, in the same stroke, or it comes in bursts.
 
     Notes
     -----
     Noise behind a low-pass is uncorrelated after a period of its cut-off, so the covariance over such times
-    is of what is no noise. Several are tried, since a shaft that swings crosses 0 at one of them."""
+    is of what is no noise. Several are tried, since a shaft that swings crosses 0 at one of them. Noise is
+    as large everywhere, so its median says its power; what is more is in bursts, as where play closes."""
     rest = balance.residual()
-    power = max(
-        (abs(_covariance(balance, rest, round(lag * SAMPLES_PER_CUTOFF))) for lag in LAGS), default=0.0
-    )
-    return float(np.sqrt(power)) if power > NOISE_SHARE * float(np.mean(rest**2)) else 0.0
+    power, usual = float(np.mean(rest**2)), NORMAL * float(np.median(np.abs(rest)))
+    smooth = (abs(_covariance(balance, rest, round(lag * SAMPLES_PER_CUTOFF))) for lag in LAGS)
+    told = max(power - usual**2, *smooth)
+    return float(np.sqrt(told)) if told > NOISE_SHARE * power else 0.0
 
 
 def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
@@ -80,7 +84,7 @@ def bounds(balance: Balance, rest: float) -> dict[str, float]:
 
 def told(balance: Balance) -> tuple[str, ...]:
     """The warning that what is left over is no noise, where it may have moved a parameter much."""
-    rest = smooth_rest(balance)
+    rest = no_noise(balance)
     share, off = rest / balance.spread, bounds(balance, rest)
     much = {name: by for name, by in off.items() if share > SMOOTH_LEAST and by > MOST_OFF[name]}
     if off["inertia"] > HARDLY_KNOWN:

@@ -15,6 +15,7 @@ from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.balance_faults import CHANGES_WITHIN, diagnosed
 from rtctl.friction.logs.clipping import require_unclipped
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
+from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
 from rtctl.friction.logs.torque_shape import bent, drifting
 
@@ -57,10 +58,12 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
         dict.fromkeys(note for stretches in logs for stretch in stretches for note in stretch.notes)
     )
     coarse = _coarse_position(logs, signals)
-    found = diagnosed(balance, noted) or left_over.told(balance)
+    held = held_still(balance)
+    found = diagnosed(balance, (*noted, *held)) or left_over.told(balance)
     shape = bent(signals) if balance.external is None else ()
     return (
         *found,
+        *held,
         *shape,
         *(() if any(CHANGES_WITHIN in one for one in found) else drifting(signals)),
         *coarse,

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from hw.interface import Rig
-from rtctl.errors import DataError
+from rtctl.errors import DataError, of_file
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.log_checks import coarseness, diagnose, external_of
 from rtctl.friction.logs.log_input import (
@@ -94,10 +94,18 @@ def read_in_time(
         What cannot be read, a log given twice."""
 
     def read(delay_s: float | None) -> tuple[tuple[AxisLog, ...], ...]:
-        return tuple(of_one_radian([read_log(each, gearing, delay_s, limits) for each in options]))
+        found = []
+        for each in options:
+            with of_file(Path(each["file"])):
+                found.append(read_log(each, gearing, delay_s, limits))
+        return tuple(of_one_radian(found))
 
     def signals_of(logs: Sequence[Sequence[AxisLog]]) -> Regressors:
-        pool = pooled([of_stretches(stretches, cutoff, slowest) for stretches in logs])
+        found = []
+        for stretches in logs:
+            with of_file(Path(stretches[0].source)):
+                found.append(of_stretches(stretches, cutoff, slowest))
+        pool = pooled(found)
         return replace(pool, inertia_short=coarseness(logs, pool, slowest))
 
     def looked_at(

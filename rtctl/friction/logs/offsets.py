@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.logs.intervals import blocks_in
+from rtctl.friction.logs.intervals import blocks_in, recorded_s
 from rtctl.friction.logs.regressors import Regressors
 
 DRIFT_PERIOD_S = 10.0
@@ -85,8 +85,8 @@ def offset_columns(signals: Regressors) -> OffsetColumns:
     drift, owner = [], []
     for k in range(logs):
         rows = np.flatnonzero(signals.log == k)
-        time_s = signals.time_s[rows]
-        share = (time_s - time_s[0]) / max(time_s[-1] - time_s[0], 1e-9)
+        time_s = recorded_s(signals.time_s[rows])  # on both sides of a long gap a cosine is constant
+        share = time_s / max(time_s[-1], 1e-9)
         sliding = signals.sliding[rows]
         for term in range(1, _terms(signals, rows) + 1):
             column = np.zeros(len(level))
@@ -129,7 +129,7 @@ def _terms(signals: Regressors, rows: np.ndarray) -> int:
     if len(sliding) == 0:
         return 0
     reversals = int((np.diff(np.sign(signals.velocity_rad_s[sliding])) != 0).sum())
-    duration_s = signals.time_s[rows[-1]] - signals.time_s[rows[0]]
+    duration_s = float(recorded_s(signals.time_s[rows])[-1])
     return min(
         int(2 * duration_s / DRIFT_PERIOD_S),
         reversals // REVERSALS_PER_TERM,

@@ -27,7 +27,7 @@ from hw.playback.options import (
 from hw.playback.quantum import quantum
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.units import require_unit
-from rtctl.errors import ConfigError, DataError
+from rtctl.errors import ConfigError, DataError, of_file
 from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
 from rtctl.friction.point_columns import COLUMNS
 from rtctl.friction.points import FrictionPoints, require_enough
@@ -124,7 +124,10 @@ def read_mapped(
         points."""
     columns = _columns(tables)
     motion = "linear" if lead_m else of_units(table.get("unit") for table in tables.values())
-    parts = [_signals(file, columns, text, units_of(motion, lead_m)) for file in files]
+    parts = []
+    for file in files:
+        with of_file(file):
+            parts.append(_signals(file, columns, text, units_of(motion, lead_m)))
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
@@ -132,7 +135,10 @@ def read_mapped(
     sha256 = _checksum(files)
     notes: list[str] = []
     if average == "file":
-        found = [_one_point(file, part, notes) for file, part in zip(files, parts, strict=True)]
+        found = []
+        for file, part in zip(files, parts, strict=True):
+            with of_file(file):
+                found.append(_one_point(file, part, notes))
         beside = {name: np.array([columns[name] for _, columns in found]) for name in parts[0].columns}
         points = FrictionPoints.from_rows([row for row, _ in found], source, sha256, beside)
     elif average == "speed":

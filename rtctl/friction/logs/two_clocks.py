@@ -3,8 +3,9 @@ the torque grows over the log (docs/theory.md 9.5)."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from rtctl.errors import DataError
-from rtctl.friction.logs.intervals import recorded_s
 from rtctl.friction.logs.least_squares import Columns, solve
 from rtctl.friction.logs.offsets import OffsetColumns
 from rtctl.friction.logs.regressors import Regressors
@@ -57,7 +58,7 @@ def two_clocks(signals: Regressors, columns: Columns, offset: OffsetColumns) -> 
 
 def put_right(signals: Regressors, first_s: float, last_s: float) -> str:
     """The remedy of two clocks, delays at the first and the last row of a log, as a line of numpy."""
-    rate = (last_s - first_s) / max(recorded_s(signals.time_s), 1e-12)
+    rate = (last_s - first_s) / max(float(np.ptp(signals.time_s)), 1e-12)
     return (
         "stamp both by one clock, or put the torque column right, t in s: "
         f"torque = np.interp(t {first_s:+.4f} {rate:+.6f} * (t - t[0]), t, torque)"

@@ -209,7 +209,14 @@ def test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells(monke
     assert "units: angle in deg, milli in mN m\n" in text
     code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--json")
     assert json.loads(text)["units"] == {"angle": "deg", "milli": "mN m"}
-    assert any("the only torque" in each for each in json.loads(text)["cannot_tell"])
+    plain = json.loads(text)
+    assert any("--gear-ratio: 1 where it is at the joint" in each for each in plain["warnings"])
+    code, text, _ = run(monkeypatch, capsys, "--log", log, *MAPPED, "--gear-ratio", "9", "--json")
+    geared = json.loads(text)
+    assert any("the only torque" in each for each in geared["cannot_tell"])
+    assert not any("--gear-ratio" in each for each in geared["warnings"])
+    inertia = [each["symmetric"]["parameters"]["inertia_kgm2"]["value"] for each in (plain, geared)]
+    assert inertia[1] == pytest.approx(9 * inertia[0])
     code, text, _ = run(
         monkeypatch, capsys, "--log", log, *MAPPED, "--column", "external=speed:Nm:1e-6", "--json"
     )

@@ -33,6 +33,9 @@ MENDED = (
     "torque of a bus of 50 Hz, motor",
     "a torque constant off by 30 %, with the rig file",
     "torque of a device whose clock gains 150 ms",
+    "a brake closed for a while, and the motor pushed",
+    "torque late by 9.3 ms",
+    "a pause of an hour, as summer time begins",
     "position of sixty levels, slow",
     "position of eighty levels",
 )

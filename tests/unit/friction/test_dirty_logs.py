@@ -92,7 +92,7 @@ def test_real_recordings_of_free_motion_give_no_alarm_but_true_ones(letter, colu
 
     One of them says the inertia within half of it only, and is right to say so.
     """
-    arguments = [word for column in columns for word in ("--column", column)]
+    arguments = ["--gear-ratio", "1", *(word for column in columns for word in ("--column", column))]
     found = said_by("--log", str(RECORDINGS / f"question1{letter}_free_motion.csv.gz"), *arguments, "--json")
     assert found[0] == 0, found
     warnings = json.loads(found[1])["warnings"]

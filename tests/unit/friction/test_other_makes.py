@@ -33,6 +33,11 @@ NAMED = {
         Logger(on_link=True),
         r"no noise.*play",
     ),
+    "play, seen from the motor": (
+        Rig(inertia=0.008, link=0.013, play=0.01, program="moves"),
+        Logger(),
+        r"no noise.*play",
+    ),
     "friction that differs by direction": (
         Rig(law=BLIMAN_SORINE, asymmetry=0.2, program="moves"),
         Logger(),
@@ -54,7 +59,8 @@ def identified(log, folder):
     columns = np.column_stack([log.time, log.position, log.torque])
     np.savetxt(path, columns, delimiter=",", header="time_s,x,motor", comments="", fmt="%.9g")
     code, out, err = said_by(
-        "--log", str(path), "--column", "position=x", "--column", "torque=motor", "--json"
+        *("--log", str(path), "--column", "position=x", "--column", "torque=motor", "--gear-ratio", "1"),
+        "--json",
     )
     assert code == 0, err
     found = json.loads(out)

@@ -50,6 +50,12 @@ REFUSED = {
     "nanoseconds since 1970 taken for seconds, some twice": r"correct the unit of the time",
     "Unix time in six digits": r"every row has the stamp 1700000000 s.*more digits.*--rate-hz",
     "a row for each signal": r"'value' is mapped twice.*a column for each first",
+    "no time, and no rate given": r"no column 'time_s'.*time=NAME:UNIT.*--rate-hz",
+    "no time in an npz, and no rate given": r"no column 'time_s'.*time=NAME:UNIT.*--rate-hz",
+    "a row for each signal, asked for by their names": r"'q' stands in the rows of 'signal'.*pivot_table",
+    "a row for each signal in an npz, asked for by their names": r"'q' stands in the rows of 'signal'.*pivot",
+    "a night in which summer time ends, without zones": r"set back by an hour, as summer time ends; cut it",
+    "ros2 topic echo as it is shown": r"ros2 topic echo --csv",
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""

@@ -1,0 +1,39 @@
+"""A joint that stands although more than its friction pushes it: a brake, an end stop, something in its
+way."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.torque_faults import longest_run
+
+STANDS_RAD_S = 0.01
+"""Speed below which a joint stands, times what stands for a radian of the axis."""
+
+PUSHED = 2.5
+"""Torque on a joint that stands, in its Coulomb friction: break-away takes up to twice of it."""
+
+STANDS_S = 0.3
+"""Shortest stand that is told; a joint that turns stands shorter."""
+
+
+def held_still(balance: Balance) -> tuple[str, ...]:
+    """The warning that something held the joint; the rows where that began or ended may be in the
+    parameters."""
+    signals, fit = balance.signals, balance.fit()
+    if not fit.coulomb > 0:
+        return ()
+    wanted = balance.motion @ np.array([fit.inertia, fit.viscous, fit.coulomb])
+    push = np.abs(signals.torque_nm - float(np.median(balance.torque - wanted)))
+    stands = np.abs(signals.velocity_rad_s) < STANDS_RAD_S * signals.radian
+    begin, rows = longest_run(stands & (push > PUSHED * fit.coulomb))
+    stood_s = rows * float(np.median(np.diff(signals.time_s)))
+    if stood_s < STANDS_S:
+        return ()
+    return (
+        f"{signals.source}: the joint stands for {stood_s:.2g} s from {signals.time_s[begin]:.4g} s on "
+        f"although {float(push[begin : begin + rows].max()):.3g} N m push it, and it rubs by "
+        f"{fit.coulomb:.3g} N m: a brake, an end stop or another torque holds it, and may be in the "
+        "parameters; cut that part out, or map that torque",
+    )
