@@ -34,6 +34,7 @@ READS_IT = re.compile(
     r"|CLOCK_REALTIME|from time import"
 )
 READERS = {
+    "hw/can/adapter.py": "the stamp of a frame for peers on the in-process bus, as python-can writes it",
     "rtctl/experiments/report.py": "the date of a report",
     "rtctl/friction/learn/fit.py": "the date of a model",
     "rtctl/friction/learn/report_write.py": "the date of a report",
