@@ -1,6 +1,7 @@
 """An arm with nerves on a joint of a fourth make: `tests/foreign_rests.py` asks whether it rests.
 
-No line is shared with the mock, `foreign_joint`, `foreign_rig` or `foreign_swings`: Runge and Kutta's steps,
+The law is driven as in `foreign_swings`; no line of what moves is shared with it, the mock, `foreign_joint`
+or `foreign_rig`: Runge and Kutta's steps,
 between which friction is a function of the way since the last; Dahl's exponential, plasticity with a back
 stress (Armstrong and Frederick), or a contact spring before Dieterich's rate and state, which ages at rest;
 a gear with play; a handle on a wrist that gives, an arm whose muscle has a reflex some hundredths of a second
@@ -9,15 +10,12 @@ late, and a tremor. Units: rad, N m, s of a rotary axis, m, N, s of a linear one
 
 import math
 
+import foreign_swings
 import numpy as np
 
-from hw.entry_points import call, entry_point
-from rtctl.check.law_plan import build
-from rtctl.control import law
+from hw.entry_points import call
 from rtctl.control.jit import compiled, records
-from rtctl.control.records import state_dtype
 from rtctl.control.vocabulary import State
-from rtctl.tick import new_ticks
 
 FIELDS = (
     "motor", "link", "gear", "gear_damping", "play", "viscous", "link_viscous", "coulomb", "breakaway",
@@ -209,31 +207,15 @@ def _loop(law_at, of_law, a, y, kept, line, nerve, noise, steps, rates, now, out
     line[len(line) - 1], line[len(line) - 2] = current, felt
 
 
-class Rig:
+class Rig(foreign_swings.Rig):
     """A rig file's law on this joint in this arm; `policy`, if it is given, is not the file's."""
 
     def __init__(self, loaded, a, seed, policy=None):
-        plan = build(loaded)
-        self.period_s = plan.period_s
-        self.law = (
-            records(new_ticks(1, 1)), records(np.zeros(1, state_dtype(1))), records(plan.params),
-            records(plan.command), records(plan.model),
-        )  # fmt: skip
-        p = plan.params[0]
-        if policy is not None:
-            p["friction_policy"][0] = int(policy)
-        self.a, levers = a.copy(), np.abs(p["lever_m"][0])
-        self.a["per_ampere"] = p["gear_ratio"][0] * p["gear_efficiency"][0] * p["torque_constant_nm_a"][0]
-        self.a["felt_as"], self.a["lever"], self.a["count"] = (
-            np.argmax(levers),
-            levers.max(),
-            p["count_rad"][0],
-        )
+        super().__init__(loaded, a, seed, policy)
         self.y, self.kept, self.line, self.nerve = (
             np.zeros(6), np.zeros(6), np.zeros(34), np.zeros((NERVE, 2)),
         )  # fmt: skip
         self.rates, self.now = np.zeros((4, 6)), np.zeros(6)
-        self.draw, self._at = np.random.default_rng(seed), entry_point(law.step, *self.law)
         self.steps = max(4, math.ceil(self.period_s / self._step_s()))
 
     def _step_s(self):
@@ -251,10 +233,6 @@ class Rig:
             (a["wrist_damping"] + a["muscle_damping"]) / a["arm"] if a["arm"] > 0 else 0.0,
         ]
         return min(5e-5, 0.2 / math.sqrt(max(swings)), 0.3 / max(*fades, 1e-9))
-
-    @property
-    def time_s(self):
-        return int(self.law[0]["tick"][0]) * self.period_s
 
     @property
     def active(self):
@@ -275,15 +253,3 @@ class Rig:
             self.steps, self.rates, self.now, out,
         )  # fmt: skip
         return out
-
-    def arm(self):
-        """True once it is ACTIVE, before the arm moves."""
-        _, state, _, command, _ = self.law
-        while self.time_s < self.a["from_s"][0] - 0.2:
-            command["arm_count"] += 1
-            command["epoch"], command["seq"] = state["epoch"], command["seq"] + 1
-            command["compensation"] = 1.0
-            self.run(0.05)
-            if self.active:
-                return True
-        return False

@@ -177,6 +177,18 @@ def _around(stretches: list[Recording], start_s: float, end_s: float | None) -> 
     )
 
 
+def load_beside(
+    options: Options, column: Mapping[str, Any], units: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Seconds after the first row of a log, and a column beside those of the motion, in the first of these
+    units; (n,) each. Options and errors as `load`."""
+    table = _Table({**options, "axis": [{"beside": column}], "force": None})
+    values = table.si(column, units)
+    if table.time_s is None:
+        return np.arange(len(values)) / float(options["rate_hz"]), values
+    return table.time_s - table.time_s[0], values
+
+
 def load_stretches(options: Options, rig: Rig, mend: Mend | None = None) -> list[Recording]:
     """Read a log for identification: resampled on its stamps where they are uneven, split where it has gaps.
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from rtctl.check.lateness import drive_of
+from rtctl.check.drive_of_axis import drive_of
 from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 if TYPE_CHECKING:

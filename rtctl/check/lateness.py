@@ -1,5 +1,4 @@
-"""How late torque and samples of an axis are: what its devices declare, its rig file says, and was measured;
-and the drive that the proofs take it for.
+"""How late torque and samples of an axis are: what its devices declare, its rig file says, and was measured.
 
 The worse counts, of every part by itself: the coupling is proved for it."""
 
@@ -13,10 +12,7 @@ from hw import registry
 from hw.interface import Joint
 from hw.member import Member
 from hw.rig_words import subset
-from rtctl.check.force_way import ForceWay
-from rtctl.control.proofs.drive_in_hand import RESONANCES_HZ, RIGID, Drive, ElasticJoint, resonance
 from rtctl.control.proofs.stability import Between, lag_ticks
-from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.measured_timing import AxisTiming
 
@@ -146,31 +142,3 @@ def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]
     delay = round(delay) if abs(delay - round(delay)) < _SLACK_TICKS else delay
     claim = _Claim(" and ".join(names), Between(float(delay), lag_hz, sample_ticks, jitter))
     return [claim] if names else [], undeclared
-
-
-def _joints(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
-    """Rigid, elastic as declared, or elastic of all resonances where it is said to be elastic and no more."""
-    if joint.stiffness_nm_rad > 0:
-        one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
-        return (one,)
-    if joint.motor_share < 1:
-        return tuple(resonance(inertia_kgm2, hz) for hz in RESONANCES_HZ)
-    return (RIGID,)
-
-
-def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, way: ForceWay) -> Drive:
-    """The drive of an axis that slides, with its force sensor."""
-    return Drive(
-        table.inertia_kgm2,
-        table.viscous_nms_rad,
-        period_s,
-        delay=between.delay,
-        lag_hz=between.lag_hz,
-        sample_ticks=between.sample_ticks,
-        sensor_hz=way.sensor_hz,
-        sensor_ticks=way.ticks,
-        force_lowpass_hz=table.force.lowpass_hz,
-        motor_share=joint.motor_share,
-        encoder=joint.encoder,
-        joints=_joints(joint, table.inertia_kgm2),
-    )

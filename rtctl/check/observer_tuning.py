@@ -11,8 +11,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check import force_way, lateness
-from rtctl.check.lateness import drive_of
+from rtctl.check.drive_of_axis import drive_of
 from rtctl.check.verdict import hand_factor
+from rtctl.control.proofs.drive_in_hand import RIGID
+from rtctl.control.proofs.stability import lag_ticks
 
 if TYPE_CHECKING:
     from hw.interface import Joint
@@ -48,10 +50,6 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
     joint = lateness.joint_of_axis(loaded, axis)
     if not (observer.gain > 0 and "force" not in loaded.config.rig.absent and (late or not fixed)):
         return Tuning(usual_hz, usual_hz=usual_hz)
-    from rtctl.control.proofs.drive_in_hand import (
-        RIGID,
-    )  # reading a report's names must not load the compiler
-
     loop = loop_of(table, joint, T, lateness.of_axis(loaded, axis).between, way, Tuning(usual_hz))
     loop = loop if joint.stiffness_nm_rad > 0 else replace(loop, joints=(RIGID,))
     return _tuned(loop, () if fixed else gears_of(table, joint), fixed=fixed)
@@ -61,14 +59,13 @@ def loop_of(
     table: AxisTable, joint: Joint, period_s: float, between: Between, way: ForceWay, tuning: Tuning
 ) -> Loop:
     """The loop of an axis that slides as `observer_loop` wants it."""
-    from rtctl.control.proofs import stability
-    from rtctl.control.proofs.observer_loop import Loop
+    from rtctl.control.proofs.observer_loop import Loop  # reading a report's names must not load the compiler
 
     return Loop(
         **vars(drive_of(table, joint, period_s, between, way)),
         gain=table.friction.observer.gain,
         bandwidth_hz=tuning.bandwidth_hz,
-        acting_ticks=round(between.delay + stability.lag_ticks(between.lag_hz, period_s)),
+        acting_ticks=round(between.delay + lag_ticks(between.lag_hz, period_s)),
         own_ticks=tuning.own_ticks,
         excess=tuning.excess,
         stiffness_nm_rad=table.coupling.stiffness_nm_rad,

@@ -151,8 +151,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
     taken = () if config else ungeared(mapped, gearing)
     unsaid, unknown = ((), ()) if config else unheld(mapped, gearing)
     behind = (gearing["gear_ratio"] or 1.0) * (gearing["gear_efficiency"] or 1.0)
-    if "motor_torque" in mapped and behind != 1:  # the reader wants it at the joint
-        mapped["motor_torque"]["scale"] = mapped["motor_torque"].get("scale", 1.0) * behind
+    if (torque := mapped.get("motor_torque")) and behind != 1:  # the reader wants it at the joint
+        mapped["motor_torque"] = {**torque, "scale": torque.get("scale", 1.0) * behind}
     geared = _gearing(gearing, rig_axis, of_units(table.get("unit") for table in mapped.values()))
     motion = geared.motion
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
@@ -187,7 +187,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         if out:
             sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
             sliding = samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
-            points = level_points(with_temperature(sliding, options, warmth) if warmth else sliding)
+            points = level_points(with_temperature(sliding, signals, options, warmth) if warmth else sliding)
             _write(out, points, bent, document, motion)
     lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]

@@ -3,7 +3,8 @@
     NUMBA_DISABLE_JIT=1 python tests/mutants/run.py [--jobs 2] [--only WORD]
 
 Exits 1 if a bug is not caught or can no longer be planted. Tests run as plain Python, so that a changed law
-needs no compiling; first each set of tests runs on the tree as it is and must pass.
+needs no compiling, but those of modules marked `compiled`; first each set of tests runs on the tree as it is
+and must pass.
 """
 
 from __future__ import annotations

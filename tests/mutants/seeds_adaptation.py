@@ -181,7 +181,7 @@ SEEDS = (
         "strokes before and after a change of viscous friction tell together what of it is dry",
         "rtctl/friction/drift_here.py", "if found.viscous_error > MIXED * before.viscous_error:", "if False:",
         ("tests/unit/friction/test_drift_beside.py"
-         "::test_while_strokes_are_of_two_viscous_frictions_none_of_it_is_told_as_dry",),
+         "::test_strokes_that_tell_viscous_friction_worse_than_before_know_the_factor_no_better_than_beside_it",),
     ),
     Seed(
         "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",

@@ -317,8 +317,11 @@ SEEDS = (
     Seed(
         "a motor's torque before a gear is one at the joint",
         "rtctl/cli/identify_log.py",
-        'if "motor_torque" in mapped and behind != 1:',
-        'if "motor_torque" in mapped and behind < 0:',
-        ("tests/unit/cli/test_identify_log.py",),
+        'mapped.get("motor_torque")) and behind != 1:',
+        'mapped.get("motor_torque")) and behind < 0:',
+        (
+            "tests/unit/cli/test_identify_log.py"
+            "::test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells",
+        ),
     ),
 )

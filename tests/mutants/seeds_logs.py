@@ -16,9 +16,16 @@ LEFT = ("tests/unit/friction/test_left_over.py",)
 SEEDS = (
     Seed(
         "the temperature of a log is that of its clock, whenever that began",
+        "hw/playback/reader.py",
+        "return table.time_s - table.time_s[0], values",
+        "return table.time_s, values",
+        ("tests/unit/friction/test_temperatures.py",),
+    ),
+    Seed(
+        "the temperature of a second log is that of its end throughout: logs follow one after the other",
         "rtctl/friction/logs/temperatures.py",
-        "* (time - time[0])",
-        "* time",
+        "samples.time_s[rows] - signals.began_s(number)",
+        "samples.time_s[rows]",
         ("tests/unit/friction/test_temperatures.py",),
     ),
     Seed(

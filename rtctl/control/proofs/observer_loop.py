@@ -70,8 +70,7 @@ class Points(Hands):
 
 def grid(loop: Loop) -> Points:
     """Every hand of the box, on every joint, sliding and stuck, coupled and free."""
-    bristles = (0.0, loop.bristle_nm_rad) if loop.bristle_nm_rad > 0 else (0.0,)
-    return _grid(loop.hand, bristles, len(loop.joints), 2 if loop.stiffness_nm_rad > 0 else 1)
+    return _grid(loop.hand, loop.bristles, len(loop.joints), 2 if loop.stiffness_nm_rad > 0 else 1)
 
 
 @lru_cache(maxsize=8)

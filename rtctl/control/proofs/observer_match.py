@@ -50,16 +50,13 @@ def _on_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Loop:
 
 
 def _in_gears(free: Loop, hard: _Hard) -> Finding:
-    points = _sliding(free)
-    least: Finding | None = None
+    points, found = _sliding(free), list[Finding]()
     for one in (free, *quicker_sensors(free)):
-        found = judge(one, points)
-        if not found.ok:
-            hard.found(one, int(points[found.worst]))
-            return found
-        least = found if least is None or found.kept < least.kept else least
-    assert least is not None
-    return least
+        found.append(judge(one, points))
+        if not found[-1].ok:
+            hard.found(one, int(points[found[-1].worst]))
+            return found[-1]
+    return min(found, key=lambda each: each.kept)
 
 
 def bears(loop: Loop, gears: tuple[ElasticJoint, ...], hard: _Hard | None = None) -> bool:

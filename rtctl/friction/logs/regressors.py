@@ -81,6 +81,10 @@ class Regressors:
         """`share_nm` as a column (n, 1), where there is one."""
         return () if self.share_nm is None else (self.share_nm[:, None],)
 
+    def began_s(self, log: int) -> float:
+        """`time_s` of the begin of a log: logs follow one after the other (`pooled`)."""
+        return float(self.time_s[self.log == log - 1][-1]) if log else 0.0
+
     def slow(self) -> tuple[int, float]:
         """Number of sliding rows below `LOW_SPEED_SHARE` of the largest speed, and that speed in rad/s."""
         speed = np.abs(self.velocity_rad_s[self.sliding])

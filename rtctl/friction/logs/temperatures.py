@@ -6,28 +6,28 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from hw.interface import BackendError
-from hw.playback.columns import read_table
-from hw.playback.reader import TIME_UNITS
-from hw.playback.stamps import unwrapped
-from hw.playback.units import require_unit
+from hw.playback.reader import load_beside
 from rtctl.errors import DataError
 from rtctl.friction.logs.logs import FrictionSamples
+from rtctl.friction.logs.regressors import Regressors
 from rtctl.friction.point_columns import COLUMNS
 
 NAME = "temperature_c"
 
 
 def with_temperature(
-    samples: FrictionSamples, options: Sequence[Mapping[str, Any]], column: Mapping[str, Any]
+    samples: FrictionSamples,
+    signals: Regressors,
+    options: Sequence[Mapping[str, Any]],
+    column: Mapping[str, Any],
 ) -> FrictionSamples:
-    """The samples of several logs (validated options of the reader, in the order of their numbers) with the
-    temperature of each.
+    """Samples of the pooled `signals` of several logs (validated options of the reader, in the order of their
+    numbers), with the temperature of each.
 
     Parameters
     ----------
@@ -41,29 +41,22 @@ def with_temperature(
     warmth = np.empty(len(samples.time_s))
     for number, each in enumerate(options):
         rows = samples.columns["log"] == number
-        warmth[rows] = np.interp(samples.time_s[rows], *_along(each, column))
+        since_s = samples.time_s[rows] - signals.began_s(number)
+        warmth[rows] = np.interp(since_s, *_along(each, column))
     return replace(samples, columns={**samples.columns, NAME: warmth})
 
 
 def _along(options: Mapping[str, Any], column: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     """Seconds after the first row of a log, and degC."""
-    path, name, stamps = Path(options["file"]), column["column"], options.get("time")
-    names = (name, stamps["column"]) if stamps else (name,)
     try:
-        table = read_table(path, names, options.get("delimiter"), options.get("decimal"))
-        require_unit(path, name, table.units.get(name, ""), column, ("degC",))
+        since_s, celsius = load_beside(options, column, {"degC": 1.0})
     except BackendError as error:
         raise DataError(str(error)) from error
-    celsius = column.get("scale", 1.0) * (table.columns[name] - column.get("offset", 0.0))
     bounds = COLUMNS[NAME]
     wrong = np.flatnonzero(~((celsius >= bounds.low) & (celsius <= bounds.high)))
     if len(wrong):
         raise DataError(
-            f"{path}: row {wrong[0] + 1}: {name!r} is {celsius[wrong[0]]:g} degC, no temperature of a motor; "
-            "correct the column or its unit"
+            f"{options['file']}: row {wrong[0] + 1}: {column['column']!r} is {celsius[wrong[0]]:g} degC, no "
+            "temperature of a motor; correct the column or its unit"
         )
-    if not stamps:
-        return np.arange(len(celsius)) / float(options["rate_hz"]), celsius
-    time, _ = unwrapped(table.columns[stamps["column"]])
-    since = stamps.get("scale", 1.0) * TIME_UNITS[stamps.get("unit", "s")] * (time - time[0])
-    return since, celsius
+    return since_s, celsius

@@ -3,13 +3,15 @@ model that does not say what is viscous; and a judge of another make.
 """
 
 import tempfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from test_drift import RATE_HZ, arrays, over, watch
 
 from rtctl.friction.drift_deployed import deployed
-from rtctl.friction.drift_estimate import estimate
+from rtctl.friction.drift_estimate import Estimate, estimate
+from rtctl.friction.drift_here import beside_viscous
 from rtctl.friction.drift_sliding import Rows
 from rtctl.friction.drift_strokes import Strokes
 from rtctl.friction.drift_watch import RigWatch
@@ -56,6 +58,19 @@ def test_viscous_friction_that_changes_in_view_is_no_dry_friction(viscous, facto
         assert abs(axis.found.factor - factor) < 0.01
         assert axis.found.factor_error < 0.016
         assert bool(axis.warning) == (factor != 1.0)
+
+
+@pytest.mark.parametrize(("viscous_error", "factor_error"), [(0.10, 0.015), (0.25, 0.25)])
+def test_strokes_that_tell_viscous_friction_worse_than_before_know_the_factor_no_better_than_beside_it(
+    viscous_error, factor_error
+):
+    before = Estimate(
+        *(1.0, 0.01) * 3, *(0.0, 0.0), dry_nm=0.3, strokes=40, seconds=60.0, session_seconds=60.0,
+        place_trust=0.0, viscous_nm=0.1, viscous=0.0, viscous_error=0.08, beside=1.0, beside_error=0.03,
+    )  # fmt: skip
+    found = replace(before, factor=1.12, factor_error=0.015, viscous_error=viscous_error, beside_error=0.2495)
+    told = beside_viscous(found, before)
+    assert told == replace(found, factor_error=pytest.approx(factor_error, abs=1e-3))
 
 
 def test_while_strokes_are_of_two_viscous_frictions_none_of_it_is_told_as_dry():

@@ -130,6 +130,16 @@ def test_a_full_line_is_counted_once_for_each_command_and_ends_in_a_lost_link(li
         line.write(False)
 
 
+def test_a_command_that_found_no_room_is_not_sent_late_when_there_is_room_again(line):
+    while line.write(True) == 0:
+        pass
+    while line.sent():
+        pass
+    line.write(False)
+    assert line.backend.unsent == 1
+    assert line.sent() == b""
+
+
 def test_a_command_that_fits_again_starts_the_count_anew(line):
     line.backend._wire["unsent_in_row"] = 5
     assert line.write(True) == 0
