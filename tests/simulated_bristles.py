@@ -56,7 +56,8 @@ def log(
     level = level + rising * np.sign(v) * np.gradient(v, 1 / RATE_HZ) * np.exp(-((v / 0.1) ** 2))
     bent, friction = np.zeros(8) if bristles is maxwell_slip else 0.0, np.zeros(len(t))
     # as Python's own numbers, which are the same and three times as quick
-    for row, (dx, most) in enumerate(zip((np.diff(x) / 4).tolist(), level[1:].tolist(), strict=True), start=1):
+    steps = zip((np.diff(x) / 4).tolist(), level[1:].tolist(), strict=True)
+    for row, (dx, most) in enumerate(steps, start=1):
         for _ in range(4):
             bent = bristles(dx, most, length_rad, bent)
         friction[row] = COULOMB * np.sum(bent)
