@@ -75,22 +75,30 @@ def friction_nm(joints, t, x, v, rate_hz):
             factor[t >= j.later_s, k] = j.later
     factor = factor * np.where(v >= 0, 1.0, np.array([j.backward for j in joints])[None])
     g, sigma = factor * dry_nm(v), np.array([j.sigma0 for j in joints])
-    lugre = np.array([j.elements == 0 for j in joints])
-    most = max(1, *(j.elements for j in joints))
-    count = np.array([max(j.elements, 1) for j in joints])
-    share = np.zeros((most, len(joints)))
-    for j, n in enumerate(count):
-        share[:n, j] = np.arange(1, n + 1) / (n * (n + 1) / 2)
-    f, parts = np.zeros(len(joints)), np.zeros((most, len(joints)))
+    out = np.zeros_like(v)
     fade = np.exp(-np.abs(v) / rate_hz * sigma / g)
     end, dx = np.sign(v) * g, np.diff(x, axis=0, prepend=x[:1])
-    out = np.zeros_like(v)
+    f = np.zeros(len(joints))
     for i in range(len(t)):
-        f = end[i] + (f - end[i]) * fade[i]
+        out[i] = f = end[i] + (f - end[i]) * fade[i]
+    slipping = [k for k, j in enumerate(joints) if j.elements]
+    if slipping:
+        count = [joints[k].elements for k in slipping]
+        out[:, slipping] = slipped_nm(count, sigma[slipping], g[:, slipping], dx[:, slipping])
+    return out + 0.05 * np.where(v >= 0, 1.0, BACKWARD) * v
+
+
+def slipped_nm(count, sigma, g, dx):
+    """Of so many Maxwell-slip elements each, whose yield torques are as 1 to n."""
+    share, parts = np.zeros((max(count), len(count))), np.zeros((max(count), len(count)))
+    for j, n in enumerate(count):
+        share[:n, j] = np.arange(1, n + 1) / (n * (n + 1) / 2)
+    out = np.zeros_like(g)
+    for i in range(len(g)):
         bound = share * g[i]
         parts = np.minimum(np.maximum(parts + sigma / count * dx[i], -bound), bound)
-        out[i] = np.where(lugre, f, parts.sum(axis=0))
-    return out + 0.05 * np.where(v >= 0, 1.0, BACKWARD) * v
+        out[i] = parts.sum(axis=0)
+    return out
 
 
 def ticks_of(joints, seconds, rate_hz=400.0, seed=1):

@@ -121,17 +121,17 @@ def pytest_part(name: str, files: list[Path], *options: str, clock: bool = False
     return Part(name, command, clock, idle, slow_files=sum(not tiers.is_quick(path) for path in files))
 
 
-def by_folder(files: list[Path], *options: str, idle: bool = False) -> list[Part]:
+def by_folder(files: list[Path], *options: str) -> list[Part]:
     """Whole folders, so many together that it pays to start Python and to import what they need."""
     parts, names, together = [], [], []
     for folder, inside in itertools.groupby(files, lambda path: path.parent):
         names.append(folder.relative_to(ROOT).as_posix().removeprefix("tests/"))
         together += inside
         if len(together) >= ENOUGH_FILES:
-            parts.append(pytest_part(" ".join(names), together, *options, idle=idle))
+            parts.append(pytest_part(" ".join(names), together, *options))
             names, together = [], []
     if together:
-        parts.append(pytest_part(" ".join(names), together, *options, idle=idle))
+        parts.append(pytest_part(" ".join(names), together, *options))
     return parts
 
 
@@ -166,9 +166,9 @@ def test() -> list[Part]:
 
 
 def volume() -> list[Part]:
-    """The same questions asked many more times; it may run beside anything."""
+    """The same questions asked many more times, beside anything; in two parts, else a core idles."""
     files = [path for path in tiers.every_file() if VOLUME.search(path.read_text())]
-    return by_folder(files, "-m", "volume", UNHURRIED, idle=True)
+    return [pytest_part(f"volume {k}", files[k::2], "-m", "volume", UNHURRIED, idle=True) for k in (0, 1)]
 
 
 TIERS = {"check": check, "test": test, "volume": volume}

@@ -27,7 +27,8 @@ def rigid(dx, level, _length, _bent):
 
 def maxwell_slip(dx, level, length, bent):
     """Eight elements of one stiffness, whose yield torques differ by a factor of nine."""
-    return np.clip(bent + dx / length / 8, -level * YIELDS, level * YIELDS)
+    most = level * YIELDS
+    return np.minimum(np.maximum(bent + dx / length / 8, -most), most)
 
 
 def log(
@@ -54,9 +55,11 @@ def log(
     level = 1.0 + stribeck * np.exp(-((late / 0.05) ** 2))
     level = level + rising * np.sign(v) * np.gradient(v, 1 / RATE_HZ) * np.exp(-((v / 0.1) ** 2))
     bent, friction = np.zeros(8) if bristles is maxwell_slip else 0.0, np.zeros(len(t))
-    for row in range(1, len(t)):
+    # as Python's own numbers, which are the same and three times as quick
+    steps = zip((np.diff(x) / 4).tolist(), level[1:].tolist(), strict=True)
+    for row, (dx, most) in enumerate(steps, start=1):
         for _ in range(4):
-            bent = bristles((x[row] - x[row - 1]) / 4, level[row], length_rad, bent)
+            bent = bristles(dx, most, length_rad, bent)
         friction[row] = COULOMB * np.sum(bent)
     hand = INERTIA * np.gradient(v, 1 / RATE_HZ) + VISCOUS * v + friction + BIAS
     hand = hand + 0.002 * rng.standard_normal(len(t))

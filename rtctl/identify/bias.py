@@ -8,6 +8,7 @@ import numpy as np
 
 from rtctl.errors import FaultError, HandOnRigError
 from rtctl.identify.motion import Motion, Order, Steps
+from rtctl.tick import joined
 
 
 @dataclass(frozen=True)
@@ -31,7 +32,7 @@ def read_bias(motion: Motion) -> Steps[Bias]:
         rows = rows[(rows["enabled"] == 0) & (rows["sample_age_ticks"] == 0)]
         parts.append(rows)
         seconds += max(len(rows), 1) * rig.period_s
-    rows = np.concatenate(parts)
+    rows = joined(parts)
     if len(rows) < 8:
         raise FaultError("no fresh samples while the motor was off; check the device (rtctl monitor)")
     torque = rows["hand_torque_raw_nm"][:, rig.axis]

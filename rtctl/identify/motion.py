@@ -17,6 +17,7 @@ from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.identify.cogging import Cogging
 from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import Rig, Settings
+from rtctl.tick import joined
 
 T = TypeVar("T")
 
@@ -184,7 +185,7 @@ class Motion:
         while sum(map(len, parts)) < wanted:
             missing = wanted - sum(map(len, parts))
             parts.append((yield from self.see(Order(look_s=missing * self.rig.period_s))))
-        return np.concatenate(parts)
+        return joined(parts)
 
     # -- motions
 

@@ -15,6 +15,7 @@ from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, Motion, Order, Steps
 from rtctl.identify.places import Spot, go_on
 from rtctl.identify.tick_readings import break_away, stood_still
+from rtctl.tick import joined
 
 FAST_SHARE = 0.6
 """The ramp is quick up to this share of the smallest break-away torque seen."""
@@ -51,7 +52,7 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     parts = [(yield from motion.see(Order(fields, 4 * LOOK_S)))]
     while not int(parts[-1]["program_flags"][-1, rig.axis]):
         parts.append((yield from motion.see(Order(look_s=4 * LOOK_S))))
-    rows = np.concatenate(parts)
+    rows = joined(parts)
     flags = ProgramFlag(int(rows["program_flags"][-1, rig.axis]))
     if ProgramFlag.LIMIT in flags:
         raise DataError(

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
+from operator import is_
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -21,12 +22,12 @@ from pydantic import (
 )
 
 from hw import registry
-from hw.interface import BackendError, Rig
+from hw.interface import Rig
 from hw.member import Member
 from hw.outside import real, whole
 from rtctl.errors import ConfigError
 from rtctl.rig_file.axis_tables import AxisTable
-from rtctl.rig_file.device_options import device_options
+from rtctl.rig_file.device_options import device_options, put_script
 from rtctl.rig_file.devices import Composition
 from rtctl.rig_file.fields import Table
 from rtctl.rig_file.host_tables import GatewayTable, RecordTable, TelemetryTable, ViewTable
@@ -201,6 +202,7 @@ class LoadedConfig(Table):
         description="validated options of the first device, plain values, absolute paths"
     )
     more_options: tuple[dict[str, Any], ...] = Field((), description="those of the other devices, in order")
+    _made: tuple[tuple[object, ...], tuple[Member, ...]] | None = None
 
     @property
     def scripted_faults(self) -> int:
@@ -208,8 +210,15 @@ class LoadedConfig(Table):
         return sum(len(options.get("faults", ())) for options in (self.options, *self.more_options))
 
     def members(self) -> tuple[Member, ...]:
-        """The devices as the loop process gets them."""
-        return self.config.composition((self.options, *self.more_options)).members()
+        """The devices as the loop process gets them.
+
+        Made once: who plans a rig asks ten times, and a device is made to ask it for its channels."""
+        options = (self.options, *self.more_options)
+        made_of = (self.config, *options)
+        # a copy with other tables (`model_copy`) takes along what its origin has made
+        if self._made is None or not all(map(is_, self._made[0], made_of)):
+            self._made = made_of, self.config.composition(options).members()
+        return self._made[1]
 
     def device_report(self) -> list[tuple[str, list[tuple[str, str, str]]]]:
         """Per device that has something to tell (as its bus's load): label, figure, note of each line."""
@@ -259,7 +268,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     except ValidationError as error:
         faults += fault_lines(where, (), error, Config, data)
     if script is not None and config is not None:
-        faults += _put_script(path, config, data, real(script))
+        faults += put_script(path, config.device, data, real(script))
     options, more = device_options(path, data, where)
     faults += more
     if config is not None and not faults:
@@ -273,26 +282,3 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     return LoadedConfig(
         path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])
     )
-
-
-def _put_script(path: Path, config: Config, data: dict[str, Any], script: Path) -> list[str]:
-    """Write the schedule into the options of the one device that takes one; or say why not."""
-    takers = []
-    for i, device in enumerate(config.device):
-        try:
-            simulated = registry.lookup(device.kind).simulated
-            takes = "faults" in registry.options_model(device.kind).model_fields
-        except BackendError:
-            return []  # told where its options are checked
-        if not simulated:
-            return [
-                f"{path}: device[{i}].kind: {device.kind!r} is no simulation: no faults are scripted into "
-                "this rig"
-            ]
-        takers += [i] if takes else []
-    if len(takers) != 1:
-        remedy = "name the schedule in the options of one" if takers else "use a mock"
-        return [f"{path}: device: {len(takers)} devices take scripted faults; {remedy}"]
-    table = data["device"][takers[0]]
-    table["options"] = {**table.get("options", {}), "faults": str(script)}
-    return []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from hw import registry
 from hw.interface import BackendError
 from hw.plain_words import Key
 from rtctl.rig_file.mistakes import fault_lines, no_files
-from rtctl.rig_file.rig_tables import LoopTable
+from rtctl.rig_file.rig_tables import DeviceTable, LoopTable
 
 
 def device_options(
@@ -59,3 +59,26 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
         if isinstance(rate_hz, int | float) and rate_hz > 0:
             facts["rate_hz"] = float(rate_hz)
     return facts
+
+
+def put_script(path: Path, devices: Sequence[DeviceTable], data: dict[str, Any], script: Path) -> list[str]:
+    """Write the schedule into the options of the one device that takes one; or say why not."""
+    takers = []
+    for i, device in enumerate(devices):
+        try:
+            simulated = registry.lookup(device.kind).simulated
+            takes = "faults" in registry.options_model(device.kind).model_fields
+        except BackendError:
+            return []  # told where its options are checked
+        if not simulated:
+            return [
+                f"{path}: device[{i}].kind: {device.kind!r} is no simulation: no faults are scripted into "
+                "this rig"
+            ]
+        takers += [i] if takes else []
+    if len(takers) != 1:
+        remedy = "name the schedule in the options of one" if takers else "use a mock"
+        return [f"{path}: device: {len(takers)} devices take scripted faults; {remedy}"]
+    table = data["device"][takers[0]]
+    table["options"] = {**table.get("options", {}), "faults": str(script)}
+    return []

@@ -64,7 +64,7 @@ def in_functions(chosen: list[Mutation], jobs: int) -> dict[str, str]:
     """The test that noticed each change of a function, by key; "" for none."""
     import hypothesis
     import pytest
-    from in_process import Session
+    from forks import Session
 
     hypothesis.settings.register_profile("mutation", derandomize=True, deadline=None, database=None)
     hypothesis.settings.load_profile("mutation")

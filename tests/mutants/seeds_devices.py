@@ -256,4 +256,9 @@ SEEDS = (
         "what is left of a lost rig is not stopped", "rtctl/rt/replug.py",
         "        self._backend.stop()  # whatever part of the rig can still be reached\n", "", REPLUG,
     ),
+    Seed(
+        "a copy of a rig file with other devices keeps those of its origin", "rtctl/rig_file/config.py",
+        "if self._made is None or not all(map(is_, self._made[0], made_of)):", "if self._made is None:",
+        ("tests/unit/test_config_devices.py::test_a_copy_with_other_tables_has_devices_of_its_own",),
+    ),
 )  # fmt: skip

@@ -224,6 +224,18 @@ def test_the_mock_alone_is_a_rig_and_costs_no_composition(rig):
     assert (one.axes, one.max_age_ticks, one.budget_ns) == ((0,), 0, 0)
 
 
+def test_a_copy_with_other_tables_has_devices_of_its_own(rig):
+    loaded = rig("mock")
+    (before,) = loaded.members()
+    assert loaded.members()[0] is before
+    (other,) = loaded.model_copy(update={"options": {**loaded.options, "seed": 7}}).members()
+    assert (before.options["seed"], other.options["seed"]) == (1, 7)
+    table = loaded.config.device[0].model_copy(update={"name": "arm"})
+    config = loaded.config.model_copy(update={"device": (table,)})
+    assert loaded.model_copy(update={"config": config}).members()[0].label == "device[0] 'arm'"
+    assert loaded.members()[0] is before
+
+
 def test_more_than_eight_devices_are_refused(faults):
     assert any("device" in line for line in faults(*["pendant"] * 9))
 

@@ -13,6 +13,7 @@ sampled current shows."""
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 
@@ -50,6 +51,7 @@ def damping_needed_delayed(k_c: float, b_c: float, T: float, delta: float) -> fl
     return float(np.max(asked) / 2)
 
 
+@lru_cache(maxsize=256)
 def delay_covered_ticks(b: float, k_c: float, b_c: float, T: float, declared_ticks: float) -> float:
     """Largest delay up to which this coupling stays proven, periods; never less than the declared one.
 
