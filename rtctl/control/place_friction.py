@@ -12,8 +12,8 @@ import math
 
 import numpy as np
 
-from rtctl.control.friction_curve import of_segment, segment
-from rtctl.control.jit import compiled
+from rtctl.control.friction_curve import BACKWARD, FORWARD, of_segment, segment
+from rtctl.control.jit import compiled, inlined
 from rtctl.control.records import CONSERVATIVE_CELLS, MAX_SEGMENTS, PLACE_ORDERS, PLACE_SEGMENTS, Record
 
 
@@ -35,21 +35,9 @@ def turn_waves(turns: float) -> tuple[float, float]:
     return 1.0 - 2.0 * s * s, 2.0 * s * c
 
 
-@compiled
-def curve_and_place(model: Record, branch: int, speed: float, position: float) -> tuple[float, float]:
-    """Friction of one direction by speed, and what place adds to it, both N m: the segment of the speed is
-    looked for once.
-
-    Parameters
-    ----------
-    speed, position : float
-        |v| (rad/s, >= 0, held at the last knot beyond it) and the joint's angle (rad, any turn).
-
-    Returns
-    -------
-    tuple of float
-        0 without a model, and 0 by place for a model without place; NaN for a NaN or negative speed, and by
-        place for a position that is not finite."""
+@inlined
+def _of_branch(model: Record, branch: int, speed: float, position: float) -> tuple[float, float]:
+    """`curve_and_place` of a branch that is a constant where this is inlined."""
     if min(model.n_segments[branch], MAX_SEGMENTS) < 1:
         return 0.0, 0.0
     if not speed >= 0.0:
@@ -72,6 +60,31 @@ def curve_and_place(model: Record, branch: int, speed: float, position: float) -
         total += s * (b[0] + h * b[1] + h2 * b[2] + h3 * b[3])
         c, s = c * cos - s * sin, s * cos + c * sin
     return curve, total
+
+
+@compiled
+def curve_and_place(model: Record, branch: int, speed: float, position: float) -> tuple[float, float]:
+    """Friction of one direction by speed, and what place adds to it, both N m: the segment of the speed is
+    looked for once.
+
+    Parameters
+    ----------
+    speed, position : float
+        |v| (rad/s, >= 0, held at the last knot beyond it) and the joint's angle (rad, any turn).
+
+    Returns
+    -------
+    tuple of float
+        0 without a model, and 0 by place for a model without place; NaN for a NaN or negative speed, and by
+        place for a position that is not finite.
+
+    Notes
+    -----
+    A jump that the processor foresees: as an index the branch would have all of this wait for the direction,
+    whose bristle of LuGre waits for an exponential."""
+    if branch == FORWARD:
+        return _of_branch(model, FORWARD, speed, position)
+    return _of_branch(model, BACKWARD, speed, position)
 
 
 @compiled

@@ -4,6 +4,7 @@ One bad point of a hundred (a bump, a cell mistyped, a unit) would otherwise dec
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -24,8 +25,9 @@ END_SHARE, BREAK_AWAY_SHARE = 1.0, 1.8
 """As `SHARE`, of the two lowest and the two highest speeds, which have neighbours on one side only, and of
 break-away, which may well stand out."""
 
-MOST_SHARE = 0.03
-"""When more than this share looks bad, it is no mistake but how the joint is: nothing is left out."""
+MOST_SHARE = 0.05
+"""When more than this share of a direction (one point at least) looks bad, it is no mistake but how the joint
+is: nothing is left out."""
 
 
 def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str, ...]]:
@@ -40,7 +42,7 @@ def without_outliers(points: FrictionPoints) -> tuple[FrictionPoints, tuple[str,
             continue
         expected, off = _off(speed, friction)
         found = np.flatnonzero(off)
-        if len(found) > max(1, int(MOST_SHARE * len(rows))):
+        if len(found) > math.ceil(MOST_SHARE * len(rows)):
             notes.append(
                 f"{points.source}: direction {direction:+d}: {len(found)} of {len(rows)} points are far "
                 "from their neighbours in speed: too many for mistakes, so all are used; look at the plot "
@@ -65,6 +67,16 @@ def _off(speed: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarra
     """Friction that the neighbours of each point say, N m, and which points are bad. By rising speed, shape
     (n,).
 
+    Twice, for a bad point makes good ones look bad: the second time it is no neighbour any more."""
+    expected, bad = _contradicted(speed, friction, np.ones(len(speed), dtype=bool))
+    return _contradicted(speed, friction, ~bad) if bad.any() else (expected, bad)
+
+
+def _contradicted(
+    speed: np.ndarray, friction: np.ndarray, heard: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """`_off` by those neighbours that are `heard`, shape (n,).
+
     Notes
     -----
     The neighbours' median slope and level over their rank (Theil-Sen): measured speeds are spaced so that
@@ -72,8 +84,10 @@ def _off(speed: np.ndarray, friction: np.ndarray) -> tuple[np.ndarray, np.ndarra
     n = len(speed)
     expected = np.empty(n)
     for at in range(n):
-        first = min(max(0, at - NEIGHBOURS), max(0, n - 2 * NEIGHBOURS - 1))
-        near = np.setdiff1d(np.arange(first, min(n, first + 2 * NEIGHBOURS + 1)), [at])
+        others = np.flatnonzero(heard & (np.arange(n) != at))
+        middle = int(np.searchsorted(others, at))
+        first = min(max(0, middle - NEIGHBOURS), max(0, len(others) - 2 * NEIGHBOURS))
+        near = others[first : first + 2 * NEIGHBOURS]
         i, j = np.triu_indices(len(near), 1)
         slope = np.median((friction[near][j] - friction[near][i]) / (near[j] - near[i]))
         expected[at] = np.median(friction[near] + slope * (at - near))

@@ -212,6 +212,15 @@ SEEDS = (
         ("tests/unit/host/test_friction_watch.py",),
     ),
     Seed(
+        "friction backward is looked up forward", "rtctl/control/place_friction.py",
+        "return _of_branch(model, BACKWARD, speed, position)",
+        "return _of_branch(model, FORWARD, speed, position)",
+        (
+            "tests/unit/friction/test_learn_places.py"
+            "::test_the_file_keeps_place_and_the_laws_record_evaluates_it",
+        ),
+    ),
+    Seed(
         "a ripple is compared with the model of where the joint is by now", "rtctl/control/place_trust.py",
         "s.place_model_nm[axis, 1] += p.observer_alpha[axis] * (place - s.place_model_nm[axis, 1])",
         "s.place_model_nm[axis, 1] = place", ("tests/unit/control/test_place_trust.py",),

@@ -209,6 +209,30 @@ def test_a_stribeck_peak_is_no_mistake(stribeck, breakaway):
     assert without_outliers(points) == (points, ())
 
 
+@pytest.mark.parametrize(("seed", "bad"), [(48, 4), (74, 23), (113, 26), (145, 12)])
+def test_a_bad_point_makes_none_of_its_neighbours_bad(seed, bad):
+    speed = np.geomspace(0.02, 2, 30)
+    friction = 0.2 * (1 + 0.1 * speed) * (1 + 0.05 * np.random.default_rng(seed).standard_t(2.5, 30))
+    rows = [(x, y, 1, np.nan, np.nan) for x, y in zip(speed, friction, strict=True)]
+    rows += [(-x, y, -1, np.nan, np.nan) for x, y in zip(speed, friction, strict=True)]
+    points = FrictionPoints.from_rows(rows, "it scatters", "0" * 64)
+    assert without_outliers(points) == (points, ())
+    spoilt = points.friction_nm.copy()
+    spoilt[points.rows_of(1)[bad]] *= 3
+    kept, notes = without_outliers(replace(points, friction_nm=spoilt))
+    assert kept.left_out is not None, notes
+    assert list(np.flatnonzero(kept.left_out)) == [points.rows_of(1)[bad]]
+
+
+def test_two_bad_points_of_50_are_mistakes():
+    points = outliers.joint(per_direction=50)
+    friction = points.friction_nm.copy()
+    friction[[12, 31]] *= 3
+    kept, notes = without_outliers(replace(points, friction_nm=friction))
+    assert kept.left_out is not None, notes
+    assert list(np.flatnonzero(kept.left_out)) == [12, 31]
+
+
 def test_many_bad_points_are_how_the_joint_is():
     points = outliers.joint()
     f = points.friction_nm.copy()
