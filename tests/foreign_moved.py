@@ -2,9 +2,9 @@
 
 Joints and arms of `tests/foreign_arms.py`, rigs of `tests/foreign_rests.py`; the arm goes to and fro by a
 sine, turns at once, or stops after each step, .05 to 1.6 rad/s, then holds. *Shaken*, *beyond both* and
-*beyond every friction* are those of `tests/foreign_shaken.py`. *Fed* is who is given more energy at a stretch
-than without help and with little friction, by more than `FED_J` and a quarter; *unseen* who is fed and no
-PASSIVITY was raised, *false* a PASSIVITY where nobody is fed or shaken.
+*beyond every friction* are those of `tests/foreign_shaken.py`. *Fed* is a passive arm that is given more
+energy at a stretch than without help and with little friction, by more than `FED_J` and a quarter; *unseen*
+who is fed and no PASSIVITY was raised, *false* a PASSIVITY where nobody is fed or shaken.
 """
 
 import argparse
@@ -40,7 +40,8 @@ def drawn(seed, folder):
 
 class Motion(NamedTuple):
     """What is left of it, mrad/s by part and mass; the torque; the power that the arm pays for vibration, W;
-    the most energy that it was given at a stretch, J; the fault that ended it."""
+    the most energy that it was given at a stretch beyond what the joint's masses lost, J; the fault that
+    ended it."""
 
     left: dict
     torque: float
@@ -55,7 +56,9 @@ def motion(case, a, seed, policy=None, share=1.0):
     if not rig.arm():
         return None
     left, torque, paid_w, moved, after = told(case, rig)
-    given = np.cumsum(np.concatenate([[0.0], moved[:, 3], after[:, 3]]))
+    out, one = np.concatenate([moved, after]), a[0]
+    own = 0.5 * (one["motor"] * out[:, 0] ** 2 + one["link"] * out[:, 1] ** 2)
+    given = np.cumsum(out[:, 3]) + own
     most = float((given - np.minimum.accumulate(given)).max())
     return Motion(left, torque, paid_w, most, -1 if rig.active else rig.fault)
 
@@ -71,6 +74,8 @@ class Judged(NamedTuple):
     fed: bool
     unseen: bool
     false: bool
+    stopped: int
+    """Fault of the joint with little friction and no help, where it was asked; -1 for none."""
 
 
 def judged(case, seed, share=1.0):
@@ -80,18 +85,19 @@ def judged(case, seed, share=1.0):
     if helped is None or plain is None:
         return None
     passivity = helped.fault == int(Fault.PASSIVITY).bit_length() - 1
-    shaken, both, every = beyond(helped.left, plain.left), {}, {}
+    shaken, both, every, stopped = beyond(helped.left, plain.left), {}, {}, -1
     most = FED_J * max(float(a["coulomb"][0]) * case.length_m / 0.25, 1.0)
-    fed = helped.given_j > most + 1.25 * plain.given_j
-    if shaken or fed:
+    fed = case.kind not in ("nerves", "tremor") and helped.given_j > most + 1.25 * plain.given_j
+    if shaken or fed or helped.fault >= 0:
         others = [plain, *_without_help(case, seed, (LITTLE,))]
+        stopped = others[-1].fault
         both = shaken and beyond(helped.left, *(one.left for one in others))
         fed = fed and helped.given_j > most + 1.25 * max(one.given_j for one in others)
     if both:
         others += _without_help(case, seed, BETWEEN)
         every = beyond(helped.left, *(one.left for one in others))
     false = passivity and not (fed or shaken)
-    return Judged(helped, plain, shaken, both, every, fed, fed and not passivity, false)
+    return Judged(helped, plain, shaken, both, every, fed, fed and not passivity, false, stopped)
 
 
 def _without_help(case, seed, shares):
@@ -112,7 +118,8 @@ def _say(seed, case, one):
     if one.fed:
         words.append(f"fed {1e3 * one.helped.given_j:.3g} mJ ({1e3 * one.plain.given_j:.3g} without help)")
     if one.helped.fault >= 0 or one.plain.fault >= 0:
-        words.append(f"fault {_name(one.helped.fault)} ({_name(one.plain.fault)} without help)")
+        own = f"{_name(one.plain.fault)} without help, {_name(one.stopped)} with little friction"
+        words.append(f"fault {_name(one.helped.fault)} ({own})")
     if words:
         a = case.axis[0]
         gear = f"gear {math.sqrt(a['gear'] * (1 / a['motor'] + 1 / a['link'])) / 6.283:.0f} Hz" if (
@@ -128,11 +135,12 @@ def _policy(case):
 
 def _counts(name, of):
     shaken, both, every, fed, unseen, false = (sum(bool(one[i]) for one in of) for i in range(2, 8))
-    torque = np.mean([one.helped.torque / one.plain.torque for one in of])
+    torque = np.median([one.helped.torque / one.plain.torque for one in of])
     most = 1e3 * max(one.helped.given_j if one.fed else 0.0 for one in of)
     click.echo(
         f"{name}: {len(of)}, shaken {shaken}, beyond both {both}, beyond every friction {every}; fed {fed} "
-        f"(at most {most:.3g} mJ), PASSIVITY unseen {unseen}, false {false}; torque left {torque:.3f}"
+        f"(at most {most:.3g} mJ), PASSIVITY unseen {unseen}, false {false}; faults "
+        f"{sum(one.helped.fault >= 0 for one in of)}; median torque left {torque:.3f}"
     )
 
 
