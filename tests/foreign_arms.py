@@ -1,4 +1,5 @@
-"""An arm with nerves on a joint of a fourth make: `tests/foreign_rests.py` asks whether it rests.
+"""An arm with nerves on a joint of a fourth make: `tests/foreign_rests.py` asks whether it rests,
+`tests/foreign_moved.py` whether it is shaken while it moves.
 
 The law is driven as in `foreign_swings`; no line of what moves is shared with it, the mock, `foreign_joint`
 or `foreign_rig`: Runge and Kutta's steps,
@@ -21,10 +22,11 @@ FIELDS = (
     "motor", "link", "gear", "gear_damping", "play", "viscous", "link_viscous", "coulomb", "breakaway",
     "stribeck", "bristle", "bristle_damping", "kind", "memory_s", "handle", "wrist", "wrist_damping", "arm",
     "muscle", "muscle_damping", "reflex", "reflex_damping", "reflex_s", "twitch_s", "tremor", "tremor_omega",
-    "amplitude", "omega", "from_s", "to_s", "late_ticks", "lag_s", "sample_ticks", "count", "lever",
+    "amplitude", "omega", "manner", "from_s", "to_s", "late_ticks", "lag_s", "sample_ticks", "count", "lever",
     "force_step", "force_noise", "current_noise", "per_ampere", "felt_as",
 )  # fmt: skip
-"""`kind` of friction: 0 Dahl, 1 back stress, 2 rate and state. `arm` 0: the wrist hangs on the wish."""
+"""`kind` of friction: 0 Dahl, 1 back stress, 2 rate and state. `arm` 0: the wrist hangs on the wish.
+`manner` of the wish: 0 sine, 1 even speed that turns at once, 2 steps of least jerk that stop."""
 
 AXIS = np.dtype([(name, "<f8") for name in FIELDS])
 X, V, LINK_X, LINK_V, ARM_X, ARM_V = range(6)
@@ -100,10 +102,20 @@ def bend(kept, way, dt, a):
 
 
 @compiled
-def _wish(a, time_s):
+def wish(a, time_s):
+    """What the arm wishes, and how fast."""
     at = a.omega * min(max(time_s - a.from_s, 0.0), a.to_s - a.from_s)
-    moves = a.from_s <= time_s < a.to_s
-    return a.amplitude * math.sin(at), a.amplitude * a.omega * math.cos(at) if moves else 0.0
+    if a.manner == 0:
+        x, v = math.sin(at), math.cos(at)
+    elif a.manner == 1:
+        x, v = math.asin(math.sin(at)), 1.0 if math.cos(at) >= 0 else -1.0
+    else:  # to 1, 2, 1, 0 and so on, in the first half of each half swing
+        n = math.floor(at / math.pi)
+        u = min(2 * (at / math.pi - n), 1.0)
+        way = 1.0 if n % 4 < 2 else -1.0
+        x = 2.0 - abs(n % 4 - 2.0) + way * u**3 * (10 - 15 * u + 6 * u * u)
+        v = way * 60 / math.pi * (u * (1 - u)) ** 2
+    return a.amplitude * x, a.amplitude * a.omega * v if a.from_s <= time_s < a.to_s else 0.0
 
 
 @compiled
@@ -113,14 +125,14 @@ def _rates(y, kept, x0, dt, motor, time_s, a, rate):
     near = math.exp(-((y[V] / a.stribeck) ** 2))
     push = motor - bent - (a.viscous + a.bristle_damping * near) * y[V]
     outer, outer_v = (y[LINK_X], y[LINK_V]) if a.link > 0 else (y[X], y[V])
-    wish, wish_v = _wish(a, time_s)
+    place, wish_v = wish(a, time_s)
     shiver = a.tremor * math.sin(a.tremor_omega * time_s) + kept[MUSCLE]
     if a.arm > 0:
         held = a.wrist * (y[ARM_X] - outer) + a.wrist_damping * (y[ARM_V] - outer_v)
-        pull = a.muscle * (wish - y[ARM_X]) + a.muscle_damping * (wish_v - y[ARM_V]) + shiver
+        pull = a.muscle * (place - y[ARM_X]) + a.muscle_damping * (wish_v - y[ARM_V]) + shiver
         rate[ARM_X], rate[ARM_V] = y[ARM_V], (pull - held) / a.arm
     else:
-        held = a.muscle * (wish - outer) + a.muscle_damping * (wish_v - outer_v) + shiver
+        held = a.muscle * (place - outer) + a.muscle_damping * (wish_v - outer_v) + shiver
         rate[ARM_X], rate[ARM_V] = 0.0, 0.0
     rate[X] = y[V]
     if a.link > 0:
@@ -158,10 +170,10 @@ def _step(y, kept, motor, time_s, dt, a, r, now):
 def _nerve(y, kept, line, time_s, dt, a):
     """What the muscle gives of a reflex to the stretch that was `reflex_s` ago."""
     outer, outer_v = (y[ARM_X], y[ARM_V]) if a.arm > 0 else (y[X], y[V])
-    wish, wish_v = _wish(a, time_s)
+    place, wish_v = wish(a, time_s)
     for j in range(len(line) - 1, 0, -1):
         line[j, 0], line[j, 1] = line[j - 1, 0], line[j - 1, 1]
-    line[0, 0], line[0, 1] = wish - outer, wish_v - outer_v
+    line[0, 0], line[0, 1] = place - outer, wish_v - outer_v
     then = min(int(a.reflex_s / dt), len(line) - 1)
     wanted = a.reflex * line[then, 0] + a.reflex_damping * line[then, 1]
     keep = math.exp(-dt / a.twitch_s)
@@ -210,8 +222,8 @@ def _loop(law_at, of_law, a, y, kept, line, nerve, noise, steps, rates, now, out
 class Rig(foreign_swings.Rig):
     """A rig file's law on this joint in this arm; `policy`, if it is given, is not the file's."""
 
-    def __init__(self, loaded, a, seed, policy=None):
-        super().__init__(loaded, a, seed, policy)
+    def __init__(self, loaded, a, seed, policy=None, share=1.0):
+        super().__init__(loaded, a, seed, policy, share)
         self.y, self.kept, self.line, self.nerve = (
             np.zeros(6), np.zeros(6), np.zeros(34), np.zeros((NERVE, 2)),
         )  # fmt: skip

@@ -45,6 +45,7 @@ class Drawn(NamedTuple):
     loaded: object
     axis: np.ndarray
     kind: str
+    fastest: float
     length_m: float
 
 
@@ -96,16 +97,16 @@ def _arm(luck, dry, inertia):
         made |= {"tremor": luck.spread(0.01, 0.2) * dry, "tremor_omega": 2 * math.pi * luck.within(8, 12)}
     fastest, hz = luck.one((0.05, 0.1), (0.15, 0.25), (0.4, 0.4), (0.9, 0.5), (1.6, 0.8))
     made |= {"omega": 2 * math.pi * hz, "from_s": 3.0, "to_s": 3.0 + (2 + luck.one(0.0, 0.25, 0.6)) / hz}
-    return made | {"amplitude": fastest / (2 * math.pi * hz) + luck.one(0.0, dry / spring)}, kind
+    return made | {"amplitude": fastest / (2 * math.pi * hz) + luck.one(0.0, dry / spring)}, kind, fastest
 
 
-def drawn(seed, folder):
-    """A random rig file with its joint and arm."""
+def drawn(seed, folder, policies=("hybrid", "hybrid", "hybrid", "observer")):
+    """A random rig file, its policy one of these, with its joint and arm."""
     luck = Luck(seed)
     linear = luck.draw.random() < 0.25
     joint, gear_hz = _joint(luck)
     inertia = joint["motor"] + joint["link"]
-    holder, kind = _arm(luck, joint["coulomb"], inertia)
+    holder, kind, fastest = _arm(luck, joint["coulomb"], inertia)
     length_m = LENGTH_M if linear else 1.0
     rate_hz = luck.one(250.0, 500.0, 1000.0, 1000.0, 2000.0, 4000.0)
     every = 1 if rate_hz < 1000 else luck.one(1, 1, 2, 3)
@@ -122,16 +123,18 @@ def drawn(seed, folder):
         a[name] = value * length_m ** _OF_LENGTH.get(name, 0)
     for name, value in device.items():
         a[name] = value
-    says, models = _file(luck, a, inertia / length_m**2, gear_hz, linear, most, lever_m, length_m, lag_hz)
+    says, models = _file(
+        luck, policies, a, inertia / length_m**2, gear_hz, linear, most, lever_m, length_m, lag_hz
+    )
     loaded = fitted(
         "mock-linear.toml" if linear else "mock.toml", [says], folder, luck.one(0.3, 0.9, 0.99),
         models=models,
         device={"timing": {"sample_every_ticks": every, "transport_delay_ticks": late}}, rate_hz=rate_hz,
     )  # fmt: skip
-    return Drawn(loaded, a, kind, length_m)
+    return Drawn(loaded, a, kind, fastest, length_m)
 
 
-def _file(luck, a, inertia, gear_hz, linear, most, lever_m, length_m, lag_hz):
+def _file(luck, policies, a, inertia, gear_hz, linear, most, lever_m, length_m, lag_hz):
     """What the rig file says of it, and its model of friction."""
     one = {name: float(a[name][0]) for name in AXIS.names}
     drive = {"current_loop_hz": lag_hz}
@@ -153,7 +156,7 @@ def _file(luck, a, inertia, gear_hz, linear, most, lever_m, length_m, lag_hz):
         "friction": {
             "gain": luck.one(0.8, 0.95, 0.95), "intent_nm": 0.2 * one["coulomb"],
             "gate_nm": 0.1 * one["coulomb"], "presliding_rad": one["breakaway"] / one["bristle"],
-            "blend_rad_s": 0.08 * length_m, "policy": luck.one("hybrid", "hybrid", "hybrid", "observer"),
+            "blend_rad_s": 0.08 * length_m, "policy": luck.one(*policies),
         },
         "environment": {"kind": "free", "stiffness_nm_rad": 1.0, "center_rad": 0.0},
     }  # fmt: skip

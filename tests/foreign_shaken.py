@@ -46,24 +46,29 @@ def _rms(values):
 
 
 def left(case, a, seed, policy=None, share=1.0):
-    """What the motion leaves: mrad/s by part and mass, the hand's torque, and the power, W, that it pays for
-    the vibration; None if it was not armed in time.
-    """
+    """What the motion leaves (`told`); None if it was not armed in time."""
     rig = Rig(case.loaded, a, seed, policy, share)
-    if not rig.arm():
-        return None
+    return told(case, rig)[:3] if rig.arm() else None
+
+
+def told(case, rig):
+    """What the motion of an armed rig leaves: mrad/s by part and mass, the hand's torque, and the power, W,
+    that it pays for the vibration; and all that the rig tells of its ticks, and of those in the 6 s after.
+    """
+    a = rig.a
     n, ticks = round(0.06 / rig.period_s), lambda seconds: round(seconds / rig.period_s)
     begins = ticks(float(a["from_s"][0]) - rig.time_s)
     moved = rig.run(float(a["to_s"][0]) - rig.time_s)[begins:]
-    after = rig.run(6.0)[ticks(2.0) : ticks(5.0)]
+    after = rig.run(6.0)
+    held = after[ticks(2.0) : ticks(5.0)]
     found, least = {}, 0.5 * case.fastest * case.length_m
     for name, speed in (("motor", moved[:, 0]), ("link", moved[:, 1])):
-        beside = 1e3 / case.length_m * _beside(speed, n)
+        loud = 1e3 / case.length_m * _beside(speed, n)
         strokes = np.abs(np.convolve(speed, np.full(2 * n + 1, 1 / (2 * n + 1)), "valid"))[n:-n] > least
-        found |= {f"whole {name}": _rms(beside), f"strokes {name}": _rms(beside[strokes])}
-    found["still"] = 1e3 / case.length_m * max(_rms(after[:, 0]), _rms(after[:, 1]))
+        found |= {f"whole {name}": _rms(loud), f"strokes {name}": _rms(loud[strokes])}
+    found["still"] = 1e3 / case.length_m * max(_rms(held[:, 0]), _rms(held[:, 1]))
     paid = float(np.mean(_beside(moved[:, 2], n) * _beside(moved[:, 1], n)))
-    return found, _rms(moved[:, 2]), paid
+    return found, _rms(moved[:, 2]), paid, moved, after
 
 
 def beyond(found, *others):
@@ -74,10 +79,10 @@ def beyond(found, *others):
 
 def judged(case, a, seed, share=1.0):
     """(shaken, beyond both, beyond every friction, the hand pays, its torque with help over that without)."""
-    told = [left(case, a, seed, None, share), left(case, a, seed, Policy.OFF)]
-    if None in told:
+    runs = [left(case, a, seed, None, share), left(case, a, seed, Policy.OFF)]
+    if None in runs:
         return None
-    (found, torque, paid), (plain, usual, _) = told
+    (found, torque, paid), (plain, usual, _) = runs
     shaken, both, every = beyond(found, plain), {}, {}
     if shaken:
         others = [plain, *_without_help(case, a, seed, (LITTLE,))]
@@ -127,9 +132,9 @@ def main():
                 policy = one.loaded.config.axis[0].friction.policy
                 found.append((seed, (in_box(one, one.axis), policy, make_of(one.axis)), *verdict))
                 if verdict[1]:
-                    told = ", ".join(f"{name} by {value:.0f}" for name, value in verdict[1].items())
+                    words = ", ".join(f"{name} by {value:.0f}" for name, value in verdict[1].items())
                     pays = "the hand pays" if verdict[3] else "the joint gives"
-                    click.echo(f"seed {seed}: {one.kind} at {one.fastest} rad/s: {told} mrad/s; {pays}")
+                    click.echo(f"seed {seed}: {one.kind} at {one.fastest} rad/s: {words} mrad/s; {pays}")
     for box, policy in sorted({one[1][:2] for one in found}, reverse=True):
         of = [one for one in found if one[1][:2] == (box, policy)]
         click.echo(_said(f"{policy}, hands {'of' if box else 'beyond'} the box", of))

@@ -1,0 +1,54 @@
+"""The judge of `tests/foreign_moved.py`: it hears a help that shakes an arm in motion, and few certified rigs
+do (decision 0117).
+"""
+
+import numpy as np
+import pytest
+from amounts import asked_often, some_of
+from foreign_arms import AXIS, wish
+from foreign_moved import MANNERS, drawn, judged, motion
+from foreign_rests import rubbing
+from foreign_shaken import beyond
+
+from rtctl.control.jit import records
+from rtctl.control.vocabulary import Policy
+
+pytestmark = pytest.mark.compiled
+
+FIRST, KNOWN = 1000, {1028, 1032}
+"""Of the first forty rigs: an arm that pays for a motor of 53 mrad/s, a soft one that swings on by 2."""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("rigs")
+
+
+def test_a_policy_that_shakes_is_heard(folder):
+    """sign, in an arm that the rig's own policy leaves alone."""
+    case = drawn(3, folder)
+    little = motion(case, rubbing(case.axis, 0.05), 3, Policy.OFF).left
+    sign, own, off = (motion(case, case.axis, 3, policy).left for policy in (Policy.SIGN, None, Policy.OFF))
+    assert beyond(sign, off, little)
+    assert not beyond(own, off, little)
+
+
+@pytest.mark.parametrize("manner", range(len(MANNERS)))
+def test_an_arm_wishes_what_its_rate_says(manner):
+    a = np.zeros(1, AXIS)
+    a["amplitude"], a["omega"], a["manner"], a["from_s"], a["to_s"] = 0.4, 2.0, manner, 1.0, 9.0
+    first, dt = records(a)[0], 1e-4
+    x, v = np.array([wish(first, t) for t in np.arange(0.0, 10.0, dt)]).T
+    assert np.abs(np.diff(x) - 0.5 * dt * (v[1:] + v[:-1])).max() < 1e-4
+    assert np.abs(np.diff(x)).max() < 1.3 * 0.8 * dt
+    assert x[-1] == pytest.approx(x[np.argmin(np.abs(np.arange(0.0, 10.0, dt) - 9.0))])
+
+
+@asked_often
+def test_few_certified_rigs_shake_an_arm_that_moves(folder):
+    cases = ((seed, drawn(seed, folder)) for seed in range(FIRST, FIRST + some_of(40)))
+    for seed, case in cases:
+        verdict = case.loaded and judged(case, seed)
+        if verdict:
+            assert seed in KNOWN or not verdict.both, seed
+            assert not any((verdict.unseen, verdict.false)), seed
