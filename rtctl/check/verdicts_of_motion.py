@@ -71,6 +71,6 @@ def travel(s: Subject) -> list[Verdict]:
         "s",
         TRAVEL_S,
         "position_min_rad to position_max_rad at velocity_limit_rad_s",
-        f"position_max_rad: {ends[1]:g} is meant in rad at the link, and position_min_rad {ends[0]:g}, too; a "
-        "joint that turns without end leaves both out",
+        f"position_max_rad: {ends[1]:g} is meant in rad at the link, and position_min_rad {ends[0]:g}, too; "
+        "a joint that turns without end leaves both out",
     )

@@ -27,7 +27,31 @@ TASKS = ("tests/unit/host/test_late_tasks.py",)
 CORE = ("tests/unit/host/test_late_core.py",)
 EXITS = ("tests/unit/host/test_late_exits.py",)
 
+STOPPED = "tests/unit/test_stopped_while_arming.py::test_"
+
 SEEDS = (
+    Seed(
+        "a client that waits arms again after a stop", "rtctl/client/rig.py",
+        'if status["epoch"] != epoch:', 'if (epoch := status["epoch"]) is None:',
+        (f"{STOPPED}a_client_that_waits_for_its_rig_does_not_arm_it_again_after_somebodys_stop",),
+    ),
+    Seed(
+        "a simulated rig arms itself after a stop", "rtctl/host/auto_arm.py",
+        " or epoch != self._epoch:", ":",
+        (f"{STOPPED}a_simulated_rig_that_arms_by_itself_stays_stopped",),
+    ),
+    Seed(
+        "an experiment arms the rig again after a stop", "rtctl/experiments/real_run.py",
+        'self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch',
+        'self._epoch = int(last["epoch"])',
+        (f"{STOPPED}an_experiment_on_the_rig_ends_when_it_is_stopped_before_it_began",),
+    ),
+    Seed(
+        "an identification arms the rig again after a stop", "rtctl/identify/motion.py",
+        'self.epoch = int(rows["epoch"][0]) if self.epoch is None else self.epoch',
+        'self.epoch = int(rows["epoch"][-1])',
+        (f"{STOPPED}an_identification_ends_when_it_is_stopped_before_it_began",),
+    ),
     Seed(
         "the ring that the loop fills is laid at the clients' door", "rtctl/wire/intruders.py",
         "return (resident - shared) * self._page", "return resident * self._page",
