@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -62,6 +63,8 @@ class RigClient(Worlds, Listener):
         address: str | None = None,
         key: str | Path | None = None,
     ) -> None:
+        if not 0 < timeout_s < math.inf:
+            raise ConfigError(f"timeout_s {timeout_s!r}: seconds, more than 0")
         root = None if runtime_dir is None else Path(runtime_dir)
         if (address is None) != (key is None):
             raise ConfigError(

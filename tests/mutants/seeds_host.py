@@ -36,6 +36,12 @@ SEEDS = (
         (f"{STOPPED}a_client_that_waits_for_its_rig_does_not_arm_it_again_after_somebodys_stop",),
     ),
     Seed(
+        "a renderer's target that is no number is sent and dropped unheard", "rtctl/client/lease.py",
+        "if not all(map(math.isfinite, numbers)):", "if not numbers:",
+        ("tests/integration/test_client_and_rig.py"
+         "::test_a_target_that_the_daemon_would_drop_unheard_is_refused_where_it_is_made",),
+    ),
+    Seed(
         "a simulated rig arms itself after a stop", "rtctl/host/auto_arm.py",
         " or epoch != self._epoch:", ":",
         (f"{STOPPED}a_simulated_rig_that_arms_by_itself_stays_stopped",),
