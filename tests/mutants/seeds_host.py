@@ -42,6 +42,11 @@ SEEDS = (
          "::test_a_target_that_the_daemon_would_drop_unheard_is_refused_where_it_is_made",),
     ),
     Seed(
+        "a full disk under standard output is a traceback", "rtctl/cli/__init__.py",
+        "        if error.errno != errno.ENOSPC:\n            raise\n", "        raise\n",
+        ("tests/unit/cli/test_outputs.py::test_a_full_disk_under_standard_output_is_told_in_one_line",),
+    ),
+    Seed(
         "a simulated rig arms itself after a stop", "rtctl/host/auto_arm.py",
         " or epoch != self._epoch:", ":",
         (f"{STOPPED}a_simulated_rig_that_arms_by_itself_stays_stopped",),
