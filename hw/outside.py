@@ -75,9 +75,20 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     return data
 
 
+def text_of(raw: bytes) -> str:
+    """Text in UTF-8, without the mark that editors of Windows put before it. Raises ValueError, with the
+    line, for any other encoding."""
+    try:
+        return raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        msg = f"line {line} is not UTF-8: save the file in that encoding"
+        raise ValueError(msg) from error
+
+
 def toml_of(raw: bytes) -> dict[str, Any]:
     """A table of settings. Raises ValueError for anything that is none, or is nested too deeply."""
-    text = raw.decode()
+    text = text_of(raw)
     if _DEEP_KEY.search(text):
         _too_deep()
     try:

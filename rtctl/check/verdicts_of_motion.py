@@ -1,9 +1,10 @@
 """Rows of the motion that a hand makes: what help with friction does in it was measured, as nothing is
-proved; and which of it lets the law know the places of a model."""
+proved; which of it lets the law know the places of a model; and how far it may go."""
 
 from __future__ import annotations
 
 from rtctl.check.verdict import Outcome, Subject, Verdict
+from rtctl.check.verdicts_of_units import Band, judged
 
 SHAKEN = {"hybrid": (36, 611), "observer": (16, 222)}
 """By policy: hands of the box that were shaken beyond both references, of so many that moved certified rigs
@@ -49,3 +50,27 @@ def places_seen(s: Subject) -> list[Verdict]:
         + ("" if judged else "; its conservative part passes too quick to be seen, and is not compensated")
     )
     return [s.row("places that are seen", figure, "told only", Outcome.PASS, meaning)]
+
+
+TRAVEL_S = Band(0.0, 0.0, 20.0, 1e3)
+"""s from end to end of the travel at the velocity limit: a travel in mm takes a thousand times as long, one
+in degrees 57 times."""
+
+
+def travel(s: Subject) -> list[Verdict]:
+    """Ends that no joint reaches stop nothing: a place beyond them is what tells a wrong encoder."""
+    table = s.table
+    ends = table.position_min_rad, table.position_max_rad
+    fields = type(table).model_fields
+    if ends == (fields["position_min_rad"].default, fields["position_max_rad"].default):
+        return []
+    return judged(
+        s,
+        "time from end to end",
+        (ends[1] - ends[0]) / table.velocity_limit_rad_s,
+        "s",
+        TRAVEL_S,
+        "position_min_rad to position_max_rad at velocity_limit_rad_s",
+        f"position_max_rad: {ends[1]:g} is meant in rad at the link, and position_min_rad {ends[0]:g}, too; "
+        "a joint that turns without end leaves both out",
+    )

@@ -67,7 +67,7 @@ TIME_TO_SPEED_S = Band(5e-5, 1.5e-3, 20.0, 1e3)
 """s to the velocity limit at the torque limit."""
 
 
-def _judge(
+def judged(
     s: Subject, name: str, value: float, unit: str, band: Band, meaning: str, remedy: str
 ) -> list[Verdict]:
     """One row; `remedy` begins with the key to look at."""
@@ -100,7 +100,7 @@ def acceleration(s: Subject) -> list[Verdict]:
         if slides
         else "link (1 kg m^2 is 1e4 kg cm^2, 1e7 g cm^2)"
     )
-    return _judge(
+    return judged(
         s,
         "acceleration at the torque limit",
         s.table.torque_limit_nm / s.table.inertia_kgm2,
@@ -115,7 +115,7 @@ def current(s: Subject) -> list[Verdict]:
     """What the torque limit asks of the amplifier."""
     table = s.table
     amperes = table.torque_limit_nm / (table.motor_ratio * table.gear_efficiency * table.torque_constant_nm_a)
-    return _judge(
+    return judged(
         s,
         "current at the torque limit",
         amperes / table.current_limit_a,
@@ -131,7 +131,7 @@ def current(s: Subject) -> list[Verdict]:
 
 def ticks_to_full_torque(s: Subject) -> list[Verdict]:
     """How long the gate takes to the limit."""
-    return _judge(
+    return judged(
         s,
         "ticks to full torque",
         s.table.torque_limit_nm / (s.table.torque_rate_nm_s * s.period_s),
@@ -149,7 +149,7 @@ def torque_of_a_count(s: Subject) -> list[Verdict]:
     step += _feedforward_of_a_count(s)
     if step == 0:
         return []
-    return _judge(
+    return judged(
         s,
         "torque of one encoder count",
         step / table.torque_limit_nm,
@@ -186,7 +186,7 @@ def time_constant(s: Subject) -> list[Verdict]:
     b = s.table.viscous_nms_rad
     if b == 0:
         return []
-    return _judge(
+    return judged(
         s,
         "mechanical time constant",
         s.table.inertia_kgm2 / b,
@@ -203,7 +203,7 @@ def viscous_torque(s: Subject) -> list[Verdict]:
     b = s.table.viscous_nms_rad
     if b == 0:
         return []
-    return _judge(
+    return judged(
         s,
         "viscous torque at the velocity limit",
         b * s.table.velocity_limit_rad_s / s.table.torque_limit_nm,
@@ -221,7 +221,7 @@ def force_at_the_handle(s: Subject) -> list[Verdict]:
     if lever == 0:  # only a torque about `axis_direction` counts
         return []
     slides = s.table.motion == "linear"
-    return _judge(
+    return judged(
         s,
         "force at the handle at the torque limit",
         s.table.torque_limit_nm / lever,
@@ -243,7 +243,7 @@ def dry_friction(s: Subject) -> list[Verdict]:
     f = s.table.dry_friction_nm
     if f == 0:
         return []
-    return _judge(
+    return judged(
         s,
         "guaranteed dry friction over the torque limit",
         f / s.table.torque_limit_nm,
@@ -261,7 +261,7 @@ def counts_of_the_travel(s: Subject) -> list[Verdict]:
     travel = min(
         table.position_max_rad - table.position_min_rad, 1.0 if table.motion == "linear" else 2 * math.pi
     )
-    return _judge(
+    return judged(
         s,
         "encoder counts over the travel",
         travel / s.axis.count_rad,
@@ -277,7 +277,7 @@ def time_to_speed(s: Subject) -> list[Verdict]:
     """How soon the torque limit brings the joint to its velocity limit: sooner than a few ticks, and any
     touch is a fault."""
     table = s.table
-    return _judge(
+    return judged(
         s,
         "time to the velocity limit",
         table.velocity_limit_rad_s * table.inertia_kgm2 / table.torque_limit_nm,

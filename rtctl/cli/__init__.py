@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
@@ -114,6 +115,11 @@ def _exit_code() -> int:
     except BrokenPipeError:
         sys.stderr.close()
         return 0
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        click.echo(f"rtctl: {error.filename or 'standard output'}: {error.strerror}; make room", err=True)
+        return 1
     return 0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from collections.abc import Sequence
 from typing import Self
@@ -73,13 +74,24 @@ class Lease:
         Raises
         ------
         RefusedError
-            `lease_lost`, once this is known."""
+            `lease_lost`, once this is known; `wrong_type` for another number of axes, `out_of_bounds` for a
+            value that is not finite: the daemon drops such a target and answers nobody."""
         if self.lost:
             raise RefusedError("lease_lost", self.lost)
-        target = {"lease": self._text, "epoch": self.epoch, "position_rad": [float(x) for x in position_rad]}
+        target = {"lease": self._text, "epoch": self.epoch, "position_rad": self._numbers(position_rad)}
         if velocity_rad_s is not None:
-            target["velocity_rad_s"] = [float(x) for x in velocity_rad_s]
+            target["velocity_rad_s"] = self._numbers(velocity_rad_s)
         self._socket.send(msgpack.packb(target), zmq.NOBLOCK)
+
+    def _numbers(self, values: Sequence[float]) -> list[float]:
+        numbers = [float(x) for x in values]
+        if len(numbers) != len(self.start_rad):
+            raise RefusedError(
+                "wrong_type", f"a target has one number per axis, {len(self.start_rad)}, not {len(numbers)}"
+            )
+        if not all(map(math.isfinite, numbers)):
+            raise RefusedError("out_of_bounds", f"a target of {numbers} is not finite")
+        return numbers
 
     def release(self) -> None:
         """Give the lease back: somebody else may have it. Idempotent."""

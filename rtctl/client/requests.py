@@ -7,6 +7,7 @@ import time
 from typing import Any
 
 import msgpack
+import numpy as np
 import zmq
 
 from rtctl.client.connection import Connection
@@ -38,7 +39,7 @@ class Requester:
         RefusedError
             The daemon refused, with code and reason."""
         identity = next(self._ids)
-        payload: bytes = msgpack.packb({"id": identity, "op": op, **values})
+        payload: bytes = msgpack.packb({"id": identity, "op": op, **values}, default=_plain)
         deadline = time.monotonic() + timeout_s
         socket = self._connected()
         try:
@@ -80,6 +81,14 @@ class Requester:
             if reply.get("id") == identity:
                 return reply
         return None
+
+
+def _plain(value: object) -> object:
+    """A number of NumPy as one of Python. Raises TypeError for what no request carries."""
+    if isinstance(value, np.generic):
+        return value.item()
+    msg = f"{value!r:.60} cannot be sent: a request carries numbers and texts, not a {type(value).__name__}"
+    raise TypeError(msg)
 
 
 def _left_ms(deadline: float) -> int:

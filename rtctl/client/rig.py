@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -62,6 +63,8 @@ class RigClient(Worlds, Listener):
         address: str | None = None,
         key: str | Path | None = None,
     ) -> None:
+        if not 0 < timeout_s < math.inf:
+            raise ConfigError(f"timeout_s {timeout_s!r}: seconds, more than 0")
         root = None if runtime_dir is None else Path(runtime_dir)
         if (address is None) != (key is None):
             raise ConfigError(
@@ -126,24 +129,28 @@ class RigClient(Worlds, Listener):
         Raises
         ------
         RefusedError
-            `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`."""
+            `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`.
+        `wrong_epoch`: somebody stopped the rig meanwhile."""
         deadline = time.monotonic() + timeout_s
-        self._edge("arm")
+        epoch = int(self._call("status")["epoch"])
+        self._call("arm", epoch=epoch)
         asked = time.monotonic()
         while wait:
             status = self.status()
             state = State[status["state"]]
-            if state == State.ACTIVE:
-                return
             if state in (State.FAULT, State.ESTOP, *_CLOSED):
                 cause = (
                     status.get("cause") or status["fault_first"] or {"name": "no fault", "text": "none told"}
                 )
                 raise RefusedError("not_ready", f"arming ended in {state.name}: {sentence(cause)}")
+            if status["epoch"] != epoch:  # who stopped the rig did not mean until the next request
+                raise RefusedError("wrong_epoch", "the rig was stopped while it armed; decide anew")
+            if state == State.ACTIVE:
+                return
             if time.monotonic() > deadline:
                 raise RefusedError("not_ready", f"state {state.name} after {timeout_s:g} s; not ACTIVE")
             if state == State.IDLE and time.monotonic() - asked > _ASK_AGAIN_S:
-                self._edge("arm")
+                self._call("arm", epoch=epoch)
                 asked = time.monotonic()
             meanwhile()
             time.sleep(_POLL_S)
@@ -273,10 +280,6 @@ class RigClient(Worlds, Listener):
         return adapting
 
     # -- inside
-
-    def _edge(self, op: str) -> None:
-        """Ask for an edge in the epoch the daemon is in now."""
-        self._call(op, epoch=self._call("status")["epoch"])
 
     def _call(self, op: str, **values: object) -> Reply:
         with self._lock:

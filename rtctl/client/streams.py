@@ -53,6 +53,7 @@ class Stream(Generic[Item]):
         self._waiting: deque[Item] = deque()
         self._session: int | None = None
         self._expected = 0
+        self._closed = False
         self.lost = 0
         self.restarts = 0
         self.outdated = 0
@@ -72,7 +73,11 @@ class Stream(Generic[Item]):
         return item
 
     def receive(self, timeout_s: float) -> Item | None:
-        """The next item, or None when there is none within `timeout_s` (0: what has arrived)."""
+        """The next item, or None when there is none within `timeout_s` (0: what has arrived).
+
+        Raises ClientError once the stream is closed."""
+        if self._closed:
+            raise ClientError("this stream is closed")
         deadline = time.monotonic() + timeout_s
         while True:
             while not self._waiting:
@@ -86,6 +91,7 @@ class Stream(Generic[Item]):
 
     def close(self) -> None:
         """Close the stream. Idempotent."""
+        self._closed = True
         self._socket.close(linger=0)
 
     def __enter__(self) -> Self:

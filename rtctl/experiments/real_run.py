@@ -67,7 +67,7 @@ class Comparison:
     def __init__(self, phases: list[Phase], period_s: float, progress: Progress = silent) -> None:
         self.phases, self._period_s, self._progress = phases, period_s, progress
         self._at, self._armed, self._asked, self._since_seq = 0, False, 0.0, 0
-        self._ticks = 0
+        self._ticks, self._epoch = 0, -1
         self.complete = False
 
     def __call__(self, host: Host, rows: np.ndarray) -> None:
@@ -98,6 +98,9 @@ class Comparison:
 
     def _arm(self, host: Host, rows: np.ndarray) -> None:
         last = rows[-1]
+        self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch
+        if last["epoch"] != self._epoch:
+            raise FaultError(f"the rig was stopped while it armed: state {state_and_cause(last)}")
         if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
             self._armed = True
             self._begin(host, 0)
@@ -111,7 +114,7 @@ class Comparison:
         if last["state"] == State.IDLE and time.monotonic() - self._asked > 0.2:
             self._asked = time.monotonic()
             host.set_compensation(self.phases[0].compensation)
-            host.arm()
+            host.arm(self._epoch)
 
     def _require_active(self, rows: np.ndarray) -> None:
         if np.all(rows["state"] == State.ACTIVE):

@@ -44,9 +44,9 @@ def _follow(simulation: Simulation, order: Order, axis: int) -> np.ndarray:
         command[name][0, axis] = value
     if order.fields:
         command["seq"] += 1
-    if order.arm:
+    if order.arm_in is not None:
         command["arm_count"] += 1
-        command["epoch"] = simulation.state["epoch"][0]
+        command["epoch"] = order.arm_in
         command["seq"] += 1
     seconds = min(order.look_s, CHUNK_S)
     return simulation.run(seconds).view(np.ndarray)

@@ -14,15 +14,16 @@ class AutoArm:
     """Observer that arms a simulated rig as soon as it is ready (`rtctl run --arm`)."""
 
     def __init__(self) -> None:
-        self._asked = 0.0
+        self._asked, self._epoch = 0.0, -1
 
     def __call__(self, host: Host, rows: np.ndarray) -> None:
         """Ask again every 0.2 s until the rig leaves IDLE; never after a fault or a stop."""
         if len(rows) == 0 or self._asked < 0:
             return
-        state = State(int(rows["state"][-1]))
-        if state not in (State.INIT, State.IDLE):
+        state, epoch = State(int(rows["state"][-1])), int(rows["epoch"][-1])
+        self._epoch = epoch if self._epoch < 0 else self._epoch
+        if state not in (State.INIT, State.IDLE) or epoch != self._epoch:
             self._asked = -1.0
         elif state == State.IDLE and time.monotonic() - self._asked > 0.2:
             self._asked = time.monotonic()
-            host.arm()
+            host.arm(epoch)

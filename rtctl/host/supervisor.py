@@ -389,10 +389,10 @@ class Host:
 
     # -- commands of the host itself (the gateway serves everybody else)
 
-    def arm(self) -> None:
-        """Ask the law to arm, in the epoch it is in."""
-        row = self.reader.latest()
-        self.writer.command["epoch"] = 0 if row is None else row["epoch"][0]
+    def arm(self, epoch: int) -> None:
+        """Ask the law to arm in `epoch`, that of the tick in which somebody decided to: a stop since then
+        voids it."""
+        self.writer.command["epoch"] = epoch
         self.writer.command["arm_count"] += 1
         self.writer.send()
 

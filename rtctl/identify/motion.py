@@ -47,7 +47,7 @@ class Order:
 
     fields: dict[str, float] = field(default_factory=dict)
     look_s: float = LOOK_S
-    arm: bool = False
+    arm_in: int | None = None  # the epoch to arm in
 
 
 Steps = Generator[Order, np.ndarray, T]
@@ -64,6 +64,8 @@ class Motion:
     ----------
     last
         Newest tick seen.
+    epoch
+        That of the first tick seen: a stop since then voids what the procedure asks for.
     hand_zero_nm
         Hand torque that counts as none: follows the slow drift of the force sensor.
     hand_seen_nm
@@ -86,6 +88,7 @@ class Motion:
         self.low_rad, self.high_rad = rig.position_min_rad, rig.position_max_rad
         self.ripple, self.cogging, self.presliding_rad = Ripple(), Cogging.none(), 0.0
         self.last: Any = None
+        self.epoch: int | None = None
         self.creeps = True
         self._count = 0
 
@@ -176,6 +179,7 @@ class Motion:
         while len(rows) == 0:
             rows = yield Order(look_s=order.look_s)
         self.last = rows[-1]
+        self.epoch = int(rows["epoch"][0]) if self.epoch is None else self.epoch
         return rows
 
     def watch(self, seconds: float, order: Order | None = None) -> Steps[np.ndarray]:

@@ -52,7 +52,7 @@ class Identifier:
         rows = rows[rows["command_seq"] >= self._since_seq]
         if len(rows):
             self._waiting.append(rows)
-        if self._order.arm and time.monotonic() - self._armed_at < ARM_EVERY_S:
+        if self._order.arm_in is not None and time.monotonic() - self._armed_at < ARM_EVERY_S:
             return
         wanted = max(1, round(self._order.look_s / self._period_s))
         if sum(map(len, self._waiting)) >= wanted:
@@ -70,10 +70,10 @@ class Identifier:
         command = host.writer.command
         for name, value in self._order.fields.items():
             command[name][0, self._axis] = value
-        if self._order.arm:
+        if self._order.arm_in is not None:
             self._armed_at = time.monotonic()
-            host.arm()
+            host.arm(self._order.arm_in)
         elif self._order.fields:
             host.writer.send()
-        if self._order.arm or self._order.fields:
+        if self._order.arm_in is not None or self._order.fields:
             self._since_seq = int(command["seq"][0])

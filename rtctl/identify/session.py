@@ -214,14 +214,18 @@ def arm(motion: Motion) -> Steps[None]:
     waited_s = 0.0
     while True:
         idle = int(motion.last["state"]) in (State.INIT, State.IDLE)
-        rows = yield from motion.see_any(Order(look_s=0.2, arm=idle))
-        if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
-            return
+        rows = yield from motion.see_any(Order(look_s=0.2, arm_in=motion.epoch if idle else None))
         if int(motion.last["state"]) in (State.FAULT, State.ESTOP, State.LOCKOUT):
             raise FaultError(
                 f"the rig went to {state_and_cause(motion.last)} while it armed; remove the cause "
                 "(rtctl events, rtctl doctor) and start again"
             )
+        if int(motion.last["epoch"]) != motion.epoch:
+            raise FaultError(
+                f"the rig was stopped while it armed: state {state_and_cause(motion.last)}; start again"
+            )
+        if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
+            return
         waited_s += len(rows) * motion.rig.period_s
         if waited_s > ARM_PATIENCE_S:
             raise FaultError(

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from hw.outside import MOST_TABLE_BYTES, read_bounded, shown, toml_of
+from hw.outside import MOST_TABLE_BYTES, read_bounded, shown, text_of, toml_of
 from hw.plain_words import MOST_MESSAGE, Key
 from rtctl.errors import ConfigError
 
@@ -107,10 +107,10 @@ def read_toml(
     except OSError as error:
         raise ConfigError(f"{path}: cannot read the {what}: {error.strerror}") from error
     except tomllib.TOMLDecodeError as error:
-        raise _not_toml(path, raw.decode(), error) from error
+        raise _not_toml(path, text_of(raw), error) from error
     except ValueError as error:
         raise ConfigError(f"{path}: not a TOML file: {shown(error, MOST_MESSAGE)}") from error
-    lines = TomlLines(raw.decode())
+    lines = TomlLines(text_of(raw))
 
     def where(key: Key) -> str:
         number = lines.of(key)

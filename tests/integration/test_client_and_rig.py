@@ -63,6 +63,23 @@ def test_settings_reach_the_tick_of_their_axis(root):
         assert refused.value.code == "out_of_bounds"
 
 
+def test_numbers_of_numpy_are_numbers_and_what_is_none_is_named(root):
+    with FakeRig(root, names=("base", "tip")), connected(root) as rig:
+        asked = rig.set_environment(np.int64(1), "wall", stiffness_nm_rad=np.float32(2.5), side=np.int8(-1))
+        assert (asked["axis"], asked["environment"]["stiffness_nm_rad"]) == ("tip", 2.5)
+        with pytest.raises(TypeError, match="numbers and texts, not a ndarray"):
+            rig.set_environment(1, "wall", stiffness_nm_rad=np.ones(1))
+
+
+def test_a_target_that_the_daemon_would_drop_unheard_is_refused_where_it_is_made(root):
+    with FakeRig(root), connected(root) as rig, rig.lease() as lease:
+        for wrong, code in (([0.0, 0.0], "wrong_type"), ([], "wrong_type"), ([math.nan], "out_of_bounds")):
+            for target in ((wrong,), ([0.0], wrong)):
+                with pytest.raises(RefusedError) as refused:
+                    lease.set_target(*target)
+                assert refused.value.code == code
+
+
 def test_a_display_is_changed_as_far_as_the_rig_allows_and_told(root):
     with FakeRig(root, names=("base", "tip"), displays=("admittance", "impedance")), connected(root) as rig:
         assert rig.hello()["axes"][1]["displays"] == ["admittance", "impedance"]

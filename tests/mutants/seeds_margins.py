@@ -93,6 +93,13 @@ SEEDS = (
         CHECK,
     ),
     Seed(
+        "ends of a travel in mm are believed",
+        "rtctl/check/verdicts.py",
+        "    verdicts_of_motion.travel,\n",
+        "",
+        CHECK,
+    ),
+    Seed(
         "the worst row stands first",
         "rtctl/check/verdict.py",
         "key=lambda row: (row.outcome,",

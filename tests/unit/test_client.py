@@ -135,3 +135,17 @@ def test_an_address_needs_a_key_and_a_key_an_address(tmp_path):
     for bad in ("127.0.0.1", ":9860", "host:0", "host:70000", "host:x"):
         with pytest.raises(ConfigError, match="HOST:PORT"):
             RigClient(address=bad, key=tmp_path / "x.key")
+
+
+def test_a_stream_that_was_closed_says_so():
+    stream = streams.state_stream(Delivered([]), 1.0)
+    stream._socket.close = lambda **_: None
+    stream.close()
+    with pytest.raises(ClientError, match="this stream is closed"):
+        stream.receive(0.0)
+
+
+@pytest.mark.parametrize("timeout_s", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_time_that_nobody_can_wait_is_refused_by_name(tmp_path, timeout_s):
+    with pytest.raises(ConfigError, match="timeout_s"):
+        RigClient("mock", runtime_dir=tmp_path, timeout_s=timeout_s)

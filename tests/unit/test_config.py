@@ -153,6 +153,24 @@ def test_every_number_of_the_rig_file_has_both_bounds():
     assert unbounded == []
 
 
+def test_a_file_of_an_editor_of_windows_is_read_as_it_is(write):
+    path = write("")
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert load(path).config == load(write(GOOD)).config
+
+
+@pytest.mark.parametrize(
+    ("raw", "line"),
+    [(GOOD.replace("bench", "ger\xe4t").encode("latin-1"), 4), (GOOD.encode("utf-16"), 1)],
+    ids=["latin", "utf-16"],
+)
+def test_a_file_in_another_encoding_is_told_with_its_line_and_what_to_do(write, raw, line):
+    path = write("")
+    path.write_bytes(raw)
+    with pytest.raises(ConfigError, match=rf"rig.toml: not a TOML file: line {line} is not UTF-8: save"):
+        load(path)
+
+
 def test_the_example_above_is_toml():
     assert tomllib.loads(GOOD)["axis"][0]["name"] == "joint"
 

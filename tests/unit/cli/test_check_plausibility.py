@@ -38,6 +38,11 @@ def rig(tmp_path, model):
         (("torque_rate_nm_s = 200.0", "torque_rate_nm_s = 0.02"), "ticks to full torque", "torque_rate_nm_s"),
         (("viscous_nms_rad = 0.05", "viscous_nms_rad = 50.0"), "mechanical time constant", "viscous_nms_rad"),
         (("160000", "16"), "encoder counts over the travel", "encoder_counts_per_rev"),
+        (
+            ("gear_ratio", "position_min_rad = -9e3\nposition_max_rad = 9e3\ngear_ratio"),
+            "time from end to end",
+            "position_max_rad",
+        ),
         (("_rad_s = 2.0", "_rad_s = 0.002"), "time to the velocity limit", "velocity_limit_rad_s"),
         (("[0.0, 0.1, 0.0]", "[0.0, 0.0001, 0.0]"), "force at the handle at the torque limit", "lever_m"),
         (

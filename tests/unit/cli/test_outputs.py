@@ -2,6 +2,9 @@
 
 import os
 import stat
+import subprocess
+import sys
+from pathlib import Path
 
 import click
 import pytest
@@ -121,3 +124,18 @@ def test_what_a_link_names_is_written_not_the_link(tmp_path):
     there.write_text("old")
     link.symlink_to(there)
     assert OutputFile().convert(str(link), None, None) == there
+
+
+def test_a_full_disk_under_standard_output_is_told_in_one_line():
+    with Path("/dev/full").open("w") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "rtctl", "schema"],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (
+        1,
+        "rtctl: standard output: No space left on device; make room\n",
+    )

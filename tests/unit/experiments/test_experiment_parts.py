@@ -92,7 +92,7 @@ class FakeHost:
         self.shares.append(share)
         self.writer.command["seq"] += 1
 
-    def arm(self):
+    def arm(self, _epoch):
         self.arms += 1
 
     def finish(self):

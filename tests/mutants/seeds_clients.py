@@ -1,0 +1,57 @@
+"""Seeded bugs of what clients and persons are told: a stop that is overridden, a target that is dropped
+unheard, a full disk.
+"""
+
+from __future__ import annotations
+
+from seed import Seed
+
+STOPPED = "tests/unit/test_stopped_while_arming.py::test_"
+
+SEEDS = (
+    Seed(
+        "a client that waits arms again after a stop",
+        "rtctl/client/rig.py",
+        'if status["epoch"] != epoch:',
+        'if (epoch := status["epoch"]) is None:',
+        (f"{STOPPED}a_client_that_waits_for_its_rig_does_not_arm_it_again_after_somebodys_stop",),
+    ),
+    Seed(
+        "a renderer's target that is no number is sent and dropped unheard",
+        "rtctl/client/lease.py",
+        "if not all(map(math.isfinite, numbers)):",
+        "if not numbers:",
+        (
+            "tests/integration/test_client_and_rig.py"
+            "::test_a_target_that_the_daemon_would_drop_unheard_is_refused_where_it_is_made",
+        ),
+    ),
+    Seed(
+        "a full disk under standard output is a traceback",
+        "rtctl/cli/__init__.py",
+        "        if error.errno != errno.ENOSPC:\n            raise\n",
+        "        raise\n",
+        ("tests/unit/cli/test_outputs.py::test_a_full_disk_under_standard_output_is_told_in_one_line",),
+    ),
+    Seed(
+        "a simulated rig arms itself after a stop",
+        "rtctl/host/auto_arm.py",
+        " or epoch != self._epoch:",
+        ":",
+        (f"{STOPPED}a_simulated_rig_that_arms_by_itself_stays_stopped",),
+    ),
+    Seed(
+        "an experiment arms the rig again after a stop",
+        "rtctl/experiments/real_run.py",
+        'self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch',
+        'self._epoch = int(last["epoch"])',
+        (f"{STOPPED}an_experiment_on_the_rig_ends_when_it_is_stopped_before_it_began",),
+    ),
+    Seed(
+        "an identification arms the rig again after a stop",
+        "rtctl/identify/motion.py",
+        'self.epoch = int(rows["epoch"][0]) if self.epoch is None else self.epoch',
+        'self.epoch = int(rows["epoch"][-1])',
+        (f"{STOPPED}an_identification_ends_when_it_is_stopped_before_it_began",),
+    ),
+)
