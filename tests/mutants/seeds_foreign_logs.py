@@ -22,6 +22,20 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "a servo's strokes at one speed are a torque that assists",
+        "rtctl/friction/logs/regression.py",
+        'if fit.parameters["coulomb_nm"].high < 0 < _usual_friction(fit, signals):',
+        "if False:",
+        ("tests/unit/friction/test_even_motion.py",),
+    ),
+    Seed(
+        "a torque turned in sign at one speed is one that is missing",
+        "rtctl/friction/logs/regression.py",
+        " or (inertia and inertia.high < 0 and friction < 0)",
+        "",
+        ("tests/unit/friction/test_even_motion.py",),
+    ),
+    Seed(
         "repeats of one nominal speed vouch for each other",
         "rtctl/friction/points.py",
         "if not starts or one > LEVEL_WIDTH * starts[-1]:",
