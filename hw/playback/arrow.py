@@ -14,13 +14,16 @@ import numpy as np
 
 from hw.interface import BackendError
 
+STREAM = b"\xff\xff\xff\xff"
+"""How a stream begins: polars and the data sets of Hugging Face end its name in `.arrow`, too."""
+
 ChunkedArray: TypeAlias = Any
 """pyarrow's; it is not typed, and not there on every machine."""
 
 
 def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Parquet, and Feather, which is Arrow's own file; a field of a struct is `arm.q`, one place of lists
-    `q#1`.
+    """Parquet, and Feather, which is Arrow's own file, or a stream of Arrow; a field of a struct is `arm.q`,
+    one place of lists `q#1`.
 
     Raises
     ------
@@ -33,10 +36,11 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, A
             "'rtctl[parquet]'), or save the log as CSV"
         )
     try:
+        ipc = import_module("pyarrow.ipc")
         table: Any = (
             import_module("pyarrow.parquet").ParquetFile(io.BytesIO(raw))
             if kind == "Parquet"
-            else import_module("pyarrow.ipc").open_file(io.BytesIO(raw))
+            else (ipc.open_stream if raw.startswith(STREAM) else ipc.open_file)(io.BytesIO(raw))
         )
         known = (table.schema_arrow if kind == "Parquet" else table.schema).names
         wanted = [own for own in known if any(_is_of(name, own) for name in names)]

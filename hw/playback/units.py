@@ -27,6 +27,7 @@ SPELT = {
     "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%",
     "pct": "%", "0.1%": "‰", "0.1 %": "‰", "permille": "‰", "per mille": "‰", "permil": "‰", "promille": "‰",
     "lsb": "counts", "kgf": "kg", "lb": "lbf", "pounds": "lbf", "inch": "in", "inches": "in", "ips": "in/s",
+    "°c": "degC", "celsius": "degC", "deg c": "degC", "°f": "degF", "fahrenheit": "degF", "kelvin": "K",
     "arms": "A", "aeff": "A", "apk": "A",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
@@ -50,13 +51,13 @@ SCALED = {
 }  # fmt: skip
 """Units that a scale makes one of ours: how much of which."""
 
-OTHERS = ("V", "mV", "%", "\u2030", "kg", "counts/s", *SCALED)
+OTHERS = ("V", "mV", "%", "\u2030", "kg", "counts/s", "K", "degF", *SCALED)
 """Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's
 kilograms, ounces and inches."""
 
 _KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "days", "rad", "deg", "rev",
     "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm",
-    "um", "m/s", "mm/s", *OTHERS)}  # fmt: skip
+    "um", "m/s", "mm/s", "degC", *OTHERS)}  # fmt: skip
 
 _LENGTHS = ("m", "mm", "um", "m/s", "mm/s")
 
@@ -115,7 +116,7 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     said, used = said_unit(name, row), column.get("unit", units[0])
     if not said and used in _LENGTHS and (inches := _OF_LENGTH.search(name)):
         said = _ours(inches[1]) or ""
-    if abs(column.get("scale", 1.0)) != 1:
+    if abs(column.get("scale", 1.0)) != 1 or (said == "K" and column.get("offset")):
         return
     times = _TIMES.fullmatch(said)
     unit = (_ours(times[2]) if times else None) or said
@@ -135,5 +136,6 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
         )
     raise BackendError(
         f"{what}, which is another quantity; map another column, or give the scale that makes {used} of it "
-        "(a torque constant, a gear ratio, the rated torque by 100 or by 1000)"
+        "(a torque constant, a gear ratio, the rated torque by 100 or by 1000; of a temperature the "
+        "offset in --map)"
     )

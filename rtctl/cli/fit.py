@@ -206,14 +206,12 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     from rtctl.friction.learn import grids, hold_out
 
     read = partial(fit_points.read, points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
-    foreign = bool(columns or map_file or average != "none")
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
         if sweep is not None:
             fit_places.tell_shift(judged, sweep, err=as_json)
         measured = read()
-        if foreign:
-            fit_points.tell_doubts(measured, known=True)
+        fit_points.tell_doubts(measured, known=True, alone=False)
         fit_judge.run(judged, measured, as_json=as_json)
         return
     if out is None:
@@ -224,8 +222,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     plan = fit_report.prepare(report_dir, test_points, config, rig)
     measured = read()
     fit_report.require_plausible(plan, measured)
-    if foreign:
-        fit_points.tell_doubts(measured, known=plan.loaded is not None)
+    fit_points.tell_doubts(measured, known=plan.loaded is not None, alone=strategy == "none")
     measured, plan, under = fit_learning.apart_from_load(measured, plan, held_out, by_load=by_load)
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)

@@ -17,6 +17,10 @@ if TYPE_CHECKING:
     from rtctl.friction.points import FrictionPoints
 
 
+LEVELS_FEW = 10
+"""Fewer speeds of a direction leave a spline free between them: by 28 % of the friction (decision 0118)."""
+
+
 def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--column`, `--map`, `--delimiter`, `--decimal`, `--average` and `--lead-m`."""
     command = click.option(
@@ -81,10 +85,20 @@ def read(
     return points
 
 
-def tell_doubts(points: FrictionPoints, *, known: bool) -> None:
+def tell_doubts(points: FrictionPoints, *, known: bool, alone: bool) -> None:
     """Say on stderr what looks like something else than friction
-    (`rtctl.friction.logs.points_check.doubtful_points`)."""
+    (`rtctl.friction.logs.points_check.doubtful_points`), and speeds too few for a spline that is learned
+    `alone`."""
     from rtctl.friction.logs.points_check import doubtful_points
+    from rtctl.friction.points import level_starts
+
+    levels = min(len(level_starts(points.branch(direction)[0])) for direction in (1, -1))
+    if alone and points.motion == "rotary" and levels < LEVELS_FEW:
+        click.echo(
+            f"warning: {points.source}: only {levels} speeds in a direction, between which a spline is free; "
+            "compare formulas (--ladder), or measure more speeds",
+            err=True,
+        )
 
     for doubt in doubtful_points(points, known=known):
         click.echo(words(f"warning: {doubt}", points.motion), err=True)

@@ -59,7 +59,7 @@ BESIDE = (
         of_levels=True,
     ),
     Column("motor_nm", "N m", -1e6, 1e6, "the motor's, signed; without: friction less load", of_levels=True),
-    Column("temperature_c", "degC", -100, 300, "of the motor; 0 throughout: no sensor", of_levels=True),
+    Column("temperature_c", "degC", -100, 250, "of the motor; 0 throughout: no sensor", of_levels=True),
     Column("log", "", 0, 1e9, "number of the log, lap or session it is from"),
     Column("weakest_place_nm", "N m", -1e6, 1e6, "friction at the weakest place, signed as the motion"),
     Column(

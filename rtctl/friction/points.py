@@ -16,6 +16,12 @@ POINTS_MIN = 8
 SPEEDS_MIN = 4
 """Fewest different speeds of one direction."""
 
+LEVEL_WIDTH = 1.03
+"""Highest over lowest speed of one level: what a run measures as its speed differs a little each time."""
+
+AGAINST_FEW = 0.1
+"""Share of the rows with friction against the motion up to which these rows are wrong, and not the rest."""
+
 POINTS_MAX = 2000
 """Most points of one direction: the regression's time grows with their square. Average before."""
 
@@ -78,6 +84,7 @@ class FrictionPoints:
         known = ~np.isnan(given)
         at_rest = np.where(known, given, np.sign(torque_nm))
         direction = np.where(velocity_rad_s != 0, np.sign(velocity_rad_s), at_rest)
+        against = torque_nm * direction < 0
         for wrong, text in (
             (torque_nm == 0, "column friction_torque_nm: 0 is not friction; drop the row"),
             (known & (np.abs(given) != 1), "column direction: {given:g} is neither +1 nor -1; correct it"),
@@ -86,10 +93,9 @@ class FrictionPoints:
                 "column direction: {given:g} contradicts velocity {velocity:g}; correct it",
             ),
             (
-                torque_nm * direction < 0,
+                against,
                 "column friction_torque_nm: {torque:g} N m points against the motion ({velocity:g} rad/s, "
-                "direction {direction:+g}); give friction the sign of the motion (scale -1 turns a "
-                "column), take its offset away, or average",
+                f"direction {{direction:+g}}); {_remedy(against, direction)}",
             ),
         ):
             for row in np.flatnonzero(wrong)[:1]:
@@ -126,9 +132,40 @@ class FrictionPoints:
         return np.abs(self.velocity_rad_s[rows]), self.friction_nm[rows]
 
 
+def _remedy(against: np.ndarray, direction: np.ndarray) -> str:
+    """What to do about friction that points against the motion in these rows."""
+    if against.all():
+        return "so do all rows: turn the sign of one of the two columns (scale -1)"
+    if any(np.array_equal(against, direction == one) for one in (1, -1)):
+        return "so do all rows of that direction: give friction, not its amount, the sign of the motion"
+    if against.sum() <= AGAINST_FEW * len(against):
+        return f"so do {against.sum()} of {len(against)} rows: drop them if the sensor had no value there"
+    return (
+        "give friction the sign of the motion (scale -1 turns a column), take its offset away, leave out "
+        "what turns round, or average"
+    )
+
+
 def told(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """The columns that hold a number at all."""
     return {name: column for name, column in columns.items() if np.isfinite(column).any()}
+
+
+def level_starts(speed: np.ndarray) -> np.ndarray:
+    """The lowest speed of each level, rising; `speed` >= 0, in any order. A level has the speeds up to
+    `LEVEL_WIDTH` times its lowest: repeats of one nominal speed are one level, however they were measured."""
+    starts: list[float] = []
+    for one in np.unique(speed):
+        if not starts or one > LEVEL_WIDTH * starts[-1]:
+            starts.append(float(one))
+    return np.array(starts)
+
+
+def levels_of(speed: np.ndarray, starts: np.ndarray | None = None) -> np.ndarray:
+    """Number of the level of each speed, rising from 0; the levels begin at `starts`, or are those of these
+    speeds."""
+    starts = level_starts(speed) if starts is None else starts
+    return np.searchsorted(starts, speed, side="right") - 1
 
 
 def require_enough(points: FrictionPoints) -> None:
@@ -136,15 +173,20 @@ def require_enough(points: FrictionPoints) -> None:
     for direction in (1, -1):
         speed, friction = points.branch(direction)
         where = f"{points.source}: direction {direction:+d}"
+        if not len(speed) and len(points.direction):
+            raise DataError(
+                f"{where}: no row moves that way: the velocity needs the sign of the motion (a column for "
+                "each direction: two files, scale -1 in the second), and each direction points of its own"
+            )
         if len(speed) < POINTS_MIN:
             raise DataError(
                 f"{where}: {len(speed)} points, at least {POINTS_MIN} are needed; measure more speeds"
             )
         if len(speed) > POINTS_MAX:
             raise DataError(f"{where}: {len(speed)} points, at most {POINTS_MAX}; average them by speed")
-        if len(np.unique(speed)) < SPEEDS_MIN:
+        if (different := len(level_starts(speed))) < SPEEDS_MIN:
             raise DataError(
-                f"{where}: column velocity_rad_s: only {len(np.unique(speed))} different speeds, "
+                f"{where}: column velocity_rad_s: only {different} different speeds, "
                 f"at least {SPEEDS_MIN} are needed; measure more speeds"
             )
         if np.ptp(friction) == 0:

@@ -22,6 +22,62 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "a servo's strokes at one speed are a torque that assists",
+        "rtctl/friction/logs/regression.py",
+        'if fit.parameters["coulomb_nm"].high < 0 < _usual_friction(fit, signals):',
+        "if False:",
+        ("tests/unit/friction/test_even_motion.py",),
+    ),
+    Seed(
+        "a torque turned in sign at one speed is one that is missing",
+        "rtctl/friction/logs/regression.py",
+        " or (inertia and inertia.high < 0 and friction < 0)",
+        "",
+        ("tests/unit/friction/test_even_motion.py",),
+    ),
+    Seed(
+        "repeats of one nominal speed vouch for each other",
+        "rtctl/friction/points.py",
+        "if not starts or one > LEVEL_WIDTH * starts[-1]:",
+        "if not starts or one > starts[-1]:",
+        ("tests/unit/friction/test_folds.py",),
+    ),
+    Seed(
+        "the viscous slope is that between repeats of one speed",
+        "rtctl/friction/learn/fit.py",
+        "level_starts(speed)[-4:][0])",
+        "np.unique(speed)[-4:][0])",
+        ("tests/unit/friction/test_folds.py",),
+    ),
+    Seed(
+        "repeats of a speed are sorted by friction before their scatter is asked for",
+        "rtctl/friction/logs/points_check.py",
+        "rows = np.sort(points.rows_of(direction))",
+        "rows = points.rows_of(direction)",
+        ("tests/unit/friction/test_points_check.py",),
+    ),
+    Seed(
+        "points in columns of our names are believed",
+        "rtctl/cli/fit.py",
+        "    fit_points.tell_doubts(measured, known=plan.loaded is not None",
+        "    (lambda *a, **b: None)(measured, known=plan.loaded is not None",
+        ("tests/unit/cli/test_fit_points.py",),
+    ),
+    Seed(
+        "sessions of one file are one log",
+        "rtctl/friction/logs/other_programs.py",
+        "if 0 < over.sum() <= RESTARTS_SHARE",
+        "if 0 > over.sum() <= RESTARTS_SHARE",
+        ("tests/unit/cli/test_fit_points.py",),
+    ),
+    Seed(
+        "friction without a sign is told like one with an offset",
+        "rtctl/friction/points.py",
+        "if any(np.array_equal(against, direction == one) for one in (1, -1)):",
+        "if False:",
+        ("tests/unit/friction/test_points.py",),
+    ),
+    Seed(
         "the band of one log knows its points by their neighbours in speed alone",
         "rtctl/friction/learn/bands.py",
         "np.hypot(error_nm, apart[rows][data.fold != TRAINS])",

@@ -22,7 +22,7 @@ from rtctl.friction.learn.grids import unit_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_of
 from rtctl.friction.learn.machines import Candidate, FailedFitError
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.points import FrictionPoints, level_starts, levels_of
 
 EPSILON_NM = 0.005
 """Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
@@ -104,10 +104,11 @@ def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
     of the range, where the Stribeck part has died out; an outlier cannot tilt it. With fewer than 4 such
     speeds it is between the 4 fastest, so that few speeds do not make damping, which is left to the device,
     look like dry friction, which is compensated. A falling curve has no viscous part: 0."""
-    upper = speed >= min(0.5 * speed.max(), np.unique(speed)[-4:][0])
+    upper = speed >= min(0.5 * speed.max(), level_starts(speed)[-4:][0])
     v, f = speed[upper], friction_nm[upper]
     i, j = np.triu_indices(len(v), 1)
-    apart = v[j] != v[i]
+    level = levels_of(v)
+    apart = level[j] != level[i]
     return max(0.0, float(np.median((f[j] - f[i])[apart] / (v[j] - v[i])[apart])))
 
 

@@ -13,6 +13,7 @@ from rtctl.errors import UnidentifiableError
 from rtctl.friction.kind import Formula
 from rtctl.friction.kind_curve import Curve
 from rtctl.friction.kind_table import FORMULAS
+from rtctl.friction.points import level_starts
 
 STRIBECK_STARTS_RAD_S = (0.05, 0.1, 0.2)
 """Stribeck speeds first tried; a grid over the measured range follows."""
@@ -126,10 +127,10 @@ def require_identifiable(fit: FormulaFit, speed: np.ndarray) -> None:
     p = fit.curve.parameters
     if "stribeck_rad_s" not in p:
         return
-    v_s, levels = p["stribeck_rad_s"], np.unique(speed)
+    v_s = p["stribeck_rad_s"]
     error = fit.standard_error["stribeck_rad_s"]
     peak, peak_error = fit.peak_nm
-    below = int(np.sum(levels <= v_s))
+    below = int(np.sum(level_starts(speed) <= v_s))
     for reason, holds, text in (
         (
             "no_points_below_stribeck_speed",
@@ -139,7 +140,7 @@ def require_identifiable(fit: FormulaFit, speed: np.ndarray) -> None:
         (
             _BEYOND,
             is_bend(fit, speed),
-            f"v_s = {v_s:.3g} rad/s is not well below the fastest point ({levels[-1]:.3g} rad/s): measure "
+            f"v_s = {v_s:.3g} rad/s is not well below the fastest point ({speed.max():.3g} rad/s): measure "
             "faster",
         ),
         ("singular", not np.isfinite([peak_error, error]).all(), "the points cannot separate the parameters"),

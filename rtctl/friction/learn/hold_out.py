@@ -12,7 +12,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.learn.laps import laps_of
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.points import FrictionPoints, level_starts, levels_of
 
 FOLDS = 5
 TRAINS = -1
@@ -76,7 +76,7 @@ def units_of(points: FrictionPoints, way: str) -> np.ndarray:
     DataError
         As `way_for`."""
     if way == "speed":
-        levels: np.ndarray = np.unique(np.abs(points.velocity_rad_s), return_inverse=True)[1]
+        levels = levels_of(np.abs(points.velocity_rad_s))
         return np.where(points.direction > 0, 2 * levels, 2 * levels + 1)
     need = {
         "time": ("time_s",),
@@ -135,7 +135,7 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     speed = np.abs(points.velocity_rad_s[rows])
     if way == "speed":
         every = np.abs(points.velocity_rad_s[np.isin(points.direction, directions)])
-        return folds_by_speed(speed, levels=np.unique(every))
+        return folds_by_speed(speed, levels=level_starts(every))
     units = units_of(points, way)
     shared = folds_by_time(points.columns["time_s"]) if way == "time" else shared_out(units)
     ends = (speed == speed.min()) | (speed == speed.max())
@@ -157,19 +157,19 @@ def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS, levels: np.ndarray |
     """Fold of each point, shape (n,): all points of one speed share it; `TRAINS` at both ends.
 
     The lowest and highest speed always train: the model is never used beyond them, and break-away at v = 0
-    cannot be guessed from motion. `levels` are the speeds to share out, rising; default those there are.
+    cannot be guessed from motion. `levels` are the lowest speeds of the levels to share out, rising; default
+    those there are.
 
     Raises
     ------
     DataError
         Fewer than 4 different speeds."""
-    if len(np.unique(speed)) < 4:
-        raise DataError(
-            f"{len(np.unique(speed))} different speeds, at least 4 are needed; measure more speeds"
-        )
-    levels = np.unique(speed) if levels is None else levels
-    block = np.searchsorted(levels, speed)
-    end = (speed == speed.min()) | (speed == speed.max())
+    own = level_starts(speed)
+    if len(own) < 4:
+        raise DataError(f"{len(own)} different speeds, at least 4 are needed; measure more speeds")
+    levels = own if levels is None else levels
+    block = levels_of(speed, levels)
+    end = (block == block.min()) | (block == block.max())
     fold: np.ndarray = np.where(end, TRAINS, block % min(n_folds, len(levels) - 2))
     return fold
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rtctl.friction.points import level_starts
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -21,7 +23,7 @@ GAP_RATIO = 5.0
 def unmeasured(speed: np.ndarray) -> list[tuple[float, float]]:
     """Spans (rad/s) of 0 to the highest speed in which no point lies, rising; `speed` of one direction, >= 0,
     shape (n,)."""
-    levels = np.unique(speed)
+    levels = level_starts(speed)
     spans = [(0.0, float(levels[0]))] if levels[0] > 0 else []
     gaps = np.diff(levels)
     for at, gap in enumerate(gaps):

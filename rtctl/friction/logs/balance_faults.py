@@ -122,7 +122,8 @@ def _unexplained(source: str, left: float, most: float) -> str:
         f"{source}: the motion explains too little of the torque: {100 * left:.0f} % of it, RMS about its "
         f"mean, is something else (at most {100 * most:.0f} %); map the torque of the same axis and every "
         "torque on the joint, look at the sensor's zero, and leave out what is not free motion; a hand, "
-        "play, an elastic shaft and counts or torques that wrapped look like that, too"
+        "play, an elastic shaft, a command that the drive cut off at a limit of its own, and counts or "
+        "torques that wrapped look like that, too"
     )
 
 

@@ -96,7 +96,8 @@ def told(balance: Balance) -> tuple[str, ...]:
     )
     return (
         f"{balance.signals.source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand "
-        "or another torque that is not mapped, an elastic shaft, play, counts that are lost, friction that "
+        "or another torque that is not mapped, an elastic shaft, play, a command that the drive cut off at "
+        "a limit of its own, counts that are lost, friction that "
         "varies with the place or is not Coulomb + viscous): what looks like it may have gone into the "
         f"parameters, {named}; map every torque, or record brisker strokes of many speeds with nothing else "
         "touching the joint",

@@ -50,6 +50,8 @@ QUARTERS, UNSTEADY = 4, 0.5
 """Largest range of the mean velocities of the quarters of a file that is one point, share of its mean:
 encoders count whole steps."""
 
+RESTARTS_SHARE = 0.1  # of the rows; a time that goes back before more of them is in no order
+
 OUTLIER_SCALES = 10.0
 """Rows of a run further from its median, robust standard deviations, are left out."""
 
@@ -131,9 +133,11 @@ def read_mapped(
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
+    notes: list[str] = []
+    if len(files) == 1 and columns.log is None and average != "file":
+        _part_where_time_starts_over(files[0], parts[0], notes)
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
     sha256 = _checksum(files)
-    notes: list[str] = []
     if average == "file":
         found = []
         for file, part in zip(files, parts, strict=True):
@@ -248,6 +252,16 @@ def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamp
     return FrictionSamples(still, whole.velocity[moving], whole.torque[moving], source, sha256, beside)
 
 
+def _part_where_time_starts_over(file: Path, part: _Signals, notes: list[str]) -> None:
+    over = np.diff(part.columns.get("time_s", np.zeros(1)), prepend=-np.inf) < 0
+    if 0 < over.sum() <= RESTARTS_SHARE * len(over):
+        part.columns["log"] = np.cumsum(over).astype(float)
+        notes.append(
+            f"{file}: the time starts over before row {int(np.argmax(over)) + 1}: taken for {over.sum() + 1} "
+            "sessions; --column log=NAME says which is which"
+        )
+
+
 def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[float, ...], dict[str, float]]:
     """(velocity, friction, direction, std, count) of a run at one speed, and means of the other columns; rows
     far off are left out and told."""
@@ -268,17 +282,13 @@ def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[floa
             f"{file}: not one speed: its quarters have {', '.join(f'{each:.3g}' for each in quarters)} "
             "rad/s; cut what is not steady, or use --average speed"
         )
-    _require_opposed(file, mean, friction)
+    if mean * friction <= 0:
+        raise DataError(
+            f"{file}: the torque, {friction:.4g} N m, has not the sign of the motion ({mean:.4g} rad/s): "
+            "turn the sign of one of them (scale -1), take its offset away, or average (--average)"
+        )
     beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
     return (mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))), beside
-
-
-def _require_opposed(where: Path, velocity: float, friction: float) -> None:
-    if velocity * friction <= 0:
-        raise DataError(
-            f"{where}: the torque, {friction:.4g} N m, does not have the sign of the motion ({velocity:.4g} "
-            "rad/s): turn the sign of one of them (scale -1), take its offset away, or average (--average)"
-        )
 
 
 def _checksum(files: Sequence[Path]) -> str:

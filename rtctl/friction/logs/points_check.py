@@ -9,7 +9,7 @@ import numpy as np
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.points import FrictionPoints, levels_of
 from rtctl.rig_file.config import LoadedConfig
 
 UNEQUAL = 0.3
@@ -88,9 +88,12 @@ def _scatter(points: FrictionPoints) -> float:
     """Robust standard deviation of a point about the line through its neighbours in speed, share of the
     friction."""
     off = []
-    for v, f in (points.branch(1), points.branch(-1)):
+    for direction in (1, -1):
+        rows = np.sort(points.rows_of(direction))  # repeats of a speed in the order they were measured in
+        rows = rows[np.argsort(levels_of(np.abs(points.velocity_rad_s[rows])), kind="stable")]
+        v, f = np.abs(points.velocity_rad_s[rows]), points.friction_nm[rows]
         wide = v[2:] - v[:-2]
-        share = np.divide(v[1:-1] - v[:-2], wide, out=np.full(len(wide), 0.5), where=wide > 0)
+        share = np.divide(v[1:-1] - v[:-2], wide, out=np.full(len(wide), 0.5), where=wide > 0).clip(0, 1)
         line = f[:-2] + share * (f[2:] - f[:-2])
         off.append((f[1:-1] - line) / np.sqrt(1 + share**2 + (1 - share) ** 2))
     return float(1.4826 * np.median(np.abs(np.concatenate(off))) / np.median(points.friction_nm))

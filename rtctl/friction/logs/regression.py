@@ -78,7 +78,7 @@ def joint_fit(signals: Regressors) -> JointFit:
         symmetric, per_direction = _both(signals, offset, columns, by_direction)
     except TooEvenError as error:
         return _even(signals, offset, columns, by_direction, error)
-    _require_signs(symmetric, signals.source)
+    _require_signs(symmetric, signals)
     _require_explained(symmetric, signals.source)
     late = _remaining_delay(signals, columns, offset)
     by = doubts(signals, late)
@@ -93,9 +93,15 @@ def joint_fit(signals: Regressors) -> JointFit:
 def _both(
     signals: Regressors, offset: OffsetColumns, columns: Columns, by_direction: Columns
 ) -> tuple[Regression, Regression]:
-    """The symmetric fit, and that per direction."""
+    """The symmetric fit, and that per direction. Raises TooEvenError where the speeds part Coulomb from
+    viscous friction in name alone: it comes out negative, and friction at the usual speed does not."""
     relative = np.hstack([offset.relative(signals.sliding), offset.drift])
-    return solve(signals, columns, offset, offset.drift), solve(signals, by_direction, offset, relative)
+    fit = solve(signals, columns, offset, offset.drift)
+    if fit.parameters["coulomb_nm"].high < 0 < _usual_friction(fit, signals):
+        raise TooEvenError(
+            f"{signals.source}: the speeds do not tell Coulomb from viscous friction; record more of them"
+        )
+    return fit, solve(signals, by_direction, offset, relative)
 
 
 def _even(
@@ -111,7 +117,7 @@ def _even(
             symmetric, per_direction = _both(signals, offset, kept, ways)
         except TooEvenError:
             continue
-        _require_signs(symmetric, signals.source)
+        _require_signs(symmetric, signals)
         _require_explained(symmetric, signals.source)
         told = said(signals, symmetric.parameters)
         symmetric, per_direction = (
@@ -193,11 +199,19 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     )
 
 
-def _require_signs(fit: Regression, source: str) -> None:
+def _usual_friction(fit: Regression, signals: Regressors) -> float:
+    """Friction at the median of the speeds, N m."""
+    usual = float(np.median(np.abs(signals.velocity_rad_s[signals.sliding])))
+    viscous = fit.parameters.get("viscous_nms_rad")
+    return fit.parameters["coulomb_nm"].value + (usual * viscous.value if viscous else 0.0)
+
+
+def _require_signs(fit: Regression, signals: Regressors) -> None:
+    source, friction = signals.source, _usual_friction(fit, signals)
     inertia, coulomb = fit.parameters.get("inertia_kgm2"), fit.parameters["coulomb_nm"]
-    if coulomb.high < 0:
+    if coulomb.high < 0 or (inertia and inertia.high < 0 and friction < 0):
         raise DataError(
-            f"{source}: the torque assists the motion (Coulomb friction {coulomb.value:.3g} N m): "
+            f"{source}: the torque assists the motion (friction {friction:.3g} N m at the usual speed): "
             "turn its sign (scale -1, behind the unit), or that of the position"
         )
     if inertia and inertia.high < 0:

@@ -74,7 +74,7 @@ def test_the_one_reading_under_which_the_model_fits_is_named(
 ) -> None:
     done = _run(_read(tmp_path / "r.csv", **reading), "--judge", model, "--json")
     assert done.exit_code == 1
-    assert said in json.loads(done.output)["faults"][-1]
+    assert said in json.loads(done.stdout)["faults"][-1]
 
 
 def test_a_point_a_little_beyond_the_largest_error_before_is_no_fault_and_one_far_off_is(

@@ -67,7 +67,7 @@ def test_a_row_that_somebody_marked_is_left_out_and_told(tmp_path):
 
 def test_what_cannot_be_is_refused(tmp_path):
     files = runs(tmp_path, sign=-1.0)
-    with pytest.raises(DataError, match=r"does not have the sign of the motion.*scale -1"):
+    with pytest.raises(DataError, match=r"has not the sign of the motion.*scale -1"):
         read_mapped(files, MAPPED, "file", TEXT)
     with pytest.raises(DataError, match="the same as"):
         read_mapped([files[0], files[0]], MAPPED, "file", TEXT)
@@ -168,3 +168,41 @@ def test_points_behind_semicolons_are_told_how_they_are_read(tmp_path):
     path.write_text("velocity_rad_s;friction_torque_nm\n0,5;0,2\n")
     with pytest.raises(DataError, match="--column velocity=velocity_rad_s and so on reads other marks"):
         read_points(path)
+
+
+def test_a_time_that_starts_over_parts_sessions_and_shuffled_rows_do_not(tmp_path):
+    tables = {"velocity": {"column": "v"}, "torque": {"column": "f"}, "time": {"column": "t"}}
+    speeds = [*range(1, 9), *range(-8, 0)]
+    rows = [
+        f"{v},{np.sign(v) * (0.2 + 0.01 * abs(v) + 0.001 * k)},{t}"
+        for k in range(3)
+        for t, v in enumerate(speeds)
+    ]
+    path = tmp_path / "p.csv"
+    path.write_text("\n".join(["v,f,t", *rows]))
+    points, notes = read_mapped([path], tables, "none", TEXT)
+    assert points.columns["log"].tolist() == [0.0] * 16 + [1.0] * 16 + [2.0] * 16
+    assert "the time starts over before row 17: taken for 3 sessions" in notes[0]
+    path.write_text("\n".join(["v,f,t", *np.random.default_rng(1).permutation(rows)]))
+    points, notes = read_mapped([path], tables, "none", TEXT)
+    assert "log" not in points.columns
+    assert not notes
+
+
+def test_points_named_as_our_own_are_doubted_as_those_of_others(monkeypatch, capsys, tmp_path):
+    v = np.geomspace(0.2, 100.0, 12)
+    rows = [f"{s * one},{s * (0.25 + 0.01 * one)}" for s in (1, -1) for one in v]
+    (tmp_path / "p.csv").write_text("\n".join(["velocity_rad_s,friction_torque_nm", *rows]))
+    code, said = fitted(monkeypatch, capsys, tmp_path / "p.csv", "--C", "10", "--out", tmp_path / "m.json")
+    assert code == 0
+    assert "is the velocity in rpm or deg/s" in said.err
+
+
+@pytest.mark.parametrize(("speeds", "told"), [(9, True), (12, False)])
+def test_a_spline_alone_on_few_speeds_is_warned_of(monkeypatch, capsys, tmp_path, speeds, told):
+    v = np.repeat(np.geomspace(0.01, 2.0, speeds), 3) * np.tile([1, 1.003, 1.006], speeds)
+    rows = [f"{s * one},{s * (0.25 + 0.01 * one)}" for s in (1, -1) for one in v]
+    (tmp_path / "p.csv").write_text("\n".join(["velocity_rad_s,friction_torque_nm", *rows]))
+    code, said = fitted(monkeypatch, capsys, tmp_path / "p.csv", "--C", "10", "--out", tmp_path / "m.json")
+    assert code == 0
+    assert ("only 9 speeds in a direction" in said.err) is told

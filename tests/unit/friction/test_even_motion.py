@@ -3,6 +3,7 @@ be.
 """
 
 import json
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -84,3 +85,37 @@ def test_a_motion_that_tells_nothing_at_all_is_still_refused():
     with pytest.raises(DataError, match="assists the motion"):
         joint_fit(regressors(turned))
     assert issubclass(TooEvenError, DataError)
+
+
+def servo_in_triangles(seconds=60.0, speed=1.2, step_s=2e-4):
+    """Time, position and torque at 100 Hz of a joint that a servo turns to and fro at one speed."""
+    t = np.arange(0, seconds, step_s)
+    wanted = np.abs(((speed * t + 1) % 4.0) - 2.0)
+    rate, q, v, torque, rows = np.gradient(wanted, step_s), 1.0, 0.0, 0.0, []
+    for k in range(len(t)):
+        dry = 0.3 + 0.1 * math.exp(-abs(v) / 0.05)
+        torque = 60 * (wanted[k] - q) + 2 * (rate[k] - v)
+        v += step_s * (torque - dry * math.tanh(v / 0.01) - 0.08 * v) / 0.02
+        q += step_s * v
+        rows.append((q, torque))
+    q, torque = np.array(rows)[::50].T
+    rng = np.random.default_rng(1)
+    return t[::50], np.round(q / 9.6e-5) * 9.6e-5, torque + 0.002 * rng.standard_normal(len(q))
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_strokes_of_a_servo_have_the_friction_of_their_speed_and_a_sign_that_is_turned(tmp_path, sign):
+    time, x, torque = servo_in_triangles()
+    path = tmp_path / "log.csv"
+    np.savetxt(
+        path, np.column_stack([time, x, sign * torque]), delimiter=",", header="time_s,x,motor", comments=""
+    )
+    columns = ("--column", "position=x", "--column", "torque=motor")
+    code, out, err = said_by("--log", str(path), *columns, "--out", str(tmp_path / "found"), "--json")
+    if sign < 0:
+        assert code == 10
+        assert "assists the motion" in out + err
+        return
+    assert code == 0, out + err
+    points = np.genfromtxt(tmp_path / "found" / "points.csv", delimiter=",", names=True)
+    assert np.median(np.abs(points["friction_torque_nm"])) == pytest.approx(0.3 + 0.08 * 1.2, rel=0.03)

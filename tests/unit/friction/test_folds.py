@@ -9,10 +9,10 @@ import pytest
 from rtctl.__main__ import main
 from rtctl.errors import DataError
 from rtctl.friction import artefact
-from rtctl.friction.learn import fit, ladder, report_evidence, search
+from rtctl.friction.learn import fit, ladder, report_evidence, report_measured_range, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, way_for
 from rtctl.friction.point_reader import read_points
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.points import FrictionPoints, require_enough
 
 N = 200
 
@@ -122,3 +122,27 @@ def test_the_command_says_how_it_held_out(monkeypatch, capsys, tmp_path, options
     assert said in (folder / "report.html").read_text()
     want = fit.fit_points(points, rig="mock", c=10.0, folds=way).branches[0].validation_rmse_nm
     assert artefact.load(out).branches[0].validation_rmse_nm == pytest.approx(want, rel=1e-9)
+
+
+def test_repeats_of_a_nominal_speed_are_held_out_together_however_they_were_measured():
+    rng = np.random.default_rng(3)
+    nominal = np.repeat(np.geomspace(0.004, 2.0, 6), 4)
+    speed = nominal * (1 + 0.003 * rng.standard_normal(len(nominal)))
+    rows = [(d * v, 0.3 + 0.1 * v, d, np.nan, np.nan) for d in (1, -1) for v in speed]
+    points = FrictionPoints.from_rows(rows, "runs.csv", "0" * 64)
+    fold = folds_of(points, (1,), "speed").reshape(6, 4)  # by rising speed
+    assert (fold == fold[:, :1]).all()
+    assert (fold[[0, -1]] == TRAINS).all()
+    assert len(set(fold[1:-1, 0])) == 4
+    even = np.repeat(np.linspace(0.2, 2.0, 8), 4) * (1 + 0.003 * rng.standard_normal(32))
+    assert len(report_measured_range.unmeasured(even)) == 1, "below the slowest"
+    few = np.isin(nominal, np.unique(nominal)[:3])
+    with pytest.raises(DataError, match="only 3 different speeds"):
+        require_enough(FrictionPoints.from_rows([rows[k] for k in np.flatnonzero(np.tile(few, 2))], "r", "0"))
+
+
+def test_the_viscous_slope_is_not_told_by_repeats_of_one_speed():
+    rng = np.random.default_rng(3)
+    speed = np.repeat([0.01, 0.1, 0.9, 2.0], 8) * (1 + 0.003 * rng.standard_normal(32))
+    friction = 0.3 + 0.1 * speed + 0.02 * rng.standard_normal(32)
+    assert fit.viscous_slope(speed, friction) == pytest.approx(0.1, abs=0.03)

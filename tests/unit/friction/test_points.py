@@ -89,7 +89,7 @@ def test_a_bad_row_is_refused_naming_file_row_column_and_remedy(tmp_path, row, t
     [
         ([], "empty"),
         (_lines()[:1], "at least 8"),
-        (_lines()[:9], "direction -1: 0 points"),
+        (_lines()[:9], "direction -1: no row moves that way"),
         (_lines()[:-1], "direction -1: 7 points"),
         ([_lines()[0], *(["0.1,0.25,1"] * 7), "0.1,0.26,1", *_lines()[9:]], "only 1 different speeds"),
         ([_lines()[0], *(f"{v},0.25,1" for v in SPEEDS), *_lines()[9:]], "constant at 0.25"),
@@ -164,3 +164,25 @@ def test_a_column_beside_is_held_to_its_bounds(tmp_path, column, cell):
     told[4] = f"{rows[3]},{cell}"
     with pytest.raises(DataError, match=rf"row 5: column {column}: '{cell}' is not a finite number"):
         read_points(_write(tmp_path / "p.csv", told))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda v, f: (v, -f), "so do all rows: turn the sign of one of the two columns"),
+        (lambda v, f: (v, abs(f)), "all rows of that direction: give friction, not its amount, the sign"),
+        (
+            lambda v, f: (v, np.where(v == -0.5, 9999.0, f)),
+            "so do 1 of 16 rows: drop them if the sensor had no",
+        ),
+        (lambda v, f: (v, f - 0.28), "take its offset away, leave out what turns round, or average"),
+        (lambda v, f: (abs(v), abs(f)), "direction -1: no row moves that way: the velocity needs the sign"),
+    ],
+)
+def test_friction_against_the_motion_is_told_by_what_it_is(tmp_path, change, said):
+    v = np.array([*SPEEDS, *(-one for one in SPEEDS)])
+    rows = [
+        f"{one},{other}" for one, other in zip(*change(v, np.sign(v) * (0.25 + 0.05 * abs(v))), strict=True)
+    ]
+    with pytest.raises(DataError, match=said):
+        read_points(_write(tmp_path / "p.csv", ["velocity_rad_s,friction_torque_nm", *rows]))

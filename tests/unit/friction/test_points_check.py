@@ -143,3 +143,14 @@ def test_points_given_twice_of_few_digits_and_that_scatter_are_named():
     ):
         (told,) = doubtful_points(table, known=True)
         assert re.search(said, told)
+
+
+def test_acceleration_in_laps_that_repeat_themselves_scatters_and_is_named():
+    t = np.arange(0, 60, 0.05)  # whole laps: every speed occurs in each lap, speeding up and slowing down
+    v, a = 1.5 * np.cos(np.pi * t / 3 + 0.1), -1.5 * np.pi / 3 * np.sin(np.pi * t / 3 + 0.1)
+    friction = np.sign(v) * (0.3 + 0.07 * np.abs(v))
+    assert not any("scatters" in one for one in doubtful_points(table_of(v, friction), known=True))
+    told = doubtful_points(
+        table_of(v, np.sign(v) * np.maximum(0.01, np.sign(v) * (friction + 0.1 * a))), known=True
+    )
+    assert any(re.search(r"scatters by \d\d% .*acceleration", one) for one in told)

@@ -62,3 +62,10 @@ def test_words_are_no_numbers_and_a_stream_is_told(tmp_path):
         out.write_table(table)
     with pytest.raises(BackendError, match="a stream of Arrow"):
         read_table(stream, ("t", "q"))
+
+
+def test_a_stream_in_a_file_called_arrow_is_read(tmp_path):
+    table, file = arrow.table({"t": [0, 1, 2], "q": [1.0, 2.0, 3.0]}), tmp_path / "log.arrow"
+    with arrow.OSFile(str(file), "wb") as sink, arrow.ipc.new_stream(sink, table.schema) as out:
+        out.write_table(table)
+    assert read_table(file, ("t", "q")).columns["q"].tolist() == [1, 2, 3]

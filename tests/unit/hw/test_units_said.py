@@ -74,6 +74,8 @@ def test_units_are_understood_however_they_are_spelt(name, row, unit):
         ({"column": "Current (0.01A)", "unit": "A"}, "", ("A", "mA"), "says 0.01A, .*:A:0.01 behind"),
         ({"column": "Torque [per mille]"}, "", ("N m",), "says \u2030, which is another .*rated torque"),
         ({"column": "Last in kg"}, "", ("N m", "N"), "the file says kg"),
+        ({"column": "T [K]", "unit": "degC"}, "", ("degC",), "the file says K"),
+        ({"column": "temp", "unit": "degC"}, "\u00b0F", ("degC",), "the file says degF.*offset"),
         ({"column": "velocity_rad_s"}, "", ("rad", "deg"),
             "the file says rad/s, which is another quantity; map another"),
     ],
@@ -92,6 +94,8 @@ def test_a_unit_that_contradicts_the_file_is_refused(tmp_path, column, row, unit
         ({"column": "angle", "scale": 0.0174533}, "deg", ("rad", "deg")),
         ({"column": "free"}, "whatever", ("rad",)),
         ({"column": "i", "scale": 0.77}, "A", ("N m",)),
+        ({"column": "T [K]", "unit": "degC", "offset": 273.15}, "", ("degC",)),
+        ({"column": "T", "unit": "degC"}, "\u00b0C", ("degC",)),
     ],
 )
 def test_what_agrees_or_is_scaled_on_purpose_is_taken(tmp_path, column, row, units):
