@@ -169,7 +169,7 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
 
 def _newest_sessions(table: np.ndarray) -> np.ndarray:
     sessions = np.unique(table[:, 0])[-_SESSIONS:]
-    return table[np.isin(table[:, 0], sessions)]
+    return table[table[:, 0] >= sessions[0]] if len(sessions) else table
 
 
 def _offsets(
@@ -204,7 +204,7 @@ def _offsets(
 @dataclass(frozen=True)
 class _Sums:
     """Normal equations of each stroke (`zz`, `zy`) and of all (`A`, `b`), rows of each; the least variance of
-    a row."""
+    a row; rows of all, and their mean."""
 
     A: np.ndarray
     b: np.ndarray
@@ -213,6 +213,8 @@ class _Sums:
     yy: float
     rows: np.ndarray
     least: float
+    all_rows: float
+    per_stroke: float
 
 
 def _summed(table: np.ndarray, of: np.ndarray, least: float) -> _Sums:
@@ -220,7 +222,9 @@ def _summed(table: np.ndarray, of: np.ndarray, least: float) -> _Sums:
     zz, zy, yy = unpacked(table)
     to = of.transpose(0, 2, 1)
     zz, zy = to @ zz @ of, (to @ zy[:, :, None])[:, :, 0]
-    return _Sums(zz.sum(axis=0), zy.sum(axis=0), zz, zy, float(yy.sum()), table[:, 1], least)
+    rows = table[:, 1]
+    A, b, of_all = zz.sum(axis=0), zy.sum(axis=0), (float(rows.sum()), float(rows.mean()))
+    return _Sums(A, b, zz, zy, float(yy.sum()), rows, least, *of_all)
 
 
 def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
@@ -252,7 +256,7 @@ def _beside_viscous(
 
     What the model may err by over speed, `doubt_nm`, is no viscous friction."""
     square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
-    of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
+    of_model = doubt_nm**2 * sums.all_rows / max(square, 1e-300)
     sure = abs(float(found[VISCOUS])) / math.sqrt(cov[VISCOUS, VISCOUS] + of_model)
     if sure > VISCOUS_SURE and cov[0, 0] < BESIDE_VISCOUS**2:
         return found, cov, 0.0
@@ -270,7 +274,7 @@ def _spread(zz: np.ndarray, session: np.ndarray) -> float:
 def _solved(sums: _Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients and their covariance, clustered by stroke; a stroke is one observation against what is
     `known`."""
-    rows, per_stroke, clusters = float(sums.rows.sum()), float(sums.rows.mean()), len(sums.rows)
+    rows, per_stroke, clusters = sums.all_rows, sums.per_stroke, len(sums.rows)
     scale = per_stroke * max(sums.yy / rows, sums.least)
     found: np.ndarray = np.zeros(len(sums.b))
     for _ in range(3):
