@@ -256,7 +256,7 @@ def wandering(sums: Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
 
 
 def freed(known: np.ndarray) -> np.ndarray:
-    """The same with viscous friction that may be any."""
+    """What is known before, with viscous friction that may be any."""
     free = known.copy()
     free[VISCOUS, VISCOUS] = VISCOUS_OFF**-2
     return free

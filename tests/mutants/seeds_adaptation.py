@@ -189,8 +189,8 @@ SEEDS = (
         ("tests/unit/friction/test_drift_change.py::test_a_factor_is_not_between_what_was_and_what_is",),
     ),
     Seed(
-        "strokes are forgotten for what noise does", "rtctl/friction/drift_change.py",
-        "> SURE**2", "> 0.0",
+        "strokes are forgotten without a change", "rtctl/friction/drift_change.py",
+        "return worth > LEAST and float", "return bool(worth) or float",
         ("tests/unit/friction/test_drift_change.py"
          "::test_nothing_is_forgotten_where_nothing_has_changed_or_a_zero_swings",),
     ),
