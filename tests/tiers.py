@@ -127,7 +127,6 @@ LONG = (
     "unit/friction/test_dirty_logs.py",
     "unit/friction/test_drift.py",
     "unit/friction/test_drift_beside.py",
-    "unit/friction/test_drift_change.py",
     "unit/friction/test_drift_here.py",
     "unit/friction/test_drift_on_the_family.py",
     "unit/friction/test_drift_window.py",
