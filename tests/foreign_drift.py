@@ -67,17 +67,22 @@ def on_rail(joint, metres):
 QUIET = {
     "forward": 1.0, "backward": 1.0, "viscous": 1.0, "torque": 0.0, "spring": 0.0, "weight": 0.0, "felt": 0.0,
     "current": 0.0, "payload": 0.0, "seen": 1.0,
-    "past": 0.0, "worn": 1.0, "wish": 0.0, "wish_v": 0.0,
+    "past": 0.0, "worn": 1.0, "cable": 0.0, "most": 1e9, "wish": 0.0, "wish_v": 0.0,
 }  # fmt: skip
 """Factors of the dry friction by direction and of the viscous one; torque, spring and weight (by the sine of
 the place) on the joint past the sensor; biases of force sensor and motor torque; inertia on the handle, and
-whether the sensor sees it; share of the hand that pulls past the sensor; factor at the worn place; what the
-hand wishes."""
+whether the sensor sees it; share of the hand that pulls past the sensor; factor at the worn place; torque of
+a cable that is bent and creeps; torque near which the motor's iron saturates, which its current does not say;
+what the hand wishes."""
 
-FORWARD, BACKWARD, VISCOUS, TORQUE, SPRING, WEIGHT, FELT, CURRENT, PAYLOAD, SEEN, PAST, WORN, WISH, WISH_V = (
-    range(len(QUIET))
-)
-X, V, LINK_X, LINK_V, BENT, HELD, MOTOR, SIZE = range(8)
+(
+    FORWARD, BACKWARD, VISCOUS, TORQUE, SPRING, WEIGHT, FELT, CURRENT, PAYLOAD, SEEN, PAST, WORN, CABLE, MOST,
+    WISH, WISH_V,
+) = range(len(QUIET))  # fmt: skip
+X, V, LINK_X, LINK_V, BENT, HELD, MOTOR, ASKED, COIL, SIZE = range(10)
+
+CABLE_RAD, CABLE_S = 0.15, 15.0
+"""A cable has given way after such a bend, and creeps back within so long."""
 
 
 @compiled
@@ -117,6 +122,8 @@ def _step(y, joint, now, since, dt):
     pull = joint.hand * (now[WISH] + since * now[WISH_V] - x) + joint.hand_damping * (now[WISH_V] - v)
     past = now[TORQUE] - now[SPRING] * x + now[WEIGHT] * math.sin(x / joint.size + 0.6) + now[PAST] * pull
     pull *= 1.0 - now[PAST]
+    y[COIL] += dt * ((v - abs(v) * y[COIL]) / (CABLE_RAD * joint.size) - y[COIL] / CABLE_S)
+    past -= now[CABLE] * y[COIL]
     friction = _friction(y, joint, now, dt)
     if elastic:
         gear = _gear(y, joint)
@@ -141,14 +148,15 @@ def _loop(law_at, of_law, joint, script, noise, y, per_ampere, lever, felt_as, c
         t.time_ns, t.link_faults, t.estop = int(1e9 * t.tick * p.period_s), 0, 0
         t.sample_count += 1
         t.position_rad[0] = math.floor(y[X] / count) * count
-        t.current_a[0] = (y[MOTOR] + now[CURRENT]) / per_ampere + 0.004 * noise[k, 0]
+        t.current_a[0] = (y[ASKED] + now[CURRENT]) / per_ampere + 0.004 * noise[k, 0]
         for i in range(3):
             t.force_n[i] = 0.006 * noise[k, 1 + i]
         t.force_n[felt_as] += (y[HELD] + now[FELT]) / lever
         t.temperature_c[0] = 25.0
         call(law_at, of_law)
         out[k] = t
-        y[MOTOR] = t.current_command_a[0] * per_ampere if t.enabled != 0 else 0.0
+        y[ASKED] = t.current_command_a[0] * per_ampere if t.enabled != 0 else 0.0
+        y[MOTOR] = y[ASKED] / math.sqrt(1.0 + (y[ASKED] / now[MOST]) ** 2)
         for i in range(steps):
             _step(y, joint, now, (i + 1) * dt, dt)
         t.tick += 1

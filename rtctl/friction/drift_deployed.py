@@ -21,6 +21,8 @@ from rtctl.friction.load import IN_LAW, added_nm
 SPEED_MIN_SHARE = 0.015
 """Slowest motion that counts, share of the trained range: below it the bristles' own motion is not small."""
 
+_Curve = tuple[np.ndarray, np.ndarray]
+
 _GRID = 400
 
 _UPPER = 0.5
@@ -86,11 +88,14 @@ class Deployed:
         """Dry friction of the model at signed velocities, and at positions (rad) as far as they are trusted;
         a magnitude."""
         speed, forward = np.abs(velocity), velocity >= 0
-        dry = np.where(forward, _curve(self.model, 0, speed), _curve(self.model, 1, speed))
+        dry = np.empty_like(speed)
+        for curve, there in zip(self._curves, (forward, ~forward), strict=True):
+            if there.any():
+                dry[there] = _at(curve, speed[there])
         if position is not None and self.place_shift_rad is not None:
             x = position - self.place_shift_rad
-            there = np.where(forward, *(of_place(self.model[0], way, speed, x) for way in (0, 1)))
-            dry = dry + trust * there
+            here = np.where(forward, *(of_place(self.model[0], way, speed, x) for way in (0, 1)))
+            dry = dry + trust * here
         return np.asarray(dry - self.viscous_nms_rad(velocity) * speed)
 
     @cached_property
@@ -99,8 +104,18 @@ class Deployed:
 
         Model files of before `learn.fit.viscous_slope` went by the four fastest speeds say none where their
         points were few there. What is viscous in them would be called dry, which drift is told by."""
-        forward, backward = (_viscous_slope(self.model, way) for way in (0, 1))
+        forward, backward = (_viscous_slope(self.model, way, curve) for way, curve in enumerate(self._curves))
         return forward, backward
+
+    @cached_property
+    def _curves(self) -> tuple[_Curve, _Curve]:
+        """Knots and coefficients of each direction."""
+        row = self.model[0]
+        forward, backward = (min(int(n), MAX_SEGMENTS) for n in row["n_segments"])
+        return (
+            (row["knot_rad_s"][0][: forward + 1], row["coefficient"][0][:forward]),
+            (row["knot_rad_s"][1][: backward + 1], row["coefficient"][1][:backward]),
+        )
 
     def pushed_nm(self, position: np.ndarray, trust: np.ndarray) -> np.ndarray:
         """Torque that the joint's place alone exerts on it at positions (rad), as far as they are trusted,
@@ -133,6 +148,15 @@ class Deployed:
         """Factor of the dry friction below which `share` of the feed-forward exceeds the joint's friction at
         some speed."""
         found = 0.0
+        for dry, viscous, most in self._taken_out:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
+        return found
+
+    @cached_property
+    def _taken_out(self) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+        """Dry and viscous friction, and most of the feed-forward, over the speeds of each direction, N m."""
+        found = []
         for direction in (1.0, -1.0):
             v = direction * np.linspace(self.speed_min_rad_s, self.speed_max_rad_s, _GRID)
             dry, viscous = self.dry_nm(v), self.viscous_nms_rad(v) * np.abs(v)
@@ -140,8 +164,7 @@ class Deployed:
             most = limits.feedforward_limit(
                 dry + viscous, of_law, self.gain, self.viscous_gain, 1.0, self.cap_nm
             )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
+            found.append((dry, viscous, most))
         return found
 
 
@@ -180,25 +203,22 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     )
 
 
-def _viscous_slope(model: np.ndarray, branch: int) -> float:
+def _viscous_slope(model: np.ndarray, branch: int, curve: _Curve) -> float:
     """Viscous slope of one direction, N m s/rad: the model's, or the median slope of its curve at the faster
     speeds where that is more."""
     told, top = float(model["viscous_nms_rad"][0, branch]), float(model["speed_max_rad_s"][0, branch])
     v = np.linspace(SPEED_MIN_SHARE * top, top, _GRID)
-    friction = _curve(model, branch, v)
+    friction = _at(curve, v)
     upper = v >= _UPPER * top
     slope = float(np.median(np.diff(friction[upper]) / np.diff(v[upper])))
     most = float(((friction - _DRY_LEAST * friction.min()) / v).min())
     return max(told, min(slope, most))
 
 
-def _curve(model: np.ndarray, branch: int, speed: np.ndarray) -> np.ndarray:
-    """The compiled curve of one direction at speeds >= 0, as `control.friction_curve.branch_magnitude` has
-    it, for arrays."""
-    row = model[0]
-    n = min(int(row["n_segments"][branch]), MAX_SEGMENTS)
-    knot = row["knot_rad_s"][branch][: n + 1]
-    u = np.clip(speed, knot[0], knot[n])
-    j = np.clip(np.searchsorted(knot[:n], u, side="right") - 1, 0, n - 1)
-    h, c = u - knot[j], row["coefficient"][branch][j]
+def _at(curve: _Curve, speed: np.ndarray) -> np.ndarray:
+    """A compiled curve at speeds >= 0, as `control.friction_curve.branch_magnitude` has it, for arrays."""
+    knot, coefficient = curve
+    u = np.minimum(np.maximum(speed, knot[0]), knot[-1])
+    j = np.searchsorted(knot[1:-1], u, side="right")
+    h, c = u - knot[j], coefficient[j]
     return np.asarray(c[:, 0] + h * (c[:, 1] + h * (c[:, 2] + h * c[:, 3])))

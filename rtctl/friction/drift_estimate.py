@@ -115,27 +115,20 @@ class Estimate:
 
 def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     """Estimate from what is remembered; None with too few strokes in one of the directions."""
-    table = _newest_sessions(strokes.table)
+    table = newest_sessions(strokes.table)
     n = table[:, 1]
     zz = unpacked(table)[0]
     forward = zz[:, 0, 1] > 0
     if min(int(forward.sum()), int((~forward).sum())) < STROKES_MIN:
         return None
     sessions, at = np.unique(table[:, 0], return_inverse=True)
-    dry, trust = float(zz[:, 1, COLUMNS - 1].sum() / n.sum()), float(table[:, 2].sum() / n.sum())
-    of, offsets, moves = _offsets(n, at, WANDER_S * rate_hz)
-    known = np.zeros((of.shape[2], of.shape[2]))
-    for unknown, spread in ((DIRECTION, DIRECTIONS_DIFFER), (INERTIA, INERTIA_OFF), (VISCOUS, VISCOUS_CALM)):
-        known[unknown, unknown] = spread**-2
-    known[PLACE, PLACE] = _spread(zz, at) / (PULL_SHARE * dry) ** 2
-    known[COLUMNS - 1 :, COLUMNS - 1 :] = offsets / dry**2
-    least = (METHOD_FLOOR * dry) ** 2 * len(table)  # what the model errs by is the same in every stroke
-    sums = _summed(table, of, least)
-    known = _wandering(sums, known, moves / dry)
+    dry, trust = _dry_nm(table), float(table[:, 2].sum() / n.sum())
+    of, known, moves = unknowns(table, rate_hz)
+    sums = summed(table, of)
+    known = wandering(sums, known, moves)
     doubt_nm = min(max(METHOD_FLOOR * dry, by.doubt_of_sliding_nm(trust)), SHAPE_MOST * dry)
-    free, free_cov = _solved(sums, _freed(known))
+    free, free_cov = solved(sums, freed(known))
     found, cov, hidden = _beside_viscous(sums, known, doubt_nm, free, free_cov)
-    clusters = len(table)
     present = table[:, 0] == strokes.session
 
     def error(column: np.ndarray, floor: float) -> float:
@@ -155,7 +148,7 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
         offset_nm=float(now @ found),
         offset_error_nm=error(now, DIRECTION_FLOOR * dry),
         dry_nm=dry,
-        strokes=clusters,
+        strokes=len(table),
         seconds=float(n.sum()) / rate_hz,
         session_seconds=float(n[present].sum()) / rate_hz,
         place_trust=trust,
@@ -167,9 +160,28 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
     )
 
 
-def _newest_sessions(table: np.ndarray) -> np.ndarray:
+def unknowns(table: np.ndarray, rate_hz: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which unknowns each column of each stroke is of, what is known of them before, and the offsets' moves
+    (`_offsets`) in N m."""
+    at, dry = np.unique(table[:, 0], return_inverse=True)[1], _dry_nm(table)
+    of, offsets, moves = _offsets(table[:, 1], at, WANDER_S * rate_hz)
+    known = np.zeros((of.shape[2], of.shape[2]))
+    for unknown, spread in ((DIRECTION, DIRECTIONS_DIFFER), (INERTIA, INERTIA_OFF), (VISCOUS, VISCOUS_CALM)):
+        known[unknown, unknown] = spread**-2
+    known[PLACE, PLACE] = _spread(unpacked(table)[0], at) / (PULL_SHARE * dry) ** 2
+    known[COLUMNS - 1 :, COLUMNS - 1 :] = offsets / dry**2
+    return of, known, moves / dry
+
+
+def _dry_nm(table: np.ndarray) -> float:
+    """Mean dry friction of the model over these strokes."""
+    return float(unpacked(table)[0][:, 1, COLUMNS - 1].sum() / table[:, 1].sum())
+
+
+def newest_sessions(table: np.ndarray) -> np.ndarray:
+    """Strokes of the last sessions: each has an offset of its own."""
     sessions = np.unique(table[:, 0])[-_SESSIONS:]
-    return table[np.isin(table[:, 0], sessions)]
+    return table[table[:, 0] >= sessions[0]] if len(sessions) else table
 
 
 def _offsets(
@@ -202,9 +214,9 @@ def _offsets(
 
 
 @dataclass(frozen=True)
-class _Sums:
+class Sums:
     """Normal equations of each stroke (`zz`, `zy`) and of all (`A`, `b`), rows of each; the least variance of
-    a row."""
+    a row; rows of all, and their mean."""
 
     A: np.ndarray
     b: np.ndarray
@@ -213,17 +225,22 @@ class _Sums:
     yy: float
     rows: np.ndarray
     least: float
+    all_rows: float
+    per_stroke: float
 
 
-def _summed(table: np.ndarray, of: np.ndarray, least: float) -> _Sums:
+def summed(table: np.ndarray, of: np.ndarray) -> Sums:
     """Normal equations of strokes in the unknowns that their columns are `of`."""
+    least = (METHOD_FLOOR * _dry_nm(table)) ** 2 * len(table)  # what the model errs by is in every stroke
     zz, zy, yy = unpacked(table)
     to = of.transpose(0, 2, 1)
     zz, zy = to @ zz @ of, (to @ zy[:, :, None])[:, :, 0]
-    return _Sums(zz.sum(axis=0), zy.sum(axis=0), zz, zy, float(yy.sum()), table[:, 1], least)
+    rows = table[:, 1]
+    A, b, of_all = zz.sum(axis=0), zy.sum(axis=0), (float(rows.sum()), float(rows.mean()))
+    return Sums(A, b, zz, zy, float(yy.sum()), rows, least, *of_all)
 
 
-def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
+def wandering(sums: Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
     """What is `known`, with offsets whose moves (shares of the dry friction) are as large as these strokes
     show them to be, within bounds.
 
@@ -231,33 +248,34 @@ def _wandering(sums: _Sums, known: np.ndarray, moves: np.ndarray) -> np.ndarray:
     variance."""
     share = WANDER_SHARE
     for _ in range(_WANDER_ROUNDS):
-        found, cov = _solved(sums, known + moves.T @ moves / share**2)
+        found, cov = solved(sums, known + moves.T @ moves / share**2)
         square = (moves @ found) ** 2 + np.einsum("ij,jk,ik->i", moves, cov, moves)
         share = min(max(math.sqrt(float(square.mean())), WANDER_SHARE), WANDER_MOST)
     wanders: np.ndarray = known + moves.T @ moves / share**2
     return wanders
 
 
-def _freed(known: np.ndarray) -> np.ndarray:
+def freed(known: np.ndarray) -> np.ndarray:
+    """What is known before, with viscous friction that may be any."""
     free = known.copy()
     free[VISCOUS, VISCOUS] = VISCOUS_OFF**-2
     return free
 
 
 def _beside_viscous(
-    sums: _Sums, known: np.ndarray, doubt_nm: float, found: np.ndarray, cov: np.ndarray
+    sums: Sums, known: np.ndarray, doubt_nm: float, found: np.ndarray, cov: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, float]:
     """Coefficients and covariance, with viscous friction as learned unless the motion says otherwise, and
     what that may hide of the factor; `found` and `cov` are those with viscous friction free.
 
     What the model may err by over speed, `doubt_nm`, is no viscous friction."""
     square = float(sums.zz[:, VISCOUS, VISCOUS].sum())
-    of_model = doubt_nm**2 * float(sums.rows.sum()) / max(square, 1e-300)
+    of_model = doubt_nm**2 * sums.all_rows / max(square, 1e-300)
     sure = abs(float(found[VISCOUS])) / math.sqrt(cov[VISCOUS, VISCOUS] + of_model)
     if sure > VISCOUS_SURE and cov[0, 0] < BESIDE_VISCOUS**2:
         return found, cov, 0.0
     likely = min(sure / VISCOUS_SURE, 1.0)
-    calm, cov = _solved(sums, known)
+    calm, cov = solved(sums, known)
     return calm, cov, likely * abs(float(found[0] - calm[0]))
 
 
@@ -267,10 +285,10 @@ def _spread(zz: np.ndarray, session: np.ndarray) -> float:
     return float((second - first**2 / n).sum() / n.sum())
 
 
-def _solved(sums: _Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def solved(sums: Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Coefficients and their covariance, clustered by stroke; a stroke is one observation against what is
     `known`."""
-    rows, per_stroke, clusters = float(sums.rows.sum()), float(sums.rows.mean()), len(sums.rows)
+    rows, per_stroke, clusters = sums.all_rows, sums.per_stroke, len(sums.rows)
     scale = per_stroke * max(sums.yy / rows, sums.least)
     found: np.ndarray = np.zeros(len(sums.b))
     for _ in range(3):

@@ -101,9 +101,9 @@ class Sliding:
         x, tau, trust = self._bins
         width = 2 * self._half + 1
         if len(x) >= width:
-            windows = np.lib.stride_tricks.sliding_window_view(x - x[0], width)
-            position, velocity, acceleration = (windows @ self._kernel).T
-            torque = np.lib.stride_tricks.sliding_window_view(tau, width) @ self._kernel[:, 0]
+            windows = np.lib.stride_tricks.sliding_window_view(np.stack([x - x[0], tau]), width, axis=1)
+            position, velocity, acceleration = (windows[0] @ self._kernel).T
+            torque = windows[1] @ self._kernel[:, 0]
             trust = trust[self._half : len(x) - self._half]
             fresh = self._strokes(np.column_stack([position + x[0], velocity, acceleration, torque, trust]))
             speed = np.abs(fresh[:, 1])
@@ -132,9 +132,8 @@ class Sliding:
         speed = np.abs(signals[:, 1])
         good = (speed >= self._slowest) & (speed <= self._fastest)
         # a run of one direction, fast enough, as long as the bell
-        same = np.lib.stride_tricks.sliding_window_view(
-            np.where(good, np.sign(signals[:, 1]), 0.0), width
-        ).sum(axis=1)
+        ways = np.cumsum(np.concatenate([[0.0], np.where(good, np.sign(signals[:, 1]), 0.0)]))
+        same = ways[width:] - ways[:-width]
         middle = signals[self._half : len(signals) - self._half]
         kept = middle[(np.abs(same) == width) & (middle[:, 5] >= self._settle)]
         self._filtered = signals[1 - width :]

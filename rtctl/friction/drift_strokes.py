@@ -93,7 +93,8 @@ class Strokes:
         """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among
         them."""
         self._moved += moved
-        self._take(settled(rows, by), by)
+        if len(rows.velocity):
+            self._take(settled(rows, by), by)
         if len(self._ended) and self._moved - self._ended[-1] > MOTION_FACTOR * self._most_rows:
             self.forget()
 
@@ -129,11 +130,10 @@ class Strokes:
 def settled(rows: Rows, by: Deployed) -> Rows:
     """The rows whose friction is that of their own speed, not of one that was a presliding length ago."""
     v, way = rows.velocity, np.sign(rows.velocity)
-    before = np.sqrt(
-        np.clip(v * v - 2.0 * by.presliding_rad * way * rows.acceleration, 1e-12, by.speed_max_rad_s**2)
-    )
-    now_nm = by.dry_nm(v)
-    kept = np.abs(by.dry_nm(way * before) - now_nm) <= LATE_SHARE * now_nm
+    square = v * v - 2.0 * by.presliding_rad * way * rows.acceleration
+    before = np.sqrt(np.minimum(np.maximum(square, 1e-12), by.speed_max_rad_s**2))
+    now_nm, before_nm = np.split(by.dry_nm(np.concatenate([v, way * before])), 2)
+    kept = np.abs(before_nm - now_nm) <= LATE_SHARE * now_nm
     return Rows(*(column[kept] for column in vars(rows).values()))
 
 

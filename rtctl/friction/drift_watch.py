@@ -23,10 +23,8 @@ from rtctl.tick import joined
 FRESH_TICKS = 3
 """A sample older than that says nothing of this moment."""
 
-LOOK_S = 0.25
-"""Ticks are looked at in blocks of so long: what each block costs besides is then next to nothing."""
-
-_MOVING = (int(State.ACTIVE), int(State.HOLD))
+LOOK_S = 0.5
+"""Ticks are looked at in blocks of so long: a block costs as much whether it is long or short."""
 
 
 @dataclass
@@ -143,7 +141,7 @@ class RigWatch:
             return False
         rows = joined(self._batches)
         self._batches, self._ticks = [], 0
-        moving = np.isin(rows["state"], _MOVING)
+        moving = (rows["state"] == State.ACTIVE) | (rows["state"] == State.HOLD)
         if not moving.any():
             self._powered = False
             self._binning.forget()
