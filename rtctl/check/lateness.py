@@ -112,6 +112,18 @@ def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
     )
 
 
+def cut_a(loaded: LoadedConfig, axis: int) -> float:
+    """What the device that takes the torque of the axis cuts larger currents to, A: `current_max_a` of its
+    table of the axis; inf where it has none, or is simulated as ideal."""
+    cuts = [math.inf]
+    for member, at in _members(loaded, axis):
+        tables = member.options.get("axis") or ({},)
+        table = tables[at if len(tables) > 1 else 0]
+        if _COMMANDS & set(member.channels) and table.get("current_max_a") is not None:
+            cuts.append(float(table["current_max_a"]))
+    return min(cuts)
+
+
 def _members(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
     """Devices that give the position of the axis or take its torque, and its place among theirs."""
     for member in loaded.members():

@@ -150,7 +150,8 @@ def examine(
 def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming], telling: bool) -> AxisReport:
     axis, joint, config = loaded.config.axis[index], lateness.joint_of_axis(loaded, index), loaded.config
     found = figures_alone(loaded, index, pulse.get(axis.name))
-    subject = Subject(found, axis, config.period_s, f"{loaded.path}: axis[{index}]", joint, config.simulated)
+    where, cut_a = f"{loaded.path}: axis[{index}]", lateness.cut_a(loaded, index)
+    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, cut_a)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(

@@ -96,6 +96,8 @@ class Subject:
     """As the rig file has it or, where that is worse, the devices."""
     simulated: bool = False
     """Nobody holds it."""
+    cut_a: float = math.inf
+    """What the device of its motor cuts larger currents to, without a word; inf: not known."""
 
     @property
     def hand(self) -> float:

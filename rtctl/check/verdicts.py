@@ -11,6 +11,7 @@ from collections.abc import Callable
 from rtctl.check import (
     verdicts_of_admittance,
     verdicts_of_admittance_steps,
+    verdicts_of_device,
     verdicts_of_force,
     verdicts_of_friction,
     verdicts_of_load,
@@ -71,6 +72,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_friction.damping_and_model,
     verdicts_of_units.acceleration,
     verdicts_of_units.current,
+    verdicts_of_device.cut,
     verdicts_of_units.ticks_to_full_torque,
     verdicts_of_units.time_constant,
     verdicts_of_units.viscous_torque,

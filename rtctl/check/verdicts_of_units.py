@@ -113,8 +113,7 @@ def acceleration(s: Subject) -> list[Verdict]:
 
 def current(s: Subject) -> list[Verdict]:
     """What the torque limit asks of the amplifier."""
-    table = s.table
-    amperes = table.torque_limit_nm / (table.motor_ratio * table.gear_efficiency * table.torque_constant_nm_a)
+    table, amperes = s.table, amperes_of(s)
     return judged(
         s,
         "current at the torque limit",
@@ -127,6 +126,12 @@ def current(s: Subject) -> list[Verdict]:
         f"{'lead_m (a lead of 5 mm is 0.005), ' if table.motion == 'linear' else ''}torque_limit_nm and "
         "current_limit_a, too",
     )
+
+
+def amperes_of(s: Subject) -> float:
+    """Current of the motor at the torque limit, A."""
+    table = s.table
+    return table.torque_limit_nm / (table.motor_ratio * table.gear_efficiency * table.torque_constant_nm_a)
 
 
 def ticks_to_full_torque(s: Subject) -> list[Verdict]:

@@ -270,7 +270,8 @@ TABLE: tuple[FaultRow, ...] = (
         Reaction.STOP,
         1,
         "no target of the lease holder for 100 ticks of a remote environment; HOLD from 20 on",
-        "the renderer stopped sending targets: start it again, then arm",
+        "the renderer stopped sending targets, or the daemon refused them (`targets.refused` in `health` "
+        "counts): mend or start the renderer, then arm",
         clears="a new lease and an operator's arm",
     ),
     FaultRow(

@@ -225,4 +225,11 @@ SEEDS = (
         "Outcome.PASS",
         DISPLAY,
     ),
+    Seed(
+        "what a device cuts off is not told",
+        "rtctl/check/verdicts_of_device.py",
+        "Outcome.PASS if fits else Outcome.WARN",
+        "Outcome.PASS",
+        ("tests/unit/cli/test_check_plausibility.py::test_a_current_that_the_device_cuts_off_is_told",),
+    ),
 )

@@ -28,6 +28,20 @@ def rig(tmp_path, model):
     return writer(tmp_path, model)
 
 
+def test_a_current_that_the_device_cuts_off_is_told(rig):
+    def row(amperes):
+        path = edited(
+            rig(), ('kind = "mock"', f'kind = "mock"\n[[device.options.axis]]\ncurrent_max_a = {amperes}')
+        )
+        return rows_of(path)["current that the device lets through"]
+
+    needed_a = 2.0 / (80 * 0.0134)
+    assert row(1.001 * needed_a).outcome is Outcome.PASS
+    found = row(needed_a / 2)
+    assert found.outcome is Outcome.WARN
+    assert "which is 1 N m, and torque_limit_nm is 2" in found.refusal
+
+
 @pytest.mark.parametrize(
     ("change", "name", "key"),
     [
