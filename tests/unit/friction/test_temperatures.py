@@ -70,7 +70,7 @@ def test_a_log_without_a_clock_goes_by_its_rate(tmp_path):
 @pytest.mark.parametrize(
     ("celsius", "head", "told"),
     [
-        ([295.0, 1e4], "t,x,y,warm [degC]", "row 2: 'warm [degC]' is 10000 degC"),
+        ([240.0, 1e4], "t,x,y,warm [degC]", "row 2: 'warm [degC]' is 10000 degC"),
         ([20.0, math.nan], "t,x,y,warm [degC]", "warm"),
         ([20.0, 21.0], "t,x,y,other", "warm"),
     ],
