@@ -18,7 +18,6 @@ BLOCKS = (
 )
 CHOICE = ("tests/unit/friction/test_selection.py",)
 MEAN = ("tests/unit/friction/test_mean.py",)
-OF_SESSIONS = ("tests/unit/friction/test_choice_of_sessions.py",)
 FORETOLD = ("tests/unit/friction/test_foretold.py",)
 GIVEN_UP = ("tests/unit/friction/test_given_up.py",)
 HARD = "tests/unit/identify/test_difficult_joints.py"
@@ -47,31 +46,17 @@ SEEDS = (
         MEAN,
     ),
     Seed(
-        "rungs are told apart by what their sessions differ by",
-        "rtctl/friction/learn/search.py",
-        "known = self.sessions and self.blocks is not None",
-        "known = False",
-        OF_SESSIONS,
-    ),
-    Seed(
-        "the mean of a session of slow points alone is its offset",
-        "rtctl/friction/learn/search.py",
-        "if self.session is None:",
-        "if self.session is not None:\n            return True\n        if self.session is None:",
-        OF_SESSIONS,
-    ),
-    Seed(
         "a rung weighs by what it was lucky to err",
         "rtctl/friction/learn/mean.py",
-        "expected = np.array([rung.telling_nm for rung in rungs])",
+        "expected = np.array([rung.expected_nm for rung in rungs])",
         "expected = np.array([rung.rmse_nm for rung in rungs])",
         MEAN,
     ),
     Seed(
         "the mean is taken where errors count as equal, too",
         "rtctl/friction/learn/ladder.py",
-        "if one.telling_nm <= equal_nm:",
-        "if one.telling_nm < 0:",
+        "if one.expected_nm <= equal_nm:",
+        "if one.expected_nm < 0:",
         MEAN,
     ),
     Seed(
@@ -266,14 +251,14 @@ SEEDS = (
     Seed(
         "the luckiest of many machines is believed",
         "rtctl/friction/learn/selection.py",
-        "return max(0.0, (float(np.sum(chosen.telling**2)) - least) / len(fold))",
+        "return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))",
         "return 0.0",
         CHOICE,
     ),
     Seed(
         "what a sparse curve errs more is taken for luck",
         "rtctl/friction/learn/selection.py",
-        "among_equals = near[0].telling_nm <= equal_nm",
+        "among_equals = near[0].rmse_nm <= equal_nm",
         "among_equals = False",
         CHOICE,
     ),

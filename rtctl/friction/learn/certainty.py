@@ -94,15 +94,3 @@ def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) ->
 def _known(blocks: np.ndarray | None) -> np.ndarray | None:
     """The blocks, or None where they are too few to know their own spread."""
     return None if blocks is not None and len(np.unique(blocks)) < BLOCKS_MIN else blocks
-
-
-def less_shared(errors: np.ndarray, sessions: np.ndarray) -> np.ndarray:
-    """Errors less what each session's own mean differs by from the mean of all sessions, shape (n,).
-
-    What a session lies above or below the others is the same for every model, and no model can foretell it.
-    It says nothing of which model is better, but squared it drowns what does. The mean of all stays: a curve
-    that lies too high everywhere is worse."""
-    _, session, count = np.unique(sessions, return_inverse=True, return_counts=True)
-    mean = np.bincount(session, errors) / count
-    left: np.ndarray = errors - (mean - mean.mean())[session]
-    return left

@@ -99,8 +99,6 @@ def _climbed(points: FrictionPoints, options: Options, progress: search.Progress
         if options.mean and most is None:
             choice = _with_mean(choice, points, sides, equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
-        if sides[0].sessions_alike:
-            bound += " Rungs are compared without what the sessions differ by."
         if options.symmetric != "auto":
             note = bound + (" One symmetric curve, as asked." if options.symmetric == "yes" else "")
             return Ladder(
@@ -132,7 +130,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
     where no loop could run the mean."""
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
-    if one.telling_nm <= equal_nm:
+    if one.expected_nm <= equal_nm:
         return choice
     made = mean.mean_of(usable, mean.shares(usable))
     if made is None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from rtctl.errors import UnidentifiableError
 from rtctl.friction.kind_table import KERNELS
-from rtctl.friction.learn.certainty import doubt, less_shared, standard_error
+from rtctl.friction.learn.certainty import doubt, standard_error
 from rtctl.friction.learn.gram import MANY, Gram
 from rtctl.friction.learn.grids import in_scale_of
 from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
@@ -66,15 +66,6 @@ class Side:
     session: np.ndarray | None = None
     """Session of each point, where whole sessions are held out; else None."""
 
-    @property
-    def sessions_alike(self) -> bool:
-        """Whether sessions are held out, each with slow, middle and fast points: the mean of one that has
-        only some of the speeds says how friction falls and rises over speed, too."""
-        if self.session is None:
-            return False
-        third = np.searchsorted(np.quantile(self.speed, [1 / 3, 2 / 3]), self.speed)
-        return all(len(np.unique(third[self.session == one])) == 3 for one in np.unique(self.session))
-
 
 @dataclass(frozen=True)
 class Score:
@@ -91,19 +82,6 @@ class Score:
     converged: bool = True
     blocks: np.ndarray | None = None
     """Block of each error, as of `Side`; None: each is its own."""
-    sessions: bool = False
-    """Whether the blocks are sessions that are alike in their speeds (`Side.sessions_alike`)."""
-
-    @property
-    def telling(self) -> np.ndarray:
-        """The errors that candidates are compared by, N m: without what the sessions differ by."""
-        known = self.sessions and self.blocks is not None
-        return less_shared(self.errors, self.blocks) if known else self.errors
-
-    @property
-    def telling_nm(self) -> float:
-        """Root mean square of `telling`; infinite when the candidate failed."""
-        return float("inf") if self.failed else float(np.sqrt(np.mean(self.telling**2)))
 
     @property
     def rmse_nm(self) -> float:
@@ -118,7 +96,7 @@ class Score:
     @property
     def doubt_nm(self) -> float:
         """See `certainty.doubt`, N m."""
-        return doubt(self.telling, self.blocks)
+        return doubt(self.errors, self.blocks)
 
 
 def side(
@@ -177,7 +155,7 @@ def cross_validate(
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
     held = np.isin(data.fold, folds)
     blocks = None if data.block is None else data.block[held]
-    return Score(candidate, data.direction, errors[held], count, None, converged, blocks, data.sessions_alike)
+    return Score(candidate, data.direction, errors[held], count, converged=converged, blocks=blocks)
 
 
 def _held_out(
@@ -292,7 +270,7 @@ def _promising(scores: Sequence[Score], sides: Sequence[Side]) -> list[tuple[Can
             groups.setdefault((score.candidate.family, score.direction), []).append(score)
     kept = []
     for members in groups.values():
-        ranked = sorted(members, key=lambda score: score.telling_nm)
+        ranked = sorted(members, key=lambda score: score.rmse_nm)
         best = ranked[: -(-len(ranked) // KEEP)]
         done = [score for score in ranked if score.converged and not any(score is one for one in best)]
         kept += best + done[:1]

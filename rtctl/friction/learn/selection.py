@@ -43,11 +43,6 @@ class Rung:
         return np.concatenate([score.errors for score in self.scores])
 
     @property
-    def telling(self) -> np.ndarray:
-        """What rungs are compared by, N m: see `Score.telling`."""
-        return np.concatenate([score.telling for score in self.scores])
-
-    @property
     def blocks(self) -> np.ndarray | None:
         """Block of each of `errors`; None where a side does not say."""
         told = [score.blocks for score in self.scores if score.blocks is not None]
@@ -65,11 +60,6 @@ class Rung:
         return float("inf") if self.refused else float(np.sqrt(self.rmse_nm**2 + self.luck_nm2))
 
     @property
-    def telling_nm(self) -> float:
-        """What rungs are compared by: `expected_nm` of the errors that tell them apart."""
-        return float("inf") if self.refused else float(np.sqrt(np.mean(self.telling**2) + self.luck_nm2))
-
-    @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`, N m."""
         return 0.0 if self.refused else standard_error(self.errors, self.blocks)
@@ -77,7 +67,7 @@ class Rung:
     @property
     def doubt_nm(self) -> float:
         """See `certainty.doubt`, N m."""
-        return 0.0 if self.refused else doubt(self.telling, self.blocks)
+        return 0.0 if self.refused else doubt(self.errors, self.blocks)
 
     @property
     def n_terms(self) -> float:
@@ -115,10 +105,10 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     usable = [score for score in scores if not score.failed]
     if not usable:
         return []
-    best = min(usable, key=lambda score: score.telling_nm)
-    limit = max(best.telling_nm + best.doubt_nm, tolerance_nm)
-    near = [score for score in usable if score.telling_nm <= limit]
-    return sorted(near, key=lambda score: (score.n_terms, score.telling_nm))
+    best = min(usable, key=lambda score: score.rmse_nm)
+    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
+    near = [score for score in usable if score.rmse_nm <= limit]
+    return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
 
 
 def tolerance_nm(data: Side, share: float) -> float:
@@ -139,8 +129,8 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
         if not near:
             return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
-        among_equals = near[0].telling_nm <= equal_nm
-        lucks.append(luck(min(near, key=lambda one: one.telling_nm) if among_equals else near[0], here, data))
+        among_equals = near[0].rmse_nm <= equal_nm
+        lucks.append(luck(min(near, key=lambda one: one.rmse_nm) if among_equals else near[0], here, data))
     counts = [len(score.errors) for score in chosen]
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
     bends = False
@@ -170,17 +160,17 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
     same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
     if len(same) < 2 or len(chosen.errors) != len(fold):
         return 0.0
-    squares = np.array([score.telling for score in same]) ** 2
+    squares = np.array([score.errors for score in same]) ** 2
     least = sum(float(squares[:, fold == k].sum(axis=1).min()) for k in np.unique(fold))
-    return max(0.0, (float(np.sum(chosen.telling**2)) - least) / len(fold))
+    return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))
 
 
 def _told_apart(rung: Rung, best: Rung) -> bool:
     """Whether a rung is expected to err more than the best by more than one standard error of the difference,
     point by point."""
     if len(rung.errors) != len(best.errors):
-        return rung.telling_nm > best.telling_nm + best.doubt_nm
-    more, se = excess(rung.telling, best.telling, best.blocks)
+        return rung.expected_nm > best.expected_nm + best.doubt_nm
+    more, se = excess(rung.errors, best.errors, best.blocks)
     return more + rung.luck_nm2 - best.luck_nm2 > se
 
 
@@ -204,15 +194,15 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         bounded = any("support vectors" in (rung.refused or "") for rung in rungs)
         remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
         raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
-    best = min(usable, key=lambda rung: rung.telling_nm)
+    best = min(usable, key=lambda rung: rung.expected_nm)
     near = sorted(
-        (rung for rung in usable if rung.telling_nm <= tolerance_nm or not _told_apart(rung, best)),
-        key=lambda rung: (rung.n_terms, rung.telling_nm),
+        (rung for rung in usable if rung.expected_nm <= tolerance_nm or not _told_apart(rung, best)),
+        key=lambda rung: (rung.n_terms, rung.expected_nm),
     )
     chosen = near[0]
-    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.telling_nm)
+    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.expected_nm)
     runner_up = others[0] if others else None
-    equal = all(rung.telling_nm <= tolerance_nm for rung in near)
+    equal = all(rung.expected_nm <= tolerance_nm for rung in near)
     among = f"below {1e3 * tolerance_nm:.3g} mN m" if equal else ""
     words = [_why(chosen, best, len(near), among)]
     if chosen.bends:
@@ -232,7 +222,7 @@ def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
         return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
     if chosen is best:
         return said + f"{_SMALLEST} and the fewest numbers."
-    others = f"{_SMALLEST} has {best.family}, {1e3 * best.telling_nm:.3g} mN m"
+    others = f"{_SMALLEST} has {best.family}, {1e3 * best.expected_nm:.3g} mN m"
     if among:
         return said + f"the fewest numbers of {near} {among} ({others})."
     return said + f"the fewest numbers of {near} within one standard error of the best ({others})."
@@ -257,9 +247,9 @@ def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
     learned = [rung for rung in usable if not rung.is_formula]
     if not formulas or not learned:
         return ""
-    formula = min(formulas, key=lambda rung: rung.telling_nm)
-    machine = min(learned, key=lambda rung: rung.telling_nm)
-    if formula.telling_nm <= machine.telling_nm:
+    formula = min(formulas, key=lambda rung: rung.expected_nm)
+    machine = min(learned, key=lambda rung: rung.expected_nm)
+    if formula.expected_nm <= machine.expected_nm:
         return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
     if not _told_apart(formula, machine):
         return (
@@ -268,8 +258,8 @@ def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
         )
     if formula in near and among:
         return (
-            f"A parametric model is as good: {formula.family}, {1e3 * formula.telling_nm:.3g} mN m, is "
+            f"A parametric model is as good: {formula.family}, {1e3 * formula.expected_nm:.3g} mN m, is "
             f"{among}."
         )
-    times = formula.telling_nm / machine.telling_nm
+    times = formula.expected_nm / machine.expected_nm
     return f"No parametric model is as good: the best, {formula.family}, errs {times:.2g} times as much."
