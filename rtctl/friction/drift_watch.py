@@ -12,6 +12,7 @@ from rtctl.control.vocabulary import State
 from rtctl.friction import adaptation
 from rtctl.friction import drift_verdict as verdict
 from rtctl.friction.drift_bins import RATE_HZ, Binning
+from rtctl.friction.drift_change import forget_before_change
 from rtctl.friction.drift_deployed import Deployed, deployed
 from rtctl.friction.drift_estimate import Estimate, estimate
 from rtctl.friction.drift_here import Places, beside_viscous
@@ -73,6 +74,7 @@ class AxisWatch:
         if self.strokes.taken == self._judged and (self.found is None or len(self.strokes.table)):
             return
         self._judged = self.strokes.taken
+        forget_before_change(self.strokes, self.rate_hz)
         found = self.found = estimate(self.strokes, self.by, self.rate_hz)
         # what was told is of motion that is forgotten; what was warned of is not known to be gone
         if found is None:
