@@ -1,8 +1,7 @@
 """What the friction was before, at the place where the hand works now.
 
 A curve of speed alone is off by what places differ by, and no motion at one place tells that from a change
-of the friction. The same place, seen before and now, does: what changed there is no place. A motion that
-goes on from one place to another is at neither."""
+of the friction. The same place, seen before and now, does: what changed there is no place."""
 
 from __future__ import annotations
 
@@ -74,34 +73,22 @@ class Places:
     """The places of one axis since the host started: an encoder may count from elsewhere after that."""
 
     def __init__(self) -> None:
-        self._first: deque[Here] = deque(maxlen=PLACES)
-        self._quick: deque[Here] = deque(maxlen=PLACES)
+        self._seen: deque[Here] = deque(maxlen=PLACES)
 
     def before(
         self, found: Estimate, strokes: Strokes, *, keep: bool
     ) -> tuple[Estimate | None, Estimate | None]:
         """What was found here first, and what a motion as quick as this told of viscous friction best; None
         where nothing was. This motion is remembered then, or where it tells more and the same, if `keep`."""
-        table = strokes.table[strokes.table[:, 0] == strokes.session]
-        rows = table[:, 1]
-        here = _at(table, found, strokes)
-        if here is None or found.session_seconds < AFTER_S or rows.sum() < strokes.rows / 2:
+        here = _here(found, strokes)
+        if here is None:
             return None, None
-        alike = [one for one in self._quick if one.like(here)]
+        alike = [one for one in self._seen if one.like(here)]
         quick = [one.found for one in alike if one.as_quick(here)]
         as_quick = min(quick, key=lambda one: one.viscous_error, default=None)
-        keep = keep and found.factor_error <= FOUND
-        if keep and (as_quick is None or _tells_more(found, as_quick)):
-            self._quick.append(here)
-        # strokes of two places have the middle and the reach of a third, where friction is neither's
-        early = np.cumsum(rows) <= rows.sum() / 2
-        first, second = (_at(table[half], found, strokes) for half in (early, ~early))
-        if first is None or second is None or not first.like(second):
-            return None, as_quick
-        before = next((one.found for one in self._first if one.like(here)), None)
-        if keep and before is None:
-            self._first.append(here)
-        return before, as_quick
+        if keep and found.factor_error <= FOUND and (as_quick is None or _tells_more(found, as_quick)):
+            self._seen.append(here)
+        return alike[0].found if alike else None, as_quick
 
 
 def _tells_more(found: Estimate, of: Estimate) -> bool:
@@ -133,6 +120,24 @@ def beside_viscous(found: Estimate, before: Estimate | None) -> Estimate:
         forward=found.forward + factor - found.factor,
         backward=found.backward + factor - found.factor,
     )
+
+
+def stayed(found: Estimate, strokes: Strokes) -> bool:
+    """Whether the present session's strokes were at one place: those of two have the middle and the reach of
+    a third, where friction is neither's."""
+    table = strokes.table[strokes.table[:, 0] == strokes.session]
+    rows = np.cumsum(table[:, 1])
+    early = rows <= rows[-1:] / 2
+    first, second = (_at(table[half], found, strokes) for half in (early, ~early))
+    return first is not None and second is not None and first.like(second)
+
+
+def _here(found: Estimate, strokes: Strokes) -> Here | None:
+    """Where the present session's strokes were; None where they are few, or too much is of earlier ones."""
+    table = strokes.table[strokes.table[:, 0] == strokes.session]
+    if found.session_seconds < AFTER_S or table[:, 1].sum() < strokes.rows / 2:
+        return None
+    return _at(table, found, strokes)
 
 
 def _at(table: np.ndarray, found: Estimate, strokes: Strokes) -> Here | None:
