@@ -140,6 +140,7 @@ LONG = (
     "unit/friction/test_drift.py",
     "unit/friction/test_drift_beside.py",
     "unit/friction/test_drift_by_place.py",
+    "unit/friction/test_drift_change.py",
     "unit/friction/test_drift_here.py",
     "unit/friction/test_drift_on_the_family.py",
     "unit/friction/test_drift_window.py",

@@ -9,6 +9,8 @@ import math
 from collections import deque
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from rtctl.friction.drift_estimate import PLACE, Estimate
 from rtctl.friction.drift_strokes import Strokes, unpacked
 
@@ -120,15 +122,27 @@ def beside_viscous(found: Estimate, before: Estimate | None) -> Estimate:
     )
 
 
+def stayed(found: Estimate, strokes: Strokes) -> bool:
+    """Whether the present session's strokes were at one place: those of two have the middle and the reach of
+    a third, where friction is neither's."""
+    table = strokes.table[strokes.table[:, 0] == strokes.session]
+    rows = np.cumsum(table[:, 1])
+    early = rows <= rows[-1:] / 2
+    first, second = (_at(table[half], found, strokes) for half in (early, ~early))
+    return first is not None and second is not None and first.like(second)
+
+
 def _here(found: Estimate, strokes: Strokes) -> Here | None:
     """Where the present session's strokes were; None where they are few, or too much is of earlier ones."""
     table = strokes.table[strokes.table[:, 0] == strokes.session]
-    rows = float(table[:, 1].sum())
-    if found.session_seconds < AFTER_S or rows < strokes.rows / 2:
+    if found.session_seconds < AFTER_S or table[:, 1].sum() < strokes.rows / 2:
         return None
-    squares = unpacked(table)[0].sum(axis=0)
+    return _at(table, found, strokes)
+
+
+def _at(table: np.ndarray, found: Estimate, strokes: Strokes) -> Here | None:
+    """Where these strokes were; None of no strokes, or at one point."""
+    rows, squares = max(float(table[:, 1].sum()), 1.0), unpacked(table)[0].sum(axis=0)
     middle = squares[PLACE, -1] / rows
     reach = math.sqrt(max(squares[PLACE, PLACE] / rows - middle**2, 0.0))
-    if not reach > 0.0:
-        return None
-    return Here(strokes.from_rad + middle, reach, found)
+    return Here(strokes.from_rad + middle, reach, found) if reach > 0.0 else None

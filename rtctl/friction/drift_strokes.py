@@ -79,6 +79,10 @@ class Strokes:
         self.table, self.session = table[-STROKES:], int(table[-1, 0]) + 1
         self._ended = np.full(len(self.table), float(self._moved))
 
+    def keep_newest(self, count: int) -> None:
+        """Remember no more than so many strokes."""
+        self.table, self._ended = self.table[-count:], self._ended[-count:]
+
     def forget(self) -> None:
         """Remember nothing."""
         self.table, self._ended = np.zeros((0, SUMS)), np.zeros(0)

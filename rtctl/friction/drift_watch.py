@@ -12,9 +12,10 @@ from rtctl.control.vocabulary import State
 from rtctl.friction import adaptation
 from rtctl.friction import drift_verdict as verdict
 from rtctl.friction.drift_bins import RATE_HZ, Binning
+from rtctl.friction.drift_change import forget_before_change
 from rtctl.friction.drift_deployed import Deployed, deployed
 from rtctl.friction.drift_estimate import Estimate, estimate
-from rtctl.friction.drift_here import Places, beside_viscous
+from rtctl.friction.drift_here import Places, beside_viscous, stayed
 from rtctl.friction.drift_sliding import PRESLIDING_LENGTHS, Sliding
 from rtctl.friction.drift_strokes import Strokes
 from rtctl.rig_file.friction_tables import DriftTable
@@ -73,6 +74,7 @@ class AxisWatch:
         if self.strokes.taken == self._judged and (self.found is None or len(self.strokes.table)):
             return
         self._judged = self.strokes.taken
+        forget_before_change(self.strokes, self.rate_hz)
         found = self.found = estimate(self.strokes, self.by, self.rate_hz)
         # what was told is of motion that is forgotten; what was warned of is not known to be gone
         if found is None:
@@ -80,8 +82,9 @@ class AxisWatch:
         warned, share_of_news = bool(self.warning), self.table.warn_share
         before, as_quick = self._places.before(found, self.strokes, keep=not warned)
         found = self.found = beside_viscous(found, as_quick)
-        # a change is not gone because the hand works elsewhere
-        if before is not None or not warned or not verdict.of_a_place(found, self.by, share_of_news):
+        # a change is not gone because the hand works elsewhere, or is on its way
+        known = before is not None and stayed(found, self.strokes)
+        if known or not warned or not verdict.of_a_place(found, self.by, share_of_news):
             self.warning = verdict.warning(found, self.by, share_of_news, warned=warned, before=before)
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)

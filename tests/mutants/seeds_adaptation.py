@@ -184,6 +184,22 @@ SEEDS = (
          "::test_strokes_that_tell_viscous_friction_worse_than_before_know_the_factor_no_better_than_beside_it",),
     ),
     Seed(
+        "a warning of one place goes while the hand goes to another", "rtctl/friction/drift_watch.py",
+        "known = before is not None and stayed(found, self.strokes)", "known = before is not None",
+        ("tests/unit/friction/test_drift_here.py::test_a_tenth_is_told_at_a_place_that_was_seen_before",),
+    ),
+    Seed(
+        "what was before a sudden change stays in the window", "rtctl/friction/drift_change.py",
+        "if newest > 0 and _changed(table, newest, rate_hz):", "if False:",
+        ("tests/unit/friction/test_drift_change.py::test_a_factor_is_not_between_what_was_and_what_is",),
+    ),
+    Seed(
+        "strokes are forgotten without a change", "rtctl/friction/drift_change.py",
+        "return worth > LEAST and float", "return bool(worth) or float",
+        ("tests/unit/friction/test_drift_change.py"
+         "::test_nothing_is_forgotten_where_nothing_has_changed_or_a_zero_swings",),
+    ),
+    Seed(
         "points that may stick count as sliding", "rtctl/friction/learn/point_evidence.py",
         "slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s)", "slides = (speed >= 0)",
         ("tests/unit/friction/test_point_evidence.py",),

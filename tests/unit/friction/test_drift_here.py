@@ -55,6 +55,12 @@ def test_a_hand_that_goes_from_place_to_place_is_not_warned_of_what_the_model_sa
     assert any(told(watch(0.01), rows)), "of a model that knows no such places it is news"
 
 
+def test_a_hand_on_its_way_between_places_is_not_compared_with_another_way():
+    """Strokes of both ends of a way have the middle and the reach of another: it was warned of for 74 s."""
+    a, b, c = 0.07, 2.7, -2.14
+    assert not any(told(watch(0.09), moves([(place, 1.0) for place in (a, b, c, a, c, b)], seconds=50.0)))
+
+
 @pytest.mark.parametrize(("place", "factor"), [(HERE, 0.9), (THERE, 1.1)])
 def test_a_tenth_is_told_at_a_place_that_was_seen_before(place, factor):
     rig = watch(0.09)
