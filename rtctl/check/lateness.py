@@ -5,8 +5,9 @@ The worse counts, of every part by itself: the coupling is proved for it."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from hw import registry
 from hw.interface import Joint
@@ -117,7 +118,7 @@ def cut_a(loaded: LoadedConfig, axis: int) -> float:
     table of the axis; inf where it has none, or is simulated as ideal."""
     cuts = [math.inf]
     for member, at in _members(loaded, axis):
-        tables = member.options.get("axis") or ({},)
+        tables: Sequence[Mapping[str, Any]] = member.options.get("axis") or ({},)
         table = tables[at if len(tables) > 1 else 0]
         if _COMMANDS & set(member.channels) and table.get("current_max_a") is not None:
             cuts.append(float(table["current_max_a"]))

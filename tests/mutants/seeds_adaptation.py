@@ -169,7 +169,7 @@ SEEDS = (
     ),
     Seed(
         "a hand that goes elsewhere ends the warning", "rtctl/friction/drift_watch.py",
-        "if before is not None or not warned or not", "if True or not", HERE,
+        "if known or not warned or not", "if True or not", HERE,
     ),
     Seed(
         "viscous friction that changes in view is what the model errs by", "rtctl/friction/drift_here.py",

@@ -97,8 +97,8 @@ SEEDS = (
     Seed(
         "few fast speeds leave the viscous slope to the Stribeck peak",
         "rtctl/friction/learn/fit.py",
-        "np.unique(speed)[-4:][0])",
-        "np.unique(speed)[0])",
+        "level_starts(speed)[-4:][0])",
+        "level_starts(speed)[0])",
         ("tests/unit/friction/test_learning.py",),
     ),
     Seed(
