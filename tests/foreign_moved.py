@@ -7,15 +7,14 @@ energy at a stretch than without help and with little friction, by more than `FE
 who is fed and no PASSIVITY was raised, *false* a PASSIVITY where nobody is fed or shaken.
 """
 
-import argparse
 import math
-import tempfile
+from functools import partial
 from typing import NamedTuple
 
 import click
 import numpy as np
 from foreign_arms import Rig
-from foreign_rests import Luck, rubbing
+from foreign_rests import Luck, every_rig, parser_of, rubbing
 from foreign_rests import drawn as at_rest
 from foreign_shaken import BETWEEN, LITTLE, beyond, told
 
@@ -145,22 +144,12 @@ def _counts(name, of):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--rigs", type=int, default=100)
+    parser = parser_of(__doc__)
     parser.add_argument("--share", type=float, default=1.0, help="of the help")
     asked, found = parser.parse_args(), []
-    with tempfile.TemporaryDirectory() as folder:
-        for seed in range(asked.first, asked.first + asked.rigs):
-            case = drawn(seed, folder)
-            if case.loaded is None:
-                continue
-            one = judged(case, seed, asked.share)
-            if one is None:
-                click.echo(f"seed {seed}: not armed in time")
-                continue
-            found.append((case, one))
-            _say(seed, case, one)
+    for seed, case, one in every_rig(asked, drawn, partial(judged, share=asked.share)):
+        found.append((case, one))
+        _say(seed, case, one)
     for part in (
         lambda case: case.kind,
         _policy,

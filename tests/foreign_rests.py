@@ -243,11 +243,8 @@ def _say(seed, case, verdict):
     )
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--rigs", type=int, default=100)
-    asked, found = parser.parse_args(), []
+def every_rig(asked, drawn, judged):
+    """Seed, case and verdict of each certified rig that armed; `asked`: the first seed, and how many."""
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(asked.first, asked.first + asked.rigs):
             case = drawn(seed, folder)
@@ -256,9 +253,23 @@ def main():
             verdict = judged(case, seed)
             if verdict is None:
                 click.echo(f"seed {seed}: not armed in time")
-                continue
-            found.append((case.kind, *verdict))
-            _say(seed, case, verdict)
+            else:
+                yield seed, case, verdict
+
+
+def parser_of(about):
+    """Of a script that judges rigs."""
+    parser = argparse.ArgumentParser(description=about, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--rigs", type=int, default=100)
+    return parser
+
+
+def main():
+    asked, found = parser_of(__doc__).parse_args(), []
+    for seed, case, verdict in every_rig(asked, drawn, judged):
+        found.append((case.kind, *verdict))
+        _say(seed, case, verdict)
     for kind in sorted({one[0] for one in found}):
         of = [one for one in found if one[0] == kind]
         loud, both, fed = (sum(one[i] for one in of) for i in (3, 4, 5))

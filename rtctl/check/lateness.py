@@ -5,14 +5,11 @@ The worse counts, of every part by itself: the coupling is proved for it."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from hw import registry
-from hw.interface import Joint
-from hw.member import Member
 from hw.rig_words import subset
+from rtctl.check.devices_of_axis import members_of
 from rtctl.control.proofs.stability import Between, lag_ticks
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.measured_timing import AxisTiming
@@ -20,7 +17,6 @@ from rtctl.rig_file.measured_timing import AxisTiming
 STALE_LIMIT_TICKS = 3
 """Age of a sample that is a fault (STALE): one that comes every fourth tick and later is so at each turn."""
 
-_COMMANDS = frozenset({"torque", "current_command"})
 _SLACK_TICKS = 1e-6
 """A device's period in seconds over the loop's is not a whole number to the last bit."""
 
@@ -92,53 +88,13 @@ def _measured(pulse: AxisTiming, T: float) -> Between:
     )
 
 
-def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
-    """The joint as the rig file has it or, where that is worse, as the devices know it."""
-    drive = loaded.config.axis[axis].drive
-    known = [
-        registry.joint(member.kind, member.options, subset(loaded.config.hardware(), member.axes))[at]
-        for member, at in _members(loaded, axis)
-    ]
-    elastic = [one for one in known if one != Joint()]
-    dampings = [one.damping_nms_rad for one in elastic]
-    if drive.motor_share < 1 or not elastic:
-        dampings.append(drive.joint_damping_nms_rad)
-    return Joint(
-        motor_share=min([drive.motor_share, *(one.motor_share for one in elastic)]),
-        dry_share=min([drive.motor_share, *(one.dry_share for one in elastic)]),
-        damping_nms_rad=min(dampings),
-        stiffness_nm_rad=elastic[0].stiffness_nm_rad if len(elastic) == 1 else 0.0,
-        link_inertia_share=elastic[0].link_inertia_share if len(elastic) == 1 else 0.5,
-        encoder="link" if "link" in (drive.encoder, *(one.encoder for one in elastic)) else "motor",
-    )
-
-
-def cut_a(loaded: LoadedConfig, axis: int) -> float:
-    """What the device that takes the torque of the axis cuts larger currents to, A: `current_max_a` of its
-    table of the axis; inf where it has none, or is simulated as ideal."""
-    cuts = [math.inf]
-    for member, at in _members(loaded, axis):
-        tables: Sequence[Mapping[str, Any]] = member.options.get("axis") or ({},)
-        table = tables[at if len(tables) > 1 else 0]
-        if _COMMANDS & set(member.channels) and table.get("current_max_a") is not None:
-            cuts.append(float(table["current_max_a"]))
-    return min(cuts)
-
-
-def _members(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
-    """Devices that give the position of the axis or take its torque, and its place among theirs."""
-    for member in loaded.members():
-        if axis in member.axes and ({"position", *_COMMANDS} & set(member.channels)):
-            yield member, member.axes.index(axis)
-
-
 def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]:
     """What the devices of an axis declare together: delays add up, of samples and current loops the slowest
     counts."""
     T = loaded.config.period_s
     delay = jitter = 0.0
     lag_hz, sample_ticks, names, undeclared = 0.0, 1, [], []
-    for member, at in _members(loaded, axis):
+    for member, at in members_of(loaded, axis):
         rig = subset(loaded.config.hardware(), member.axes)
         found = registry.timing(member.kind, member.options, rig)
         if found is None:

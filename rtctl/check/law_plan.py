@@ -10,6 +10,7 @@ import numpy as np
 from hw import registry
 from rtctl.check import lateness, observer_tuning, stability_report
 from rtctl.check.axis_plan import fill_axis, fill_force_feedback
+from rtctl.check.devices_of_axis import joint_of_axis
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
 from rtctl.check.place_plan import fill_place
@@ -95,7 +96,7 @@ def build(loaded: LoadedConfig) -> Plan:
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
-        sure, dry_share = guarantee(axis, learned), lateness.joint_of_axis(loaded, a).dry_share
+        sure, dry_share = guarantee(axis, learned), joint_of_axis(loaded, a).dry_share
         params[0]["flicker_held"][a] = holds_flicker(axis, sure, dry_share)
         params[0]["mass_rest_rad"][a] = sure.credited_rad
         most, factor = largest_feedforward(axis, learned, config.period_s)

@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check import force_way, lateness
+from rtctl.check.devices_of_axis import joint_of_axis
 from rtctl.check.drive_of_axis import drive_of
 from rtctl.check.verdict import hand_factor
 from rtctl.control.proofs.drive_in_hand import RIGID
@@ -47,7 +48,7 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
     observer, way = table.friction.observer, force_way.of_axis(loaded, axis)
     usual_hz = observer.bandwidth_at(1 / T)
     late, fixed = way.ticks > 0 or way.sensor_hz > 0, observer.bandwidth_hz > 0
-    joint = lateness.joint_of_axis(loaded, axis)
+    joint = joint_of_axis(loaded, axis)
     if not (observer.gain > 0 and "force" not in loaded.config.rig.absent and (late or not fixed)):
         return Tuning(usual_hz, usual_hz=usual_hz)
     loop = loop_of(table, joint, T, lateness.of_axis(loaded, axis).between, way, Tuning(usual_hz))

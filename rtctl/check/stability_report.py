@@ -32,6 +32,7 @@ from hw.interface import Joint
 from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
+from rtctl.check.devices_of_axis import cut_a, joint_of_axis
 from rtctl.check.lateness import Lateness
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
@@ -120,7 +121,7 @@ class Report:
 def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between, float, float]:
     """Damping of an axis that no hand can cancel, N m s/rad, what is declared to lie between law and joint;
     what compensation adds to the coupling: by place N m/rad, by load a share of it."""
-    late, joint = lateness.of_axis(loaded, index), lateness.joint_of_axis(loaded, index)
+    late, joint = lateness.of_axis(loaded, index), joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
     spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
     return _uncancelled(b, joint), late.between, spring, loop
@@ -148,10 +149,10 @@ def examine(
 
 
 def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming], telling: bool) -> AxisReport:
-    axis, joint, config = loaded.config.axis[index], lateness.joint_of_axis(loaded, index), loaded.config
+    axis, joint, config = loaded.config.axis[index], joint_of_axis(loaded, index), loaded.config
     found = figures_alone(loaded, index, pulse.get(axis.name))
-    where, cut_a = f"{loaded.path}: axis[{index}]", lateness.cut_a(loaded, index)
-    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, cut_a)
+    where, most_a = f"{loaded.path}: axis[{index}]", cut_a(loaded, index)
+    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, most_a)
     plain = {one.name: getattr(found, one.name) for one in fields(found)}
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(
@@ -165,14 +166,14 @@ def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming],
 
 def figures_alone(loaded: LoadedConfig, index: int, pulse: AxisTiming | None = None) -> AxisFigures:
     """Figures of axis `index` without a verdict, which searches for what would pass, too: far longer."""
-    late, joint = lateness.of_axis(loaded, index, pulse), lateness.joint_of_axis(loaded, index)
+    late, joint = lateness.of_axis(loaded, index, pulse), joint_of_axis(loaded, index)
     figures, b, dry, sure = _friction(loaded, loaded.config.axis[index], late)
     return _figures(loaded, index, late, joint, figures, (b, joint.dry_share * dry, sure))
 
 
 def admittance_loop(loaded: LoadedConfig, index: int) -> AdmittanceLoop:
     """The loop that axis `index` closes as an admittance, as its certificate has it."""
-    joint = lateness.joint_of_axis(loaded, index)
+    joint = joint_of_axis(loaded, index)
     return loop_of(figures_alone(loaded, index), loaded.config.axis[index], joint, loaded.config.period_s)
 
 

@@ -93,7 +93,7 @@ def tell_doubts(points: FrictionPoints, *, known: bool, alone: bool) -> None:
     from rtctl.friction.points import level_starts
 
     levels = min(len(level_starts(points.branch(direction)[0])) for direction in (1, -1))
-    if alone and points.motion == "rotary" and levels < LEVELS_FEW:
+    if alone and levels < LEVELS_FEW:
         click.echo(
             f"warning: {points.source}: only {levels} speeds in a direction, between which a spline is free; "
             "compare formulas (--ladder), or measure more speeds",

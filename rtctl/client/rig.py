@@ -130,7 +130,7 @@ class RigClient(Worlds, Listener):
         ------
         RefusedError
             `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`.
-        `wrong_epoch`: somebody stopped the rig meanwhile."""
+            `wrong_epoch`: somebody stopped the rig meanwhile."""
         deadline = time.monotonic() + timeout_s
         epoch = int(self._call("status")["epoch"])
         self._call("arm", epoch=epoch)

@@ -158,9 +158,9 @@ def test_a_joint_that_shakes_while_it_sticks_is_refused_with_the_damping_that_ca
 
 
 def _joint(path):
-    from rtctl.check import lateness
+    from rtctl.check import devices_of_axis
 
-    return lateness.joint_of_axis(load(path), 0)
+    return devices_of_axis.joint_of_axis(load(path), 0)
 
 
 def test_a_servo_that_dry_friction_keeps_swinging_is_refused_with_what_helps(rig):

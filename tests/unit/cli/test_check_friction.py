@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rtctl.check import lateness, verdicts_of_friction, verdicts_of_observer
+from rtctl.check import devices_of_axis, verdicts_of_friction, verdicts_of_observer
 from rtctl.check.law_plan import build
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome, Subject
@@ -68,7 +68,7 @@ def _rows(loaded, simulated=True):
 
 def _subject(loaded, **changes):
     (axis,) = examine(loaded).axes
-    joint = lateness.joint_of_axis(loaded, 0)
+    joint = devices_of_axis.joint_of_axis(loaded, 0)
     subject = Subject(
         axis, loaded.config.axis[0], loaded.config.period_s, "rig.toml: axis[0]", joint, simulated=True
     )

@@ -1,0 +1,55 @@
+"""What the devices of an axis know of its joint and do to its commands, beside what the rig file says."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from hw import registry
+from hw.interface import Joint
+from hw.member import Member
+from hw.rig_words import subset
+from rtctl.rig_file.config import LoadedConfig
+
+_COMMANDS = frozenset({"torque", "current_command"})
+
+
+def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
+    """The joint as the rig file has it or, where that is worse, as the devices know it."""
+    drive = loaded.config.axis[axis].drive
+    known = [
+        registry.joint(member.kind, member.options, subset(loaded.config.hardware(), member.axes))[at]
+        for member, at in members_of(loaded, axis)
+    ]
+    elastic = [one for one in known if one != Joint()]
+    dampings = [one.damping_nms_rad for one in elastic]
+    if drive.motor_share < 1 or not elastic:
+        dampings.append(drive.joint_damping_nms_rad)
+    return Joint(
+        motor_share=min([drive.motor_share, *(one.motor_share for one in elastic)]),
+        dry_share=min([drive.motor_share, *(one.dry_share for one in elastic)]),
+        damping_nms_rad=min(dampings),
+        stiffness_nm_rad=elastic[0].stiffness_nm_rad if len(elastic) == 1 else 0.0,
+        link_inertia_share=elastic[0].link_inertia_share if len(elastic) == 1 else 0.5,
+        encoder="link" if "link" in (drive.encoder, *(one.encoder for one in elastic)) else "motor",
+    )
+
+
+def cut_a(loaded: LoadedConfig, axis: int) -> float:
+    """What the device that takes the torque of the axis cuts larger currents to, A: `current_max_a` of its
+    table of the axis; inf where it has none, or is simulated as ideal."""
+    cuts = [math.inf]
+    for member, at in members_of(loaded, axis):
+        tables: Sequence[Mapping[str, Any]] = member.options.get("axis") or ({},)
+        table = tables[at if len(tables) > 1 else 0]
+        if _COMMANDS & set(member.channels) and table.get("current_max_a") is not None:
+            cuts.append(float(table["current_max_a"]))
+    return min(cuts)
+
+
+def members_of(loaded: LoadedConfig, axis: int) -> Iterable[tuple[Member, int]]:
+    """Devices that give the position of the axis or take its torque, and its place among theirs."""
+    for member in loaded.members():
+        if axis in member.axes and ({"position", *_COMMANDS} & set(member.channels)):
+            yield member, member.axes.index(axis)

@@ -1,0 +1,66 @@
+"""Seeded bugs of friction points: their levels of speed, signs and sessions, and those that are bad."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+SCORING = "tests/unit/friction/test_honest_scoring.py"
+
+SEEDS = (
+    Seed(
+        "repeats of one nominal speed vouch for each other",
+        "rtctl/friction/points.py",
+        "if not starts or one > LEVEL_WIDTH * starts[-1]:",
+        "if not starts or one > starts[-1]:",
+        ("tests/unit/friction/test_folds.py",),
+    ),
+    Seed(
+        "the viscous slope is that between repeats of one speed",
+        "rtctl/friction/learn/fit.py",
+        "level_starts(speed)[-4:][0])",
+        "np.unique(speed)[-4:][0])",
+        ("tests/unit/friction/test_folds.py",),
+    ),
+    Seed(
+        "repeats of a speed are sorted by friction before their scatter is asked for",
+        "rtctl/friction/logs/points_check.py",
+        "rows = np.sort(points.rows_of(direction))",
+        "rows = points.rows_of(direction)",
+        ("tests/unit/friction/test_points_check.py",),
+    ),
+    Seed(
+        "points in columns of our names are believed",
+        "rtctl/cli/fit.py",
+        "    fit_points.tell_doubts(measured, known=plan.loaded is not None",
+        "    (lambda *a, **b: None)(measured, known=plan.loaded is not None",
+        ("tests/unit/cli/test_fit_points.py",),
+    ),
+    Seed(
+        "sessions of one file are one log",
+        "rtctl/friction/logs/other_programs.py",
+        "if 0 < over.sum() <= RESTARTS_SHARE",
+        "if 0 > over.sum() <= RESTARTS_SHARE",
+        ("tests/unit/cli/test_fit_points.py",),
+    ),
+    Seed(
+        "friction without a sign is told like one with an offset",
+        "rtctl/friction/points.py",
+        "if any(np.array_equal(against, direction == one) for one in (1, -1)):",
+        "if False:",
+        ("tests/unit/friction/test_points.py",),
+    ),
+    Seed(
+        "a bad point makes its neighbours bad",
+        "rtctl/friction/outliers.py",
+        "return _contradicted(speed, friction, ~bad) if bad.any() else (expected, bad)",
+        "return expected, bad",
+        (f"{SCORING}::test_a_bad_point_makes_none_of_its_neighbours_bad",),
+    ),
+    Seed(
+        "two bad points of fifty are how the joint is",
+        "rtctl/friction/outliers.py",
+        "math.ceil(MOST_SHARE * len(rows))",
+        "int(0.03 * len(rows))",
+        (f"{SCORING}::test_two_bad_points_of_50_are_mistakes",),
+    ),
+)
