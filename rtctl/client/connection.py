@@ -10,10 +10,7 @@ import zmq
 from rtctl.errors import ConfigError, NoReplyError
 from rtctl.wire.keys import ClientKey
 from rtctl.wire.private_folder import foreign_endpoint
-from rtctl.wire.protocol import Endpoints, tcp_endpoints
-
-HEARTBEAT_MS = 500
-"""A connection over TCP that is silent for three of these is taken for broken, and made again."""
+from rtctl.wire.protocol import HEARTBEAT_MS, Endpoints, tcp_endpoints
 
 _OPTIONS = {zmq.LINGER: 0, zmq.RECONNECT_IVL: 20, zmq.RECONNECT_IVL_MAX: 500}
 

@@ -212,6 +212,7 @@ class Host:
             access=self.access,
             book=self.telemetry.book,
             friction=self.friction,
+            announce=self.announce,
         )
         self.telemetry.commands = self.gateway.counts
         self._wait_for(self.preparation.done)

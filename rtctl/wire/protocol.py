@@ -42,6 +42,11 @@ CONNECTIONS = 16
 HANDSHAKE_MS = 2000
 """A connection that has not authenticated itself within this time is closed."""
 
+HEARTBEAT_MS = 500
+"""Over TCP each end asks the other so often whether it is there, and takes a connection that is silent for
+three of these for broken: 2 s at most, as long as clients wait, so that a request that the network kept for
+longer comes to nothing."""
+
 IPC_PATH_BYTES = 107
 """Longest path of a Unix socket on Linux (`sun_path` of 108 bytes, less the closing zero)."""
 

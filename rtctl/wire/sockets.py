@@ -23,7 +23,7 @@ from rtctl.errors import BusyError
 from rtctl.wire.authenticator import Authenticator, Entry
 from rtctl.wire.connections import Connections
 from rtctl.wire.endpoints import private_umask
-from rtctl.wire.protocol import CONNECTIONS, HANDSHAKE_MS, MAX_REQUEST_BYTES
+from rtctl.wire.protocol import CONNECTIONS, HANDSHAKE_MS, HEARTBEAT_MS, MAX_REQUEST_BYTES
 from rtctl.wire.spare_descriptors import Reserve
 from rtctl.wire.traffic import Traffic
 from rtctl.wire.turnstile import Turnstile
@@ -34,10 +34,6 @@ Options = Mapping[int, int] | Mapping[zmq.SocketOption, int]
 
 BACKLOG = 128
 """Connections the kernel keeps while the host is busy."""
-
-
-HEARTBEAT_MS = 1000
-"""A client on the network that does not answer three of these has gone: its place is free again."""
 
 
 @dataclass(frozen=True)

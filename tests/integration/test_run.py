@@ -5,6 +5,8 @@ import os
 import signal
 import subprocess
 import sys
+import time
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -13,8 +15,9 @@ from rtctl_process import CONFIGS, children, finish, greet, start
 
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
-from rtctl.errors import LoopDiedError
+from rtctl.errors import LoopDiedError, RefusedError
 from rtctl.host.auto_arm import AutoArm
+from rtctl.host.exchange.gateway import GIVEN_UP_S
 from rtctl.host.supervisor import MOST_TICKS, Host
 from rtctl.rig_file.config import load
 
@@ -169,6 +172,26 @@ def test_a_stalled_loop_is_noticed_and_killed(running):
     assert code == 9
     assert "stopped advancing" in body["message"]
     assert not Path(f"/proc/{loop}").exists()
+
+
+def test_an_arm_that_waited_for_a_host_that_stood_still_arms_nothing(running):
+    """Whoever asked has been told that nobody answers, and may have gone to look, with a hand on the rig."""
+    process, client = running
+    epoch = client.status()["epoch"]
+    os.kill(process.pid, signal.SIGSTOP)
+    with ThreadPoolExecutor(1) as waiting:
+        asked = waiting.submit(client._call, "arm", epoch=epoch)
+        time.sleep(1.5 * GIVEN_UP_S)
+        os.kill(process.pid, signal.SIGCONT)
+        with pytest.raises(RefusedError, match=r"a stop (is on its way|came between)"):
+            asked.result(PATIENCE_S)
+    until(lambda: client.status()["epoch"] > epoch)
+    assert client.status()["state"] == "IDLE"
+    client.arm()
+    process.send_signal(signal.SIGINT)
+    code, _, err = finish(process)
+    assert code == 0, err
+    assert "stood still for" in err
 
 
 @pytest.mark.parametrize("then", ["goes on", "loop dies"])

@@ -54,4 +54,21 @@ SEEDS = (
         'self.epoch = int(rows["epoch"][-1])',
         (f"{STOPPED}an_identification_ends_when_it_is_stopped_before_it_began",),
     ),
+    Seed(
+        "an arm that waited for a host that stood still moves the rig",
+        "rtctl/host/exchange/gateway.py",
+        "            self.stop()\n            self._announce",
+        "            self._announce",
+        ("tests/unit/host/test_gateway.py::test_an_arm_that_waited_for_longer_than_its_client_is_void",),
+    ),
+    Seed(
+        "a host that stood still in the middle of a turn goes on as if nothing had been",
+        "rtctl/host/exchange/gateway.py",
+        "            self._void_after_standstill()\n            self.counters",
+        "            self.counters",
+        (
+            "tests/unit/host/test_gateway.py"
+            "::test_a_host_that_stops_between_two_messages_of_one_turn_voids_the_second",
+        ),
+    ),
 )

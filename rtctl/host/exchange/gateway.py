@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -39,6 +40,11 @@ PAUSE_S = 0.001
 """Pause after a turn that left messages unread: it bounds the share of a core that a flood of messages can
 take."""
 
+GIVEN_UP_S = 1.0
+"""Half of what clients wait for a reply. What was asked of a host that stood still for longer has waited for
+nobody knows how long: whoever asked has been told that nobody answers, and may have a hand on the rig by
+then."""
+
 NOMINAL_LEAST_HZ = 100.0
 BURST = MAX_OUTSTANDING_REQUESTS * CONNECTIONS
 
@@ -64,6 +70,11 @@ class Counters:
     replies_lost: int = 0
 
 
+def awake_s() -> float:
+    """Time that never goes back, and that goes on while the machine sleeps, s."""
+    return time.clock_gettime(time.CLOCK_BOOTTIME)
+
+
 class Gateway:
     """Answers requests and takes targets. Never blocks, never raises for what a client sends.
 
@@ -85,6 +96,10 @@ class Gateway:
         Where faults come from.
     friction
         The watch over the friction; None: there is none.
+    announce
+        Is told what a person at the terminal should know.
+    clock_s
+        Time that goes on whatever happens to this process, s.
 
     Attributes
     ----------
@@ -104,9 +119,11 @@ class Gateway:
         access: Access | None = None,
         book: FaultBook | None = None,
         friction: FrictionWatch | None = None,
-        clock_s: Callable[[], float] = time.monotonic,
+        announce: Callable[[str], None] = lambda _text: None,
+        clock_s: Callable[[], float] = awake_s,
     ) -> None:
         self._rig = describe(rig)
+        self._announce, self._clock_s, self._here_s = announce, clock_s, math.inf
         self.access = access or Access(context, endpoints)
         self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote, book, friction)
         self.counters = Counters()
@@ -144,6 +161,7 @@ class Gateway:
         """Let clients in and handle what waits, at most `limit` requests.
 
         Returns True when more waits: the caller then rests for `PAUSE_S` before the next turn."""
+        self._void_after_standstill()
         flooded = self.inbox.serve()  # first: a hand waits for the renderer
         self.access.authenticator.serve()
         self.access.look()
@@ -153,6 +171,16 @@ class Gateway:
         if self.access.renewed() and self._poller is not None:
             self.register(self._poller)
         return flooded
+
+    def _void_after_standstill(self) -> None:
+        """Where this process stood still, or the machine slept, stop the rig before anything more is carried
+        out, as the loop stops one that is powered (HOST_SILENT): the new epoch voids each `arm` that
+        waited."""
+        now_s = self._clock_s()
+        stood_s, self._here_s = now_s - self._here_s, now_s
+        if stood_s > GIVEN_UP_S and not self._rig.virtual:
+            self.stop()
+            self._announce(f"stood still for {stood_s:.1f} s: an arm that was asked for meanwhile is void")
 
     def counts(self) -> dict[str, Any]:
         """The counters by name, and percentiles of targets' latency since the last call."""
@@ -173,6 +201,7 @@ class Gateway:
                 message = frames.read()
             except zmq.Again:
                 return handled
+            self._void_after_standstill()
             self.counters.received += 1
             envelope, frame = self._opened(message)
             reply = None if frame is None else self._answer(frame.bytes, self.access.caller(user_id(frame)))

@@ -8,7 +8,7 @@ from gateway_desk import GatewayDesk
 from patience import PATIENCE_S
 
 from rtctl.control.vocabulary import State
-from rtctl.host.exchange.gateway import REQUESTS_PER_CALL
+from rtctl.host.exchange.gateway import GIVEN_UP_S, REQUESTS_PER_CALL
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 
 RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0)
@@ -16,7 +16,8 @@ RIG = RigDescription("mock", (AxisDescription("a", {}),), 1000.0)
 
 class Desk(GatewayDesk):
     def __init__(self, folder):
-        super().__init__(folder, RIG, State.IDLE)
+        self.now_s, self.told = 50.0, []
+        super().__init__(folder, RIG, State.IDLE, clock_s=lambda: self.now_s, announce=self.told.append)
 
     def serve(self, received):
         """Serve until `received` messages have come in."""
@@ -51,6 +52,48 @@ def test_dealer_and_req_clients_are_answered_in_their_own_framing(desk):
     desk.serve(3)
     delimiter, enveloped = reply(dealer)
     assert (delimiter, enveloped["id"]) == (b"", 2)
+
+
+def armed(desk, stood_s):
+    """The reply of a desk that was asked to arm and stood still for so long before it read that."""
+    client = desk.open()
+    client.send(msgpack.packb({"id": 1, "op": "hello"}))
+    desk.serve(1)
+    reply(client)
+    client.send(msgpack.packb({"id": 2, "op": "arm", "epoch": 3}))
+    desk.now_s += stood_s
+    desk.serve(2)
+    return reply(client)[0]
+
+
+def test_an_arm_that_waited_for_longer_than_its_client_is_void(desk):
+    """Also in a host that stood still in the middle of a turn: each message is looked at."""
+    first = armed(desk, GIVEN_UP_S + 0.01)
+    assert (first["ok"], first["error"]["code"]) == (False, "not_ready")
+    assert "a stop is on its way" in first["error"]["text"]
+    assert int(desk.writer.command["arm_count"][0]) == 0
+    assert [line for line in desk.told if line.startswith("stood still for 1.0 s")]
+
+
+def test_an_arm_that_waited_for_a_moment_counts(desk):
+    assert armed(desk, GIVEN_UP_S - 0.01)["ok"]
+    assert (int(desk.writer.command["stop_count"][0]), desk.told) == (0, [])
+
+
+def test_a_host_that_stops_between_two_messages_of_one_turn_voids_the_second(desk, monkeypatch):
+    client, answer = desk.open(), desk.gateway._answer
+
+    def pause(payload, caller):
+        answered = answer(payload, caller)
+        desk.now_s += 5.0
+        return answered
+
+    monkeypatch.setattr(desk.gateway, "_answer", pause)
+    for request in ({"id": 1, "op": "hello"}, {"id": 2, "op": "arm", "epoch": 3}):
+        client.send(msgpack.packb(request))
+    time.sleep(0.05)
+    desk.serve(2)
+    assert [reply(client)[0]["ok"] for _ in range(2)] == [True, False]
 
 
 def test_every_reply_tells_id_operation_state_and_epoch(desk):
