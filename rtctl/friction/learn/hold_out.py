@@ -18,12 +18,6 @@ FOLDS = 5
 TRAINS = -1
 """Fold of points that always train."""
 
-LEVEL_GROUPS = 3
-"""Groups of speeds that are held out with a session of few, one after the other."""
-
-FEW_SESSIONS = 4
-"""Most sessions that are held out group by group: as many fits more would be spent on more of them."""
-
 STRETCHES = 4
 """Stretches of time in each fold: as many blocks, whose errors are alike within, has a standard error by
 time."""
@@ -147,21 +141,6 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     ends = (speed == speed.min()) | (speed == speed.max())
     fold: np.ndarray = np.where(ends, TRAINS, shared[rows])
     return fold
-
-
-def level_groups(speed: np.ndarray, session: np.ndarray) -> np.ndarray | None:
-    """Group of speeds that each point is held out with, shape (n,), `TRAINS` at both ends; None of many
-    sessions, or where sessions are not measured at the same speeds.
-
-    Sessions at the same speeds vouch for each other's speeds: with the session alone held out each speed is
-    in the training, and what a curve does between them is not seen."""
-    level = levels_of(speed, level_starts(speed))
-    sessions, n_levels = len(np.unique(session)), level.max() + 1
-    if sessions > FEW_SESSIONS or np.unique([session, level], axis=1).shape[1] < 0.8 * sessions * n_levels:
-        return None
-    ends = (level == 0) | (level == level.max())
-    group: np.ndarray = np.where(ends, TRAINS, level % LEVEL_GROUPS)
-    return group
 
 
 def shared_out(units: np.ndarray) -> np.ndarray:

@@ -130,7 +130,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
     where no loop could run the mean."""
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
-    if one.compared_nm <= equal_nm:
+    if one.expected_nm <= equal_nm:
         return choice
     made = mean.mean_of(usable, mean.shares(usable))
     if made is None:

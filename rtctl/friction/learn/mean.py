@@ -27,7 +27,7 @@ be in the file for nothing."""
 def shares(rungs: Sequence[Rung]) -> dict[str, float]:
     """Share of each rung in the mean, by its family, together 1; without those that say next to nothing.
     `rungs` are usable ones."""
-    expected = np.array([rung.compared_nm for rung in rungs])
+    expected = np.array([rung.expected_nm for rung in rungs])
     least = float(expected.min())
     heavy = np.where(expected > 0, least / np.where(expected > 0, expected, 1.0), 1.0) ** (2 * POWER)
     heavy[heavy < LEAST] = 0.0
@@ -63,7 +63,6 @@ def _mean_score(parts: Sequence[tuple[float, Score]]) -> Score:
         np.sum([share * score.errors for share, score in parts], axis=0),
         float(sum(score.n_terms for _, score in parts)),
         blocks=first.blocks,
-        shared=first.shared,
     )
 
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from rtctl.errors import UnidentifiableError
 from rtctl.friction.kind_table import KERNELS
-from rtctl.friction.learn.certainty import doubt, less_shared, standard_error
+from rtctl.friction.learn.certainty import doubt, standard_error
 from rtctl.friction.learn.gram import MANY, Gram
 from rtctl.friction.learn.grids import in_scale_of
-from rtctl.friction.learn.hold_out import TRAINS, folds_of, level_groups, units_of
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, Trained, train
 from rtctl.friction.points import FrictionPoints
 
@@ -65,18 +65,6 @@ class Side:
     """What each point was measured with (`hold_out.units_of`): errors within are alike. None: nobody says."""
     session: np.ndarray | None = None
     """Session of each point, where whole sessions are held out; else None."""
-    group: np.ndarray | None = None
-    """Group of speeds that each point is held out with besides (`hold_out.level_groups`); else None."""
-
-    def kept(self, fold: int) -> np.ndarray:
-        """Which points train while a fold is held out, shape (n,): of its session none, and of its group of
-        speeds none of any session."""
-        held = self.fold == fold
-        if self.group is None or self.session is None:
-            return ~held
-        group = self.group[held].max()
-        of_it = np.isin(self.session, self.session[held]) | ((self.group == group) & (group != TRAINS))
-        return (self.fold == TRAINS) | ~of_it
 
 
 @dataclass(frozen=True)
@@ -94,19 +82,6 @@ class Score:
     converged: bool = True
     blocks: np.ndarray | None = None
     """Block of each error, as of `Side`; None: each is its own."""
-    shared: bool = False
-    """Whether the blocks are sessions at the same speeds, and were held out with groups of them."""
-
-    @property
-    def compared(self) -> np.ndarray:
-        """The errors that candidates are compared by, N m: without what the sessions differ by."""
-        known = self.shared and self.blocks is not None and len(self.errors)
-        return less_shared(self.errors, self.blocks) if known else self.errors
-
-    @property
-    def compared_nm(self) -> float:
-        """Root mean square of `compared`; infinite when the candidate failed."""
-        return float("inf") if self.failed else float(np.sqrt(np.mean(self.compared**2)))
 
     @property
     def rmse_nm(self) -> float:
@@ -121,7 +96,7 @@ class Score:
     @property
     def doubt_nm(self) -> float:
         """See `certainty.doubt`, N m."""
-        return doubt(self.compared, self.blocks)
+        return doubt(self.errors, self.blocks)
 
 
 def side(
@@ -138,11 +113,7 @@ def side(
     rows = np.concatenate([points.rows_of(one) for one in directions])
     block = units_of(points, folds)[rows]
     fold = folds_of(points, directions, folds)
-    session = block if folds == "log" else None
-    group = None if session is None else level_groups(speed, session)
-    if group is not None:
-        fold = np.where(fold == TRAINS, TRAINS, fold + (fold.max() + 1) * np.maximum(group, 0))
-    return Side(direction, speed, friction_nm, weight, fold, block, session, group)
+    return Side(direction, speed, friction_nm, weight, fold, block, block if folds == "log" else None)
 
 
 def cross_validate(
@@ -162,7 +133,7 @@ def cross_validate(
     folds = np.unique(data.fold[data.fold != TRAINS])[: effort.folds]
     try:
         for k in folds:
-            held, kept = data.fold == k, data.kept(k)
+            held, kept = data.fold == k, data.fold != k
             trained, off = _held_out(candidate, data, held, kept, gram, effort)
             if final and not trained.converged:
                 raise FailedFitError("not converged")
@@ -184,8 +155,7 @@ def cross_validate(
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
     held = np.isin(data.fold, folds)
     blocks = None if data.block is None else data.block[held]
-    shared = data.group is not None
-    return Score(candidate, data.direction, errors[held], count, None, converged, blocks, shared)
+    return Score(candidate, data.direction, errors[held], count, converged=converged, blocks=blocks)
 
 
 def _held_out(
@@ -300,7 +270,7 @@ def _promising(scores: Sequence[Score], sides: Sequence[Side]) -> list[tuple[Can
             groups.setdefault((score.candidate.family, score.direction), []).append(score)
     kept = []
     for members in groups.values():
-        ranked = sorted(members, key=lambda score: score.compared_nm)
+        ranked = sorted(members, key=lambda score: score.rmse_nm)
         best = ranked[: -(-len(ranked) // KEEP)]
         done = [score for score in ranked if score.converged and not any(score is one for one in best)]
         kept += best + done[:1]

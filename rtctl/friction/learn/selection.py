@@ -43,11 +43,6 @@ class Rung:
         return np.concatenate([score.errors for score in self.scores])
 
     @property
-    def compared(self) -> np.ndarray:
-        """What rungs are compared by, N m: see `Score.compared`."""
-        return np.concatenate([score.compared for score in self.scores])
-
-    @property
     def blocks(self) -> np.ndarray | None:
         """Block of each of `errors`; None where a side does not say."""
         told = [score.blocks for score in self.scores if score.blocks is not None]
@@ -65,11 +60,6 @@ class Rung:
         return float("inf") if self.refused else float(np.sqrt(self.rmse_nm**2 + self.luck_nm2))
 
     @property
-    def compared_nm(self) -> float:
-        """What rungs are compared by: `expected_nm` of the errors that tell them apart."""
-        return float("inf") if self.refused else float(np.sqrt(np.mean(self.compared**2) + self.luck_nm2))
-
-    @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`, N m."""
         return 0.0 if self.refused else standard_error(self.errors, self.blocks)
@@ -77,7 +67,7 @@ class Rung:
     @property
     def doubt_nm(self) -> float:
         """See `certainty.doubt`, N m."""
-        return 0.0 if self.refused else doubt(self.compared, self.blocks)
+        return 0.0 if self.refused else doubt(self.errors, self.blocks)
 
     @property
     def n_terms(self) -> float:
@@ -115,10 +105,10 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     usable = [score for score in scores if not score.failed]
     if not usable:
         return []
-    best = min(usable, key=lambda score: score.compared_nm)
-    limit = max(best.compared_nm + best.doubt_nm, tolerance_nm)
-    near = [score for score in usable if score.compared_nm <= limit]
-    return sorted(near, key=lambda score: (score.n_terms, score.compared_nm))
+    best = min(usable, key=lambda score: score.rmse_nm)
+    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
+    near = [score for score in usable if score.rmse_nm <= limit]
+    return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
 
 
 def tolerance_nm(data: Side, share: float) -> float:
@@ -139,10 +129,8 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
         if not near:
             return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
-        among_equals = near[0].compared_nm <= equal_nm
-        lucks.append(
-            luck(min(near, key=lambda one: one.compared_nm) if among_equals else near[0], here, data)
-        )
+        among_equals = near[0].rmse_nm <= equal_nm
+        lucks.append(luck(min(near, key=lambda one: one.rmse_nm) if among_equals else near[0], here, data))
     counts = [len(score.errors) for score in chosen]
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
     bends = False
@@ -172,17 +160,17 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
     same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
     if len(same) < 2 or len(chosen.errors) != len(fold):
         return 0.0
-    squares = np.array([score.compared for score in same]) ** 2
+    squares = np.array([score.errors for score in same]) ** 2
     least = sum(float(squares[:, fold == k].sum(axis=1).min()) for k in np.unique(fold))
-    return max(0.0, (float(np.sum(chosen.compared**2)) - least) / len(fold))
+    return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))
 
 
 def _told_apart(rung: Rung, best: Rung) -> bool:
     """Whether a rung is expected to err more than the best by more than one standard error of the difference,
     point by point."""
     if len(rung.errors) != len(best.errors):
-        return rung.compared_nm > best.compared_nm + best.doubt_nm
-    more, se = excess(rung.compared, best.compared, best.blocks)
+        return rung.expected_nm > best.expected_nm + best.doubt_nm
+    more, se = excess(rung.errors, best.errors, best.blocks)
     return more + rung.luck_nm2 - best.luck_nm2 > se
 
 
@@ -206,15 +194,15 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         bounded = any("support vectors" in (rung.refused or "") for rung in rungs)
         remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
         raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
-    best = min(usable, key=lambda rung: rung.compared_nm)
+    best = min(usable, key=lambda rung: rung.expected_nm)
     near = sorted(
-        (rung for rung in usable if rung.compared_nm <= tolerance_nm or not _told_apart(rung, best)),
-        key=lambda rung: (rung.n_terms, rung.compared_nm),
+        (rung for rung in usable if rung.expected_nm <= tolerance_nm or not _told_apart(rung, best)),
+        key=lambda rung: (rung.n_terms, rung.expected_nm),
     )
     chosen = near[0]
-    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.compared_nm)
+    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.expected_nm)
     runner_up = others[0] if others else None
-    equal = all(rung.compared_nm <= tolerance_nm for rung in near)
+    equal = all(rung.expected_nm <= tolerance_nm for rung in near)
     among = f"below {1e3 * tolerance_nm:.3g} mN m" if equal else ""
     words = [_why(chosen, best, len(near), among)]
     if chosen.bends:
