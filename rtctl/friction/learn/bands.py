@@ -95,9 +95,8 @@ def _with_parts(points: FrictionPoints, data: Side, error_nm: np.ndarray) -> np.
     if apart is None or not np.isfinite(apart).any():
         return error_nm
     apart = np.where(np.isfinite(apart), apart, math.sqrt(float(np.nanmean(apart**2))))
-    held: np.ndarray = np.copysign(
-        np.hypot(error_nm, apart[_rows(points, data)][data.fold != TRAINS]), error_nm
-    )
+    rows = _rows(points, data)
+    held: np.ndarray = np.copysign(np.hypot(error_nm, apart[rows][data.fold != TRAINS]), error_nm)
     return held
 
 
