@@ -60,7 +60,12 @@ GUARANTEE = ("tests/unit/friction/test_guarantee.py",)
 SEEDS = (
     Seed(
         "sessions know what they share as if their mean were known", "rtctl/friction/learn/certainty.py",
-        "max(len(names) - 1, FREEDOM_MIN)", "len(names)", ("tests/unit/friction/test_bands.py",),
+        "max(n_blocks - 1, FREEDOM_MIN)", "n_blocks", ("tests/unit/friction/test_bands.py",),
+    ),
+    Seed(
+        "a zero that sessions differ by is nothing that they share", "rtctl/friction/learn/certainty.py",
+        "np.unique([blocks, directions], axis=1", "np.unique([blocks, blocks], axis=1",
+        ("tests/unit/friction/test_bands.py",),
     ),
     Seed(
         "the feed-forward gives what the device's velocity alone allows", "rtctl/control/feedforward.py",

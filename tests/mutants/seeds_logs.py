@@ -241,7 +241,7 @@ SEEDS = (
     Seed(
         "sessions that differ are so many independent errors",
         "rtctl/friction/learn/certainty.py",
-        "others, own_ones = float(t.ppf(side, max(len(names) - 1, FREEDOM_MIN))), float(norm.ppf(side))",
+        "others, own_ones = float(t.ppf(side, max(n_blocks - 1, FREEDOM_MIN))), float(norm.ppf(side))",
         "others, own_ones = float(norm.ppf(side)), float(norm.ppf(side))",
         ("tests/unit/friction/test_bands.py",),
     ),

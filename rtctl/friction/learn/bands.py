@@ -80,7 +80,8 @@ def _of_sides(
         block=np.concatenate([score.blocks for score in scores if score.blocks is not None]),
     )
     ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
-    band = of_both(held_out, ahead, way)
+    directions = [points.direction[_rows(points, data)][data.fold != TRAINS] for data in sides]
+    band = of_both(held_out, np.concatenate(directions), ahead, way)
     slowest = min(float(data.speed.min()) for data in sides)
     return None if band is None else replace(band, slowest_rad_s=slowest)
 
@@ -94,17 +95,22 @@ def _with_parts(points: FrictionPoints, data: Side, error_nm: np.ndarray) -> np.
     if apart is None or not np.isfinite(apart).any():
         return error_nm
     apart = np.where(np.isfinite(apart), apart, math.sqrt(float(np.nanmean(apart**2))))
-    rows = np.concatenate([points.rows_of(one) for one in ((data.direction,) if data.direction else (1, -1))])
+    rows = _rows(points, data)
     held: np.ndarray = np.copysign(np.hypot(error_nm, apart[rows][data.fold != TRAINS]), error_nm)
     return held
 
 
-def of_both(held_out: Foretold, ahead: Foretold | None, way: str) -> Band | None:
-    """The band of errors held out, or of sessions foretold by those before them where they are the larger
-    ones.
+def _rows(points: FrictionPoints, data: Side) -> np.ndarray:
+    """Rows of the points of a side, in its order."""
+    return np.concatenate([points.rows_of(one) for one in ((data.direction,) if data.direction else (1, -1))])
+
+
+def of_both(held_out: Foretold, directions: np.ndarray, ahead: Foretold | None, way: str) -> Band | None:
+    """The band of errors held out, each in its direction (+1 or -1), or of sessions foretold by those before
+    them where they are the larger ones.
 
     What another session may err is known by all sessions, and is larger by as much as these errors are."""
-    least_nm = certainty.another_session(held_out.error_nm, held_out.block, LEVEL)
+    least_nm = certainty.another_session(held_out.error_nm, held_out.block, directions, LEVEL)
     if ahead is not None and ahead.rmse_nm > held_out.rmse_nm > 0:
         least_nm *= ahead.rmse_nm / held_out.rmse_nm
         return of_errors(ahead.speed, ahead.error_nm, ahead.block, way, least_nm)

@@ -55,29 +55,32 @@ def doubt(errors: np.ndarray, blocks: np.ndarray | None) -> float:
     return standard_error(errors, _known(blocks))
 
 
-def another_session(errors: np.ndarray, blocks: np.ndarray, level: float) -> float:
+def another_session(errors: np.ndarray, blocks: np.ndarray, directions: np.ndarray, level: float) -> float:
     """What an error of another block (session) exceeds in 1 - `level` of all cases, of normal numbers; in
-    their unit. 0 of one block, which says nothing of another.
+    their unit. 0 of one block, which says nothing of another. `directions` has that of each error, +1 or -1.
 
     Notes
     -----
-    An error is what its block shares and what is its own. Of the own part there are many; the shared one is
-    known by as few numbers as there are blocks, one of which is spent: each is held against the mean of the
-    others. So its quantile is Student's of blocks - 1 degrees of freedom (`FREEDOM_MIN` at least)."""
+    An error is what its block shares in its direction and what is its own: a zero that moved is on the other
+    side in the other direction, so that over both nothing of it would be shared. Of the own part there are
+    many; the shared one is known by as few numbers as there are blocks, one of which is spent: each is held
+    against the mean of the others. So its quantile is Student's of blocks - 1 degrees of freedom
+    (`FREEDOM_MIN` at least)."""
     from scipy.stats import norm, t
 
-    names, block, count = np.unique(blocks, return_inverse=True, return_counts=True)
-    if len(names) < 2:
+    n_blocks = len(np.unique(blocks))
+    if n_blocks < 2:
         return 0.0
-    mean = np.bincount(block, errors) / count
-    own = np.bincount(block, (errors - mean[block]) ** 2) / np.maximum(count - 1, 1) / count
+    _, half, count = np.unique([blocks, directions], axis=1, return_inverse=True, return_counts=True)
+    mean = np.bincount(half, errors) / count
+    own = np.bincount(half, (errors - mean[half]) ** 2) / np.maximum(count - 1, 1) / count
     own[count == 1] = np.inf  # one error says nothing of what others share with it
     whole, shared = (
         float(np.mean(errors**2)),
         float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
     )
     shared, side = min(shared, whole), 0.5 * (1 + level)
-    others, own_ones = float(t.ppf(side, max(len(names) - 1, FREEDOM_MIN))), float(norm.ppf(side))
+    others, own_ones = float(t.ppf(side, max(n_blocks - 1, FREEDOM_MIN))), float(norm.ppf(side))
     return math.sqrt(others**2 * shared + own_ones**2 * (whole - shared))
 
 

@@ -57,20 +57,24 @@ def test_it_holds_on_sessions_that_were_not_learned_from():
     assert 0.9 <= np.mean(shares) <= 0.99
 
 
+@pytest.mark.parametrize("backward", [1.0, -1.0], ids=["by their friction", "by their zero"])
 @pytest.mark.parametrize(("sessions_", "least"), [(2, 0.84), (3, 0.93), (4, 0.93), (8, 0.93)])
-def test_few_sessions_that_differ_know_little_of_the_next(sessions_, least):
+def test_few_sessions_that_differ_know_little_of_the_next(sessions_, least, backward):
+    """What they differ by is in both directions the same, or, of a zero that moved, the other way round."""
     rng, shares = np.random.default_rng(7), []
-    speed = np.geomspace(0.02, 2.0, 40)
+    speed = np.tile(np.geomspace(0.02, 2.0, 20), 2)
+    direction = np.repeat([1.0, -1.0], 20)
     for _ in range(300):
-        level = rng.normal(0, 0.05, sessions_ + 1)
-        points = level[:, None] + rng.normal(0, 0.005, (sessions_ + 1, len(speed)))
+        level = rng.normal(0, 0.05, sessions_ + 1)[:, None] * np.where(direction > 0, 1, backward)
+        points = level + rng.normal(0, 0.005, (sessions_ + 1, len(speed)))
         known = points[:sessions_]
-        held_out = [known[k] - np.delete(known, k, axis=0).mean() for k in range(sessions_)]
-        block = np.repeat(np.arange(sessions_), len(speed))
-        errors = np.concatenate(held_out)
-        least_nm = certainty.another_session(errors, block, 0.95)
-        band = bands.of_errors(np.tile(speed, sessions_), errors, block, "log", least_nm)
-        shares.append(band.holds(speed, points[-1] - known.mean()).mean())
+        curve = np.stack([known[:, direction == one].mean(axis=1) for one in direction], axis=1)
+        held_out = [known[k] - np.delete(curve, k, axis=0).mean(axis=0) for k in range(sessions_)]
+        held = Foretold(
+            np.tile(speed, sessions_), np.concatenate(held_out), np.repeat(np.arange(sessions_), len(speed))
+        )
+        band = bands.of_both(held, np.tile(direction, sessions_), None, "log")
+        shares.append(band.holds(speed, points[-1] - curve.mean(axis=0)).mean())
     assert least <= np.mean(shares) <= 0.99
 
 
@@ -92,7 +96,9 @@ def test_it_holds_on_the_next_session_of_friction_that_wears(known, wear):
             Foretold(np.tile(speed, len(at)), np.concatenate(off), np.repeat(at, len(speed)))
             for at, off in ((every, held_out), (late, ahead))
         ]
-        band = bands.of_both(errors[0], errors[1] if known >= SESSIONS_MIN else None, "log")
+        band = bands.of_both(
+            errors[0], np.ones(errors[0].block.shape), errors[1] if known >= SESSIONS_MIN else None, "log"
+        )
         shares.append(band.holds(speed, points[known] - points[:known].mean()).mean())
     assert 0.9 <= np.mean(shares) <= 0.99
 
@@ -116,14 +122,16 @@ def test_it_holds_on_the_next_of_days_with_heavy_tails_too(freedom):
                 Foretold(np.tile(speed, len(at)), np.concatenate(off), np.repeat(at, 20))
                 for at, off in ((every, held_out), (late, ahead))
             ]
-            band = bands.of_both(*errors, "log")
+            band = bands.of_both(errors[0], np.ones(errors[0].block.shape), errors[1], "log")
             shares.append(band.holds(speed, points[known] - points[:known].mean(axis=0)).mean())
     assert 0.9 <= np.mean(shares) <= 0.99
 
 
 def test_errors_of_one_point_each_share_nothing():
-    assert certainty.another_session(np.full(8, 0.01), np.arange(8), 0.95) == pytest.approx(0.0196, rel=0.01)
-    assert certainty.another_session(np.full(8, 0.01), np.zeros(8), 0.95) == 0.0
+    assert certainty.another_session(np.full(8, 0.01), np.arange(8), np.ones(8), 0.95) == pytest.approx(
+        0.0196, rel=0.01
+    )
+    assert certainty.another_session(np.full(8, 0.01), np.zeros(8), np.ones(8), 0.95) == 0.0
 
 
 def test_each_region_of_speed_has_a_width_of_its_own():
