@@ -15,7 +15,6 @@ from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.quick_motion import brisk_change, comes_gradually, is_turn
 from rtctl.friction.logs.rows_in_turn import hold, require_one_axis
-from rtctl.friction.logs.torque_faults import is_switched
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
 """Length of the running median, s and rows."""
@@ -30,7 +29,7 @@ OUTLIER_SHARE = 0.25
 """and than this share of the usual largest speed."""
 
 SLOWEST_BUS_S = 0.1
-"""Longest time between two values of a slower bus."""
+"""Longest time between two torques of a slower bus."""
 
 HEIGHT_LEAST = 2e-3
 """Least height of a spike or jump, share of the range of the position."""
@@ -93,8 +92,8 @@ def _mend_held(rows: Rows) -> None:
     columns = {"column position": rows.position_rad, **rows.beside}
     at = np.cumsum(np.concatenate([[0.0], rows.step])) / rows.usual
     told = {name: hold(column, at) for name, column in columns.items()}
-    for name, one in told.items():
-        if one and name in rows.beside and _is_commanded(rows, columns[name], one.times):
+    for name, one in told.items():  # a torque in steps, as it was commanded, is the torque that acted
+        if one and "torque" in name and rows.time_s is not None and one.times * rows.usual > SLOWEST_BUS_S:
             told[name] = None
     first = next((one for one in told.values() if one is not None), None)
     if first is None:
@@ -117,12 +116,6 @@ def _mend_held(rows: Rows) -> None:
             "column changes: it is of a slower bus, and held: a curve through the first of each; it may be "
             "late; record it at the rate of the log"
         )
-
-
-def _is_commanded(rows: Rows, column: np.ndarray, times: float) -> bool:
-    """Whether a column that stands for so many rows is a command in steps, and the torque that acted: few
-    levels, from one to another, or for longer than any bus takes."""
-    return is_switched(column) or (rows.time_s is not None and times * rows.usual > SLOWEST_BUS_S)
 
 
 def _interpolate(rows: Rows, bad: np.ndarray, *, beside: bool) -> None:
