@@ -29,6 +29,13 @@ ROUNDED_STEP = 1.01
 """Least step, units of the rounding, that rounding explains: what rounds differently from row to row shows a
 lost row, which is a step off the line, so more than rounding is; steps of one unit do not."""
 
+JITTER_SHARE = 6**-0.5
+"""Largest RMS about a line of rounded stamps that are better taken from the line, share of the unit: rounding
+alone makes 12^-1/2, so that the clock jitters by less than that."""
+
+TOLD_APART = 3.0
+"""Units in a step from which on every rounded step says how many rows it is long."""
+
 MOST_DECIMALS = 9
 
 
@@ -112,6 +119,7 @@ def _step(steps: np.ndarray, usual: float) -> float:
 def _stretch(stamps_s: np.ndarray, first: int, last: int, step: float, resolution_s: float) -> Stretch:
     if len(stamps_s) < 2 or is_even(stamps_s, step, resolution_s):
         return Stretch(first, last, stamps_s, None)
+    stamps_s = _unrounded(stamps_s, step, resolution_s)
     count = int((stamps_s[-1] - stamps_s[0]) / step + 1e-6) + 1
     return Stretch(first, last, stamps_s, stamps_s[0] + step * np.arange(count))
 
@@ -122,12 +130,32 @@ def is_even(stamps_s: np.ndarray, step_s: float, resolution_s: float) -> bool:
 
     Notes
     -----
-    Stamps rounded to q lie within less than q about a straight line; its slope must be the step."""
+    Stamps rounded to q lie within less than q about a straight line, and of a clock that jitters by less than
+    that some lie further off, less than half way to where a lost row is; its slope must be the step."""
     n, slope = len(stamps_s), _slope(stamps_s)
-    rest = float(np.ptp(stamps_s - stamps_s[0] - slope * np.arange(n)))
-    coarse = ROUNDED_STEP * resolution_s <= step_s
-    rounded = coarse and rest < resolution_s * (1 - 1e-6) and abs(slope - step_s) * n < 2 * resolution_s
-    return rounded or (rest <= EVEN_SHARE * step_s and abs(slope - step_s) * n <= EVEN_SHARE * step_s)
+    off = stamps_s - stamps_s[0] - slope * np.arange(n)
+    rest = float(np.ptp(off))
+    if resolution_s * ROUNDED_STEP <= step_s and abs(slope - step_s) * n < 2 * resolution_s:
+        jitters = rest < 0.5 * (step_s + resolution_s) and _is_rounded(off, resolution_s)
+        if rest < resolution_s * (1 - 1e-6) or jitters:
+            return True
+    return rest <= EVEN_SHARE * step_s and abs(slope - step_s) * n <= EVEN_SHARE * step_s
+
+
+def _is_rounded(off_s: np.ndarray, resolution_s: float) -> bool:
+    """Whether stamps are so far off a line for their rounding more than for a clock that jitters."""
+    return float(np.std(off_s)) < JITTER_SHARE * resolution_s
+
+
+def _unrounded(stamps_s: np.ndarray, step_s: float, resolution_s: float) -> np.ndarray:
+    """The stamps on the line they were rounded from, where rows are lost from it; else as they are."""
+    if step_s < TOLD_APART * resolution_s:
+        return stamps_s
+    usual = float(np.median(np.diff(stamps_s)))
+    row = np.concatenate([[0.0], np.cumsum(np.maximum(np.round(np.diff(stamps_s) / usual), 1))])
+    slope, begin = np.polyfit(row, stamps_s - stamps_s[0], 1)
+    line = begin + slope * row
+    return stamps_s[0] + line if _is_rounded(stamps_s - stamps_s[0] - line, resolution_s) else stamps_s
 
 
 def _slope(stamps_s: np.ndarray) -> float:

@@ -10,6 +10,7 @@ from seed import Seed
 
 TORQUES = ("tests/unit/friction/test_torque_faults.py",)
 DIRT = ("tests/unit/friction/test_dirt_of_programs.py",)
+COMMANDS = ("tests/unit/friction/test_labs_commands.py",)
 STAMPS = ("tests/unit/hw/test_playback_stamps.py",)
 UNITS = ("tests/unit/hw/test_units_said.py",)
 PLAUSIBLE = ("tests/unit/friction/test_plausibility.py",)
@@ -337,5 +338,61 @@ SEEDS = (
             "tests/unit/cli/test_identify_log.py"
             "::test_the_report_says_the_units_taken_and_what_nothing_in_the_log_tells",
         ),
+    ),
+    Seed(
+        "a torque in steps is one of a slower bus",
+        "rtctl/friction/logs/row_faults.py",
+        "            told[name] = None\n",
+        "            told[name] = one\n",
+        COMMANDS,
+    ),
+    Seed(
+        "a torque that is switched is too coarse",
+        "rtctl/friction/logs/torque_faults.py",
+        " or _is_switched(signal)",
+        "",
+        COMMANDS,
+    ),
+    Seed(
+        "a quick stroke of few rows is a jump",
+        "rtctl/friction/logs/row_faults.py",
+        "        if comes_gradually(velocity, begin, end, brisk):\n            continue\n",
+        "",
+        COMMANDS,
+    ),
+    Seed(
+        "whatever comes with brisk motion is no jump",
+        "rtctl/friction/logs/quick_motion.py",
+        "GRADUALLY = 2.0",
+        "GRADUALLY = 200.0",
+        COMMANDS,
+    ),
+    Seed(
+        "two clocks are told of what friction explains as well",
+        "rtctl/friction/logs/two_clocks.py",
+        "SURE = 5.0",
+        "SURE = 2.0",
+        ("tests/unit/friction/test_two_clocks.py",),
+    ),
+    Seed(
+        "whole milliseconds of a clock that jitters are taken as they say",
+        "hw/playback/stamps.py",
+        " or jitters:",
+        ":",
+        STAMPS,
+    ),
+    Seed(
+        "a lost row of a clock that jitters is hidden",
+        "hw/playback/stamps.py",
+        "rest < 0.5 * (step_s + resolution_s) and ",
+        "",
+        STAMPS,
+    ),
+    Seed(
+        "beside a lost row rounded stamps are taken as they say",
+        "hw/playback/stamps.py",
+        "    stamps_s = _unrounded(stamps_s, step, resolution_s)\n",
+        "",
+        STAMPS,
     ),
 )

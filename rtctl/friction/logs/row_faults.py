@@ -13,6 +13,7 @@ import numpy as np
 
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
+from rtctl.friction.logs.quick_motion import brisk_change, comes_gradually, is_turn
 from rtctl.friction.logs.rows_in_turn import hold, require_one_axis
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
@@ -26,6 +27,9 @@ OUTLIER_COUNTS = 4.0
 
 OUTLIER_SHARE = 0.25
 """and than this share of the usual largest speed."""
+
+SLOWEST_BUS_S = 0.1
+"""Longest time between two torques of a slower bus."""
 
 HEIGHT_LEAST = 2e-3
 """Least height of a spike or jump, share of the range of the position."""
@@ -44,9 +48,6 @@ MOST_JUMPS = 10
 
 REPEATS_MIN, REPEATS_MOST = 5, 0.1
 """Fewest repeated rows worth a word, and the largest share that is mended."""
-
-OVERSHOOT = 0.25
-"""Share of a change of velocity by which a servo may go beyond it."""
 
 TURN_TOLERANCE = 0.02
 """How far from a turn, or from the whole range, a jump is that starts over."""
@@ -91,6 +92,9 @@ def _mend_held(rows: Rows) -> None:
     columns = {"column position": rows.position_rad, **rows.beside}
     at = np.cumsum(np.concatenate([[0.0], rows.step])) / rows.usual
     told = {name: hold(column, at) for name, column in columns.items()}
+    for name, one in told.items():  # a torque in steps, as it was commanded, is the torque that acted
+        if one and "torque" in name and rows.time_s is not None and one.times * rows.usual > SLOWEST_BUS_S:
+            told[name] = None
     first = next((one for one in told.values() if one is not None), None)
     if first is None:
         return
@@ -214,13 +218,16 @@ def _mend_position(rows: Rows) -> None:
     steady = rows.step < 3.5 * rows.usual
     outlier = (np.abs(velocity - middle) > bound) & steady
     reach, range_rad = _window(rows) // 2, float(np.ptp(rows.position_rad))
+    brisk = brisk_change(velocity, outlier)
     bad, jumps, tallest, first = np.zeros(len(rows.position_rad), bool), [], 0.0, -1
     for begin, end in _clusters(outlier, reach):
         partial = np.cumsum(beyond[begin : end + 1])
         height = float(np.abs(partial).max())
         if begin < reach or end >= len(beyond) - reach:
             continue  # the running median knows one side only
-        if height < HEIGHT_LEAST * range_rad or _is_turn(velocity, begin, end, reach, bound):
+        if height < HEIGHT_LEAST * range_rad or is_turn(velocity, begin, end, reach, bound):
+            continue
+        if comes_gradually(velocity, begin, end, brisk):
             continue
         if abs(partial[-1]) <= RETURNS * height:
             bad[begin + 1 : end + 1] = True
@@ -240,16 +247,6 @@ def _mend_position(rows: Rows) -> None:
     _bridge(rows, jumps)
     if bad.any():
         _interpolate(rows, bad, beside=False)
-
-
-def _is_turn(velocity: np.ndarray, begin: int, end: int, reach: int, bound: float) -> bool:
-    """Whether the velocity changes for good there: a turn too quick for the running median."""
-    before, after = velocity[max(0, begin - 2 * reach) : begin], velocity[end + 1 : end + 1 + 2 * reach]
-    sides = float(np.median(before)), float(np.median(after))
-    low, high = min(sides), max(sides)
-    over = max(bound, OVERSHOOT * (high - low))
-    between = (velocity[begin : end + 1] > low - over) & (velocity[begin : end + 1] < high + over)
-    return high - low > bound and bool(between.all())
 
 
 def _bridge(rows: Rows, jumps: list[_Jump]) -> None:

@@ -43,3 +43,11 @@ def test_one_clock_and_one_delay_are_no_two_clocks(tmp_path):
     (said,), _ = told(log, np.interp(log.time - 0.006, log.time, log.hand), tmp_path)
     assert "ms late" in said
     assert "two clocks" not in said
+
+
+def test_a_clock_that_gains_what_friction_explains_as_well_is_not_named(tmp_path):
+    log = simulate(replace(CLEAN["hand"], seconds=60.0, hand_noise=0.03))
+    off = np.interp(log.time, log.time * (1 + 4e-5), log.hand)
+    said, viscous = told(log, off, tmp_path)
+    assert not [text for text in said if "two clocks" in text]
+    assert viscous == pytest.approx(log.truth["viscous_nms_rad"], rel=0.06)

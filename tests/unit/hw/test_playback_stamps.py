@@ -31,6 +31,25 @@ def test_stamps_that_only_rounding_makes_uneven_are_even(period_ms):
     assert grid.stretches[0].instants_s is None
 
 
+@pytest.mark.parametrize("period_ms", [2.0, 5.0, 8.0])
+def test_whole_milliseconds_of_a_clock_that_jitters_by_less_are_even_and_a_lost_row_shows(period_ms):
+    rng = np.random.default_rng(1)
+    taken = period_ms * 1.0001 * np.arange(5000) + rng.uniform(-0.2, 0.2, 5000) + 0.3
+    ms = np.floor(taken)
+    grid = made(1e-3 * ms, 1e-3)
+    assert grid.rate_hz == pytest.approx(1e3 / period_ms, rel=2e-4)
+    assert [each.instants_s for each in grid.stretches] == [None]
+    lost = made(1e-3 * np.delete(ms, 1700), 1e-3)
+    assert lost.stretches[0].instants_s is not None
+    if period_ms > 3:  # the others are known to be where they were
+        assert np.std(lost.stretches[0].stamps_s - 1e-3 * np.delete(taken, 1700)) < 2e-4
+
+
+def test_a_clock_that_jitters_by_more_than_its_rounding_is_resampled():
+    taken = 10.0 * np.arange(2000) + np.random.default_rng(1).uniform(-2, 2, 2000)
+    assert made(1e-3 * np.round(taken), 1e-3).stretches[0].instants_s is not None
+
+
 def test_stamps_that_alternate_are_no_rounding():
     ms = np.cumsum([0, *([10, 12] * 300)])
     assert not is_even(1e-3 * ms, 0.011, 1e-3 * resolution(ms))
