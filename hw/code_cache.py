@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import fcntl
 import hashlib
-import inspect
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import cached_property
 from pathlib import Path
 from types import CodeType
 from typing import Any
@@ -30,22 +30,22 @@ def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401 - i
 
     A function with a closure is compiled anew by every process, and so is one without a file."""
     function = dispatcher.py_func
-    file = Path(inspect.getfile(function))
-    if function.__closure__ is None and file.is_file():
-        key = _key(function, file, options, root)
+    if function.__closure__ is None and (key := _key(function, options, root)):
         dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
         may_be_made.append(repr(function))
 
 
-_keys: dict[tuple[Path, Path, str], tuple[object, str]] = {}
+_keys: dict[tuple[str, Path, str], tuple[object, str]] = {}
 
 
-def _key(function: Callable[..., Any], file: Path, options: str, root: Path) -> str:
-    """Key of a function's module, found out once for each time that the module is imported (or reloaded)."""
-    spec = function.__globals__.get("__spec__")
+def _key(function: Callable[..., Any], options: str, root: Path) -> str:
+    """Key of a function's module, found out once for each time that the module is imported (or reloaded);
+    nothing where it has no file."""
+    file, spec = function.__code__.co_filename, function.__globals__.get("__spec__")
     known = _keys.get((file, root, options))
     if known is None or spec is None or known[0] is not spec:
-        known = _keys[file, root, options] = spec, module_key(file, options, root)
+        key = module_key(Path(file), options, root) if Path(file).is_file() else ""
+        known = _keys[file, root, options] = spec, key
     return known[1]
 
 
@@ -71,10 +71,17 @@ class CodeCache(caching.FunctionCache):
         self._name = repr(function)
         self._py_func = function
         self._cache_path = str(folder)
-        self._impl = _Files(function, folder)
-        self._cache_file = OwnFiles(self._cache_path, self._impl.filename_base, folder.name)  # type: ignore[no-untyped-call]
         self._usable: bool | None = None
         self._enabled = True
+
+    # a start imports some hundred functions and asks for the code of eight
+    @cached_property
+    def _impl(self) -> _Files:
+        return _Files(self._py_func, Path(self._cache_path))
+
+    @cached_property
+    def _cache_file(self) -> OwnFiles:  # type: ignore[override]
+        return OwnFiles(self._cache_path, self._impl.filename_base, Path(self._cache_path).name)  # type: ignore[no-untyped-call]
 
     def usable(self) -> bool:
         """Whether the folder can be had."""

@@ -12,8 +12,7 @@ import hashlib
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, lru_cache
-from importlib import metadata
+from functools import cache, cached_property, lru_cache
 from pathlib import Path
 
 import llvmlite
@@ -26,14 +25,18 @@ from hw.source_memo import Meaning, SourceMemo, source_memo
 PROJECT = ("hw", "rtctl")
 """Packages whose sources count wherever they are installed. Packages of others count by their version."""
 
+_IN_VERSIONS = ("llvmlite", "numba", "numpy")
+"""Packages whose version is in every key, by `versions`."""
+
 _HOME = Path(__file__).resolve().parents[1]
 _INSTALLED = {"site-packages", "dist-packages"}
 _PER_PROCESS = {"CACHE_DIR", "DISABLE_JIT", "NUMBA_NUM_THREADS", "NUMBA_DEFAULT_NUM_THREADS"}
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Source:
-    """One module as the key sees it."""
+    """One module as the key sees it. Every text that was read is one `Source`: compared by identity, for a
+    start asks thousands of times."""
 
     name: str
     """Dotted, from the folder where its top-level package lies."""
@@ -45,6 +48,11 @@ class Source:
     """Dotted names of what it imports anywhere, in functions too; what it imports from a module may be a
     module."""
 
+    @cached_property
+    def tops(self) -> frozenset[str]:
+        """Top-level packages that it imports, but for the standard library's."""
+        return frozenset(name.partition(".")[0] for name in self.imports) - sys.stdlib_module_names
+
 
 def module_key(file: Path, options: str = "", root: Path | None = None) -> str:
     """Key of the compiled code of the module in `file`, compiled with `options` (hex).
@@ -55,11 +63,11 @@ def module_key(file: Path, options: str = "", root: Path | None = None) -> str:
     ------
     OSError
         `file`, or a module that it imports, cannot be read."""
-    sources = sorted(covered(file, source_memo(root)), key=lambda source: (source.name, source.meaning))
+    sources = covered(file, source_memo(root))
     told = [f"{versions()} {settings()} {options}"]
-    told += [f"{source.name} {source.meaning}" for source in sources]
-    tops = {name.partition(".")[0] for source in sources for name in source.imports}
-    told += [f"{top} {_version(top)}" for top in sorted(tops - sys.stdlib_module_names - set(PROJECT))]
+    told += sorted(f"{source.name} {source.meaning}" for source in sources)
+    tops = frozenset[str]().union(*(source.tops for source in sources))
+    told += [f"{top} {_version(top)}" for top in sorted(tops.difference(PROJECT, _IN_VERSIONS))]
     return hashlib.sha256("\n".join(told).encode()).hexdigest()[:20]
 
 
@@ -79,6 +87,8 @@ def versions() -> str:
 @cache
 def _version(top: str) -> str:
     """Version of an installed package that is named like its module, else nothing."""
+    from importlib import metadata  # which most starts need for nothing else
+
     try:
         return metadata.version(top)
     except (metadata.PackageNotFoundError, ValueError):
@@ -99,8 +109,8 @@ def settings() -> str:
 def covered(file: Path, memo: SourceMemo | None = None) -> set[Source]:
     """The module in `file` and every project module that it reaches through imports."""
     memo = memo or source_memo(None)
-    found: dict[Path, Source] = {}
-    to_do = [file.resolve()]
+    found: dict[str, Source] = {}
+    to_do = [str(file.resolve())]
     while to_do:
         path = to_do.pop()
         if path not in found:
@@ -109,14 +119,15 @@ def covered(file: Path, memo: SourceMemo | None = None) -> set[Source]:
     return set(found.values())
 
 
-def _source(path: Path, memo: SourceMemo) -> Source:
+def _source(path: str, memo: SourceMemo) -> Source:
     """The module in `path` as it is on the disk now."""
-    status = path.stat()
+    status = Path(path).stat()
     return _read(path, memo, status.st_mtime_ns, status.st_size, status.st_ino)
 
 
 @lru_cache(maxsize=4096)
-def _read(path: Path, memo: SourceMemo, *_stamp: int) -> Source:
+def _read(file: str, memo: SourceMemo, *_stamp: int) -> Source:
+    path = Path(file)
     data = path.read_bytes()
     home, name = _place(path)
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
@@ -177,14 +188,13 @@ def _imports(nodes: list[ast.AST], package: list[str]) -> Iterator[str]:
 
 
 @lru_cache(maxsize=4096)
-def _imported(source: Source) -> tuple[Path, ...]:
+def _imported(source: Source) -> tuple[str, ...]:
     """Sources that run when `source` does its imports, packages above them included, as far as they are the
     project's."""
-    tops = {name.partition(".")[0] for name in source.imports} - sys.stdlib_module_names
     own = source.name.partition(".")[0]
-    homes = {top: _homes(top, source.home, own=top == own) for top in tops}
+    homes = {top: _homes(top, source.home, own=top == own) for top in source.tops}
     places = [(home, name) for name in source.imports for home in homes.get(name.partition(".")[0], ())]
-    return tuple(sorted({path for home, name in places for path in _below(home, name)}))
+    return tuple(sorted({path for home, name in places for path in _below(str(home), name)}))
 
 
 def _homes(top: str, beside: Path, *, own: bool) -> set[Path]:
@@ -207,11 +217,10 @@ def _home_of_file(file: str) -> Path:
 
 
 @cache
-def _below(place: Path, name: str) -> tuple[Path, ...]:
+def _below(place: str, name: str) -> tuple[str, ...]:
     """The packages and the module that `name` stands for below `place`, as far as they are there."""
     above, _, _ = name.rpartition(".")
     packages = _below(place, above) if above else ()
-    path = place.joinpath(*name.split("."))
-    return packages + tuple(
-        [file for file in (path / "__init__.py", path.with_suffix(".py")) if file.is_file()][:1]
-    )
+    path = "/".join([place, *name.split(".")])
+    files = f"{path}/__init__.py", f"{path}.py"
+    return packages + tuple([file for file in files if Path(file).is_file()][:1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -55,6 +56,7 @@ def command(
 
     # first of all: what the loop imports is imported beside what this process does
     with WaitingLoop() as waiting, _host(config, faults, runtime_dir, record_to, waiting, arm=arm) as host:
+        _collect_garbage()
         loaded = host.loaded
         if not as_json:
             click.echo(
@@ -69,6 +71,13 @@ def command(
                 click.echo(f"  {grant}")
         summary = host.run(seconds)
     _tell_end(summary, as_json=as_json)
+
+
+def _collect_garbage() -> None:
+    """From now on, if the program was started without: not among what the start made, which stays."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
 
 
 def _host(
