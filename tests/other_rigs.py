@@ -13,7 +13,8 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numba import njit
+
+from hw.jit import compiled
 
 STEP_S = 5e-5
 GMS, BLIMAN_SORINE, DAHL = 0, 1, 2
@@ -128,12 +129,12 @@ def _ramps(t: np.ndarray, travel: float) -> np.ndarray:
     return np.where(k % 2 == 0, into, 2 * travel - into) - travel
 
 
-@njit
+@compiled
 def _level(v, coulomb, breakaway, stribeck):
     return coulomb + (breakaway - coulomb) * math.exp(-((v / stribeck) ** 2))
 
 
-@njit
+@compiled
 def _run(  # longer than 50 lines: one loop over time, which keeps everything in registers
     goal, goal_v, ahead, ahead_v, p, out
 ):

@@ -138,6 +138,13 @@ SEEDS = (
          "::test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disabled",),
     ),
     Seed(
+        "a drive that has let go is walked back after a second", "hw/can/armed.py",
+        "return wanted and not self.dropped",
+        "return wanted and not (self.dropped and self.ticks < self._limit)",
+        ("tests/contract/test_can_contract.py"
+         "::test_a_drive_that_lets_go_is_a_fault_at_once_and_takes_no_torque_until_it_is_armed_anew",),
+    ),
+    Seed(
         "half of a force frame's checksum is compared", "hw/force/rokubi.py",
         "return crc16_x25(frame[_CRC_OF]) == frame[-2] | frame[-1] << 8",
         "return crc16_x25(frame[_CRC_OF]) & 0xFF == frame[-2]", FORCE,

@@ -30,15 +30,29 @@ TESTS = (
     "tests/system/test_socketcan.py tests/contract/test_backend_contract.py "
     "tests/contract/test_can_contract.py"
 )
+WIRED = "(socketcan or vcan0 or can0) and not the_loop_process_gets_it"
+"""Which of them: those of a wire. What a module imports in a process of its own is the same on every wire:
+`make test` asks it of the same kinds."""
 CYCLES = 3000
 DOCTOR = """
-rig() {
-  sed -e "s/can0/$1/; s/1000000/$2/" configs/can-odrive.toml >"$TMPDIR/$1-$2.toml"; echo "$TMPDIR/$1-$2.toml"
-}
-look() { PYTHON -m rtctl doctor "$(rig "$1" "$2")" --no-timing --json; echo; }
-look can0 1000000; look can0 500000; look vcan0 1000000; ip link set can1 down; look can1 1000000
+ip link set can1 down
+PYTHON -c '
+import sys
+from pathlib import Path
+from rtctl.cli import cli
+text = Path("configs/can-odrive.toml").read_text()
+for bus, rate in (("can0", "1000000"), ("can0", "500000"), ("vcan0", "1000000"), ("can1", "1000000")):
+    rig = Path("/dev/shm", f"{bus}-{rate}.toml")
+    rig.write_text(text.replace("can0", bus).replace("1000000", rate))
+    try:
+        cli(["doctor", str(rig), "--no-timing", "--json"], standalone_mode=False)
+    except SystemExit:
+        pass
+    print(flush=True)
+'
 """.replace("PYTHON", sys.executable)
-"""A bus that is up, one of another bit rate, one without, one that is down."""
+"""A bus that is up, one of another bit rate, one without, one that is down: in one program, as it takes the
+guest long to import one."""
 RATIO_MAX = 0.5
 """Of our cycle's time to python-can's. The target is 0.4 (`ok` in the row); above this the fast path is
 broken."""
@@ -103,7 +117,7 @@ def guest(machine_code):
     command = (
         f"export PYTHONPATH={ROOT} NUMBA_DISABLE_JIT=1 PYTEST_DISABLE_PLUGIN_AUTOLOAD=1; "
         f"RTCTL_CAN_WIRES=vcan0:vcan0,can0:can1 {sys.executable} -m pytest -q --color=no -p pytest_timeout "
-        f"-p no:cacheprovider --durations=5 {TESTS} -k 'socketcan or vcan0 or can0'; code=$?; "
+        f"-p no:cacheprovider --durations=5 {TESTS} -k '{WIRED}'; code=$?; "
         f"echo figures; {compiled} {sys.executable} -c '{bench}'; echo doctor; cd {ROOT}; {DOCTOR} exit $code"
     )
     done = subprocess.run(

@@ -22,7 +22,7 @@ from rtctl.wire.encoding import encode
 from tests.documents.parts import PARTS
 
 FAULT = (
-    '[[device.options.faults]]\nchannel = "supply"\nkind = "offset"\nat_tick = 700\nfor_ticks = 50\nvalue '
+    '[[device.options.faults]]\nchannel = "supply"\nkind = "offset"\nat_tick = 100\nfor_ticks = 50\nvalue '
     "= -3.0\n"
 )
 
@@ -38,7 +38,7 @@ def run(tmp_path_factory):
     loaded = load(path)
     assert "supply" in loaded.members()[0].channels
     simulation = Simulation(loaded)
-    rows = np.concatenate([simulation.run(0.8), simulation.arm(), simulation.run(0.5)])
+    rows = np.concatenate([simulation.run(0.2), simulation.arm(), simulation.run(0.5)])
     parts = Parts(
         tmp_path_factory.mktemp("r"), setup_of(loaded, simulation.plan, 7, 10**18), Limits(free_bytes=0)
     )
@@ -49,7 +49,7 @@ def run(tmp_path_factory):
 
 def test_the_tick_shows_what_the_motor_draws_and_what_a_script_makes_of_it(run):
     volts = run[0]["supply_v"][:, 0]
-    due = (run[0]["tick"] >= 700) & (run[0]["tick"] < 750)
+    due = (run[0]["tick"] >= 100) & (run[0]["tick"] < 150)
     assert due.sum() == 50
     np.testing.assert_allclose(volts[due], 21.0, atol=0.1)
     assert volts[0] == 24.0
