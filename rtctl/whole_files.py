@@ -56,7 +56,10 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    with path.open("wb") as file:
+    path.unlink(
+        missing_ok=True
+    )  # of a process that died; and nothing is written where a link of that name leads
+    with path.open("xb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())

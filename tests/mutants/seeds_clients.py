@@ -65,6 +65,14 @@ SEEDS = (
         (f"{STOPPED}a_client_that_waits_for_its_rig_does_not_arm_it_again_after_somebodys_stop",),
     ),
     Seed(
+        "what is kept is written where a link of the new file's name leads",
+        "rtctl/whole_files.py",
+        "    path.unlink(missing_ok=True)  # left by a process that died, or a link to somewhere else\n"
+        '    with path.open("xb") as file:',
+        '    with path.open("wb") as file:',
+        ("tests/unit/test_state_file.py::test_nothing_is_written_where_a_link_in_the_folder_leads",),
+    ),
+    Seed(
         "an experiment arms the rig again after a stop",
         "rtctl/experiments/real_run.py",
         'self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch',
