@@ -56,9 +56,7 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    path.unlink(
-        missing_ok=True
-    )  # of a process that died; and nothing is written where a link of that name leads
+    path.unlink(missing_ok=True)  # left by a process that died, or a link to somewhere else
     with path.open("xb") as file:
         file.write(content)
         file.flush()
