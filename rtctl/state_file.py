@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from hw.outside import json_of, read_bounded
+from rtctl.whole_files import write_whole
 
 
 def write(file: Path, devices: str, axes: Mapping[str, object]) -> None:
@@ -23,9 +24,7 @@ def write(file: Path, devices: str, axes: Mapping[str, object]) -> None:
     """
     text = json.dumps({"devices_sha256": devices, "axes": axes}, default=_plain, allow_nan=False)
     file.parent.mkdir(parents=True, exist_ok=True)
-    new = file.with_name(f"{file.name}.new")
-    new.write_text(text + "\n")
-    new.replace(file)
+    write_whole(file, f"{text}\n".encode())
 
 
 def _plain(value: object) -> object:

@@ -56,7 +56,8 @@ def write_whole(path: Path, content: bytes) -> None:
 
 
 def _write(path: Path, content: bytes) -> None:
-    with path.open("wb") as file:
+    path.unlink(missing_ok=True)  # left by a process that died, or a link to somewhere else
+    with path.open("xb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())

@@ -132,8 +132,9 @@ class RigClient(Worlds, Listener):
             `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`.
             `wrong_epoch`: somebody stopped the rig meanwhile."""
         deadline = time.monotonic() + timeout_s
-        epoch = int(self._call("status")["epoch"])
-        self._call("arm", epoch=epoch)
+        status = self.status()
+        epoch = int(status["epoch"])
+        self._call("arm", epoch=epoch, tick=status["tick"])
         asked = time.monotonic()
         while wait:
             status = self.status()
@@ -150,7 +151,7 @@ class RigClient(Worlds, Listener):
             if time.monotonic() > deadline:
                 raise RefusedError("not_ready", f"state {state.name} after {timeout_s:g} s; not ACTIVE")
             if state == State.IDLE and time.monotonic() - asked > _ASK_AGAIN_S:
-                self._call("arm", epoch=epoch)
+                self._call("arm", epoch=epoch, tick=status["tick"])
                 asked = time.monotonic()
             meanwhile()
             time.sleep(_POLL_S)

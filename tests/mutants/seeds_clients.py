@@ -41,6 +41,38 @@ SEEDS = (
         (f"{STOPPED}a_simulated_rig_that_arms_by_itself_stays_stopped",),
     ),
     Seed(
+        "an arm request that its client gave up arms the rig when the daemon goes on",
+        "rtctl/host/exchange/requests.py",
+        "if not self._rig.virtual and late_s > DECIDED_S:",
+        "if self._rig.virtual and late_s > DECIDED_S:",
+        ("tests/unit/host/test_requests.py::test_an_arm_request_that_was_given_up_long_ago_arms_nothing",),
+    ),
+    Seed(
+        "an arm request to a daemon arms the one that is started after it",
+        "rtctl/host/exchange/requests.py",
+        "if decided > tick_now:",
+        "if decided > tick_now + 1000:",
+        (
+            "tests/unit/host/test_requests.py"
+            "::test_an_arm_request_to_the_daemon_before_arms_nothing_in_this_one",
+        ),
+    ),
+    Seed(
+        "a client that arms does not tell on which tick it decided",
+        "rtctl/client/rig.py",
+        'self._call("arm", epoch=epoch, tick=status["tick"])\n            ',
+        'self._call("arm", epoch=epoch, tick=-1)\n            ',
+        (f"{STOPPED}a_client_that_waits_for_its_rig_does_not_arm_it_again_after_somebodys_stop",),
+    ),
+    Seed(
+        "what is kept is written where a link of the new file's name leads",
+        "rtctl/whole_files.py",
+        "    path.unlink(missing_ok=True)  # left by a process that died, or a link to somewhere else\n"
+        '    with path.open("xb") as file:',
+        '    with path.open("wb") as file:',
+        ("tests/unit/test_state_file.py::test_nothing_is_written_where_a_link_in_the_folder_leads",),
+    ),
+    Seed(
         "an experiment arms the rig again after a stop",
         "rtctl/experiments/real_run.py",
         'self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch',

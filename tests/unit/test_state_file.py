@@ -1,11 +1,23 @@
 """The small files in a rig's state folder: whole or as they were, of these devices or of none."""
 
 import math
+import os
 
 import numpy as np
 import pytest
 
 from rtctl import state_file
+
+
+@pytest.mark.parametrize("name", ["a.json.new", ".a.json.{pid}.tmp", "a.json"])
+def test_nothing_is_written_where_a_link_in_the_folder_leads(tmp_path, name):
+    victim, file = tmp_path / "victim", tmp_path / "state" / "a.json"
+    victim.write_text("precious")
+    file.parent.mkdir()
+    (file.parent / name.format(pid=os.getpid())).symlink_to(victim)
+    state_file.write(file, "ab", {"joint": 1})
+    assert victim.read_text() == "precious"
+    assert state_file.read(file, "ab", 1000) == {"joint": 1}
 
 
 def test_what_was_kept_comes_back_of_the_same_devices_only(tmp_path):

@@ -19,14 +19,16 @@ class Stopped:
     """A rig that never gets ready, and that somebody else stops after some looks at it."""
 
     def __init__(self, looks):
-        self.looks, self.epoch, self.armed_in = looks, 0, []
+        self.looks, self.epoch, self.armed_in, self.asked = looks, 0, [], 0
 
     def answer(self, op, **values):
         if op == "arm":
             self.armed_in.append(values["epoch"])
+            assert values["tick"] == self.asked, "that of the look on which it was decided"
         self.looks -= op == "status"
+        self.asked += op == "status"
         self.epoch = 0 if self.looks > 0 else 1
-        return {"state": "IDLE", "epoch": self.epoch, "result": {}}
+        return {"state": "IDLE", "epoch": self.epoch, "result": {"tick": self.asked}}
 
 
 @pytest.mark.parametrize("looks", [2, 100])

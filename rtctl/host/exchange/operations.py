@@ -53,12 +53,15 @@ def allowed(op: str, role: str) -> bool:
 _AXIS = Key("axis", "axis", "the axis, by name or index", required=True)
 _LEASE = Key("lease", "lease", "the text the operation `lease` gave", required=True)
 _HELD = Key("lease", "lease", "the lease that is held already: renews it")
+_DECIDED = Key("tick", "number", "the tick in which it was decided", low=0, high=2**53)
 
 OPERATIONS: dict[str, Operation] = {
     "hello": Operation("protocol, rig, axes, rate, endpoints, bounds", "observer"),
     "status": Operation("state, epoch, faults, newest measurements, command in force", "observer"),
     "schema": Operation("JSON Schema of the tick record", "observer"),
-    "arm": Operation("enable the actuator: IDLE to ARMING to ACTIVE", "operator", needs_epoch=True),
+    "arm": Operation(
+        "enable the actuator: IDLE to ARMING to ACTIVE", "operator", (_DECIDED,), needs_epoch=True
+    ),
     "stop": Operation("ramp the torque to zero and disable; never refused", "observer"),
     "reset": Operation("leave FAULT or ESTOP once its cause is gone", "operator"),
     "tare": Operation("take the present force reading as zero", "operator"),

@@ -36,6 +36,10 @@ LatestRow = Callable[[], np.ndarray | None]
 STALLED_S = 1.0
 """A newest tick older than this means that the loop does not run."""
 
+DECIDED_S = 2.0
+"""For so long a client waits for a reply. An arm request that comes later (the daemon stood still, a network
+held it back) was given up by whoever sent it, who may have a hand in the rig by now."""
+
 
 class Requests:
     """Carries out checked requests on the newest command.
@@ -186,11 +190,22 @@ class Requests:
 
     # -- moving the state machine
 
-    def _arm(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
-        why = self._not_ready_to_arm(row)
+    def _arm(self, request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
+        why = self._decided_elsewhen(request, row) or self._not_ready_to_arm(row)
         if why:
             return Refusal("not_ready", why)
         return {"command_seq": self._slot.arm(int(row["epoch"]))}
+
+    def _decided_elsewhen(self, request: Request, row: np.void) -> str:
+        """Why this request is not what somebody wants now; empty where it is, or does not tell its tick."""
+        tick_now = int(row["tick"])
+        decided = request.values.get("tick", tick_now)
+        if decided > tick_now:
+            return "the daemon was started anew since this was decided; decide anew"
+        late_s = (tick_now - decided) / self._rig.rate_hz
+        if not self._rig.virtual and late_s > DECIDED_S:
+            return f"this was decided {late_s:.1f} s ago and came too late; decide anew"
+        return ""
 
     def _not_ready_to_arm(self, row: np.void) -> str:
         state = State(int(row["state"]))

@@ -85,6 +85,23 @@ def test_arm_raises_the_counter_once_in_the_epoch_of_the_newest_tick(desk):
     assert (desk.sent["arm_count"], desk.sent["epoch"]) == (1, 5)
 
 
+def test_an_arm_request_that_was_given_up_long_ago_arms_nothing(desk):
+    desk.row["tick"] = 7001
+    assert "came too late" in desk.refused("not_ready", "arm", 0, tick=5000.0)
+    assert desk.ask("arm", 0, tick=5001.0) == {"command_seq": 1}
+    assert desk.ask("arm", 0) == {"command_seq": 2}, "a client of old does not tell its tick"
+
+
+def test_an_arm_request_to_the_daemon_before_arms_nothing_in_this_one(desk):
+    desk.row["tick"] = 600
+    assert "started anew" in desk.refused("not_ready", "arm", 0, tick=601.0)
+
+
+def test_a_virtual_clock_runs_on_while_a_request_is_on_its_way(desk):
+    desk.requests._rig, desk.row["tick"] = replace(RIG, virtual=True), 1_000_000
+    assert desk.ask("arm", 0, tick=0.0) == {"command_seq": 1}
+
+
 def test_an_old_epoch_voids_every_request_but_stop(desk):
     desk.row["epoch"] = 5
     assert "5 is in force" in desk.refused("wrong_epoch", "arm", 4)
