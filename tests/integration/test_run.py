@@ -272,3 +272,15 @@ def test_without_real_time_rights_a_simulated_rig_warns_and_runs(folder):
     assert granted["mlockall"] is False
     assert summary["waiver"] is True
     assert "LimitRTPRIO" in err
+
+
+def test_a_daemon_looks_for_garbage_once_its_rig_runs(folder):
+    """Its start does without; it lives for months."""
+    look = (
+        "import gc, sys, rtctl.cli as cli\n"
+        "cli._leave_at_once = lambda code: print(gc.isenabled(), gc.get_freeze_count() > 1000)\n"
+        "cli.main()"
+    )
+    command = [sys.executable, "-c", look, "run", str(CONFIGS / "mock.toml"), "--for", "0.1"]
+    ran = subprocess.run([*command, "--runtime-dir", str(folder)], capture_output=True, text=True, check=True)
+    assert ran.stdout.splitlines()[-1] == "True True"
