@@ -1,4 +1,4 @@
-"""Seeded bugs of what clients and persons are told: a stop that is overridden, a target that is dropped
+"""Seeded bugs of what clients and persons are told, and of a start: a stop that is overridden, a target dropped
 unheard, a full disk.
 """
 
@@ -102,5 +102,12 @@ SEEDS = (
             "tests/unit/host/test_gateway.py"
             "::test_a_host_that_stops_between_two_messages_of_one_turn_voids_the_second",
         ),
+    ),
+    Seed(
+        "a daemon never looks for garbage",
+        "rtctl/cli/run.py",
+        "        _collect_garbage()\n        loaded",
+        "        loaded",
+        ("tests/integration/test_run.py::test_a_daemon_looks_for_garbage_once_its_rig_runs",),
     ),
 )
