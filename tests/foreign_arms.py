@@ -22,11 +22,13 @@ FIELDS = (
     "motor", "link", "gear", "gear_damping", "play", "viscous", "link_viscous", "coulomb", "breakaway",
     "stribeck", "bristle", "bristle_damping", "kind", "memory_s", "handle", "wrist", "wrist_damping", "arm",
     "muscle", "muscle_damping", "reflex", "reflex_damping", "reflex_s", "twitch_s", "tremor", "tremor_omega",
-    "amplitude", "omega", "manner", "from_s", "to_s", "late_ticks", "lag_s", "sample_ticks", "count", "lever",
-    "force_step", "force_noise", "current_noise", "per_ampere", "felt_as",
+    "amplitude", "omega", "manner", "tip", "pushes", "from_s", "to_s", "late_ticks", "lag_s", "sample_ticks",
+    "count", "lever", "force_step", "force_noise", "current_noise", "per_ampere", "felt_as",
 )  # fmt: skip
 """`kind` of friction: 0 Dahl, 1 back stress, 2 rate and state. `arm` 0: the wrist hangs on the wish.
-`manner` of the wish: 0 sine, 1 even speed that turns at once, 2 steps of least jerk that stop."""
+`manner` of the wish: 0 sine, 1 even speed that turns at once, 2 steps of least jerk that stop. A wrist with a
+`tip` stiffens as a fingertip does, by Hertz: it has its stiffness where it gives so much; one that `pushes`
+never pulls."""
 
 AXIS = np.dtype([(name, "<f8") for name in FIELDS])
 X, V, LINK_X, LINK_V, ARM_X, ARM_V = range(6)
@@ -119,6 +121,17 @@ def wish(a, time_s):
 
 
 @compiled
+def tip(pressed, rate, a):
+    """Torque of the wrist, or of the fingertip, on the handle."""
+    held = a.wrist * pressed + a.wrist_damping * rate
+    if a.tip > 0:
+        held *= math.sqrt(abs(pressed) / a.tip)
+    if a.pushes > 0:
+        return max(held, 0.0) if pressed > 0 else 0.0
+    return held
+
+
+@compiled
 def _rates(y, kept, x0, dt, motor, time_s, a, rate):
     """Write what each number of y changes by; return the torque that a sensor below the handle shows."""
     bent, _ = _friction(kept, y[X] - x0, dt, a)
@@ -128,7 +141,7 @@ def _rates(y, kept, x0, dt, motor, time_s, a, rate):
     place, wish_v = wish(a, time_s)
     shiver = a.tremor * math.sin(a.tremor_omega * time_s) + kept[MUSCLE]
     if a.arm > 0:
-        held = a.wrist * (y[ARM_X] - outer) + a.wrist_damping * (y[ARM_V] - outer_v)
+        held = tip(y[ARM_X] - outer, y[ARM_V] - outer_v, a)
         pull = a.muscle * (place - y[ARM_X]) + a.muscle_damping * (wish_v - y[ARM_V]) + shiver
         rate[ARM_X], rate[ARM_V] = y[ARM_V], (pull - held) / a.arm
     else:

@@ -49,9 +49,9 @@ class Motion(NamedTuple):
     fault: int
 
 
-def motion(case, a, seed, policy=None, share=1.0):
+def motion(case, a, seed, policy=None, share=1.0, make=Rig):
     """Armed, moved, held; None if it was not armed in time."""
-    rig = Rig(case.loaded, a, seed, policy, share)
+    rig = make(case.loaded, a, seed, policy, share)
     if not rig.arm():
         return None
     left, torque, paid_w, moved, after = told(case, rig)
@@ -77,10 +77,10 @@ class Judged(NamedTuple):
     """Fault of the joint with little friction and no help, where it was asked; -1 for none."""
 
 
-def judged(case, seed, share=1.0):
+def judged(case, seed, share=1.0, make=Rig):
     """None where it was not armed in time."""
     a = case.axis
-    helped, plain = motion(case, a, seed, None, share), motion(case, a, seed, Policy.OFF)
+    helped, plain = (motion(case, a, seed, policy, share, make) for policy in (None, Policy.OFF))
     if helped is None or plain is None:
         return None
     passivity = helped.fault == int(Fault.PASSIVITY).bit_length() - 1
@@ -88,27 +88,27 @@ def judged(case, seed, share=1.0):
     most = FED_J * max(float(a["coulomb"][0]) * case.length_m / 0.25, 1.0)
     fed = case.kind not in ("nerves", "tremor") and helped.given_j > most + 1.25 * plain.given_j
     if shaken or fed or helped.fault >= 0:
-        others = [plain, *_without_help(case, seed, (LITTLE,))]
+        others = [plain, *_without_help(case, seed, (LITTLE,), make)]
         stopped = others[-1].fault
         both = shaken and beyond(helped.left, *(one.left for one in others))
         fed = fed and helped.given_j > most + 1.25 * max(one.given_j for one in others)
     if both:
-        others += _without_help(case, seed, BETWEEN)
+        others += _without_help(case, seed, BETWEEN, make)
         every = beyond(helped.left, *(one.left for one in others))
     false = passivity and not (fed or shaken)
     return Judged(helped, plain, shaken, both, every, fed, fed and not passivity, false, stopped)
 
 
-def _without_help(case, seed, shares):
-    runs = (motion(case, rubbing(case.axis, share), seed, Policy.OFF) for share in shares)
+def _without_help(case, seed, shares, make):
+    runs = (motion(case, rubbing(case.axis, share), seed, Policy.OFF, 1.0, make) for share in shares)
     return [one for one in runs if one is not None]
 
 
-def _name(fault):
+def name_of(fault):
     return Fault(1 << fault).name if fault >= 0 else "none"
 
 
-def _say(seed, case, one):
+def say(seed, case, one, where=""):
     """A line of whoever is shaken beyond both, fed, or stopped."""
     words = []
     if one.both:
@@ -117,22 +117,22 @@ def _say(seed, case, one):
     if one.fed:
         words.append(f"fed {1e3 * one.helped.given_j:.3g} mJ ({1e3 * one.plain.given_j:.3g} without help)")
     if one.helped.fault >= 0 or one.plain.fault >= 0:
-        own = f"{_name(one.plain.fault)} without help, {_name(one.stopped)} with little friction"
-        words.append(f"fault {_name(one.helped.fault)} ({own})")
+        own = f"{name_of(one.plain.fault)} without help, {name_of(one.stopped)} with little friction"
+        words.append(f"fault {name_of(one.helped.fault)} ({own})")
     if words:
         a = case.axis[0]
         gear = f"gear {math.sqrt(a['gear'] * (1 / a['motor'] + 1 / a['link'])) / 6.283:.0f} Hz" if (
             a["link"] > 0
         ) else "rigid"  # fmt: skip
-        who = f"{case.kind}, {MANNERS[int(a['manner'])]} of {case.fastest} rad/s"
-        click.echo(f"seed {seed}: {who}, {_policy(case)}, {gear}: {'; '.join(words)}")
+        who = f"{case.kind}, {MANNERS[int(a['manner'])]} of {case.fastest} rad/s{where}"
+        click.echo(f"seed {seed}: {who}, {policy_of(case)}, {gear}: {'; '.join(words)}")
 
 
-def _policy(case):
+def policy_of(case):
     return case.loaded.config.axis[0].friction.policy
 
 
-def _counts(name, of):
+def counts(name, of):
     shaken, both, every, fed, unseen, false = (sum(bool(one[i]) for one in of) for i in range(2, 8))
     torque = np.median([one.helped.torque / one.plain.torque for one in of])
     most = 1e3 * max(one.helped.given_j if one.fed else 0.0 for one in of)
@@ -149,16 +149,16 @@ def main():
     asked, found = parser.parse_args(), []
     for seed, case, one in every_rig(asked, drawn, partial(judged, share=asked.share)):
         found.append((case, one))
-        _say(seed, case, one)
+        say(seed, case, one)
     for part in (
         lambda case: case.kind,
-        _policy,
+        policy_of,
         lambda case: MANNERS[int(case.axis["manner"][0])],
         lambda case: f"{case.fastest} rad/s",
         lambda case: "all",
     ):
         for name in sorted({part(case) for case, _ in found}):
-            _counts(name, [one for case, one in found if part(case) == name])
+            counts(name, [one for case, one in found if part(case) == name])
 
 
 if __name__ == "__main__":
