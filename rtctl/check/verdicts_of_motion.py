@@ -10,13 +10,17 @@ SHAKEN = {"hybrid": (36, 611), "observer": (16, 222)}
 """By policy: hands of the box that were shaken beyond both references, of so many that moved certified rigs
 on joints of another make (`tests/foreign_shaken.py`, seeds that chose nothing: decision 0111)."""
 
+IN_CONTACT = {"hybrid": (7, 31), "observer": (1, 16)}
+"""The same of hands that tap, press, let go and grip again in rendered worlds (`tests/foreign_contact.py`,
+decision 0125)."""
+
 
 def moved(s: Subject) -> list[Verdict]:
     """No figure of a rig file tells which hand is shaken, so that no rig passes, and none is refused."""
     policy = s.table.friction.policy
     if not s.axis.compensates or policy not in SHAKEN:
         return []
-    shaken, hands = SHAKEN[policy]
+    (shaken, hands), (leaning, leaners) = SHAKEN[policy], IN_CONTACT[policy]
     return [
         s.row(
             "help in the hand that moves the joint",
@@ -24,8 +28,9 @@ def moved(s: Subject) -> list[Verdict]:
             "none shaken",
             Outcome.NOT_PROVED,
             f"{shaken} of {hands} random hands on certified rigs with this policy were shaken by 20 mrad/s "
-            "(2 after the motion) more than without help, and with hardly any friction; no figure of a rig "
-            "file tells which; half of gain and observer.gain shakes a fifth as many",
+            "(2 after the motion) more than without help, and with hardly any friction, in contact with a "
+            f"rendered world {leaning} of {leaners}; no figure of a rig file tells which; in free motion half of "
+            "gain and observer.gain shakes a fifth as many",
         )
     ]
 

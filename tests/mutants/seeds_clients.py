@@ -1,5 +1,5 @@
-"""Seeded bugs of what clients and persons are told, and of a start: a stop that is overridden, a target dropped
-unheard, a full disk.
+"""Seeded bugs of what clients and persons are told, and of a start: a stop that is overridden, a target
+dropped unheard, a full disk.
 """
 
 from __future__ import annotations
