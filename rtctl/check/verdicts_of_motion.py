@@ -11,8 +11,8 @@ SHAKEN = {"hybrid": (36, 611), "observer": (16, 222)}
 on joints of another make (`tests/foreign_shaken.py`, seeds that chose nothing: decision 0111)."""
 
 IN_CONTACT = {"hybrid": (7, 31), "observer": (1, 16)}
-"""The same of hands that tap, press, let go and grip again in rendered worlds (`tests/foreign_contact.py`,
-decision 0125)."""
+"""By policy: those of hands that tap, press, let go and grip again in rendered worlds
+(`tests/foreign_contact.py`, decision 0125)."""
 
 
 def moved(s: Subject) -> list[Verdict]:
@@ -29,8 +29,8 @@ def moved(s: Subject) -> list[Verdict]:
             Outcome.NOT_PROVED,
             f"{shaken} of {hands} random hands on certified rigs with this policy were shaken by 20 mrad/s "
             "(2 after the motion) more than without help, and with hardly any friction, in contact with a "
-            f"rendered world {leaning} of {leaners}; no figure of a rig file tells which; in free motion half of "
-            "gain and observer.gain shakes a fifth as many",
+            f"rendered world {leaning} of {leaners}; no figure of a rig file tells which; in free motion half "
+            "of gain and observer.gain shakes a fifth as many",
         )
     ]
 
