@@ -29,7 +29,7 @@ def moved(s: Subject) -> list[Verdict]:
             Outcome.NOT_PROVED,
             f"{shaken} of {hands} random hands on certified rigs with this policy were shaken by 20 mrad/s "
             "(2 after the motion) more than without help, and with hardly any friction, in contact with a "
-            f"rendered world {leaning} of {leaners}; no figure of a rig file tells which; moving freely, half "
+            f"rendered world {leaning} of {leaners}; no figure of a rig file tells which; moved freely, half "
             "of gain and observer.gain shakes a fifth as many",
         )
     ]
