@@ -87,13 +87,10 @@ def main() -> None:
     """Entry point of the `rtctl` program."""
     open_standard_streams()
     obey_nothing_foreign()
-    if sys.argv[1:2] in (["check"], ["run"]):
-        # What is imported is no garbage: looking for it takes a tenth of their start. A check is soon over; a
-        # daemon goes on collecting once its rig runs.
-        gc.disable()
+    if runs := sys.argv[1:2] == ["run"]:
+        gc.disable()  # what is imported is no garbage: to look for it takes a tenth of the start (`cli.run`)
     code = _exit_code()
-    # matplotlib tidies its folder up at an orderly end
-    if sys.argv[1:2] == ["run"] or (sys.argv[1:2] == ["check"] and "matplotlib" not in sys.modules):
+    if runs:
         _leave_at_once(code)
     sys.exit(code)
 
@@ -130,8 +127,8 @@ def _exit_code() -> int:
 
 
 def _leave_at_once(code: int) -> None:
-    """End a daemon that has closed everything: to take its interpreter apart would last longer than its whole
-    end may. Of a check it is a tenth of all its time."""
+    """End a daemon that has closed everything. To take its interpreter apart would last longer than its whole
+    end may."""
     for stream in (sys.stdout, sys.stderr):
         with suppress(OSError, ValueError):  # nobody reads it any more
             stream.flush()
