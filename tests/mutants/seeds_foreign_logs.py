@@ -349,7 +349,7 @@ SEEDS = (
     Seed(
         "a torque that is switched is too coarse",
         "rtctl/friction/logs/torque_faults.py",
-        " or _is_switched(signal)",
+        " or _is_switched(signal, levels)",
         "",
         COMMANDS,
     ),

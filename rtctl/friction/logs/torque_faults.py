@@ -255,7 +255,7 @@ def _spikes(signal: np.ndarray, where: str, unit: str) -> list[str]:
 
 def _coarse(signal: np.ndarray, where: str, unit: str) -> list[str]:
     levels = np.unique(signal)
-    if len(levels) >= LEVELS_MIN or _is_switched(signal):
+    if len(levels) >= LEVELS_MIN or _is_switched(signal, levels):
         return []
     step = float(np.median(np.diff(levels)))
     share = step / np.sqrt(12) / max(float(signal.std()), 1e-12)
@@ -267,11 +267,8 @@ def _coarse(signal: np.ndarray, where: str, unit: str) -> list[str]:
     ]
 
 
-def _is_switched(signal: np.ndarray) -> bool:
-    """Whether a torque of few levels is a command that goes from one to another (steps, a random binary one):
-    what was rounded goes by one level at a time, and no sensor has two levels."""
-    levels = np.unique(signal)
-    if len(levels) >= LEVELS_MIN:
-        return False
+def _is_switched(signal: np.ndarray, levels: np.ndarray) -> bool:
+    """Whether a torque of few `levels` is a command that goes from one to another (steps, a random binary
+    one): what was rounded goes by one level at a time, and no sensor has two levels."""
     goes = np.abs(np.diff(np.searchsorted(levels, signal)))
     return len(levels) == 2 or (len(levels) > 2 and float(np.median(goes[goes > 0])) > 1)
