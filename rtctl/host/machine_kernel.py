@@ -18,6 +18,9 @@ from rtctl.rt import early
 GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page", "riscv_clocksource")
 _CPU = Path("sys/devices/system/cpu")
 
+BUSY_HZ = 1.0
+"""A device that interrupts a core more often than that, on average since the machine started, is named."""
+
 
 def loop_core(cpu: int, allowed: set[int]) -> int:
     """The core the loop will take: `loop.cpu`, or the last one allowed."""
@@ -32,6 +35,7 @@ def check(root: Path, core: int) -> list[Line]:
         core_present(root, core),
         governor(root, core),
         isolation(root, core),
+        device_interrupts(root, core),
         idle_states(root),
         throttling(root),
         late_ticks(root),
@@ -125,6 +129,32 @@ def isolation(root: Path, core: int) -> Line:
     others = f" ({_span(isolated)} are; loop.cpu could name one)" if isolated else ""
     fix = f"{_boot_option(options)}; in the rig file: loop.cpu = {core}"
     return Line("isolated cores", "warn", f"core {core} is shared{others}", fix)
+
+
+def device_interrupts(root: Path, core: int) -> Line:
+    """Whose interrupts come to the loop's core: each takes some microseconds, and the work that the kernel
+    puts off until after them takes more."""
+    name, uptime = "device interrupts", (text(root / "proc/uptime") or "").split()
+    lines = (text(root / "proc/interrupts") or "").splitlines()
+    cores, *rows = (line.split() for line in lines or [""])
+    column = cores.index(f"CPU{core}") + 1 if f"CPU{core}" in cores else 0
+    if not column or not uptime or not uptime[0].replace(".", "").isdigit():
+        return Line(name, "ok", "not told here")
+    least = max(BUSY_HZ * float(uptime[0]), 1.0)
+    numbers = {
+        row[0].rstrip(":"): row[-1]
+        for row in rows  # those of the processor itself have no number
+        if row[0].rstrip(":").isdigit() and len(row) > len(cores) + 1 and int(row[column]) >= least
+    }
+    if not numbers:
+        return Line(name, "ok", f"none that comes often to core {core}")
+    lists = " ".join(f"/proc/irq/{number}/smp_affinity_list" for number in numbers)
+    fix = (
+        f"echo {0 if core else 1} | sudo tee {lists} (until the next start; irqbalance moves them back "
+        f"unless it is told IRQBALANCE_BANNED_CPULIST={core}); "
+        "one that cannot be moved: another core for loop.cpu"
+    )
+    return Line(name, "warn", f"core {core} serves {', '.join(sorted(set(numbers.values())))}", fix)
 
 
 def idle_states(root: Path) -> Line:

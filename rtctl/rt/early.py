@@ -34,8 +34,8 @@ import numpy as np
 
 from rtctl.rt.realtime import Grant
 
-INCOME_US = 80.0
-"""`auto` looks so long on average at most: at 1 kHz, 8 % of a core."""
+INCOME_US = 78.0
+"""`auto` looks so long on average at most: with what the kernel does meanwhile, at 1 kHz 8 % of a core."""
 
 MOST_US = 200.0
 """`auto` begins to look no earlier than this: at 1 kHz, a fifth of a core, for as long as there is something

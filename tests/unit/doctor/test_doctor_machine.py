@@ -104,6 +104,34 @@ def test_the_loops_core_is_looked_up_in_the_isolated_ones(tmp_path, isolated, st
         assert "loop.cpu = 3" in line.fix
 
 
+INTERRUPTS = """\
+           CPU0       CPU1
+ 24:          1          0  IO-APIC   5-edge      ACPI:Ged
+ 36:          7    1891772 PCI-MSIX-0000:00:02.0   1-edge      virtio1-req.0
+ 41:      19811        199 PCI-MSIX-0000:00:04.0   1-edge      eth0, eth1
+LOC:   12052052   25827021   Local timer interrupts
+ERR:          0"""
+
+
+def test_devices_that_interrupt_the_loops_core_are_named_with_the_way_to_move_them(tmp_path):
+    put(tmp_path, "proc/interrupts", INTERRUPTS)
+    put(tmp_path, "proc/uptime", "200.00 390.12")
+    line = machine.device_interrupts(tmp_path, 1)
+    assert (line.status, line.found) == ("warn", "core 1 serves virtio1-req.0")
+    assert "echo 0 | sudo tee /proc/irq/36/smp_affinity_list " in line.fix
+    assert machine.device_interrupts(tmp_path, 0).found == "core 0 serves eth1", "99 a second"
+    put(tmp_path, "proc/uptime", "2000000 3900000")
+    assert machine.device_interrupts(tmp_path, 1).status == "ok"
+
+
+@pytest.mark.parametrize(("interrupts", "uptime"), [(INTERRUPTS, ""), ("", "200 1"), (INTERRUPTS, "nan 1")])
+def test_what_is_not_told_of_interrupts_is_no_warning(tmp_path, interrupts, uptime):
+    put(tmp_path, "proc/interrupts", interrupts)
+    put(tmp_path, "proc/uptime", uptime)
+    assert machine.device_interrupts(tmp_path, 1).found == "not told here"
+    assert machine.device_interrupts(tmp_path, 9).found == "not told here", "a core that is not there"
+
+
 def test_a_core_that_is_switched_off_fails(tmp_path):
     put(tmp_path, CPU + "online", "0-1,4")
     assert machine.core_present(tmp_path, 4).status == "ok"
@@ -155,7 +183,7 @@ def test_no_file_whatever_it_holds_raises(tmp_path, content):
 
 
 def test_an_empty_tree_raises_nothing(tmp_path):
-    assert len(machine.check(tmp_path, 0)) == 8
+    assert len(machine.check(tmp_path, 0)) == 9
     assert machine_rights.check(tmp_path, "", 80)
 
 
