@@ -270,6 +270,8 @@ SEEDS = (
     ),
     Seed(
         "another core's interrupts are the loop's", "rtctl/host/machine_kernel.py",
-        'cores.index(f"CPU{core}") + 1 if', "1 if", ("tests/unit/doctor/test_doctor_machine.py",),
+        'cores.index(f"CPU{core}") + 1 if', "1 if",
+        ("tests/unit/doctor/test_doctor_machine.py::test_devices_that_interrupt_the_loops_core_are_named_with_the_way_to_"
+         "move_them",),
     ),
 )  # fmt: skip
