@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+TARE = ("tests/unit/host/test_tare_request.py",)
 STOPPED = "tests/unit/test_stopped_while_arming.py::test_"
 
 SEEDS = (
@@ -109,5 +110,26 @@ SEEDS = (
         "        _collect_garbage()\n        loaded",
         "        loaded",
         ("tests/integration/test_run.py::test_a_daemon_looks_for_garbage_once_its_rig_runs",),
+    ),
+    Seed(
+        "a hand that pulls is taken for zero",
+        "rtctl/host/exchange/requests.py",
+        'if "hands" not in request.values and (pull := self._pull(row)):',
+        "if pull := None:",
+        TARE,
+    ),
+    Seed(
+        "a force that is none passes for no hand",
+        "rtctl/host/exchange/requests.py",
+        "if not abs(torque) <= limit:",
+        "if abs(torque) > limit:",
+        TARE,
+    ),
+    Seed(
+        "an environment that is put back in the rig file stays",
+        "rtctl/host/reload.py",
+        "(before if reloadable else started).get(key)",
+        "started.get(key)",
+        ("tests/unit/host/test_reload.py",),
     ),
 )

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import words
 from rtctl import tick
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.fault_book import FaultBook
@@ -39,6 +40,12 @@ STALLED_S = 1.0
 DECIDED_S = 2.0
 """For so long a client waits for a reply. An arm request that comes later (the daemon stood still, a network
 held it back) was given up by whoever sent it, who may have a hand in the rig by now."""
+
+
+HAND_SHARE = 0.25
+"""A joint that is shown more force than this share of `axis.force.offset_nm` has a hand on it, and is tared only
+where somebody says that it has none. What a tare takes off wrongly moves the joint once the hand has gone,
+as a hand would."""
 
 
 class Requests:
@@ -265,10 +272,27 @@ class Requests:
         now = [None if self._friction is None else self._friction.adapting(a) for a in range(len(names))]
         return {"adapting": dict(zip(names, now, strict=True))}
 
-    def _tare(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
+    def _tare(self, request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
         if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):
             return Refusal(
                 "not_ready", f"state {state.name}: the force is tared at rest, with no hand on the device"
             )
+        if "hands" not in request.values and (pull := self._pull(row)):
+            return Refusal("not_ready", pull)
         return {"command_seq": self._slot.edge("tare_count")}
+
+    def _pull(self, row: np.void) -> str:
+        """Why the force shown says that a hand is on the device; empty where it says none."""
+        if self._rig.params is None:
+            return ""
+        limits = HAND_SHARE * self._rig.params[0]["force_offset_limit_nm"]
+        for axis, torque, limit in zip(self._rig.axes, row["hand_torque_nm"], limits, strict=True):
+            if not abs(torque) <= limit:
+                return words(
+                    f"axis {axis.name}: the force sensor shows {torque:.3g} N m, more than {limit:.3g}: a "
+                    "hand on the device would be taken for zero, and pull the joint once it is gone; hands "
+                    "off, then tare; if nobody touches the device, say so: `rtctl tare --hands-off`",
+                    axis.motion,
+                )
+        return ""
