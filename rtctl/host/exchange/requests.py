@@ -43,9 +43,9 @@ held it back) was given up by whoever sent it, who may have a hand in the rig by
 
 
 HAND_SHARE = 0.25
-"""A joint that is shown more force than this share of `axis.force.offset_nm` has a hand on it, and is tared only
-where somebody says that it has none. What a tare takes off wrongly moves the joint once the hand has gone,
-as a hand would."""
+"""A joint that is shown more force than this share of `axis.force.offset_nm` has a hand on it, and is tared
+only where somebody says that it has none. What a tare takes off wrongly moves the joint once the hand has
+gone, as a hand would."""
 
 
 class Requests:
