@@ -6,7 +6,7 @@ from __future__ import annotations
 
 from seed import Seed
 
-TARE = ("tests/unit/host/test_tare_request.py",)
+REFUSED = ("tests/unit/host/test_requests_refused.py",)
 STOPPED = "tests/unit/test_stopped_while_arming.py::test_"
 
 SEEDS = (
@@ -116,14 +116,21 @@ SEEDS = (
         "rtctl/host/exchange/requests.py",
         'if "hands" not in request.values and (pull := self._pull(row)):',
         "if pull := None:",
-        TARE,
+        REFUSED,
     ),
     Seed(
         "a force that is none passes for no hand",
         "rtctl/host/exchange/requests.py",
         "if not abs(torque) <= limit:",
         "if abs(torque) > limit:",
-        TARE,
+        REFUSED,
+    ),
+    Seed(
+        "a closed rig takes what it is asked",
+        "rtctl/host/exchange/requests.py",
+        'if state in CLOSED and OPERATIONS[request.op].role != "observer":',
+        "if state is State.INIT:",
+        REFUSED,
     ),
     Seed(
         "an environment that is put back in the rig file stays",

@@ -1,4 +1,4 @@
-"""A tare under a hand that pulls."""
+"""Requests that are refused with a remedy: a tare under a hand that pulls, anything of a closed rig."""
 
 from dataclasses import replace
 
@@ -7,6 +7,8 @@ import pytest
 from test_requests import RIG, Desk
 
 from rtctl.control.vocabulary import State
+from rtctl.host.exchange.messages import Refusal
+from rtctl.host.exchange.operations import OPERATIONS
 from rtctl.host.exchange.requests import Requests
 from rtctl.wire.protocol import Endpoints
 
@@ -35,3 +37,13 @@ def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none
     desk.row["hand_torque_nm"] = [[0.049, -0.049]]
     desk.ask("tare")
     assert desk.sent["tare_count"] == 2
+
+
+@pytest.mark.parametrize("state", [State.LOCKOUT, State.SHUTDOWN])
+def test_a_closed_rig_answers_stops_and_refuses_whatever_would_change_it(desk, state):
+    desk.row["state"] = state
+    answered = {"hello", "status", "schema", "stop"}
+    for op in OPERATIONS.keys() - answered:
+        assert "a person restarts the daemon" in desk.refused("not_ready", op, 0, follow="off", share=0.5)
+    assert not any(isinstance(desk.ask(op), Refusal) for op in answered)
+    assert "ask for the status" in desk.refused("wrong_epoch", "arm", 7)
