@@ -91,10 +91,13 @@ def reset(client: RigClient) -> None:
     client.reset()
 
 
-@_operation("tare")
-def tare(client: RigClient) -> None:
+def _tare(client: RigClient, hands_off: bool) -> None:
     """Take the present force as zero: at rest, with no hand on the device."""
-    client.tare()
+    client.tare(hands_off=hands_off)
+
+
+_HANDS = "nobody touches the device: tare, however much force the sensor shows"
+tare = _operation("tare")(click.option("--hands-off", is_flag=True, help=_HANDS)(_tare))
 
 
 def _adapt(client: RigClient, follow: str, axis: str | None) -> None:

@@ -198,9 +198,12 @@ class RigClient(Worlds, Listener):
             if refused.code != "not_ready":
                 raise
 
-    def tare(self) -> None:
-        """Take the present force reading as zero. In IDLE, with no hand on the device."""
-        self._call("tare")
+    def tare(self, *, hands_off: bool = False) -> None:
+        """Take the present force reading as zero. In IDLE, with no hand on the device.
+
+        A force that looks like a hand is refused (`not_ready`). With `hands_off` you say that nobody touches
+        the device: the sensor itself has moved."""
+        self._call("tare", **({"hands": "off"} if hands_off else {}))
 
     # -- setting values
 

@@ -245,7 +245,7 @@ TABLE: tuple[FaultRow, ...] = (
         "powered, the friction seen over a second of sliding each way shows that the force is off by more "
         "than axis.force.offset_nm (10 % of the torque limit) at the joint, for 250 ms of sliding",
         "the force sensor is off by more than it may be, or a weight pulls at the joint: hands off, `rtctl "
-        "tare`; check the sensor's mounting and cable, force_sensor.tip_kg, or allow more "
+        "tare --hands-off`; check the sensor's mounting and cable, force_sensor.tip_kg, or allow more "
         "(axis.force.offset_nm)",
     ),
     FaultRow(

@@ -36,14 +36,17 @@ class Changes:
         return out + [f"reload: {key} needs a restart; the old value stays" for key in self.restart]
 
 
-def compare(running: Config, read: Config) -> Changes:
-    """Sort the keys that differ into those that may be taken over and those that need a restart."""
+def compare(running: Config, last: Config, read: Config) -> Changes:
+    """Sort the keys that differ into those that may be taken over and those that need a restart.
+
+    The first have been those of `last`, the file as it was read last, since then; the others are those that
+    the daemon was started with."""
     changes = Changes()
-    before, after = _flat(running.model_dump()), _flat(read.model_dump())
-    for key in sorted({*before, *after}):
-        if before.get(key) == after.get(key):
-            continue
-        (changes.taken if _reloadable(key) else changes.restart).append(key)
+    started, before, after = (_flat(one.model_dump()) for one in (running, last, read))
+    for key in sorted({*started, *before, *after}):
+        reloadable = _reloadable(key)
+        if (before if reloadable else started).get(key) != after.get(key):
+            (changes.taken if reloadable else changes.restart).append(key)
     return changes
 
 
@@ -76,10 +79,11 @@ def _take_over(host: Host) -> None:
         for line in (f"reload: refused: {error}", *getattr(error, "faults", ())):
             host.announce(line)
         return
-    changes = compare(host.loaded.config, read.config)
+    changes = compare(host.loaded.config, host.read_last, read.config)
     if changes.taken and fresh.n_axes == host.plan.n_axes:
         environment_fields(host.writer.command, fresh.command)
         host.writer.send()
+        host.read_last = read.config
     for line in changes.lines():
         host.announce(line)
 

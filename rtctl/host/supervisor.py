@@ -113,6 +113,7 @@ class Host:
         waiting: WaitingLoop | None = None,
     ) -> None:
         self.loaded = loaded
+        self.read_last = loaded.config  # by SIGHUP: its environments are in force
         self.observers = list(observers)
         self.announce = announce
         self.speaker = Speaker(notices)

@@ -57,7 +57,7 @@ def test_a_person_arms_stops_and_resets_a_rig_by_the_command_line(rig, root):
     assert isinstance(refused.exception, RefusedError)
     assert "then reset" in str(refused.exception)
     assert json.loads(call(root, "reset", "--json").stdout)["state"] == "IDLE"
-    assert call(root, "tare").exit_code == 0
+    assert call(root, "tare").exit_code == call(root, "tare", "--hands-off").exit_code == 0
 
 
 def test_the_compensation_of_a_rig_that_asks_for_nothing_is_held_and_refused_to_follow(rig, root):

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+REFUSED = ("tests/unit/host/test_requests_refused.py",)
 STOPPED = "tests/unit/test_stopped_while_arming.py::test_"
 
 SEEDS = (
@@ -109,5 +110,33 @@ SEEDS = (
         "        _collect_garbage()\n        loaded",
         "        loaded",
         ("tests/integration/test_run.py::test_a_daemon_looks_for_garbage_once_its_rig_runs",),
+    ),
+    Seed(
+        "a hand that pulls is taken for zero",
+        "rtctl/host/exchange/requests.py",
+        'if "hands" not in request.values and (pull := self._pull(row)):',
+        "if pull := None:",
+        REFUSED,
+    ),
+    Seed(
+        "a force that is none passes for no hand",
+        "rtctl/host/exchange/requests.py",
+        "if not abs(torque) <= limit:",
+        "if abs(torque) > limit:",
+        REFUSED,
+    ),
+    Seed(
+        "a closed rig takes what it is asked",
+        "rtctl/host/exchange/requests.py",
+        'if state in CLOSED and OPERATIONS[request.op].role != "observer":',
+        "if state is State.INIT:",
+        REFUSED,
+    ),
+    Seed(
+        "an environment that is put back in the rig file stays",
+        "rtctl/host/reload.py",
+        "(before if reloadable else started).get(key)",
+        "started.get(key)",
+        ("tests/unit/host/test_reload.py",),
     ),
 )

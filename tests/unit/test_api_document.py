@@ -37,7 +37,7 @@ def test_a_signature_is_written_as_the_source_has_it():
     assert api_document.signature("arm", RigClient.arm).startswith(
         "arm(*, wait: bool = True, timeout_s: float = 10.0, meanwhile: Callable[[], object] = lambda: None)"
     )
-    assert api_document.signature("tare", RigClient.tare) == "tare()"
+    assert api_document.signature("tare", RigClient.tare) == "tare(*, hands_off: bool = False)"
 
 
 def test_what_the_package_offers_is_told():

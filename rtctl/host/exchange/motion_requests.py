@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from rtctl.control.vocabulary import PARAMETERS, Display, Environment, State
+from rtctl.control.vocabulary import PARAMETERS, Display, Environment
 from rtctl.host.exchange.lease import LeaseDesk
 from rtctl.host.exchange.messages import Refusal, Request
 from rtctl.host.exchange.newest_command import CommandSlot
@@ -14,8 +14,6 @@ from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.wire.authenticator import Caller
 
 Result = dict[str, Any]
-
-CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
 
 class Steering:
@@ -37,8 +35,6 @@ class Steering:
 
     def lease(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Give or renew the lease."""
-        if why := self._closed(row):
-            return why
         if self._slot.stop_pending(row):
             return Refusal("wrong_epoch", "a stop is on its way to the loop")
         epoch = int(row["epoch"])
@@ -64,7 +60,7 @@ class Steering:
 
     def environment(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Set the virtual environment of an axis; a renderer needs the lease."""
-        if why := self._closed(row) or self._not_holder(request, row, caller):
+        if why := self._not_holder(request, row, caller):
             return why
         axis, command = request.values["axis"], self._slot.command
         command["environment_kind"][axis] = Environment[request.values["kind"].upper()]
@@ -75,7 +71,7 @@ class Steering:
 
     def display(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Set what an axis shows; a renderer needs the lease."""
-        if why := self._closed(row) or self._not_holder(request, row, caller):
+        if why := self._not_holder(request, row, caller):
             return why
         axis, command = request.values["axis"], self._slot.command
         about, shown = self._rig.axes[axis], request.values.get("display")
@@ -94,8 +90,6 @@ class Steering:
 
     def target(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Move the proxy of the remote axes; only the holder of the lease."""
-        if why := self._closed(row):
-            return why
         if self._slot.stop_pending(row):
             return Refusal("wrong_epoch", "a stop is on its way to the loop")
         if not (self._slot.command["environment_kind"] == Environment.REMOTE).any():
@@ -107,10 +101,8 @@ class Steering:
         position, velocity = request.values["position_rad"], request.values.get("velocity_rad_s", 0.0)
         return {"command_seq": self._slot.target(epoch, lease.number, position, velocity)}
 
-    def compensation(self, request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
+    def compensation(self, request: Request, _row: np.void, _caller: Caller) -> Result:
         """Set the share of the friction feed-forward."""
-        if why := self._closed(row):
-            return why
         axis = request.values.get("axis", slice(None))
         self._slot.command["compensation"][axis] = request.values["share"]
         return {"command_seq": self._slot.send()}
@@ -147,7 +139,3 @@ class Steering:
             return Refusal("missing_key", "lease: a renderer changes an environment with the lease only")
         lease = self._desk.renew(caller.user_id, request.values["lease"], int(row["epoch"]))
         return lease if isinstance(lease, Refusal) else None
-
-    def _closed(self, row: np.void) -> Refusal | None:
-        state = State(int(row["state"]))
-        return Refusal("not_ready", f"state {state.name}: the rig is closed") if state in CLOSED else None

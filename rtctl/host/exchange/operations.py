@@ -11,6 +11,7 @@ from rtctl.control.vocabulary import NAMES, PARAMETERS, Display, meaning
 from rtctl.wire.protocol import ROLES
 
 SWITCH = ("on", "off")
+HANDS = ("off",)
 DISPLAYS = tuple(one.name.lower() for one in Display)
 
 Role = Literal["observer", "renderer", "operator"]
@@ -64,7 +65,11 @@ OPERATIONS: dict[str, Operation] = {
     ),
     "stop": Operation("ramp the torque to zero and disable; never refused", "observer"),
     "reset": Operation("leave FAULT or ESTOP once its cause is gone", "operator"),
-    "tare": Operation("take the present force reading as zero", "operator"),
+    "tare": Operation(
+        "take the present force reading as zero",
+        "operator",
+        (Key("hands", "choice", "nobody touches the device, whatever force is shown", choices=HANDS),),
+    ),
     "lease": Operation(
         "be the one who moves the proxy, until stopped, released or silent",
         "renderer",

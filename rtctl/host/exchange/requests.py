@@ -12,13 +12,14 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import words
 from rtctl import tick
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.fault_book import FaultBook
 from rtctl.host.exchange.friction_watch import CANNOT_FOLLOW, FrictionWatch
 from rtctl.host.exchange.lease import LeaseDesk
 from rtctl.host.exchange.messages import Refusal, Request
-from rtctl.host.exchange.motion_requests import CLOSED, Steering
+from rtctl.host.exchange.motion_requests import Steering
 from rtctl.host.exchange.motor_temperature import temperature_warnings
 from rtctl.host.exchange.newest_command import CommandSlot
 from rtctl.host.exchange.operations import OPERATIONS, allowed
@@ -33,12 +34,20 @@ Result = dict[str, Any]
 Handler = Callable[[Request, np.void, Caller], Result | Refusal]
 LatestRow = Callable[[], np.ndarray | None]
 
+CLOSED = (State.LOCKOUT, State.SHUTDOWN)
+
 STALLED_S = 1.0
 """A newest tick older than this means that the loop does not run."""
 
 DECIDED_S = 2.0
 """For so long a client waits for a reply. An arm request that comes later (the daemon stood still, a network
 held it back) was given up by whoever sent it, who may have a hand in the rig by now."""
+
+
+HAND_SHARE = 0.25
+"""A joint that is shown more force than this share of `axis.force.offset_nm` has a hand on it, and is tared
+only where somebody says that it has none. What a tare takes off wrongly moves the joint once the hand has
+gone, as a hand would."""
 
 
 class Requests:
@@ -112,10 +121,11 @@ class Requests:
                 f"{request.op} is for the role {OPERATIONS[request.op].role}; {caller.name} is {caller.role}",
             )
         if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:
-            return Refusal(
-                "wrong_epoch",
-                f"epoch {request.epoch} is void, {row['epoch']} is in force: a stop came between",
-            )
+            void = f"epoch {request.epoch} is void, {row['epoch']} is in force: a stop came between"
+            return Refusal("wrong_epoch", f"{void}, or a restart; ask for the status, decide anew")
+        state = State(int(row["state"]))
+        if state in CLOSED and OPERATIONS[request.op].role != "observer":
+            return Refusal("not_ready", f"state {state.name}: it ends when a person restarts the daemon")
         return self._handlers[request.op](request, row, caller)
 
     # -- asking
@@ -221,7 +231,7 @@ class Requests:
         if state in (State.FAULT, State.ESTOP):
             return f"state {state.name} (present: {faults or 'none'}): remove the cause, then reset"
         if state != State.IDLE:
-            return f"state {state.name}: arming starts from IDLE"
+            return f"state {state.name}: arming starts from IDLE: stop first"
         if faults:
             return f"state IDLE with faults present: {faults}; arm again when they are gone"
         return ""
@@ -236,10 +246,6 @@ class Requests:
 
     def _reset(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
-        if state in CLOSED:
-            return Refusal(
-                "not_ready", f"state {state.name}: only a person who restarts the daemon leaves it"
-            )
         if state not in (State.FAULT, State.ESTOP):
             return Refusal("not_ready", f"state {state.name}: there is no latched fault to reset")
         if row["estop"]:
@@ -265,10 +271,26 @@ class Requests:
         now = [None if self._friction is None else self._friction.adapting(a) for a in range(len(names))]
         return {"adapting": dict(zip(names, now, strict=True))}
 
-    def _tare(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
+    def _tare(self, request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
         if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):
-            return Refusal(
-                "not_ready", f"state {state.name}: the force is tared at rest, with no hand on the device"
-            )
+            why = "the force is tared at rest: stop first, hands off, then tare"
+            return Refusal("not_ready", f"state {state.name}: {why}")
+        if "hands" not in request.values and (pull := self._pull(row)):
+            return Refusal("not_ready", pull)
         return {"command_seq": self._slot.edge("tare_count")}
+
+    def _pull(self, row: np.void) -> str:
+        """Why the force shown says that a hand is on the device; empty where it says none."""
+        if self._rig.params is None:
+            return ""
+        limits = HAND_SHARE * self._rig.params[0]["force_offset_limit_nm"]
+        for axis, torque, limit in zip(self._rig.axes, row["hand_torque_nm"], limits, strict=True):
+            if not abs(torque) <= limit:
+                return words(
+                    f"axis {axis.name}: the force sensor shows {torque:.3g} N m, more than {limit:.3g}: a "
+                    "hand on the device would be taken for zero, and pull the joint once it is gone; hands "
+                    "off, then tare; if nobody touches the device, say so: `rtctl tare --hands-off`",
+                    axis.motion,
+                )
+        return ""

@@ -24,7 +24,7 @@ def test_an_environment_is_taken_and_a_limit_needs_a_restart(tmp_path):
         ('kind = "free"', 'kind = "spring"\nstiffness_nm_rad = 10.0'),
         ("torque_limit_nm = 2.0", "torque_limit_nm = 1.0"),
     )
-    changes = compare(before.config, after.config)
+    changes = compare(before.config, before.config, after.config)
     assert changes.taken == ["axis[0].environment.kind", "axis[0].environment.stiffness_nm_rad"]
     assert changes.restart == ["axis[0].torque_limit_nm"]
     assert changes.lines() == [
@@ -42,7 +42,15 @@ def test_an_environment_is_taken_and_a_limit_needs_a_restart(tmp_path):
 
 def test_nothing_changed_is_said(tmp_path):
     same = changed(tmp_path).config
-    assert compare(same, same).lines() == ["reload: nothing has changed"]
+    assert compare(same, same, same).lines() == ["reload: nothing has changed"]
+
+
+def test_an_environment_that_is_put_back_is_taken_back(tmp_path):
+    first = changed(tmp_path).config
+    stiff = changed(tmp_path, ('kind = "free"', 'kind = "spring"\nstiffness_nm_rad = 30.0')).config
+    environment = ["axis[0].environment.kind", "axis[0].environment.stiffness_nm_rad"]
+    assert compare(first, first, stiff).taken == compare(first, stiff, first).taken == environment
+    assert compare(first, stiff, stiff).taken == []
 
 
 def test_only_a_rig_at_rest_is_reloaded():

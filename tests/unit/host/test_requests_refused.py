@@ -1,0 +1,49 @@
+"""Requests that are refused with a remedy: a tare under a hand that pulls, anything of a closed rig."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_requests import RIG, Desk
+
+from rtctl.control.vocabulary import State
+from rtctl.host.exchange.messages import Refusal
+from rtctl.host.exchange.operations import OPERATIONS
+from rtctl.host.exchange.requests import Requests
+from rtctl.wire.protocol import Endpoints
+
+
+@pytest.fixture
+def desk():
+    made = Desk()
+    yield made
+    made.memory.close()
+
+
+@pytest.mark.parametrize("shown", [0.051, -0.051, 40.0, np.nan])
+def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none(desk, shown):
+    params = np.zeros(1, [("force_offset_limit_nm", "f8", 2)])
+    params["force_offset_limit_nm"] = 0.2
+    described = replace(RIG, axes=(RIG.axes[0], replace(RIG.axes[1], motion="linear")), params=params)
+    desk.requests = Requests(desk.writer, described, Endpoints("ipc://t", "ipc://c"), lambda: desk.row)
+    desk.row["hand_torque_nm"] = [[0.049, shown]]
+    for state in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):
+        desk.row["state"] = state
+        told = desk.refused("not_ready", "tare")
+        assert f"axis tip: the force sensor shows {shown:.3g} N, more than 0.05: a hand" in told
+        assert told.endswith("`rtctl tare --hands-off`")
+    desk.ask("tare", hands="off")
+    assert desk.sent["tare_count"] == 1
+    desk.row["hand_torque_nm"] = [[0.049, -0.049]]
+    desk.ask("tare")
+    assert desk.sent["tare_count"] == 2
+
+
+@pytest.mark.parametrize("state", [State.LOCKOUT, State.SHUTDOWN])
+def test_a_closed_rig_answers_stops_and_refuses_whatever_would_change_it(desk, state):
+    desk.row["state"] = state
+    answered = {"hello", "status", "schema", "stop"}
+    for op in OPERATIONS.keys() - answered:
+        assert "a person restarts the daemon" in desk.refused("not_ready", op, 0, follow="off", share=0.5)
+    assert not any(isinstance(desk.ask(op), Refusal) for op in answered)
+    assert "ask for the status" in desk.refused("wrong_epoch", "arm", 7)
