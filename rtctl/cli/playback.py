@@ -88,6 +88,10 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     (a rig file whose device is playback), or from --time, --position, ... A COLUMN is
     NAME[:UNIT][:SCALE[:OFFSET]], in the unit named below where it says none; a negative scale turns a sign.
     Nothing moves: hand and motion stay the recorded ones. See docs/playback.md."""
+    if not (config or all(options[name] for name in ("log", "fit_from", "time", "position"))):
+        raise click.UsageError(
+            "give CONFIG, or --log, --fit-from, --time and --position with a torque column"
+        )
     from rtctl.recording.as_columns import register
     from rtctl.simulation.playback_job import Job, run
 
