@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +17,21 @@ from rtctl.cli.outputs import OutputFolder
 if TYPE_CHECKING:
     from rtctl.host.supervisor import Host
     from rtctl.host.waiting_loop import WaitingLoop
+
+
+@contextmanager
+def _told_to_systemd() -> Iterator[None]:
+    """Leave an error that ends the daemon as its status."""
+    from rtctl.errors import RtctlError
+
+    try:
+        yield
+    except RtctlError as error:
+        from rtctl.host.notify import Notifier
+
+        with closing(Notifier()) as notifier:
+            notifier.ended(error)
+        raise
 
 
 @click.command("run")
@@ -36,6 +53,7 @@ if TYPE_CHECKING:
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
+@_told_to_systemd()
 def command(
     config: Path,
     seconds: float | None,

@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 from pathlib import Path
@@ -99,6 +100,15 @@ def test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word(tmp_path, i
     )
     assert done.returncode == code
     assert ("KeyboardInterrupt" in done.stderr, bool(done.stderr)) == (False, ignored)
+
+
+def test_a_service_that_cannot_start_says_why_in_its_status(tmp_path, monkeypatch):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(tmp_path / "notify"))
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        done = CliRunner().invoke(cli, ["run", str(tmp_path / "absent.toml")])
+        assert isinstance(done.exception, ConfigError)
+        assert f"STATUS={done.exception}" == manager.recv(4096).decode()
 
 
 @pytest.mark.parametrize("where", [state_root, cache_root])
