@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ def _told_to_systemd() -> Iterator[None]:
 
     try:
         yield
-    except RtctlError as error:
+    except (RtctlError, OSError) as error:
         from rtctl.host.notify import Notifier
 
         with closing(Notifier()) as notifier:
@@ -36,7 +37,7 @@ def _told_to_systemd() -> Iterator[None]:
 
 @click.command("run")
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--for", "seconds", type=click.FloatRange(0.01, 1e9), help="stop after this many seconds")
+@click.option("--for", "seconds", type=Number(0.01, 1e9), help="stop after this many seconds")
 @click.option("--arm", is_flag=True, help="arm as soon as the rig is ready; simulated rigs only")
 @click.option(
     "--faults",

@@ -11,7 +11,6 @@ import socket
 import time
 
 from rtctl.control.vocabulary import State
-from rtctl.errors import RtctlError
 from rtctl.wire.fault_names import cause_bit, fault_entries
 
 ENDING_US = 30_000_000
@@ -51,7 +50,7 @@ class Notifier:
         here."""
         self._send(f"STOPPING=1\nWATCHDOG_USEC={ENDING_US}")
 
-    def ended(self, error: RtctlError) -> None:
+    def ended(self, error: Exception) -> None:
         """What ended the daemon, as its last status: once systemd has given up starting it, the lines of the
         journal that `systemctl status` shows are all its own."""
         self._send(f"STATUS={' '.join((str(error), *getattr(error, 'faults', ())[:1]))}")

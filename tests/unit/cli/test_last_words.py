@@ -17,11 +17,13 @@ import rtctl.cli
 from hw.jit import cache_root
 from rtctl.cli import cli, main
 from rtctl.cli.invocation import shown
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile, OutputFolder
 from rtctl.errors import ConfigError
 from rtctl.recording.state_folder import state_root
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
+from rtctl.wire.endpoints import RuntimeDirectory
 
 ROOT = Path(__file__).parents[3]
 NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
@@ -125,6 +127,32 @@ def test_a_user_without_a_home_has_folders_all_the_same(where, monkeypatch):
 def test_an_output_that_may_not_even_be_looked_at_is_wrong_usage(kind):
     with pytest.raises(click.BadParameter, match=r"cannot write .*: File name too long"):
         kind.convert(f"/tmp/{'a' * 300}/out", None, None)
+
+
+def options_of(command, path="rtctl"):
+    for name in getattr(command, "list_commands", lambda _: [])(click.Context(command)):
+        yield from options_of(command.get_command(click.Context(command), name), f"{path} {name}")
+    yield from ((path, option) for option in command.params)
+
+
+def test_no_option_takes_what_is_not_a_number():
+    numbers = [(path, one) for path, one in options_of(cli) if one.type.name in ("float", "float range")]
+    assert len(numbers) > 30
+    assert [(path, one.name) for path, one in numbers if not isinstance(one.type, Number)] == []
+    with pytest.raises(click.BadParameter, match="not a number"):
+        Number(min=0).convert("nan", None, None)
+
+
+def test_a_lock_that_cannot_be_opened_is_told_with_its_folder(tmp_path):
+    (tmp_path / "mock" / "lock").mkdir(parents=True, mode=0o700)
+    (tmp_path / "mock").chmod(0o700)
+    with pytest.raises(ConfigError, match="cannot use it as runtime folder: Is a directory"):
+        RuntimeDirectory.acquire("mock", tmp_path)
+
+
+def test_a_device_opened_anew_has_time_after_the_host():
+    unit = (ROOT / "systemd" / "rtctl@.service").read_text()
+    assert int(unit.partition("\nTimeoutStopSec=")[2].partition("\n")[0]) >= 15
 
 
 @pytest.mark.parametrize("words", [["playback"], ["playback", "--time", "t"], ["init", "mock.toml"]])
