@@ -127,7 +127,7 @@ def _exit_code() -> int:
     except (click.Abort, KeyboardInterrupt):
         return _interrupted()
     except OSError as error:
-        if error.errno in (errno.ENOSPC, errno.EIO) and not error.filename:
+        if error.errno == errno.ENOSPC and not error.filename:
             click.echo(f"rtctl: standard output: {error.strerror}; make room", err=True)
             return 1
         where = f"{error.filename}: " if error.filename else ""

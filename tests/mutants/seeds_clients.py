@@ -27,11 +27,11 @@ SEEDS = (
         ),
     ),
     Seed(
-        "a full disk under standard output is a traceback",
+        "a full disk under standard output is told without a remedy",
         "rtctl/cli/__init__.py",
-        "        if error.errno != errno.ENOSPC:\n            raise\n",
-        "        raise\n",
-        ("tests/unit/cli/test_outputs.py::test_a_full_disk_under_standard_output_is_told_in_one_line",),
+        "        if error.errno == errno.ENOSPC and not error.filename:",
+        "        if False:",
+        ("tests/unit/cli/test_last_words.py::test_what_the_machine_or_a_person_refuses_is_one_line",),
     ),
     Seed(
         "a simulated rig arms itself after a stop",

@@ -107,6 +107,7 @@ def test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word(tmp_path, i
 def test_a_service_that_cannot_start_says_why_in_its_status(tmp_path, monkeypatch):
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
         manager.bind(str(tmp_path / "notify"))
+        manager.setblocking(False)
         monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
         done = CliRunner().invoke(cli, ["run", str(tmp_path / "absent.toml")])
         assert isinstance(done.exception, ConfigError)
