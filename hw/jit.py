@@ -19,6 +19,7 @@ from hw.code_cache import keep
 from hw.compile_key import versions
 from hw.numba_alone import config as numba_config
 from hw.numba_alone import numba, numpy_support
+from hw.outside import home
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -42,7 +43,7 @@ def cache_root() -> Path:
     for name in ("RTCTL_CACHE_DIR", "CACHE_DIRECTORY"):
         if os.environ.get(name):
             return Path(os.environ[name])
-    base = os.environ.get("XDG_CACHE_HOME") or str(Path.home() / ".cache")
+    base = os.environ.get("XDG_CACHE_HOME") or str(home() / ".cache")
     return Path(base) / "rtctl"
 
 

@@ -56,6 +56,14 @@ def real(path: Path | str) -> Path:
     return Path(os.path.realpath(path))
 
 
+def home() -> Path:
+    """The user's home folder; `/`, as in most containers, of a user whom no password file knows."""
+    try:
+        return Path.home()
+    except RuntimeError:
+        return Path("/")
+
+
 def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     """The whole of a regular file of at most `most` bytes.
 

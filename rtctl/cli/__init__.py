@@ -6,6 +6,7 @@ import errno
 import gc
 import importlib
 import os
+import signal
 import sys
 from contextlib import suppress
 from difflib import get_close_matches
@@ -89,10 +90,21 @@ def main() -> None:
     obey_nothing_foreign()
     if runs := sys.argv[1:2] == ["run"]:
         gc.disable()  # what is imported is no garbage: to look for it takes a tenth of the start (`cli.run`)
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, _interrupt)
     code = _exit_code()
     if runs:
         _leave_at_once(code)
     sys.exit(code)
+
+
+_interrupts: list[int] = []
+
+
+def _interrupt(number: int, _frame: object) -> None:
+    """Remember Ctrl-C: pydantic, for one, makes an error of its own of the exception that this raises."""
+    _interrupts.append(number)
+    raise KeyboardInterrupt
 
 
 def _exit_code() -> int:
@@ -113,17 +125,24 @@ def _exit_code() -> int:
     except SystemExit as stop:
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     except (click.Abort, KeyboardInterrupt):
-        click.echo("interrupted", err=True)
-        return 130
-    except BrokenPipeError:
-        sys.stderr.close()
-        return 0
+        return _interrupted()
     except OSError as error:
-        if error.errno != errno.ENOSPC:
-            raise
-        click.echo(f"rtctl: {error.filename or 'standard output'}: {error.strerror}; make room", err=True)
+        if error.errno == errno.ENOSPC and not error.filename:
+            click.echo(f"rtctl: standard output: {error.strerror}; make room", err=True)
+            return 1
+        where = f"{error.filename}: " if error.filename else ""
+        report(RtctlError(f"{where}{error.strerror or error}"), as_json="--json" in sys.argv)
         return 1
+    except Exception:
+        if not _interrupts:
+            raise
+        return _interrupted()
     return 0
+
+
+def _interrupted() -> int:
+    click.echo("interrupted", err=True)
+    return 130
 
 
 def _leave_at_once(code: int) -> None:

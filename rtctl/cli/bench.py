@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ LOADS = ("cpu", "disk", "network", "memory")
 @click.option("--quick", is_flag=True, help="shorter runs: a look, not a measurement")
 @click.option(
     "--minutes",
-    type=click.FloatRange(0.3, 1440),
+    type=Number(0.3, 1440),
     help="length of a soak (60), of wakeup (about 2), of streams (1, and as much of cyclictest), or "
     "simulated of drift (600)",
 )
@@ -71,7 +72,7 @@ LOADS = ("cpu", "disk", "network", "memory")
 )
 @click.option(
     "--rig-seconds",
-    type=click.FloatRange(0.5, 3600.0),
+    type=Number(0.5, 3600.0),
     default=10.0,
     show_default=True,
     help="how long io watches a composed rig at 1 kHz",

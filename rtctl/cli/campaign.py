@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
@@ -77,7 +78,7 @@ Told = tuple[str, dict[str, Any], Sequence[object]]
 )
 @click.option(
     "--hold-s",
-    type=click.FloatRange(5, 3600),
+    type=Number(5, 3600),
     default=5.0,
     show_default=True,
     help="with --still: how long the hand holds",

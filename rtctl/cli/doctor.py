@@ -12,6 +12,7 @@ import click
 from rtctl.cli.colour import coloured
 from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, runtime_option
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 @click.option(
     "--timing",
     "seconds",
-    type=click.FloatRange(0.1, 600),
+    type=Number(0.1, 600),
     default=5.0,
     show_default=True,
     help="seconds of the wake-up measurement on the loop's core",
@@ -33,7 +34,7 @@ _COLOURS = {"ok": "green", "warn": "yellow", "fail": "red"}
 @click.option(
     "--watch", is_flag=True, help="follow a running rig instead: its late ticks, and why they were late"
 )
-@click.option("--seconds", "watch_s", type=click.FloatRange(0.1, 1e6), help="end --watch after so long")
+@click.option("--seconds", "watch_s", type=Number(0.1, 1e6), help="end --watch after so long")
 @runtime_option
 @click.option("--no-timing", is_flag=True, help="leave the wake-up measurement out")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")

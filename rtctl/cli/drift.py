@@ -8,15 +8,14 @@ from typing import Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.recording_argument import RecordingFile
 
 
 @click.command("drift")
 @click.argument("file", type=RecordingFile())
-@click.option("--warn", "warn_share", type=click.FloatRange(0.05, 0.5), default=0.1, show_default=True)
-@click.option(
-    "--window", "window_s", type=click.FloatRange(10, 300), default=24.0, show_default=True, metavar="S"
-)
+@click.option("--warn", "warn_share", type=Number(0.05, 0.5), default=0.1, show_default=True)
+@click.option("--window", "window_s", type=Number(10, 300), default=24.0, show_default=True, metavar="S")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
 def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) -> None:
     """Compare the friction in the recording FILE, over all its parts, with the model that it ran with.

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
 from rtctl.cli.progress import Bar
 from rtctl.simulation.family import FAMILY
@@ -65,7 +66,7 @@ NAMES = (
 )
 @click.option(
     "--seconds",
-    type=click.FloatRange(1, 3600),
+    type=Number(1, 3600),
     default=12.0,
     show_default=True,
     help="of each measurement on the loop: whole periods of the hand's motion",

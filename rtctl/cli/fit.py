@@ -11,6 +11,7 @@ import click
 
 from rtctl.cli import fit_checks, fit_learning, fit_places, fit_points, fit_told
 from rtctl.cli.columns import text_of
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of
 
 if TYPE_CHECKING:
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
     from rtctl.friction.points import FrictionPoints
 
 _File = click.Path(dir_okay=False, path_type=Path)
-_POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
+_POSITIVE = Number(min=0, min_open=True, max=1e9)
 
 
 @click.command("fit")
@@ -77,7 +78,7 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 )
 @click.option(
     "--tolerance",
-    type=click.FloatRange(0, 50),
+    type=Number(0, 50),
     callback=fit_checks.number,
     metavar="PERCENT",
     help="held-out errors below this much of the largest friction count as equal, so that the fewest "
@@ -131,7 +132,7 @@ _POSITIVE = click.FloatRange(min=0, min_open=True, max=1e9)
 @click.option(
     "--presliding",
     "presliding_rad",
-    type=click.FloatRange(min=0, min_open=True, max=1),
+    type=Number(min=0, min_open=True, max=1),
     callback=fit_checks.number,
     metavar="RAD",
     help="presliding length (break-away torque over initial slope), rad; default: what the points file says",

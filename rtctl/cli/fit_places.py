@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtctl.cli.number import Number
+
 if TYPE_CHECKING:
     from rtctl.friction.kind_harmonics import Harmonics
     from rtctl.friction.learn.cogging import Sweep
@@ -17,7 +19,7 @@ if TYPE_CHECKING:
     from rtctl.rig_file.config import LoadedConfig
 
 _File = click.Path(dir_okay=False, path_type=Path)
-_PERIOD = click.FloatRange(min=1e-3, max=1e4)
+_PERIOD = Number(min=1e-3, max=1e4)
 
 
 def options(command: Callable[..., None]) -> Callable[..., None]:

@@ -10,6 +10,7 @@ import click
 
 from hw.motion import words
 from rtctl.cli.columns import tables, text_options
+from rtctl.cli.number import Number
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--column`, `--map`, `--delimiter`, `--decimal`, `--average` and `--lead-m`."""
     command = click.option(
         "--lead-m",
-        type=click.FloatRange(min=0, max=10, min_open=True),
+        type=Number(min=0, max=10, min_open=True),
         help="of a screw, m a turn: columns of its angle, speed and torque become those of a linear axis",
     )(command)
     command = text_options(command)

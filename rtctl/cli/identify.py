@@ -15,6 +15,7 @@ import click
 from hw.motion import named, words
 from rtctl.cli.identify_report import summary_of, tell, true_deviations
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of, in_units_of
 from rtctl.cli.progress import Bar
 
@@ -37,8 +38,8 @@ def _options(  # longer than 50 lines: the table of options, an option a row
 ) -> Callable[..., None]:
     """Options that fill `Settings`; their names are its fields. Of a linear axis what is said in rad and N m
     is in m and N."""
-    positive = click.FloatRange(min=0, max=1e6, min_open=True)
-    none_or_more = click.FloatRange(min=0, max=1e6)
+    positive = Number(min=0, max=1e6, min_open=True)
+    none_or_more = Number(min=0, max=1e6)
     levels = click.IntRange(2, 500)
     table: tuple[tuple[str, str, Any, Any, str], ...] = (
         ("--axis", "axis", click.IntRange(0, 7), 0, "number of the axis"),
@@ -61,9 +62,9 @@ def _options(  # longer than 50 lines: the table of options, an option a row
         ("--test", "test_levels", click.IntRange(0, 500), 28, "other speeds to test on, per direction"),
         ("--measurements", "measurements", click.IntRange(2, 10_000), 100, "measurements behind each point"),
         ("--spots", "spots", click.IntRange(1, 1000), 20, "places over which those of a point are spread"),
-        ("--window", "window_s", click.FloatRange(0.02, 10), 0.1, "seconds one measurement averages"),
+        ("--window", "window_s", Number(0.02, 10), 0.1, "seconds one measurement averages"),
         ("--warm-up", "warm_up_s", none_or_more, 30.0, "seconds of motion before the first point"),
-        ("--bias", "bias_s", click.FloatRange(0.5, 600), 5.0, "seconds at rest for the sensors' bias"),
+        ("--bias", "bias_s", Number(0.5, 600), 5.0, "seconds at rest for the sensors' bias"),
         (
             "--ramp",
             "ramp_nm_s",
@@ -97,7 +98,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
         (
             "--ripple-per-turn",
             "ripple_per_turn",
-            click.FloatRange(0, 1e5),
+            Number(0, 1e5),
             0.0,
             "periods of the gear's ripple per turn of the joint or screw (without a lead per m); 0: the "
             "gear ratio",
@@ -105,7 +106,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
         (
             "--sweep",
             "sweep_rad_s",
-            click.FloatRange(0, 100),
+            Number(0, 100),
             0.0,
             "speed of a slow turn each way at the end, rad/s, for cogging (rtctl fit --sweep); 0: none",
         ),

@@ -17,6 +17,7 @@ from hw.motion import name, named, of_units, words
 from rtctl.cli.columns import tables, text_of, text_options
 from rtctl.cli.identify_log_text import fit_lines, reversal_lines, ungeared, unheld, units_line, units_of
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of
 from rtctl.errors import ConfigError
 
@@ -40,7 +41,7 @@ ROLES = {
 OWN_LINEAR = {"position_m": "m", "motor_torque_n": "N", "hand_torque_n": "N"}
 """Columns of a linear axis in a recording of rtctl's own, and what they are in."""
 
-_POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
+_POSITIVE = Number(min=0, max=1e9, min_open=True)
 
 
 @click.command("identify")
@@ -69,26 +70,24 @@ _POSITIVE = click.FloatRange(min=0, max=1e9, min_open=True)
     help="of the gear behind a motor whose current or torque was recorded; default: for a current that of "
     "--config, or 1",
 )
-@click.option("--gear-efficiency", type=click.FloatRange(0.01, 1), help="default: likewise")
+@click.option("--gear-efficiency", type=Number(0.01, 1), help="default: likewise")
 @click.option("--counts-per-rev", type=_POSITIVE, help="for a position in counts; default: of --config, or 1")
 @click.option(
     "--lead-m",
-    type=click.FloatRange(min=0, max=10, min_open=True),
+    type=Number(min=0, max=10, min_open=True),
     help="of a screw, m a turn: a log of its angle and torque is told in m and N; default: of --config",
 )
 @click.option(
     "--torque-delay",
-    type=click.FloatRange(-1, 1),
+    type=Number(-1, 1),
     help="motor torque late by, s; default: half a period, or none where that is seen",
 )
-@click.option(
-    "--cutoff-hz", type=click.FloatRange(0.1, 1e4), help="low-pass; default: 20, or a fifth of a lower rate"
-)
+@click.option("--cutoff-hz", type=Number(0.1, 1e4), help="low-pass; default: 20, or a fifth of a lower rate")
 @click.option(
     "--speed-min-rad-s",
     "--speed-min-m-s",
     "speed_min",
-    type=click.FloatRange(0, 100),
+    type=Number(0, 100),
     help="slower rows are left out; default 0.03 rad/s, of a linear axis 1.5 % of the largest",
 )
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")

@@ -30,7 +30,6 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
     \b
         rtctl init mock.toml my-rig.toml
         rtctl run my-rig.toml --arm"""
-    from rtctl.errors import ConfigError
     from rtctl.simulation.shipped_files import about, rig_files, write_copy
 
     if shipped is None:
@@ -43,7 +42,7 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
         )
         return
     if target is None:
-        raise ConfigError(f"where to? rtctl init {shipped} my-rig.toml")
+        raise click.UsageError(f"where to? rtctl init {shipped} my-rig.toml")
     written = write_copy(shipped, target, name or target.stem)
     if as_json:
         click.echo(json_text({"rig": name or target.stem, "files": written}))

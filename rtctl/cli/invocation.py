@@ -29,7 +29,10 @@ def program() -> str:
 def shown(path: Path) -> str:
     """A path for a command line: relative below the present folder, quoted where it needs to be."""
     absolute = Path(os.path.abspath(path))  # noqa: PTH100 - the program of a venv is a link, and must stay one
-    here = Path.cwd()
+    try:
+        here = Path.cwd()
+    except FileNotFoundError:  # removed since this process was started in it
+        return shlex.quote(str(absolute))
     return shlex.quote(str(absolute.relative_to(here) if absolute.is_relative_to(here) else absolute))
 
 

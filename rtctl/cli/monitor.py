@@ -13,6 +13,7 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.monitor_text import NO_DATA_S
+from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, reach_options
 
 if TYPE_CHECKING:
@@ -30,9 +31,7 @@ _HOME_AND_CLEAR = "\x1b[H\x1b[J"
 @reach_options
 @click.option("--rig", "named", hidden=True, help="the same as RIG; of versions before")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object per state sample")
-@click.option(
-    "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
-)
+@click.option("--for", "seconds", type=Number(min=0, min_open=True), help="end after this many seconds")
 def command(
     rig: str | None,
     runtime_dir: Path | None,

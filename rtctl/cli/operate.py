@@ -13,6 +13,7 @@ import click
 
 from hw.motion import words
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, reach_options
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ def status(_client: RigClient) -> None:
 @click.option(
     "--timeout",
     "timeout_s",
-    type=click.FloatRange(0.1, 600),
+    type=Number(0.1, 600),
     default=10.0,
     show_default=True,
     help="seconds until the rig must be ACTIVE",

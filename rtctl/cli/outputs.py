@@ -32,15 +32,13 @@ class OutputFile(click.Path):
     ) -> Path:
         """The path, once it has been tried."""
         path = Path(os.fsdecode(super().convert(value, param, ctx)))
-        path = path.resolve() if path.is_symlink() else path  # what it names is replaced, never the link
+        try:
+            path = path.resolve() if path.is_symlink() else path  # what it names is replaced, never the link
+            why = _why_no_file(path)
+        except OSError as error:  # below a folder that this user may not look into
+            why = error.strerror or str(error)
         if self._picture and path.suffix.lower() not in PICTURES:
             self.fail(f"{path}: a picture ends in {', '.join(PICTURES)}", param, ctx)
-        why = "" if path.parent.is_dir() else f"there is no folder {path.parent}; make it first"
-        why = why or _why_not(path.parent)
-        if not why and path.exists() and not path.is_file():
-            why = "it is a device or a pipe; name a file"
-        if not why and path.exists() and not os.access(path, os.W_OK):
-            why = "it exists and may not be written"
         if why:
             self.fail(f"cannot write {path}: {why}", param, ctx)
         return path
@@ -62,11 +60,24 @@ class OutputFolder(click.Path):
         return path
 
 
+def _why_no_file(path: Path) -> str:
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent}; make it first"
+    if why := _why_not(path.parent):
+        return why
+    if path.exists() and not path.is_file():
+        return "it is a device or a pipe; name a file"
+    return "it exists and may not be written" if path.exists() and not os.access(path, os.W_OK) else ""
+
+
 def why_no_folder(path: Path) -> str:
     """Why nothing can be written into `path`, a folder that may still have to be made; empty when it can."""
     there = path.absolute()
-    while not there.exists() and there != there.parent:
-        there = there.parent
+    try:
+        while not there.exists() and there != there.parent:
+            there = there.parent
+    except OSError as error:  # below a folder that this user may not look into
+        return f"{error.strerror} ({there})"
     return _why_not(there) if there.is_dir() else f"{there} is a file"
 
 

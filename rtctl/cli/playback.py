@@ -10,6 +10,7 @@ import click
 from hw.playback.text_rows import is_number
 from rtctl.cli.columns import unit_of
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dic
     return {"column": name, **({"unit": unit} if unit else {}), **scaled}
 
 
-_NUMBER = click.FloatRange(1e-9, 1e9)
+_NUMBER = Number(1e-9, 1e9)
 
 
 @click.command("playback")
@@ -65,16 +66,14 @@ _NUMBER = click.FloatRange(1e-9, 1e9)
     show_default=True,
     help="zero of the torque sensor: half way between the directions, in each log; or as recorded",
 )
-@click.option(
-    "--train-share", type=click.FloatRange(0.1, 1.0), default=1.0, help="train on the first part only"
-)
-@click.option("--cutoff-hz", type=click.FloatRange(0.1, 1e4), default=20.0, show_default=True)
-@click.option("--speed-min-rad-s", type=click.FloatRange(0, 100), default=0.03, show_default=True)
+@click.option("--train-share", type=Number(0.1, 1.0), default=1.0, help="train on the first part only")
+@click.option("--cutoff-hz", type=Number(0.1, 1e4), default=20.0, show_default=True)
+@click.option("--speed-min-rad-s", type=Number(0, 100), default=0.03, show_default=True)
 @click.option("--epsilon-nm", type=_NUMBER, default=0.001, show_default=True, help="tube of the regression")
 @click.option(
     "--presliding",
     "presliding_rad",
-    type=click.FloatRange(min=0, min_open=True, max=1),
+    type=Number(min=0, min_open=True, max=1),
     metavar="RAD",
     help="presliding length of the learned model, rad; default: what the turns in --fit-from tell",
 )
@@ -88,6 +87,10 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
     (a rig file whose device is playback), or from --time, --position, ... A COLUMN is
     NAME[:UNIT][:SCALE[:OFFSET]], in the unit named below where it says none; a negative scale turns a sign.
     Nothing moves: hand and motion stay the recorded ones. See docs/playback.md."""
+    if not (config or all(options[name] for name in ("log", "fit_from", "time", "position"))):
+        raise click.UsageError(
+            "give CONFIG, or --log, --fit-from, --time and --position with a torque column"
+        )
     from rtctl.recording.as_columns import register
     from rtctl.simulation.playback_job import Job, run
 

@@ -10,6 +10,7 @@ import click
 
 from hw.motion import name as own_name
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
 from rtctl.cli.recording_argument import RecordingFile
 
@@ -18,10 +19,10 @@ if TYPE_CHECKING:
 
 _FILE = RecordingFile()
 _FROM = click.option(
-    "--from", "from_s", type=float, default=0.0, show_default=True, help="s from the first tick"
+    "--from", "from_s", type=Number(), default=0.0, show_default=True, help="s from the first tick"
 )
 _TO = click.option(
-    "--to", "to_s", type=float, default=math.inf, help="s from the first tick; default: the end"
+    "--to", "to_s", type=Number(), default=math.inf, help="s from the first tick; default: the end"
 )
 _FIELDS = click.option(
     "--fields", help="tick fields, separated by commas, one panel each; default: the usual ones"

@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 
 JSON_SECONDS = 2.0
 
@@ -19,7 +20,7 @@ JSON_SECONDS = 2.0
 @click.option("--device", metavar="N", help="only this one: its number or its name in the rig file")
 @click.option(
     "--seconds",
-    type=click.FloatRange(0.01, 1e6),
+    type=Number(0.01, 1e6),
     help="stop after this long; default: Ctrl-C, with --json 2 seconds",
 )
 @click.option(

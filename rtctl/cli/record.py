@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
 from rtctl.cli.rig_argument import only_rig, rig_argument, runtime_option
 
@@ -28,9 +29,7 @@ SHOW_S = 1.0
 @click.command("record")
 @rig_argument
 @click.option("--out", type=OutputFolder(), help="folder; default: that of [record]")
-@click.option(
-    "--for", "seconds", type=click.FloatRange(min=0, min_open=True), help="end after this many seconds"
-)
+@click.option("--for", "seconds", type=Number(min=0, min_open=True), help="end after this many seconds")
 @runtime_option
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import gc
 import sys
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
 
 if TYPE_CHECKING:
@@ -17,9 +20,24 @@ if TYPE_CHECKING:
     from rtctl.host.waiting_loop import WaitingLoop
 
 
+@contextmanager
+def _told_to_systemd() -> Iterator[None]:
+    """Leave an error that ends the daemon as its status."""
+    from rtctl.errors import RtctlError
+
+    try:
+        yield
+    except (RtctlError, OSError) as error:
+        from rtctl.host.notify import Notifier
+
+        with closing(Notifier()) as notifier:
+            notifier.ended(error)
+        raise
+
+
 @click.command("run")
 @click.argument("config", type=click.Path(path_type=Path))
-@click.option("--for", "seconds", type=click.FloatRange(0.01, 1e9), help="stop after this many seconds")
+@click.option("--for", "seconds", type=Number(0.01, 1e9), help="stop after this many seconds")
 @click.option("--arm", is_flag=True, help="arm as soon as the rig is ready; simulated rigs only")
 @click.option(
     "--faults",
@@ -36,6 +54,7 @@ if TYPE_CHECKING:
 )
 @click.option("--runtime-dir", type=click.Path(), help="folder of sockets and lock, instead of the default")
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
+@_told_to_systemd()
 def command(
     config: Path,
     seconds: float | None,

@@ -50,6 +50,11 @@ class Notifier:
         here."""
         self._send(f"STOPPING=1\nWATCHDOG_USEC={ENDING_US}")
 
+    def ended(self, error: Exception) -> None:
+        """What ended the daemon, as its last status: once systemd has given up starting it, the lines of the
+        journal that `systemctl status` shows are all its own."""
+        self._send(f"STATUS={' '.join((str(error), *getattr(error, 'faults', ())[:1]))}")
+
     def status(self, state: int, faults: int, fault_first: int) -> None:
         """One line for `systemctl status`, sent when it changes."""
         names = [entry["name"] for entry in fault_entries(faults)]
@@ -80,6 +85,6 @@ class Notifier:
             return
         sent = False
         with contextlib.suppress(OSError):
-            self._socket.sendto(text.encode(), self._address)
+            self._socket.sendto(text.encode(errors="backslashreplace"), self._address)
             sent = True
         self.dropped += not sent

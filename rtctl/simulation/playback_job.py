@@ -144,8 +144,7 @@ def _from_options(job: Job) -> LoadedConfig:
 
     What the observer would say of a device with unknown damping is no question to a log without a rig file.
     """
-    if not (job.log and job.position and job.time and job.fit_from):
-        raise ConfigError("give CONFIG, or --log, --fit-from, --time and --position with a torque column")
+    assert job.log, "the command line asks for it, and for its columns"
     torques = {name: column for name in ("motor_torque", "hand_torque") if (column := getattr(job, name))}
     options = of_file({"time": job.time, "axis": [{"position": job.position, **torques}]}, job.log)
     axis: dict[str, Any] = {

@@ -49,7 +49,10 @@ class RuntimeDirectory:
         directory = rig_directory(rig, None if root is None else Path(root))
         endpoints_in(directory)
         _make_private(directory)
-        return cls(directory, _lock(rig, directory / LOCK_NAME))
+        try:
+            return cls(directory, _lock(rig, directory / LOCK_NAME))
+        except OSError as error:
+            raise _unusable(error) from error
 
     @property
     def lock_fd(self) -> int:
@@ -141,11 +144,13 @@ def _make_private(directory: Path) -> None:
         _close_to_groups(directory)
         reason = open_to_others(root) or objection(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
     except OSError as error:
-        raise ConfigError(
-            f"{error.filename}: cannot use it as runtime folder: {error.strerror}; {REMEDY}"
-        ) from error
+        raise _unusable(error) from error
     if reason:
         raise ConfigError(reason)
+
+
+def _unusable(error: OSError) -> ConfigError:
+    return ConfigError(f"{error.filename}: cannot use it as runtime folder: {error.strerror}; {REMEDY}")
 
 
 def _close_to_groups(directory: Path) -> None:

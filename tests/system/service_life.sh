@@ -96,6 +96,7 @@ if [ "$slow" = 1 ]; then
   systemctl start "$unit"; wait_for ActiveState failed 300
   fact "a wrong rig file is refused, once" is NRestarts 0
   fact "with the key in the journal" soon journal 'loop.rate_hz'
+  fact "and in its status" in_state 'loop.rate_hz'
   systemctl reset-failed "$unit"
   sed -i 's/rate_hz = -1.0/rate_hz = 1000.0/' /etc/rtctl/mock.toml
   systemctl start "$unit"

@@ -223,7 +223,6 @@ def test_a_log_of_another_rate_is_a_device_error_naming_both_rates(logs, tmp_pat
 @pytest.mark.parametrize(
     ("change", "error", "said"),
     [
-        ({"log": None}, ConfigError, "give CONFIG, or --log"),
         ({"log": Path("absent.csv")}, ConfigError, "no file"),
         ({"fit_from": (Path("absent.csv"),)}, ConfigError, "no file"),
         ({"position": {"column": "y"}}, DeviceError, "no column 'y'"),

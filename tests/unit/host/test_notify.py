@@ -5,6 +5,7 @@ import socket
 import pytest
 
 from rtctl.control.vocabulary import Fault, State
+from rtctl.errors import ConfigError, DeviceError
 from rtctl.host.notify import Notifier
 
 
@@ -54,6 +55,17 @@ def test_each_message_is_what_systemd_expects(manager, notifying):
     notifier.close()
     notifier.ready()
     assert heard(receiver) == []
+
+
+def test_what_ended_the_daemon_is_its_last_status_in_one_line(manager, notifying):
+    address, receiver = manager
+    notifier = notifying(address)
+    notifier.ended(ConfigError("rig.toml: 2 fault(s)", ("rig.toml:3: loop.rate_hz", "another")))
+    notifier.ended(DeviceError("no such port \udcff"))
+    assert heard(receiver) == [
+        "STATUS=rig.toml: 2 fault(s) rig.toml:3: loop.rate_hz",
+        "STATUS=no such port \\udcff",
+    ]
 
 
 def test_the_watchdog_is_fed_only_while_ticks_advance(manager, notifying):

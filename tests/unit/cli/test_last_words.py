@@ -1,0 +1,176 @@
+"""What ends a command that is nobody's mistake in rtctl is told in a line: never by a traceback."""
+
+import errno
+import json
+import os
+import signal
+import socket
+import subprocess
+import sys
+from pathlib import Path
+
+import click
+import pytest
+from click.testing import CliRunner
+
+import rtctl.cli
+from hw.jit import cache_root
+from rtctl.cli import cli, main
+from rtctl.cli.invocation import shown
+from rtctl.cli.number import Number
+from rtctl.cli.outputs import OutputFile, OutputFolder
+from rtctl.errors import ConfigError
+from rtctl.recording.state_folder import state_root
+from rtctl.rig_file.config import load
+from rtctl.simulation.shipped_files import shipped_config
+from rtctl.wire.endpoints import RuntimeDirectory
+
+ROOT = Path(__file__).parents[3]
+NO_ROOM = OSError(errno.ENOSPC, "No space left on device")
+
+
+def ctrl_c_made_something_else():
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        raise ValueError("KeyboardInterrupt") from None
+
+
+def raising(error):
+    def run(**_options):
+        raise error
+
+    return run
+
+
+@pytest.fixture
+def ended(monkeypatch, capsys):
+    """Run `main` with a command that does this; gives its exit code, standard output and error."""
+    before = signal.getsignal(signal.SIGINT)
+    monkeypatch.setattr(rtctl.cli, "_interrupts", [])
+
+    def run(does, *arguments):
+        monkeypatch.setattr(cli, "main", does)
+        monkeypatch.setattr(sys, "argv", ["rtctl", *arguments])
+        with pytest.raises(SystemExit) as left:
+            main()
+        return left.value.code, *capsys.readouterr()
+
+    yield run
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.parametrize(
+    ("does", "code", "said"),
+    [
+        (
+            raising(PermissionError(errno.EACCES, "Permission denied", "/x")),
+            1,
+            "rtctl: /x: Permission denied",
+        ),
+        (raising(OSError(errno.EMFILE, "Too many open files")), 1, "rtctl: Too many open files"),
+        (raising(NO_ROOM), 1, "rtctl: standard output: No space left on device; make room"),
+        (raising(KeyboardInterrupt()), 130, "interrupted"),
+        (lambda **_: ctrl_c_made_something_else(), 130, "interrupted"),
+    ],
+)
+def test_what_the_machine_or_a_person_refuses_is_one_line(ended, does, code, said):
+    assert ended(does) == (code, "", f"{said}\n")
+
+
+def test_for_a_script_the_line_is_json(ended):
+    code, out, err = ended(raising(PermissionError(errno.EACCES, "Permission denied", "/x")), "--json")
+    body = json.loads(out)
+    assert (code, body["exit_code"], body["message"], err) == (1, 1, "/x: Permission denied", "")
+
+
+def test_a_mistake_in_rtctl_keeps_its_traceback(ended):
+    with pytest.raises(ZeroDivisionError):
+        ended(raising(ZeroDivisionError()))
+
+
+@pytest.mark.parametrize(("ignored", "code"), [(False, -signal.SIGINT), (True, 1)])
+def test_ctrl_c_while_the_program_is_imported_ends_it_without_a_word(tmp_path, ignored, code):
+    (tmp_path / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    done = subprocess.run(
+        [sys.executable, "-m", "rtctl", "--version"],
+        env={**os.environ, "PYTHONPATH": f"{tmp_path}:{ROOT}"},
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_IGN if ignored else signal.SIG_DFL),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == code
+    assert ("KeyboardInterrupt" in done.stderr, bool(done.stderr)) == (False, ignored)
+
+
+def test_a_service_that_cannot_start_says_why_in_its_status(tmp_path, monkeypatch):
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as manager:
+        manager.bind(str(tmp_path / "notify"))
+        manager.setblocking(False)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        done = CliRunner().invoke(cli, ["run", str(tmp_path / "absent.toml")])
+        assert isinstance(done.exception, ConfigError)
+        assert f"STATUS={done.exception}" == manager.recv(4096).decode()
+
+
+@pytest.mark.parametrize("where", [state_root, cache_root])
+def test_a_user_without_a_home_has_folders_all_the_same(where, monkeypatch):
+    for name in ("RTCTL_STATE_DIR", "STATE_DIRECTORY", "XDG_STATE_HOME", "HOME",
+                 "RTCTL_CACHE_DIR", "CACHE_DIRECTORY", "XDG_CACHE_HOME"):  # fmt: skip
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(os.path, "expanduser", lambda path: path)  # as where nobody knows the user
+    assert where().is_absolute()
+    assert where().name == "rtctl"
+
+
+@pytest.mark.parametrize("kind", [OutputFile(), OutputFolder()])
+def test_an_output_that_may_not_even_be_looked_at_is_wrong_usage(kind):
+    with pytest.raises(click.BadParameter, match=r"cannot write .*: File name too long"):
+        kind.convert(f"/tmp/{'a' * 300}/out", None, None)
+
+
+def options_of(command, path="rtctl"):
+    for name in getattr(command, "list_commands", lambda _: [])(click.Context(command)):
+        yield from options_of(command.get_command(click.Context(command), name), f"{path} {name}")
+    yield from ((path, option) for option in command.params)
+
+
+def test_no_option_takes_what_is_not_a_number():
+    numbers = [(path, one) for path, one in options_of(cli) if one.type.name in ("float", "float range")]
+    assert len(numbers) > 30
+    assert [(path, one.name) for path, one in numbers if not isinstance(one.type, Number)] == []
+    with pytest.raises(click.BadParameter, match="not a number"):
+        Number(min=0).convert("nan", None, None)
+
+
+def test_a_lock_that_cannot_be_opened_is_told_with_its_folder(tmp_path):
+    (tmp_path / "mock" / "lock").mkdir(parents=True, mode=0o700)
+    (tmp_path / "mock").chmod(0o700)
+    with pytest.raises(ConfigError, match="cannot use it as runtime folder: Is a directory"):
+        RuntimeDirectory.acquire("mock", tmp_path)
+
+
+def test_a_device_opened_anew_has_time_after_the_host():
+    unit = (ROOT / "systemd" / "rtctl@.service").read_text()
+    assert int(unit.partition("\nTimeoutStopSec=")[2].partition("\n")[0]) >= 15
+
+
+@pytest.mark.parametrize("words", [["playback"], ["playback", "--time", "t"], ["init", "mock.toml"]])
+def test_a_command_line_that_lacks_something_is_wrong_usage(words):
+    assert CliRunner().invoke(cli, words).exit_code == 2
+
+
+def test_a_rig_file_whose_name_is_no_text_is_refused(tmp_path):
+    path = tmp_path / os.fsdecode(b"\xff.toml")
+    path.write_bytes(shipped_config("mock.toml").read_bytes())
+    with pytest.raises(ConfigError, match="rename it"):
+        load(path)
+
+
+def test_a_command_is_shown_in_a_folder_that_is_gone(tmp_path, monkeypatch):
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    monkeypatch.chdir(gone)
+    gone.rmdir()
+    assert shown(Path("/opt/my rtctl")) == "'/opt/my rtctl'"
