@@ -101,9 +101,13 @@ def settings() -> str:
 
     CPU name and features are in Numba's own index."""
     plain = (int, float, str, type(None))
-    named = ((name, value) for name, value in vars(numba_config).items() if name.isupper())
-    options = sorted(x for x in named if not x[0].startswith("_"))  # `_HAVE_YAML` is no option
-    return repr([x for x in options if x[0] not in _PER_PROCESS and isinstance(x[1], plain)])
+    return _options(tuple(x for x in vars(numba_config).items() if isinstance(x[1], plain)))
+
+
+@lru_cache
+def _options(named: tuple[tuple[str, object], ...]) -> str:
+    upper = (x for x in named if x[0].isupper() and not x[0].startswith("_"))  # `_HAVE_YAML` is no option
+    return repr(sorted(x for x in upper if x[0] not in _PER_PROCESS))
 
 
 def covered(file: Path, memo: SourceMemo | None = None) -> set[Source]:
@@ -121,8 +125,14 @@ def covered(file: Path, memo: SourceMemo | None = None) -> set[Source]:
 
 def _source(path: str, memo: SourceMemo) -> Source:
     """The module in `path` as it is on the disk now."""
-    status = Path(path).stat()
+    status = _path(path).stat()
     return _read(path, memo, status.st_mtime_ns, status.st_size, status.st_ino)
+
+
+@cache
+def _path(file: str) -> Path:
+    """A start looks at a hundred files two thousand times, and making a `Path` takes longer than looking."""
+    return Path(file)
 
 
 @lru_cache(maxsize=4096)

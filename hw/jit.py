@@ -40,11 +40,13 @@ JIT_DISABLED = bool(numba_config.DISABLE_JIT)  # type: ignore[attr-defined] # se
 
 def cache_root() -> Path:
     """Folder of everything rtctl may rebuild: `RTCTL_CACHE_DIR`, systemd's, or the user's cache."""
-    for name in ("RTCTL_CACHE_DIR", "CACHE_DIRECTORY"):
-        if os.environ.get(name):
-            return Path(os.environ[name])
-    base = os.environ.get("XDG_CACHE_HOME") or str(home() / ".cache")
-    return Path(base) / "rtctl"
+    names = "RTCTL_CACHE_DIR", "CACHE_DIRECTORY", "XDG_CACHE_HOME", "HOME"
+    return _cache_root(*(os.environ.get(name) for name in names))
+
+
+@cache
+def _cache_root(own: str | None, service: str | None, user: str | None, _home: str | None) -> Path:
+    return Path(own or service or Path(user or home() / ".cache") / "rtctl")
 
 
 def compiled_folder() -> Path:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.control.jit import compiled
 from rtctl.control.vocabulary import State
 from rtctl.tick import new_ticks
 from tests.shipped_friction import BACKWARD, law_nm
@@ -75,29 +76,38 @@ def friction_nm(joints, t, x, v, rate_hz):
             factor[t >= j.later_s, k] = j.later
     factor = factor * np.where(v >= 0, 1.0, np.array([j.backward for j in joints])[None])
     g, sigma = factor * dry_nm(v), np.array([j.sigma0 for j in joints])
-    out = np.zeros_like(v)
-    fade = np.exp(-np.abs(v) / rate_hz * sigma / g)
-    end, dx = np.sign(v) * g, np.diff(x, axis=0, prepend=x[:1])
-    f = np.zeros(len(joints))
-    for i in range(len(t)):
-        out[i] = f = end[i] + (f - end[i]) * fade[i]
+    dx = np.diff(x, axis=0, prepend=x[:1])
+    out = bent_nm(np.sign(v) * g, np.exp(-np.abs(v) / rate_hz * sigma / g))
     slipping = [k for k, j in enumerate(joints) if j.elements]
     if slipping:
-        count = [joints[k].elements for k in slipping]
+        count = np.array([joints[k].elements for k in slipping])
         out[:, slipping] = slipped_nm(count, sigma[slipping], g[:, slipping], dx[:, slipping])
     return out + 0.05 * np.where(v >= 0, 1.0, BACKWARD) * v
 
 
+@compiled
+def bent_nm(end, fade):
+    """Of LuGre's bristles, which come closer to `end` by a share 1 - `fade` in each step, (n, joints)."""
+    out = np.zeros_like(end)
+    for j in range(end.shape[1]):
+        f = 0.0
+        for i in range(len(end)):
+            out[i, j] = f = end[i, j] + (f - end[i, j]) * fade[i, j]
+    return out
+
+
+@compiled
 def slipped_nm(count, sigma, g, dx):
     """Of so many Maxwell-slip elements each, whose yield torques are as 1 to n."""
-    share, parts = np.zeros((max(count), len(count))), np.zeros((max(count), len(count)))
-    for j, n in enumerate(count):
-        share[:n, j] = np.arange(1, n + 1) / (n * (n + 1) / 2)
     out = np.zeros_like(g)
-    for i in range(len(g)):
-        bound = share * g[i]
-        parts = np.minimum(np.maximum(parts + sigma / count * dx[i], -bound), bound)
-        out[i] = parts.sum(axis=0)
+    for j in range(len(count)):
+        n = count[j]
+        parts = np.zeros(n)
+        for i in range(len(g)):
+            for k in range(n):
+                bound = (k + 1) / (n * (n + 1) / 2) * g[i, j]
+                parts[k] = min(max(parts[k] + sigma[j] / n * dx[i, j], -bound), bound)
+                out[i, j] += parts[k]
     return out
 
 

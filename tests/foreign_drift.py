@@ -93,6 +93,8 @@ def _level(v, x, joint, now):
         -((speed / joint.stribeck) ** joint.power)
     )
     level *= now[FORWARD] if v >= 0.0 else joint.backward * now[BACKWARD]
+    if now[WORN] == 1.0:
+        return level
     return level * (1.0 + (now[WORN] - 1.0) * math.exp(-0.5 * ((x - joint.worn_at) / joint.worn_width) ** 2))
 
 

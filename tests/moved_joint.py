@@ -1,14 +1,17 @@
 """A joint with friction, moved by a hand, a motor or both, and what a lab would record of it: clean logs with
 a known truth.
 
-Independent of the mock and of everything in `rtctl`: a mass on elasto-plastic bristles, integrated every
-quarter of a millisecond. Signs: a torque is positive when it accelerates the joint towards positive position.
+Independent of the mock and of everything in `rtctl` but its compiler: a mass on elasto-plastic bristles,
+integrated every quarter of a millisecond. Signs: a torque is positive when it accelerates the joint towards
+positive position.
 """
 
 import math
 from dataclasses import dataclass, field
 
 import numpy as np
+
+from rtctl.control.jit import compiled
 
 STEP_S = 0.25e-3
 SINES = ((0.4, 0.4), (0.15, 1.1), (0.06, 2.3))
@@ -105,31 +108,39 @@ def simulate(joint):
     """Log of the joint."""
     n_row = round(1 / joint.rate_hz / STEP_S)
     rows = round(joint.seconds * joint.rate_hz)
-    t = np.arange(rows * n_row) * STEP_S
-    goal, goal_v = (each.tolist() for each in wanted(joint, t))
-    hand_k, hand_d = joint.hand or (0.0, 0.0)
-    motor_k, motor_d = joint.motor or (0.0, 0.0)
-    x, v, z, motor, integral = goal[0], 0.0, 0.0, 0.0, 0.0
-    xs, vs, motors, hands = [], [], [], []
+    goal, goal_v = wanted(joint, np.arange(rows * n_row) * STEP_S)
+    friction = (joint.coulomb, joint.breakaway, joint.stribeck, joint.share, joint.friction_over_time)
+    mass = (joint.inertia, joint.viscous, joint.sigma0, joint.spring)
+    hand, motor = joint.hand or (0.0, 0.0), joint.motor or (0.0, 0.0)
+    return _recorded(joint, *_moved(n_row, goal, goal_v, hand, motor, bool(joint.motor), friction, mass))
+
+
+@compiled
+def _moved(n_row, goal, goal_v, hand, servo, served, friction, mass):
+    """Position, velocity, torques of motor and hand, one row every `n_row` steps."""
+    coulomb, breakaway, stribeck, share, over_time = friction
+    inertia, viscous, sigma0, spring = mass
+    xs, vs, motors, hands = np.zeros((4, len(goal) // n_row))
+    x, v, z, motor, integral = float(goal[0]), 0.0, 0.0, 0.0, 0.0
     for k in range(len(goal)):
-        hand = hand_k * (goal[k] - x) + hand_d * (goal_v[k] - v)
+        to, to_v = float(goal[k]), float(goal_v[k])
+        pull = hand[0] * (to - x) + hand[1] * (to_v - v)
         if k % n_row == 0:
-            xs.append(x)
-            vs.append(v)
-            hands.append(hand)
-            motors.append(motor)  # what was held until now
-            integral += (goal[k] - x) * n_row * STEP_S
-            motor = -joint.spring * x
-            if joint.motor:
-                motor += motor_k * (goal[k] - x + 4 * integral) + motor_d * (goal_v[k] - v)
-        level = joint.coulomb * (1 + joint.friction_over_time * (k / len(goal) - 0.5))
-        level += (joint.breakaway - joint.coulomb) * math.exp(-((v / joint.stribeck) ** 2))
-        level += joint.share * abs(motor)
-        z = max(-level, min(level, z + joint.sigma0 * v * STEP_S))
-        friction = z + joint.viscous * v + 0.5 * v * (abs(z) < level)
-        v += STEP_S * (motor + hand - friction) / joint.inertia
+            row = k // n_row
+            xs[row], vs[row], hands[row] = x, v, pull
+            motors[row] = motor  # what was held until now
+            integral += (to - x) * n_row * STEP_S
+            motor = -spring * x
+            if served:
+                motor += servo[0] * (to - x + 4 * integral) + servo[1] * (to_v - v)
+        level = coulomb * (1 + over_time * (k / len(goal) - 0.5))
+        level += (breakaway - coulomb) * math.exp(-((v / stribeck) ** 2))
+        level += share * abs(motor)
+        z = max(-level, min(level, z + sigma0 * v * STEP_S))
+        rubs = z + viscous * v + (0.5 * v if abs(z) < level else 0.0 * v)
+        v += STEP_S * (motor + pull - rubs) / inertia
         x += STEP_S * v
-    return _recorded(joint, *map(np.array, (xs, vs, motors, hands)))
+    return xs, vs, motors, hands
 
 
 def _recorded(joint, x, v, motor, hand):
