@@ -258,8 +258,8 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     ConfigError
         File and, one line each, every key at fault, its value and bound; or a `script` that nothing takes."""
     path = real(path)
-    if not str(path).isprintable():  # what is told of a rig, and recorded, is text in UTF-8
-        raise ConfigError(f"{path}: rename it: {str(path)!a} is no text that can be shown")
+    if any("\ud800" <= letter <= "\udfff" for letter in str(path)):  # no text: cannot be told, nor recorded
+        raise ConfigError(f"{path}: its name is not UTF-8; rename it")
     raw, data, told = read_toml(path)
     turned = LinearKeys(data, told)
     data, where = turned.data, turned.where

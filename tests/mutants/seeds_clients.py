@@ -206,4 +206,11 @@ SEEDS = (
         "{chr(10).join((str(error)",
         ("tests/unit/host/test_notify.py::test_what_ended_the_daemon_is_its_last_status_in_one_line",),
     ),
+    Seed(
+        "a rig file whose name is no text ends the daemon that tells it",
+        "rtctl/rig_file/config.py",
+        '    if any("\\ud800" <= letter',
+        '    if False and any("\\ud800" <= letter',
+        ("tests/unit/cli/test_last_words.py::test_a_rig_file_whose_name_is_no_text_is_refused",),
+    ),
 )

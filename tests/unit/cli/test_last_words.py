@@ -164,7 +164,7 @@ def test_a_command_line_that_lacks_something_is_wrong_usage(words):
 def test_a_rig_file_whose_name_is_no_text_is_refused(tmp_path):
     path = tmp_path / os.fsdecode(b"\xff.toml")
     path.write_bytes(shipped_config("mock.toml").read_bytes())
-    with pytest.raises(ConfigError, match="rename it"):
+    with pytest.raises(ConfigError, match="not UTF-8; rename it"):
         load(path)
 
 
