@@ -55,7 +55,7 @@ SEEDS = (
     Seed(
         "the mean is taken where errors count as equal, too",
         "rtctl/friction/learn/ladder.py",
-        "if one.expected_nm <= equal_nm:",
+        "if one.compared_nm <= equal_nm:",
         "if one.expected_nm < 0:",
         MEAN,
     ),
