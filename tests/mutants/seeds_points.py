@@ -6,7 +6,37 @@ from seed import Seed
 
 SCORING = "tests/unit/friction/test_honest_scoring.py"
 
+BETWEEN = ("tests/unit/friction/test_between_speeds.py",)
+
 SEEDS = (
+    Seed(
+        "the ends of a session held out tell where it lies",
+        "rtctl/friction/learn/hold_out.py",
+        "whole = 2 * measured.sum(axis=1) >= measured.any(axis=0).sum()",
+        "whole = measured.any(axis=1)",
+        BETWEEN,
+    ),
+    Seed(
+        "what a curve does between the speeds of sessions is not looked at",
+        "rtctl/friction/learn/search.py",
+        'None if level is None else folds_of(points, directions, "speed")',
+        "None",
+        BETWEEN,
+    ),
+    Seed(
+        "curves are compared by what their sessions differ by",
+        "rtctl/friction/learn/score.py",
+        "[less_shared(*one) for one in known]",
+        "[one for one, _ in known]",
+        BETWEEN,
+    ),
+    Seed(
+        "a machine may lie at one of its sessions",
+        "rtctl/friction/learn/ladder.py",
+        "train(one, data.speed, data.learned_nm(), data.weight)",
+        "train(one, data.speed, data.friction_nm, data.weight)",
+        BETWEEN,
+    ),
     Seed(
         "repeats of one nominal speed vouch for each other",
         "rtctl/friction/points.py",

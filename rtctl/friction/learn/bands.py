@@ -17,7 +17,8 @@ from rtctl.friction.learn import certainty, search
 from rtctl.friction.learn.foretold import Foretold, foretold
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
-from rtctl.friction.learn.search import Score, Side
+from rtctl.friction.learn.score import Score
+from rtctl.friction.learn.search import Side
 from rtctl.friction.model import Branch
 from rtctl.friction.point_columns import BETWEEN
 from rtctl.friction.points import FrictionPoints

@@ -51,7 +51,7 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
             held = (data.session == at) & (data.speed <= data.speed[kept].max())
             scaled = in_scale_of(one, data.speed, data.friction_nm, kept, data.session)
             try:
-                curve = train(scaled, data.speed[kept], data.friction_nm[kept], data.weight[kept]).curve
+                curve = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept]).curve
             except FailedFitError:
                 return None
             speed = data.speed[held]

@@ -8,6 +8,8 @@ session is what a model is for."""
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rtctl.errors import DataError
@@ -141,6 +143,40 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     ends = (speed == speed.min()) | (speed == speed.max())
     fold: np.ndarray = np.where(ends, TRAINS, shared[rows])
     return fold
+
+
+SAME_LEVELS = 0.8
+"""Share of all pairs of a session and a speed that is measured where sessions are at the same speeds."""
+
+
+def common_levels(speed: np.ndarray, session: np.ndarray) -> np.ndarray | None:
+    """Level of each point's speed (`points.levels_of`), shape (n,); None where sessions are not measured at
+    the same speeds, so that a session above the others cannot be told from friction that rises."""
+    level = levels_of(speed)
+    measured = np.unique([session, level], axis=1).shape[1]
+    every = len(np.unique(session)) * len(np.unique(level))
+    return level if measured >= SAME_LEVELS * every else None
+
+
+def less_offsets(friction_nm: np.ndarray, level: np.ndarray, session: np.ndarray) -> np.ndarray:
+    """Friction (N m) less what each session lies above all of them, over the speeds that all measured, shape
+    (n,).
+
+    A session of fewer than half the speeds is as it is, and moves no other: of one that is held out the ends
+    train (`folds_of`), and would tell where it lies."""
+    of = np.unique(session, return_inverse=True)[1]
+    cell, shape = of * (level.max() + 1) + level, (of.max() + 1, level.max() + 1)
+    count = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
+    mean = np.bincount(cell, friction_nm, math.prod(shape)).reshape(shape) / np.maximum(count, 1)
+    measured = count > 0
+    whole = 2 * measured.sum(axis=1) >= measured.any(axis=0).sum()
+    common = measured[whole].all(axis=0)
+    if not common.any():
+        return friction_nm
+    offset = np.where(whole, mean[:, common].mean(axis=1), 0.0)
+    offset[whole] -= offset[whole].mean()
+    left: np.ndarray = friction_nm - offset[of]
+    return left
 
 
 def shared_out(units: np.ndarray) -> np.ndarray:

@@ -11,7 +11,8 @@ from rtctl.errors import DataError
 from rtctl.friction.kind_table import FAMILIES, MACHINES
 from rtctl.friction.learn import bands, fit, foretold, grids, mean, pool, search, sharing
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
-from rtctl.friction.learn.search import Score, Side
+from rtctl.friction.learn.score import Score
+from rtctl.friction.learn.search import Side
 from rtctl.friction.learn.selection import Choice, Rung, as_good, choose, climb, tolerance_nm
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.friction.points import FrictionPoints
@@ -130,7 +131,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
     where no loop could run the mean."""
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
-    if one.expected_nm <= equal_nm:
+    if one.compared_nm <= equal_nm:
         return choice
     made = mean.mean_of(usable, mean.shares(usable))
     if made is None:
@@ -267,7 +268,7 @@ def _weight(ladder: Ladder) -> float:
 def _branch(score: Score, data: Side, speed: np.ndarray, friction_nm: np.ndarray) -> Branch:
     """Train on `data` (one direction, or both), describe on the points of one direction."""
     one = score.candidate
-    trained = train(one, data.speed, data.friction_nm, data.weight)
+    trained = train(one, data.speed, data.learned_nm(), data.weight)
     hyper = {"symmetric": 1.0} if score.direction == 0 else {}
     hyper |= {f"share of {part.family}": share for share, part in one.parts}
     if one.machine in MACHINES:

@@ -12,7 +12,7 @@ import numpy as np
 
 from rtctl.friction.kind_table import MEAN
 from rtctl.friction.learn.machines import Candidate
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.score import Score
 from rtctl.friction.learn.selection import Rung
 
 POWER = 4.0
@@ -27,7 +27,7 @@ be in the file for nothing."""
 def shares(rungs: Sequence[Rung]) -> dict[str, float]:
     """Share of each rung in the mean, by its family, together 1; without those that say next to nothing.
     `rungs` are usable ones."""
-    expected = np.array([rung.expected_nm for rung in rungs])
+    expected = np.array([rung.compared_nm for rung in rungs])
     least = float(expected.min())
     heavy = np.where(expected > 0, least / np.where(expected > 0, expected, 1.0), 1.0) ** (2 * POWER)
     heavy[heavy < LEAST] = 0.0
@@ -60,10 +60,18 @@ def _mean_score(parts: Sequence[tuple[float, Score]]) -> Score:
     return Score(
         Candidate.mean([(share, score.candidate) for share, score in parts]),
         first.direction,
-        np.sum([share * score.errors for share, score in parts], axis=0),
+        _together(parts, "errors"),
         float(sum(score.n_terms for _, score in parts)),
         blocks=first.blocks,
+        between=None if first.between is None else _together(parts, "between"),
+        between_blocks=first.between_blocks,
     )
+
+
+def _together(parts: Sequence[tuple[float, Score]], errors: str) -> np.ndarray:
+    """Weighted sum of the errors of that name, N m."""
+    total: np.ndarray = np.sum([share * getattr(score, errors) for share, score in parts], axis=0)
+    return total
 
 
 def explained(mean: Rung, chosen: Rung) -> str:

@@ -18,7 +18,7 @@ from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth, judge
 from rtctl.friction.learn.hold_out import TRAINS, folds_of
 from rtctl.friction.learn.ladder import Ladder
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.score import Score
 from rtctl.friction.learn.selection import Rung, climb
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
@@ -201,7 +201,7 @@ def _learned(
     """Train one rung's candidate as `ladder.learn` does; look at one direction of it."""
     score = next(score for score in rung.scores if score.direction in (0, direction))
     data = search.side(points, score.direction, weight, folds)
-    trained = train(score.candidate, data.speed, data.friction_nm, data.weight)
+    trained = train(score.candidate, data.speed, data.learned_nm(), data.weight)
     n = len(points.branch(1)[0])
     of_all = np.arange(len(data.speed)) < n if direction > 0 else np.arange(len(data.speed)) >= n
     mine = of_all if score.direction == 0 else np.ones(len(data.speed), dtype=bool)

@@ -17,6 +17,10 @@ from rtctl.friction.points import FrictionPoints
 AGREES = 1.5
 """Factor within which an error on the test points is what the held-out error said."""
 
+TOLD = {2: 51, 3: 64, 4: 76}
+"""Share of simulated joints, %, by number of sessions, whose held-out error was within `AGREES` of what the
+next sessions erred (decision 0123)."""
+
 Row = Mapping[str, Any]
 
 
@@ -33,12 +37,26 @@ def headline(evidence: Evidence) -> list[str]:
         said.append(of_verdict(evidence.model, evidence.test))
     left_out = evidence.points.left_out
     said += [
+        of_few_sessions(evidence.points, evidence.folds),
         of_bound(report_tables.model_rows(evidence)),
         of_left_out(0 if left_out is None else int(left_out.sum()), len(evidence.points.direction)),
     ]
     if evidence.beside is not None:
         said += report_beside_speed.sentences(*evidence.beside, deployed=evidence.model.load is not None)
     return [sentence for sentence in said if sentence]
+
+
+def of_few_sessions(points: FrictionPoints, folds: str) -> str:
+    """How far the held-out error of few sessions is to be trusted; empty where there are many, or where none
+    was held out."""
+    sessions = len(set(points.columns["log"])) if folds == "log" else 0
+    if sessions not in TOLD:
+        return ""
+    return (
+        f"{sessions} sessions say little of the next one: on {TOLD[sessions]} % of simulated joints with as "
+        f"many, what the next sessions erred was within a factor {AGREES} of what was held out. Record more "
+        "before you trust that figure."
+    )
 
 
 def of_formulas(held_out: Sequence[Row], chosen: str) -> list[str]:

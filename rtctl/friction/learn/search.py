@@ -13,11 +13,11 @@ import numpy as np
 
 from rtctl.errors import UnidentifiableError
 from rtctl.friction.kind_table import KERNELS
-from rtctl.friction.learn.certainty import doubt, standard_error
 from rtctl.friction.learn.gram import MANY, Gram
 from rtctl.friction.learn.grids import in_scale_of
-from rtctl.friction.learn.hold_out import TRAINS, folds_of, units_of
+from rtctl.friction.learn.hold_out import FOLDS, TRAINS, common_levels, folds_of, less_offsets, units_of
 from rtctl.friction.learn.machines import MAX_ITERATIONS, Candidate, FailedFitError, Trained, train
+from rtctl.friction.learn.score import Score
 from rtctl.friction.points import FrictionPoints
 
 if TYPE_CHECKING:
@@ -65,38 +65,32 @@ class Side:
     """What each point was measured with (`hold_out.units_of`): errors within are alike. None: nobody says."""
     session: np.ndarray | None = None
     """Session of each point, where whole sessions are held out; else None."""
-
-
-@dataclass(frozen=True)
-class Score:
-    """Held-out errors (N m) of one candidate on one side; `failed` says why there are none.
-
-    `n_terms` is the number of support vectors, or parameters, trained on all points (before the last round of
-    halving: mean over the folds)."""
-
-    candidate: Candidate
-    direction: int
-    errors: np.ndarray
-    n_terms: float
-    failed: str | None = None
-    converged: bool = True
-    blocks: np.ndarray | None = None
-    """Block of each error, as of `Side`; None: each is its own."""
+    level: np.ndarray | None = None
+    """Level of each point's speed, where sessions that are held out are measured at the same speeds; else
+    None."""
+    between: np.ndarray | None = None
+    """Fold of each point by speed, beside `fold`, where there is a `level`: sessions vouch for each other's
+    speeds, and what a curve does between them is seen by no session held out."""
 
     @property
-    def rmse_nm(self) -> float:
-        """Root mean square of the held-out errors; infinite when the candidate failed."""
-        return float("inf") if self.failed else float(np.sqrt(np.mean(self.errors**2)))
+    def compared_folds(self) -> np.ndarray:
+        """Fold of each of the errors that candidates are compared by (`Score.compared`)."""
+        folds: np.ndarray = self.fold[self.fold != TRAINS]
+        if self.between is None:
+            return folds
+        return np.concatenate([folds, FOLDS + self.between[self.between != TRAINS]])
 
-    @property
-    def se_nm(self) -> float:
-        """Standard error of `rmse_nm`."""
-        return standard_error(self.errors, self.blocks)
+    def learned_nm(self, kept: np.ndarray | None = None) -> np.ndarray:
+        """Friction (N m) to learn the points of `kept` (default all) from, shape (k,): less what their
+        sessions differ by, where that can be told.
 
-    @property
-    def doubt_nm(self) -> float:
-        """See `certainty.doubt`, N m."""
-        return doubt(self.errors, self.blocks)
+        A machine has small errors for nothing: between two sessions it may lie anywhere. The next one is
+        nearest to their mean."""
+        rows = np.arange(len(self.speed)) if kept is None else np.flatnonzero(kept)
+        if self.level is None or self.session is None:
+            known: np.ndarray = self.friction_nm[rows]
+            return known
+        return less_offsets(self.friction_nm[rows], self.level[rows], self.session[rows])
 
 
 def side(
@@ -113,7 +107,11 @@ def side(
     rows = np.concatenate([points.rows_of(one) for one in directions])
     block = units_of(points, folds)[rows]
     fold = folds_of(points, directions, folds)
-    return Side(direction, speed, friction_nm, weight, fold, block, block if folds == "log" else None)
+    if folds != "log":
+        return Side(direction, speed, friction_nm, weight, fold, block)
+    level = common_levels(speed, block)
+    between = None if level is None else folds_of(points, directions, "speed")
+    return Side(direction, speed, friction_nm, weight, fold, block, block, level, between)
 
 
 def cross_validate(
@@ -128,21 +126,26 @@ def cross_validate(
     A fit that fails gives a score that says so: "not finite", "not converged" (only in the last round: the
     early ones stop early on purpose), "refused", or "more than N support vectors" when it has more than
     `max_terms` trained on all points; `n_terms` is then their number."""
-    final = effort == ALL
-    errors, terms, converged = np.zeros(len(data.speed)), [], True
-    folds = np.unique(data.fold[data.fold != TRAINS])[: effort.folds]
+    final, errors, terms = effort == ALL, [], []
+    converged, ways = True, (data.fold, *(() if data.between is None else (data.between,)))
+    blocks = []
     try:
-        for k in folds:
-            held, kept = data.fold == k, data.fold != k
-            trained, off = _held_out(candidate, data, held, kept, gram, effort)
-            if final and not trained.converged:
-                raise FailedFitError("not converged")
-            converged = converged and trained.converged
-            errors[held] = off
-            terms.append(trained.curve.n_terms)
+        for fold in ways:
+            found = np.zeros(len(data.speed))
+            folds = np.unique(fold[fold != TRAINS])[: effort.folds]
+            for k in folds:
+                trained, off = _held_out(candidate, data, fold == k, fold != k, gram, effort)
+                if final and not trained.converged:
+                    raise FailedFitError("not converged")
+                converged = converged and trained.converged
+                found[fold == k] = off
+                terms.append(trained.curve.n_terms)
+            held = np.isin(fold, folds)
+            errors.append(found[held])
+            blocks.append(None if data.block is None else data.block[held])
         count = float(np.mean(terms))
         if final or (max_terms is not None and converged):
-            whole = train(candidate, data.speed, data.friction_nm, data.weight, gram=gram)
+            whole = train(candidate, data.speed, data.learned_nm(), data.weight, gram=gram)
             if final and not whole.converged:
                 raise FailedFitError("not converged")
             count = float(whole.curve.n_terms)
@@ -153,9 +156,8 @@ def cross_validate(
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
-    held = np.isin(data.fold, folds)
-    blocks = None if data.block is None else data.block[held]
-    return Score(candidate, data.direction, errors[held], count, converged=converged, blocks=blocks)
+    beside = (errors[1], blocks[1]) if len(errors) > 1 else ()
+    return Score(candidate, data.direction, errors[0], count, None, converged, blocks[0], *beside)
 
 
 def _held_out(
@@ -169,7 +171,7 @@ def _held_out(
     trained = train(
         in_scale_of(candidate, data.speed, data.friction_nm, kept, data.session),
         data.speed[kept],
-        data.friction_nm[kept],
+        data.learned_nm(kept),
         weight[kept],
         gram=None if gram is None else gram.part(kept),
         max_iterations=effort.iterations,
@@ -270,7 +272,7 @@ def _promising(scores: Sequence[Score], sides: Sequence[Side]) -> list[tuple[Can
             groups.setdefault((score.candidate.family, score.direction), []).append(score)
     kept = []
     for members in groups.values():
-        ranked = sorted(members, key=lambda score: score.rmse_nm)
+        ranked = sorted(members, key=lambda score: score.compared_nm)
         best = ranked[: -(-len(ranked) // KEEP)]
         done = [score for score in ranked if score.converged and not any(score is one for one in best)]
         kept += best + done[:1]

@@ -17,8 +17,8 @@ from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn.certainty import doubt, excess, standard_error
 from rtctl.friction.learn.formulas import fit_formula, is_bend, require_told
-from rtctl.friction.learn.hold_out import TRAINS
-from rtctl.friction.learn.search import Score, Side
+from rtctl.friction.learn.score import Score
+from rtctl.friction.learn.search import Side
 
 
 @dataclass(frozen=True)
@@ -49,6 +49,17 @@ class Rung:
         return np.concatenate(told) if len(told) == len(self.scores) else None
 
     @property
+    def compared(self) -> np.ndarray:
+        """What rungs are compared by, N m: see `Score.compared`."""
+        return np.concatenate([score.compared for score in self.scores])
+
+    @property
+    def compared_blocks(self) -> np.ndarray | None:
+        """Block of each of `compared`; None where a side does not say."""
+        told = [score.compared_blocks for score in self.scores if score.compared_blocks is not None]
+        return np.concatenate(told) if len(told) == len(self.scores) else None
+
+    @property
     def rmse_nm(self) -> float:
         """Held-out RMSE over all sides, N m; infinite for a refused rung."""
         return float("inf") if self.refused else float(np.sqrt(np.mean(self.errors**2)))
@@ -60,6 +71,12 @@ class Rung:
         return float("inf") if self.refused else float(np.sqrt(self.rmse_nm**2 + self.luck_nm2))
 
     @property
+    def compared_nm(self) -> float:
+        """RMS of `compared`, without the luck of the choice: `expected_nm`, but for what sessions at the same
+        speeds differ by; N m."""
+        return float("inf") if self.refused else float(np.sqrt(np.mean(self.compared**2) + self.luck_nm2))
+
+    @property
     def se_nm(self) -> float:
         """Standard error of `rmse_nm`, N m."""
         return 0.0 if self.refused else standard_error(self.errors, self.blocks)
@@ -67,7 +84,7 @@ class Rung:
     @property
     def doubt_nm(self) -> float:
         """See `certainty.doubt`, N m."""
-        return 0.0 if self.refused else doubt(self.errors, self.blocks)
+        return 0.0 if self.refused else doubt(self.compared, self.compared_blocks)
 
     @property
     def n_terms(self) -> float:
@@ -105,10 +122,10 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     usable = [score for score in scores if not score.failed]
     if not usable:
         return []
-    best = min(usable, key=lambda score: score.rmse_nm)
-    limit = max(best.rmse_nm + best.doubt_nm, tolerance_nm)
-    near = [score for score in usable if score.rmse_nm <= limit]
-    return sorted(near, key=lambda score: (score.n_terms, score.rmse_nm))
+    best = min(usable, key=lambda score: score.compared_nm)
+    limit = max(best.compared_nm + best.doubt_nm, tolerance_nm)
+    near = [score for score in usable if score.compared_nm <= limit]
+    return sorted(near, key=lambda score: (score.n_terms, score.compared_nm))
 
 
 def tolerance_nm(data: Side, share: float) -> float:
@@ -129,8 +146,10 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
         if not near:
             return Rung(family, (), _lost(here), failures, len(mine))
         chosen.append(near[0])
-        among_equals = near[0].rmse_nm <= equal_nm
-        lucks.append(luck(min(near, key=lambda one: one.rmse_nm) if among_equals else near[0], here, data))
+        among_equals = near[0].compared_nm <= equal_nm
+        lucks.append(
+            luck(min(near, key=lambda one: one.compared_nm) if among_equals else near[0], here, data)
+        )
     counts = [len(score.errors) for score in chosen]
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
     bends = False
@@ -156,21 +175,21 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
 
     One that was chosen for its few numbers among errors that count as equal (decision 0012) has the luck of
     the least of them: what it errs more is in its held-out error, and not counted again (decision 0046)."""
-    fold = data.fold[data.fold != TRAINS]
-    same = [score for score in scores if not score.failed and len(score.errors) == len(fold)]
-    if len(same) < 2 or len(chosen.errors) != len(fold):
+    fold = data.compared_folds
+    same = [score for score in scores if not score.failed and len(score.compared) == len(fold)]
+    if len(same) < 2 or len(chosen.compared) != len(fold):
         return 0.0
-    squares = np.array([score.errors for score in same]) ** 2
+    squares = np.array([score.compared for score in same]) ** 2
     least = sum(float(squares[:, fold == k].sum(axis=1).min()) for k in np.unique(fold))
-    return max(0.0, (float(np.sum(chosen.errors**2)) - least) / len(fold))
+    return max(0.0, (float(np.sum(chosen.compared**2)) - least) / len(fold))
 
 
 def _told_apart(rung: Rung, best: Rung) -> bool:
     """Whether a rung is expected to err more than the best by more than one standard error of the difference,
     point by point."""
-    if len(rung.errors) != len(best.errors):
-        return rung.expected_nm > best.expected_nm + best.doubt_nm
-    more, se = excess(rung.errors, best.errors, best.blocks)
+    if len(rung.compared) != len(best.compared):
+        return rung.compared_nm > best.compared_nm + best.doubt_nm
+    more, se = excess(rung.compared, best.compared, best.compared_blocks)
     return more + rung.luck_nm2 - best.luck_nm2 > se
 
 
@@ -194,15 +213,15 @@ def choose(rungs: Sequence[Rung], tolerance_nm: float = 0.0) -> Choice:
         bounded = any("support vectors" in (rung.refused or "") for rung in rungs)
         remedy = "raise --max-support-vectors, or add points" if bounded else "add points"
         raise DataError(f"no model of the ladder could be learned: {said}; {remedy}")
-    best = min(usable, key=lambda rung: rung.expected_nm)
+    best = min(usable, key=lambda rung: rung.compared_nm)
     near = sorted(
-        (rung for rung in usable if rung.expected_nm <= tolerance_nm or not _told_apart(rung, best)),
-        key=lambda rung: (rung.n_terms, rung.expected_nm),
+        (rung for rung in usable if rung.compared_nm <= tolerance_nm or not _told_apart(rung, best)),
+        key=lambda rung: (rung.n_terms, rung.compared_nm),
     )
     chosen = near[0]
-    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.expected_nm)
+    others = sorted((rung for rung in usable if rung is not chosen), key=lambda rung: rung.compared_nm)
     runner_up = others[0] if others else None
-    equal = all(rung.expected_nm <= tolerance_nm for rung in near)
+    equal = all(rung.compared_nm <= tolerance_nm for rung in near)
     among = f"below {1e3 * tolerance_nm:.3g} mN m" if equal else ""
     words = [_why(chosen, best, len(near), among)]
     if chosen.bends:
@@ -218,24 +237,32 @@ def _why(chosen: Rung, best: Rung, near: int, among: str) -> str:
     """Say why in a sentence; `among` says what the rungs it was chosen from have in common, "" one standard
     error."""
     said = f"Chosen: {_figures(chosen)}, "
+    smallest = f"the smallest error {_BUT_SESSIONS}" if _is_shared(best) else "the smallest expected error"
     if near == 1:
-        return said + (f"the only one {among}." if among else f"{_SMALLEST} by more than one standard error.")
+        return said + (f"the only one {among}." if among else f"{smallest} by more than one standard error.")
     if chosen is best:
-        return said + f"{_SMALLEST} and the fewest numbers."
-    others = f"{_SMALLEST} has {best.family}, {1e3 * best.expected_nm:.3g} mN m"
+        return said + f"{smallest} and the fewest numbers."
+    others = f"{smallest} has {best.family}, {1e3 * best.compared_nm:.3g} mN m"
     if among:
         return said + f"the fewest numbers of {near} {among} ({others})."
     return said + f"the fewest numbers of {near} within one standard error of the best ({others})."
 
 
-_SMALLEST = "the smallest expected error"
+_BUT_SESSIONS = "but for what sessions differ by"
+
+
+def _is_shared(rung: Rung) -> bool:
+    """Whether it was compared without what its sessions differ by."""
+    return any(score.between is not None for score in rung.scores)
 
 
 def _figures(rung: Rung) -> str:
     what = "parameters" if rung.is_formula else "support vectors"
     count = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
     held_out = f"{1e3 * rung.rmse_nm:.3g} +- {1e3 * rung.se_nm:.2g} mN m held out"
-    if rung.luck_nm2 > 0:
+    if _is_shared(rung):
+        held_out += f", {1e3 * rung.compared_nm:.3g} {_BUT_SESSIONS}"
+    elif rung.luck_nm2 > 0:
         held_out += f", {1e3 * rung.expected_nm:.3g} expected"
     return f"{rung.family} ({held_out}, {count} {what})"
 
@@ -247,9 +274,9 @@ def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
     learned = [rung for rung in usable if not rung.is_formula]
     if not formulas or not learned:
         return ""
-    formula = min(formulas, key=lambda rung: rung.expected_nm)
-    machine = min(learned, key=lambda rung: rung.expected_nm)
-    if formula.expected_nm <= machine.expected_nm:
+    formula = min(formulas, key=lambda rung: rung.compared_nm)
+    machine = min(learned, key=lambda rung: rung.compared_nm)
+    if formula.compared_nm <= machine.compared_nm:
         return f"A parametric model is as good: {formula.family} does not err more than {machine.family}."
     if not _told_apart(formula, machine):
         return (
@@ -258,8 +285,8 @@ def _formulas(usable: Sequence[Rung], near: Sequence[Rung], among: str) -> str:
         )
     if formula in near and among:
         return (
-            f"A parametric model is as good: {formula.family}, {1e3 * formula.expected_nm:.3g} mN m, is "
+            f"A parametric model is as good: {formula.family}, {1e3 * formula.compared_nm:.3g} mN m, is "
             f"{among}."
         )
-    times = formula.expected_nm / machine.expected_nm
+    times = formula.compared_nm / machine.compared_nm
     return f"No parametric model is as good: the best, {formula.family}, errs {times:.2g} times as much."

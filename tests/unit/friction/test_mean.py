@@ -16,7 +16,7 @@ from rtctl.friction.kind_compile import compile_curve, sampled_error
 from rtctl.friction.kind_curve import Curve
 from rtctl.friction.learn import fit, grids, ladder, mean, search
 from rtctl.friction.learn.machines import Candidate, train
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.score import Score
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints

@@ -10,7 +10,7 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction.learn import certainty, search, selection
 from rtctl.friction.learn.machines import Candidate
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.score import Score
 
 
 def score(family, rmse, terms, direction=1, se_share=0.1):

@@ -18,7 +18,7 @@ from rtctl.friction.learn import (
 )
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.report_measured_range import unmeasured
-from rtctl.friction.learn.search import Score
+from rtctl.friction.learn.score import Score
 from rtctl.friction.points import FrictionPoints
 
 
@@ -91,6 +91,17 @@ def test_a_sentence_says_what_its_table_says_and_no_other_table_makes_it_say_so(
     assert others
     for _, other, _ in others:
         assert not re.search(said, sentence(*other))
+
+
+@pytest.mark.parametrize(("sessions", "odds"), [(1, ""), (2, "51 %"), (3, "64 %"), (4, "76 %"), (5, "")])
+def test_the_odds_of_a_held_out_error_are_told_of_few_sessions(sessions, odds):
+    log = np.repeat(np.arange(float(sessions)), 8)
+    rows = [(d * v, 0.3, d, np.nan, np.nan) for _ in range(sessions) for d in (1, -1) for v in (1, 2, 3, 4)]
+    points = FrictionPoints.from_rows(rows, "made", "0" * 64, {"log": log})
+    said = report_sentences.of_few_sessions(points, "log")
+    assert bool(said) == bool(odds)
+    assert odds in said
+    assert not report_sentences.of_few_sessions(points, "speed")
 
 
 def test_a_model_that_no_search_compared_is_compared_with_the_formulas_of_the_table():
