@@ -48,6 +48,13 @@ from hw.playback.units import require_unit, said_unit
         ("Torque [% of rated torque]", "", "%"),
         ("Current [A RMS]", "", "A"),
         ("torque_in", "", ""),
+        ("x_um", "", "um"),
+        ("x", "\u00b5m", "um"),
+        ("force_kN", "", "kN"),
+        ("Load [kgf]", "", "kgf"),
+        ("F [daN]", "", "daN"),
+        ("stroke (cm)", "", "cm"),
+        ("p_A [bar]", "", "bar"),
     ],
 )
 def test_units_are_understood_however_they_are_spelt(name, row, unit):
@@ -71,6 +78,9 @@ def test_units_are_understood_however_they_are_spelt(name, row, unit):
             "read in N m, the file says V, which is another quantity; .*give the scale"),
         ({"column": "force_lbf", "unit": "N"}, "", ("N m", "N"), "says lbf, which needs a scale: give 4.448"),
         ({"column": "pos_in", "unit": "mm"}, "", ("rad", "mm"), "file says in, .*give 25.4 mm"),
+        ({"column": "Load [kgf]", "unit": "N"}, "", ("N m", "N"), "says kgf, .*give 9.80665 N"),
+        ({"column": "dp [bar]", "unit": "N"}, "", ("N m", "N"), "says bar, which is another quantity"),
+        ({"column": "x_um", "unit": "mm"}, "", ("rad", "mm", "um"), "the file says um; give the unit um"),
         ({"column": "Current (0.01A)", "unit": "A"}, "", ("A", "mA"), "says 0.01A, .*:A:0.01 behind"),
         ({"column": "Torque [per mille]"}, "", ("N m",), "says \u2030, which is another .*rated torque"),
         ({"column": "Last in kg"}, "", ("N m", "N"), "the file says kg"),
