@@ -20,7 +20,7 @@ SPELT = {
     "µrad": "urad", "μrad": "urad", "µm": "um", "μm": "um", "micron": "um", "microns": "um",
     "µm/s": "um/s", "μm/s": "um/s", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
     "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
-    "nm": "N m", "mnm": "mN m", "revolutions": "rev", "revolution": "rev",
+    "nm": "N m", "mnm": "mN m", "nmm": "mN m", "n mm": "mN m", "revolutions": "rev", "revolution": "rev",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s",
     "deg/sec": "deg/s", "°/s": "deg/s",
     "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm",

@@ -79,4 +79,14 @@ SEEDS = (
         "a pressure is a force", "hw/playback/units.py", '"bar", "Pa", "MPa", "psi", ', "",
         ("tests/unit/hw/test_units_said.py",),
     ),
+    Seed(
+        "points to judge by are none but of our own files", "rtctl/cli/fit_report.py",
+        "points = read_points(path, of_speeds=False) if own else read((path,), of_speeds=False)",
+        "points = read_points(path, of_speeds=False)", ("tests/unit/cli/test_fit_points.py",),
+    ),
+    Seed(
+        "what is wrong with forces is said in newton metres", "rtctl/cli/fit_points.py",
+        'with errors_in_units_of("linear" if lead_m else', 'with errors_in_units_of("rotary" if True else',
+        ("tests/unit/cli/test_fit_points.py",),
+    ),
 )  # fmt: skip

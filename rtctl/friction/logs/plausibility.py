@@ -21,11 +21,8 @@ if TYPE_CHECKING:
 BEYOND = 1.25
 """A log may go beyond a limit of the rig file by this factor: noise, a hand quicker than the motor."""
 
-TRAVEL_SLACK_RAD = 0.05
+TRAVEL_SLACK_RAD, TRAVEL_SLACK_M = 0.05, 0.005
 """By how much a log may leave the travel: stops give way."""
-
-TRAVEL_SLACK_M = 0.005
-"""By how much a log of a linear axis may leave the travel."""
 
 TORQUE_SHARE_MIN = 1e-3
 """Torque below this share of the rig's limit moves no joint that has friction."""
@@ -164,8 +161,8 @@ def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
     if speed > limits.doubtful_rad_s:
         told.append(
             f"{log.source}: column position: {speed:.3g} rad/s is quick for what a hand moves: is "
-            "it in deg or mm, or of the motor before the gear (scale 1/ratio)? Correct it, or give --config RIG, "
-            "whose limits count then"
+            "it in deg or mm, or of the motor before the gear (scale 1/ratio)? Correct it, or give --config "
+            "RIG, whose limits count then"
         )
     if len(x) > 100 and np.ptp(x) > 2 * COUNTS_LEAST and np.all(x == np.round(x)):
         raise DataError(
@@ -200,8 +197,8 @@ def _require_motion(log: AxisLog, limits: Limits) -> None:
     if speed > limits.speed_rad_s:
         raise DataError(
             f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most "
-            f"{limits.speed_rad_s:.4g} for {limits.source}); correct the unit of the position (deg, mm, counts) "
-            "or of the time; of a motor before a gear it is what the scale 1/ratio makes of it"
+            f"{limits.speed_rad_s:.4g} for {limits.source}); correct the unit of the position (deg, mm, "
+            "counts) or of the time; of a motor before a gear it is what the scale 1/ratio makes of it"
         )
     low, high = limits.travel_rad
     if x.min() < low or x.max() > high:
@@ -268,8 +265,8 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
 def doubtful_friction(fit: JointFit) -> tuple[str, ...]:
     """Little friction: what is called torque may have it taken off already."""
     found, rms = fit.symmetric.parameters, fit.symmetric.rms_nm / max(fit.symmetric.relative_error, 1e-12)
-    weights = [found[each.parameter].value ** 2 for each in fit.offsets]  # what pulls moves nothing
-    rms = math.sqrt(max(rms**2 - float(np.mean(weights)), 0.0))
+    weights = [found[each.parameter].value ** 2 for each in fit.offsets]
+    rms = math.sqrt(max(rms**2 - float(np.mean(weights)), 0.0))  # what pulls moves nothing
     speed = max(each.highest_rad_s for each in fit.speeds)
     friction = found["coulomb_nm"].value + max(0.0, found["viscous_nms_rad"].value) * speed
     if friction > FRICTION_SHARE * rms:

@@ -106,8 +106,8 @@ def _doubtful_units(points: FrictionPoints) -> list[str]:
     if speed > usual.doubtful_rad_s:
         told.append(
             f"{points.source}: {speed:.3g} rad/s is quick for what a hand moves: is the velocity in "
-            "rpm, deg/s or mm/s, or of the motor before the gear? Correct its unit or scale, or give --config "
-            "RIG, whose limits count then"
+            "rpm or deg/s, or of the motor before the gear? Correct its unit or scale, or give "
+            "--config RIG, whose limits count then"
         )
     if torque > usual.doubtful_nm:
         told.append(

@@ -49,7 +49,7 @@ def test_waves_are_taken_out_and_told_with_their_pitch():
     assert "waves over the position, every 0.03 rad, of 16" in found.warnings[-1]
 
 
-@pytest.mark.parametrize("log", [carriage(0.0), carriage(8.0, way=1.0)])
+@pytest.mark.parametrize("log", [carriage(0.0), carriage(8.0, way=0.4)])
 def test_what_is_no_wave_of_both_directions_stays(log):
     plain = signals(log)
     assert without_waves(plain) is plain

@@ -49,6 +49,7 @@ from hw.playback.units import require_unit, said_unit
         ("Current [A RMS]", "", "A"),
         ("torque_in", "", ""),
         ("x_um", "", "um"),
+        ("torque (Nmm)", "", "mN m"),
         ("x", "\u00b5m", "um"),
         ("force_kN", "", "kN"),
         ("Load [kgf]", "", "kgf"),
