@@ -7,6 +7,12 @@ import numpy as np
 SAME = 1e-9
 """Values nearer than this share of the range are the same, but for rounding in their units."""
 
+WHOLE = 0.02
+"""Share of a step by which all are off from so many of it at most, where it is the grid's."""
+
+MOST_PARTS = 5
+"""Steps of the grid that the least one may be of."""
+
 
 def quantum(signal: np.ndarray) -> float:
     """Least step between two values of a signal; tiny where it is not coarse."""
@@ -14,4 +20,9 @@ def quantum(signal: np.ndarray) -> float:
     if len(levels) < 2:
         return 0.0
     steps = np.diff(levels)
-    return float(np.quantile(steps[steps > SAME * (levels[-1] - levels[0])], 0.02))
+    steps = steps[steps > SAME * (levels[-1] - levels[0])]
+    for parts in range(1, MOST_PARTS + 1):  # brisk motion on few rows: hardly two are one step apart
+        step = float(steps.min()) / parts
+        if np.abs(steps / step - np.round(steps / step)).max() < WHOLE:
+            return step
+    return float(np.quantile(steps, 0.02))

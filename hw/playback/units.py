@@ -17,16 +17,17 @@ SPELT = {
     "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms",
     "usec": "us", "µs": "us", "μs": "us",
     "ncm": "N cm", "knm": "kN m", "ozin": "oz in", "lbin": "lb in", "lbft": "lb ft", "kgcm": "kg cm",
-    "µrad": "urad", "μrad": "urad", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
+    "µrad": "urad", "μrad": "urad", "µm": "um", "μm": "um", "micron": "um", "microns": "um",
+    "µm/s": "um/s", "μm/s": "um/s", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
     "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
-    "nm": "N m", "mnm": "mN m", "revolutions": "rev", "revolution": "rev",
+    "nm": "N m", "mnm": "mN m", "nmm": "mN m", "n mm": "mN m", "revolutions": "rev", "revolution": "rev",
     "amp": "A", "amps": "A", "ampere": "A", "1/min": "rpm", "min-1": "rpm", "rad/sec": "rad/s",
     "deg/sec": "deg/s", "°/s": "deg/s",
     "umdr": "rev", "umdr.": "rev", "umdrehungen": "rev", "u/min": "rpm", "r/min": "rpm", "tr/min": "rpm",
     "grad/s": "deg/s", "sek": "s", "sekunden": "s",
     "mikrosekunden": "us", "millisekunden": "ms", "volt": "V", "volts": "V", "percent": "%", "prozent": "%",
     "pct": "%", "0.1%": "‰", "0.1 %": "‰", "permille": "‰", "per mille": "‰", "permil": "‰", "promille": "‰",
-    "lsb": "counts", "kgf": "kg", "lb": "lbf", "pounds": "lbf", "inch": "in", "inches": "in", "ips": "in/s",
+    "lsb": "counts", "lb": "lbf", "pounds": "lbf", "inch": "in", "inches": "in", "ips": "in/s",
     "°c": "degC", "celsius": "degC", "deg c": "degC", "°f": "degF", "fahrenheit": "degF", "kelvin": "K",
     "arms": "A", "aeff": "A", "apk": "A",
 }  # fmt: skip
@@ -44,16 +45,17 @@ _BETWEEN = re.compile(r"[\s.\-*_·⋅×]+")
 
 SCALED = {
     "kN m": (1000.0, "N m"), "oz in": (0.00706155, "N m"), "lb in": (0.1129848, "N m"),
-    "lb ft": (1.355818, "N m"), "kg cm": (0.0980665, "N m"), "lbf": (4.448222, "N"),
+    "lb ft": (1.355818, "N m"), "kg cm": (0.0980665, "N m"), "lbf": (4.448222, "N"), "kgf": (9.80665, "N"),
+    "daN": (10.0, "N"), "cm": (10.0, "mm"), "cm/s": (10.0, "mm/s"), "um/s": (0.001, "mm/s"),
     "in": (25.4, "mm"), "ft": (0.3048, "m"), "in/s": (25.4, "mm/s"),
     "mrad": (0.001, "rad"), "urad": (1e-6, "rad"), "mdeg": (0.001, "deg"), "arcmin": (1 / 60, "deg"),
     "gon": (0.9, "deg"), "mrad/s": (0.001, "rad/s"), "mdeg/s": (0.001, "deg/s"),
 }  # fmt: skip
 """Units that a scale makes one of ours: how much of which."""
 
-OTHERS = ("V", "mV", "%", "\u2030", "kg", "counts/s", "K", "degF", *SCALED)
+OTHERS = ("V", "mV", "%", "\u2030", "kg", "bar", "Pa", "MPa", "psi", "counts/s", "K", "degF", *SCALED)
 """Units that no column is read in without a scale: a scope's volts, a share of a nominal torque, a balance's
-kilograms, ounces and inches."""
+kilograms, a cylinder's pressure, ounces and inches."""
 
 _KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "days", "rad", "deg", "rev",
     "counts", "rad/s", "deg/s", "rev/s", "rpm", "A", "mA", "N m", "mN m", "N cm", "N", "mN", "kN", "m", "mm",
@@ -63,8 +65,8 @@ _LENGTHS = ("m", "mm", "um", "m/s", "mm/s")
 
 _BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
 _SUFFIX = re.compile(
-    r"_(rad_s|deg_s|rev_s|mm_s|mm|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma|inch(?:es)?|lbf?|kgf"
-    r"|(?:ozf?|lbf?|kgf?)[-_]?(?:in|ft|cm)|(?:in|ft)[-_]lbf?|percent|pct|per_?mille|promille)$",
+    r"_(rad_s|deg_s|rev_s|mm_s|um_s|mm|um|cm|kn|mn|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma"
+    r"|inch(?:es)?|lbf?|kgf|(?:ozf?|lbf?|kgf?)[-_]?(?:in|ft|cm)|(?:in|ft)[-_]lbf?|percent|pct|per_?mille|promille)$",
     re.IGNORECASE,
 )
 
@@ -103,6 +105,17 @@ def _ours(text: str) -> str | None:
         if found := SPELT.get(spelt) or _KNOWN.get(spelt):
             return found
     return None
+
+
+def unread(unit: str) -> str:
+    """How a column in one of `OTHERS` is given."""
+    factor, base = SCALED.get(unit, (0.0, ""))
+    if base:
+        return f"{unit} needs a scale: give {factor:.7g} {base} (:{base}:{factor:.7g} behind its name)"
+    return (
+        f"{unit} needs a scale: give the unit that the column is read in, and how much of it one {unit} is "
+        "(:Nm:0.024 behind its name, of per cent of 2.4 N m)"
+    )
 
 
 def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], units: tuple[str, ...]) -> None:

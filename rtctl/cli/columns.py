@@ -14,7 +14,7 @@ from hw.motion import FORCE_UNITS, LENGTH_UNITS, SPEED_UNITS
 from hw.outside import read_toml
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.text_rows import is_number
-from hw.playback.units import SPELT
+from hw.playback.units import OTHERS, SPELT, unread
 from rtctl.errors import ConfigError
 
 _LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
@@ -77,6 +77,9 @@ def tables(
 def _name_unit_scale(text: str) -> tuple[str, str, str]:
     """Parts of NAME[:UNIT[:SCALE]]; a name may hold colons, so unit and scale are told by what they are."""
     *before, last = re.split(r":(?![^\[(]*[\])])", text)  # not within brackets: `Time [hh:mm:ss]`
+    said = before[-1] if len(before) > 1 and is_number(last) else last
+    if before and (other := SPELT.get(said.lower(), said)) in OTHERS:
+        raise click.BadParameter(f"{text!r}: {unread(other)}; a column whose name ends so is said in --map")
     unit = unit_of(before[-1]) if len(before) > 1 else None
     if unit or (unit == "" and is_number(last)):  # `Axis 1::Torque` is a name
         return ":".join(before[:-1]), unit, _scale(text, last)

@@ -148,7 +148,7 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--test",
     "test_points",
     type=_File,
-    help="points to judge the fit by, in the report; its bound knows them, too",
+    help="points to judge the fit by, in the report, with the columns of POINTS; its bound knows them, too",
 )
 @click.option("--config", type=_File, help="rig file, for plausible units and the recommended gain and cap")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object with every figure, for scripts")
@@ -206,12 +206,19 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     from rtctl.friction import artefact
     from rtctl.friction.learn import grids, hold_out
 
-    read = partial(fit_points.read, points, columns, map_file, average, text_of(delimiter, decimal), lead_m)
+    read = partial(
+        fit_points.read,
+        columns=columns,
+        map_file=map_file,
+        average=average,
+        text=text_of(delimiter, decimal),
+        lead_m=lead_m,
+    )
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
         if sweep is not None:
             fit_places.tell_shift(judged, sweep, err=as_json)
-        measured = read()
+        measured = read(points)
         fit_points.tell_doubts(measured, known=True, alone=False)
         fit_judge.run(judged, measured, as_json=as_json)
         return
@@ -220,8 +227,8 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     fixed = c is not None or epsilon_nm is not None
     asked = climb or one_rung or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
-    plan = fit_report.prepare(report_dir, test_points, config, rig)
-    measured = read()
+    plan = fit_report.prepare(report_dir, test_points, config, rig, read)
+    measured = read(points)
     fit_report.require_plausible(plan, measured)
     fit_points.tell_doubts(measured, known=plan.loaded is not None, alone=strategy == "none")
     measured, plan, under = fit_learning.apart_from_load(measured, plan, held_out, by_load=by_load)

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from hw.motion import words
+from hw.motion import of_units, words
 from rtctl.cli.columns import tables, text_options
 from rtctl.cli.number import Number
+from rtctl.cli.outputs import errors_in_units_of
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -58,8 +59,10 @@ def read(
     average: Average,
     text: Mapping[str, str | None],
     lead_m: float | None = None,
+    *,
+    of_speeds: bool = True,
 ) -> FrictionPoints:
-    """The points, with every column that was measured.
+    """The points, with every column that was measured; `of_speeds`: enough for a curve of speed.
 
     Raises
     ------
@@ -69,6 +72,7 @@ def read(
         See `rtctl.friction.point_reader.read_points` and `rtctl.friction.logs.other_programs.read_mapped`."""
     from rtctl.friction.logs.other_programs import ROLES, read_mapped
     from rtctl.friction.point_reader import read_points
+    from rtctl.friction.points import require_enough
     from rtctl.recording.as_columns import register
 
     if not (columns or map_file or average != "none"):
@@ -78,9 +82,13 @@ def read(
             raise ConfigError(
                 "several files of points: say how they become one, --average file or speed, or --column ..."
             )
-        return read_points(files[0])
+        return read_points(files[0], of_speeds=of_speeds)
     register()
-    points, notes = read_mapped(files, tables(columns, map_file, ROLES), average, text, lead_m or 0.0)
+    mapped = tables(columns, map_file, ROLES)
+    with errors_in_units_of("linear" if lead_m else of_units(table.get("unit") for table in mapped.values())):
+        points, notes = read_mapped(files, mapped, average, text, lead_m or 0.0)
+        if of_speeds:
+            require_enough(points)
     for note in notes:
         click.echo(f"warning: {note}", err=True)
     return points

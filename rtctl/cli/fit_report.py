@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,9 @@ if TYPE_CHECKING:
     from rtctl.rig_file.config import LoadedConfig
 
 
+HEAD_BYTES = 4096
+"""Begin of a file of points, which names its columns."""
+
 TEST_POINTS_MIN = 2
 """Least number of points of a test: the error of a single one has no spread."""
 
@@ -29,8 +33,11 @@ class Plan:
     loaded: LoadedConfig | None
 
 
-def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: str) -> Plan:
-    """Read test points and rig file, and look whether the report may be written.
+def prepare(
+    folder: Path | None, test: Path | None, config: Path | None, rig: str, read: Callable[..., FrictionPoints]
+) -> Plan:
+    """Read test points (with `read`, as the others, unless they are in a file of our own) and rig file, and
+    look whether the report may be written.
 
     Raises
     ------
@@ -51,16 +58,19 @@ def prepare(folder: Path | None, test: Path | None, config: Path | None, rig: st
         raise DataError(
             f"{config}: is of rig {loaded.config.rig.name}, the fit of {rig}; correct --rig or --config"
         )
-    return Plan(folder, None if test is None else _test_points(test), loaded)
+    return Plan(folder, None if test is None else _test_points(test, read), loaded)
 
 
-def _test_points(path: Path) -> FrictionPoints:
+def _test_points(path: Path, read: Callable[..., FrictionPoints]) -> FrictionPoints:
     """Points to judge by, of either direction: few will do, as nothing is learned from them. Raises
     DataError."""
     from rtctl.errors import DataError
+    from rtctl.friction.point_columns import TORQUE
     from rtctl.friction.point_reader import read_points
 
-    points = read_points(path, of_speeds=False)
+    with path.open("rb") as file:
+        own = TORQUE.name.removesuffix("m").encode() in file.read(HEAD_BYTES)  # of a linear axis, too
+    points = read_points(path, of_speeds=False) if own else read((path,), of_speeds=False)
     if len(points.friction_nm) < TEST_POINTS_MIN:
         raise DataError(
             f"{path}: {len(points.friction_nm)} points, a test has at least {TEST_POINTS_MIN}; measure more "

@@ -137,7 +137,10 @@ def _remedy(against: np.ndarray, direction: np.ndarray) -> str:
     if against.all():
         return "so do all rows: turn the sign of one of the two columns (scale -1)"
     if any(np.array_equal(against, direction == one) for one in (1, -1)):
-        return "so do all rows of that direction: give friction, not its amount, the sign of the motion"
+        return (
+            "so do all rows of that direction: give friction, not its amount, the sign of the motion, and "
+            "take off what pulls one way (a weight, the zero of the torque)"
+        )
     if against.sum() <= AGAINST_FEW * len(against):
         return f"so do {against.sum()} of {len(against)} rows: drop them if the sensor had no value there"
     return (

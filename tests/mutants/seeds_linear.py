@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 HANDLE = ("tests/unit/control/test_handle.py",)
+WAVES = ("tests/unit/friction/test_waves.py",)
 CONTROL = "rtctl/control/"
 
 
@@ -42,5 +43,50 @@ SEEDS = (
         "factor = (lever_m / HANDLE_M) ** 2",
         "factor = (lever_m / HANDLE_M) ** 2 if table.motion == \"linear\" else 1.0",
         ("tests/unit/control/test_joints_of_other_sizes.py::test_a_hand_is_the_same_at_every_handle",),
+    ),
+    Seed(
+        "waves that differ by direction are taken out of the torque", "rtctl/friction/logs/waves.py",
+        " or apart > ALIKE * size", "", WAVES,
+    ),
+    Seed(
+        "a spring is a wave", "rtctl/friction/logs/waves.py",
+        "WAVES_LEAST, WAVES_MOST = 4, 200", "WAVES_LEAST, WAVES_MOST = 0.25, 200", WAVES,
+    ),
+    Seed(
+        "waves over the travel are looked for to a quarter of one", "rtctl/friction/logs/waves.py",
+        "    return float(fine[np.argmax(power(fine))])", "    return float(found)", WAVES,
+    ),
+    Seed(
+        "a weight is a torque that moves", "rtctl/friction/logs/plausibility.py",
+        "math.sqrt(max(rms**2 - float(np.mean(weights)), 0.0))", "rms", WAVES,
+    ),
+    Seed(
+        "a part at one speed tells a scale of the velocity", "rtctl/friction/logs/recorded_velocity.py",
+        "if size < EVEN_SHARE * float(read.velocity[inside].std()):", "if size < 0:",
+        ("tests/unit/friction/test_recorded_velocity.py",),
+    ),
+    Seed(
+        "the step of a position is a small one of those between its rows", "hw/playback/quantum.py",
+        "range(1, MOST_PARTS + 1)", "range(1, 1)", ("tests/unit/hw/test_quantum.py",),
+    ),
+    Seed(
+        "a unit that needs a scale is part of a name", "rtctl/cli/columns.py",
+        "if before and (other := SPELT.get(said.lower(), said)) in OTHERS:",
+        "if before and (other := SPELT.get(said.lower(), said)) is None:",
+        ("tests/unit/cli/test_columns_said.py",),
+    ),
+    Seed(
+        "a pressure is a force", "hw/playback/units.py", '"bar", "Pa", "MPa", "psi", ', "",
+        ("tests/unit/hw/test_units_said.py",),
+    ),
+    Seed(
+        "points to judge by are none but of our own files", "rtctl/cli/fit_report.py",
+        "points = read_points(path, of_speeds=False) if own else read((path,), of_speeds=False)",
+        "points = read_points(path, of_speeds=False)", ("tests/unit/cli/test_fit_points.py",),
+    ),
+    Seed(
+        "what is wrong with forces is said in newton metres", "rtctl/cli/fit_points.py",
+        'with errors_in_units_of("linear" if lead_m else', 'with errors_in_units_of("rotary" if True else',
+        ("tests/unit/cli/test_fit_points.py",),
     ),
 )  # fmt: skip

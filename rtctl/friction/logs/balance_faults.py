@@ -191,8 +191,13 @@ def _weight_text(names: tuple[str, str], weight: float, other: Fit) -> str:
 
 
 def _position_fit(balance: Balance) -> Fit:
-    x = balance.position - balance.position.mean()
-    return balance.fit(added=np.column_stack([x, np.sin(balance.position), np.cos(balance.position)]))
+    return balance.fit(added=_by_position(balance))
+
+
+def _by_position(balance: Balance) -> np.ndarray:
+    """Columns of a spring and of gravity on a turn, (n, 3)."""
+    x = balance.position / balance.signals.radian
+    return np.column_stack([x - x.mean(), np.sin(x), np.cos(x)])
 
 
 def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
@@ -200,8 +205,7 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
     other = _position_fit(balance)
     if not (other.inertia > 0 and other.coulomb > 0):
         return None
-    x = balance.position - balance.position.mean()
-    part = np.column_stack([x, np.sin(balance.position), np.cos(balance.position)]) @ other.added
+    part = _by_position(balance) @ other.added
     if np.std(part) < POSITION_SHARE * balance.spread:
         return None
     return (

@@ -15,7 +15,7 @@ from rtctl.friction.logs.log_points import points_of_logs
 from rtctl.friction.logs.other_programs import read_mapped
 from rtctl.friction.outliers import without_outliers
 from rtctl.friction.point_reader import read_points
-from rtctl.friction.points import FrictionPoints
+from rtctl.friction.points import FrictionPoints, require_enough
 from rtctl.rig_file.fields import Table
 from rtctl.rig_file.mistakes import fault_lines
 from rtctl.rig_file.toml_lines import read_toml
@@ -87,6 +87,7 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
         files = [file for pattern in one.runs for file in _found(pattern, folder)]
         marks = {"delimiter": None, "decimal": None}
         points, notes = _readable(files, lambda some: read_mapped(some, one.columns, "file", marks))
+        require_enough(points)
     else:
         files = [file for pattern in one.logs for file in _found(pattern, folder)]
         unknown = sorted(set(one.columns) - set(ROLES))

@@ -18,6 +18,7 @@ from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
 from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
 from rtctl.friction.logs.torque_shape import bent, drifting
+from rtctl.friction.logs.waves import without_waves
 
 LOWER_CUTOFF = 0.4
 """Share of the cut-off at which noise of the acceleration is a tenth of what it was."""
@@ -161,7 +162,9 @@ def _gained_by_lower_cutoff(
     is far less, whatever makes it."""
     cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
     try:
-        lower = pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
+        lower = without_waves(
+            pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
+        )
     except DataError:
         return 0.0  # too short for it
     v = lower.velocity_rad_s[lower.sliding]

@@ -29,6 +29,7 @@ from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, o
 from rtctl.friction.logs.taken_off import taken_off
 from rtctl.friction.logs.torque_shape import with_share
 from rtctl.friction.logs.two_shares import with_share_of_two
+from rtctl.friction.logs.waves import without_waves
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.presliding import Presliding
 
@@ -105,7 +106,7 @@ def read_in_time(
         for stretches in logs:
             with of_file(Path(stretches[0].source)):
                 found.append(of_stretches(stretches, cutoff, slowest))
-        pool = pooled(found)
+        pool = without_waves(pooled(found))
         return replace(pool, inertia_short=coarseness(logs, pool, slowest))
 
     def looked_at(

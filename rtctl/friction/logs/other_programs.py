@@ -30,7 +30,7 @@ from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError, of_file
 from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
 from rtctl.friction.point_columns import COLUMNS
-from rtctl.friction.points import FrictionPoints, require_enough
+from rtctl.friction.points import FrictionPoints
 
 Average = Literal["none", "file", "speed"]
 
@@ -122,8 +122,7 @@ def read_mapped(
     ConfigError
         A table that cannot be.
     DataError
-        A file that cannot be read, friction that points against the motion, a run that is not steady, too few
-        points."""
+        A file that cannot be read, friction that points against the motion, a run that is not steady."""
     columns = _columns(tables)
     motion = "linear" if lead_m else of_units(table.get("unit") for table in tables.values())
     parts = []
@@ -157,7 +156,6 @@ def read_mapped(
             whole.columns,
             lambda row: f"{source}: row {row + 1}",
         )
-    require_enough(points)
     return replace(points, motion=motion), notes
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,11 +21,8 @@ if TYPE_CHECKING:
 BEYOND = 1.25
 """A log may go beyond a limit of the rig file by this factor: noise, a hand quicker than the motor."""
 
-TRAVEL_SLACK_RAD = 0.05
+TRAVEL_SLACK_RAD, TRAVEL_SLACK_M = 0.05, 0.005
 """By how much a log may leave the travel: stops give way."""
-
-TRAVEL_SLACK_M = 0.005
-"""By how much a log of a linear axis may leave the travel."""
 
 TORQUE_SHARE_MIN = 1e-3
 """Torque below this share of the rig's limit moves no joint that has friction."""
@@ -39,7 +37,6 @@ INERTIA_FACTOR, INERTIA_SURELY = 1.5, 1.15
 """An inertia further from that of the rig file is worth a word: whatever its interval, and where that leaves
 the rig file's out."""
 
-
 HARDLY_KNOWN = 0.5
 """Half width of the inertia's interval, share of it, from which on the motion is said not to tell it."""
 
@@ -48,7 +45,6 @@ STEADY_SHARE = 0.1
 
 OFFSET_SHARE = 0.1
 """An offset of a motor torque above this share of the Coulomb friction is worth a word."""
-
 
 FRICTION_SHARE = 0.42
 """Friction at the largest speed below this share of the torque, RMS, is worth a word: that of geared joints
@@ -164,9 +160,9 @@ def _doubtful_motion(log: AxisLog, limits: Limits) -> list[str]:
     speed = largest_speed(log.position_rad, log.rate_hz)
     if speed > limits.doubtful_rad_s:
         told.append(
-            f"{log.source}: column position: {speed:.3g} rad/s is quick for a joint that a hand moves: is "
-            "it in deg, or of the motor before the gear (scale 1/ratio)? Correct it, or give --config RIG, "
-            "whose limits count then"
+            f"{log.source}: column position: {speed:.3g} rad/s is quick for what a hand moves: is "
+            "it in deg or mm, or of the motor before the gear (scale 1/ratio)? Correct it, or give --config "
+            "RIG, whose limits count then"
         )
     if len(x) > 100 and np.ptp(x) > 2 * COUNTS_LEAST and np.all(x == np.round(x)):
         raise DataError(
@@ -201,8 +197,8 @@ def _require_motion(log: AxisLog, limits: Limits) -> None:
     if speed > limits.speed_rad_s:
         raise DataError(
             f"{log.source}: column position: {speed:.3g} rad/s is not plausible (at most "
-            f"{limits.speed_rad_s:.4g} for {limits.source}); correct the unit of the position (deg, counts) "
-            "or of the time; of a motor before a gear it is what the scale 1/ratio makes of it"
+            f"{limits.speed_rad_s:.4g} for {limits.source}); correct the unit of the position (deg, mm, "
+            "counts) or of the time; of a motor before a gear it is what the scale 1/ratio makes of it"
         )
     low, high = limits.travel_rad
     if x.min() < low or x.max() > high:
@@ -260,8 +256,8 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
         return told
     return (
         *told,
-        f"the inertia, {inertia:.3g} kg m^2, is much for a joint that a hand moves: correct the unit of the "
-        "torque (mN m?), of the position (deg, rev, counts) or of the time, or give --config RIG, which "
+        f"the inertia, {inertia:.3g} kg m^2, is much for what a hand moves: correct the unit of the "
+        "torque (mN m?), of the position (deg, mm, counts) or of the time, or give --config RIG, which "
         "counts then",
     )
 
@@ -269,15 +265,17 @@ def doubtful_parameters(fit: JointFit, limits: Limits) -> tuple[str, ...]:
 def doubtful_friction(fit: JointFit) -> tuple[str, ...]:
     """Little friction: what is called torque may have it taken off already."""
     found, rms = fit.symmetric.parameters, fit.symmetric.rms_nm / max(fit.symmetric.relative_error, 1e-12)
+    weights = [found[each.parameter].value ** 2 for each in fit.offsets]
+    rms = math.sqrt(max(rms**2 - float(np.mean(weights)), 0.0))  # what pulls moves nothing
     speed = max(each.highest_rad_s for each in fit.speeds)
     friction = found["coulomb_nm"].value + max(0.0, found["viscous_nms_rad"].value) * speed
     if friction > FRICTION_SHARE * rms:
         return ()
     return (
         f"little of the torque is friction ({friction:.3g} N m at {speed:.3g} rad/s, the torque is "
-        f"{rms:.3g} N m RMS): a joint on air, or a column that has the friction taken off already (a drive "
-        "that compensates it, an observer's torque of the load); map the current or the torque that the "
-        "motor made",
+        f"{rms:.3g} N m RMS about its offset): a joint on air, or a column that has the friction taken off "
+        "already (a drive that compensates it, an observer's torque of the load); map the current or the "
+        "torque that the motor made",
     )
 
 

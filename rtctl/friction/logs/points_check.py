@@ -105,13 +105,13 @@ def _doubtful_units(points: FrictionPoints) -> list[str]:
     told = []
     if speed > usual.doubtful_rad_s:
         told.append(
-            f"{points.source}: {speed:.3g} rad/s is quick for a joint that a hand moves: is the velocity in "
-            "rpm or deg/s, or of the motor before the gear? Correct its unit or scale, or give --config "
-            "RIG, whose limits count then"
+            f"{points.source}: {speed:.3g} rad/s is quick for what a hand moves: is the velocity in "
+            "rpm or deg/s, or of the motor before the gear? Correct its unit or scale, or give "
+            "--config RIG, whose limits count then"
         )
     if torque > usual.doubtful_nm:
         told.append(
-            f"{points.source}: {torque:.3g} N m of friction is much for a joint that a hand moves: is the "
+            f"{points.source}: {torque:.3g} N m of friction is much for what a hand moves: is the "
             "torque in mN m, or a current? Correct its unit or scale, or give --config RIG, whose limits "
             "count then"
         )

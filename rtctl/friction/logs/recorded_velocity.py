@@ -20,6 +20,9 @@ SCALE_MAX = 0.03
 PARTS, CHANGE_MAX = 3, 0.03
 """Parts of a log in which it is held against the position, and largest change of its scale between them."""
 
+EVEN_SHARE = 0.1
+"""Least by which the velocity of a part varies, share of the whole's."""
+
 RESIDUAL_MAX = 0.2
 """Largest part of it, RMS, that the position does not explain."""
 
@@ -30,8 +33,10 @@ UNITS = {
     "deg/s": 180 / math.pi,
     "rev/s": 0.5 / math.pi,
     "rpm": 30 / math.pi,
+    "mrad/s": 1e3,
     "the position's in deg": math.pi / 180,
     "the position's in rev": 2 * math.pi,
+    "the position's in mrad": 1e-3,
 }
 """Scale that a unit taken for rad/s (or rad) gives."""
 
@@ -191,10 +196,12 @@ def _changing(read: _Read, velocity: np.ndarray, inside: slice, free: float, gra
         matrix = np.column_stack([read.velocity[rows], np.ones(len(rows))])
         found = np.linalg.lstsq(matrix, velocity[rows], rcond=1e-9)[0]
         rest, size = float((velocity[rows] - matrix @ found).std()), float(read.velocity[rows].std())
+        if size < EVEN_SHARE * float(read.velocity[inside].std()):
+            continue  # a part at one speed tells a zero as well as a scale
         scales.append(float(found[0]))
         chance = rest / max(size, 1e-300) / math.sqrt(max(1.0, free / PARTS))
         errors.append(math.hypot(chance, 0.5 * grain_rad_s / max(size, 1e-300)))
-    if max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):
+    if not scales or max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):
         return ""
     return (
         "the position's scale drifts against it: its derivative is "

@@ -180,7 +180,7 @@ def much(signal: np.ndarray, where: str) -> str:
             "the scale (NAME:Nm:SCALE), or --config RIG, whose limits count then"
         )
     return (
-        f"{where}: {largest:.3g} N m is much for a joint that a hand moves: is it in mN m, percent or "
+        f"{where}: {largest:.3g} N m is much for what a hand moves: is it in mN m, percent or "
         "per mille of the rated one? Correct its unit, or give --config RIG, whose limits count then"
     )
 

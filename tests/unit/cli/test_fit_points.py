@@ -2,12 +2,15 @@
 
 import json
 import sys
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from rtctl.__main__ import main
+from rtctl.cli import fit_points
+from rtctl.cli.fit_report import prepare
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.other_programs import read_mapped
 from rtctl.friction.point_reader import read_points
@@ -206,3 +209,26 @@ def test_a_spline_alone_on_few_speeds_is_warned_of(monkeypatch, capsys, tmp_path
     code, said = fitted(monkeypatch, capsys, tmp_path / "p.csv", "--C", "10", "--out", tmp_path / "m.json")
     assert code == 0
     assert ("only 9 speeds in a direction" in said.err) is told
+
+
+def test_points_to_judge_by_have_the_columns_of_the_others_or_are_a_file_of_our_own(tmp_path):
+    read = partial(
+        fit_points.read, columns=("velocity=v:mm/s", "torque=F:N"), map_file=None, average="none", text=TEXT
+    )
+    foreign, own = tmp_path / "test.csv", tmp_path / "own.csv"
+    foreign.write_text("v,F\n10,30.2\n-20,-31\n")
+    own.write_text("velocity_m_s,friction_torque_n\n0.01,30.2\n-0.02,-31\n")
+    for path in (foreign, own):
+        test = prepare(tmp_path / "report", path, None, "x", read).test
+        assert test is not None
+        assert (test.motion, *test.velocity_rad_s) == ("linear", 0.01, -0.02)
+
+
+def test_what_is_wrong_with_forces_is_said_in_their_units_with_the_weight(tmp_path):
+    path = tmp_path / "lift.csv"
+    path.write_text(
+        "v,F\n" + "\n".join(f"{v},{150 + 30 * (v > 0) - 30 * (v < 0)}" for v in range(-9, 10) if v)
+    )
+    said = r"120 N points against the motion \(-9 mm/s.*take off what pulls one way \(a weight"
+    with pytest.raises(DataError, match=said):
+        fit_points.read((path,), ("velocity=v:mm/s", "torque=F:N"), None, "none", TEXT)

@@ -130,3 +130,13 @@ def test_a_position_whose_scale_drifts_against_the_velocity_is_told():
     told = "".join(text for text in regressors(drifted).warnings if "drifts" in text)
     assert "its derivative is 0.967, 0.999, 1.03 times the velocity" in told
     assert not any("drifts" in text for text in regressors(recorded).warnings)
+
+
+def test_a_part_at_one_speed_tells_no_scale():
+    t = np.arange(15_000) / RATE_HZ
+    own = sum(a * k * np.cos(k * t) for a, k in SINES)
+    v = np.where((t > 9.5) & (t < 20.5), 0.3, own)
+    x = np.round(np.cumsum(v) / RATE_HZ / 1e-4) * 1e-4
+    noise = np.random.default_rng(2).normal(0, 1e-5, len(t))
+    told = regressors(AxisLog(RATE_HZ, x, 0.25 * np.sign(v), "log.csv", "0", v + noise)).warnings
+    assert not any("drifts" in text for text in told)

@@ -1,0 +1,89 @@
+"""Waves of the torque over the position: cogging of a linear motor over the pitch of its magnets, ripple of a
+screw's lead, of a gear or of a belt's teeth.
+
+They belong to no parameter, and of even strokes they are most of what looks like an acceleration. Where they
+are plainly there, alike in both directions, they are taken out of balance and points (decision 0131)."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.dynamics import SAMPLES_MIN
+from rtctl.friction.logs.regressors import Regressors
+
+WAVES_LEAST, WAVES_MOST = 4, 200
+"""Fewest waves over the whole travel that are told from a spring or gravity, and most that are tried."""
+
+TRIES_A_WAVE = 4
+"""Steps of the number of waves in which they are tried."""
+
+TAKEN_RATIO = 0.7
+"""Share of what is left over, RMS, to which it must fall with the waves."""
+
+LEFT_LEAST = 0.025
+"""Share of the torque left over below which none are sought."""
+
+ROWS_MOST = 20_000
+"""Most rows, of a long log, by which they are sought."""
+
+ALIKE = 0.5
+"""Most by which waves may differ between the directions, share of them: a joint that trembles has none that
+are alike."""
+
+
+def without_waves(signals: Regressors) -> Regressors:
+    """The signals without the waves that their torque has over the position; their warnings say so."""
+    balance = Balance.of(signals)
+    if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
+        return signals  # the fit itself says what is missing
+    plain, travel = balance.fit(), float(np.ptp(balance.position))
+    if plain.rest <= LEFT_LEAST * balance.spread or not travel > 0:
+        return signals
+    per_travel = _strongest(balance, travel)
+    number = 2 * np.pi * per_travel / travel
+    columns = _columns(number, balance.position, balance.velocity, signals.cutoff_hz)
+    with_waves = balance.fit(added=columns)
+    ways = [balance.fit(added=columns, rows=balance.velocity * way > 0).added for way in (1, -1)]
+    apart, size = (float(np.hypot(*each)) for each in (ways[0][:2] - ways[1][:2], with_waves.added[:2]))
+    if with_waves.rest > TAKEN_RATIO * plain.rest or apart > ALIKE * size:
+        return signals
+    everywhere = _columns(number, signals.position_rad, signals.velocity_rad_s, signals.cutoff_hz)
+    told = (
+        f"{signals.source}: the torque has waves over the position, every {travel / per_travel:.3g} rad, of "
+        f"{size:.3g} N m and alike in both directions (magnets of a motor, the ripple of a gear or screw, "
+        "teeth of a belt): they are taken out of the balance and of the points; a model of them is learned "
+        "of a slow two-way sweep (rtctl fit --sweep)"
+    )
+    return replace(
+        signals,
+        torque_nm=signals.torque_nm - everywhere @ with_waves.added,
+        warnings=(*signals.warnings, told),
+    )
+
+
+def _strongest(balance: Balance, travel: float) -> float:
+    """Number of waves over the travel that explain most of what is left over, to a hundredth."""
+    rest = balance.residual()
+
+    every = max(1, len(rest) // ROWS_MOST)
+    turn, rest = 2j * np.pi * balance.position[::every] / travel, rest[::every]
+
+    def power(tried: np.ndarray) -> list[float]:
+        return [abs(complex(np.exp(turn * each) @ rest)) for each in tried]
+
+    coarse = np.arange(WAVES_LEAST * TRIES_A_WAVE, WAVES_MOST * TRIES_A_WAVE) / TRIES_A_WAVE
+    found = coarse[np.argmax(power(coarse))]
+    fine = found + np.linspace(-1, 1, 2 * 100 // TRIES_A_WAVE + 1) / TRIES_A_WAVE
+    return float(fine[np.argmax(power(fine))])
+
+
+def _columns(number: float, position: np.ndarray, velocity: np.ndarray, cutoff_hz: float) -> np.ndarray:
+    """Sine and cosine of the wave and of its half, (n, 4), as the low-pass leaves them at that speed."""
+    made = []
+    for times in (1, 2):
+        gain = 1 / (1 + (velocity * times * number / (2 * np.pi * cutoff_hz)) ** 4)  # of `dynamics.smooth`
+        made += [gain * np.sin(times * number * position), gain * np.cos(times * number * position)]
+    return np.column_stack(made)
