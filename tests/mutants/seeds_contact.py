@@ -20,8 +20,12 @@ SEEDS = (
     ),
     Seed(
         "the world's torque is followed at once at rest", "rtctl/control/resting.py",
-        "_taken_in(s.calm_world_nm[axis], world, share)", "_taken_in(s.calm_world_nm[axis], world, 1.0)",
+        "share * (world - s.calm_world_nm[axis])", "(world - s.calm_world_nm[axis])",
         RESTING,
+    ),
+    Seed(
+        "a torque of the world that is no number stays", "rtctl/control/resting.py",
+        "        s.calm_world_nm[axis] = 0.0\n", "        pass\n", RESTING,
     ),
     Seed(
         "the law forgets the world as it asks where the joint is pushed", "rtctl/control/law.py",

@@ -67,8 +67,8 @@ SEEDS = (
     Seed(
         "a resting joint follows the hand through one low-pass",
         "rtctl/control/resting.py",
-        "_taken_in(s.calm_hand_nm[axis], hand, share)",
-        "_taken_in(s.calm_hand_nm[axis], hand, 1.0)",
+        "before + share * (hand - before)",
+        "before + 1.0 * (hand - before)",
         RESTING,
     ),
     Seed(
