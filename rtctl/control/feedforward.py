@@ -128,23 +128,23 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
 
 @compiled
 def wished_push(s: Record, p: Record, axis: int) -> float:
-    """What the intent follows, N m: at rest the hand's torque, under `hybrid` on a joint that slides its
-    motion, tau_g at its end, and in a turn from there to the hand's as `blend`.
+    """What the intent follows, N m: the hand's torque; under `hybrid` at rest that of hand and coupling, on a
+    joint that slides its motion, tau_g at its end, and in a turn from there to that push as `blend`.
 
-    With the hand's alone an intent that a ring had turned waited behind the motion, and the help stepped over
-    to it whenever the ring's speed passed zero.
-
-    Of a virtual mass the way it goes, tau_g at v_b. A mass that leans on a world stands: its hand has what it
-    asked for already, and help would push the joint on into the world, up to the servo's spring."""
+    With the push alone an intent that a ring had turned waited behind the motion: help stepped over to it as
+    the ring's speed passed zero. With the hand's alone help held who leans on a world in it until the joint
+    slid, then stepped by 2 F. Of a virtual mass the way it goes: one that leans stands, as its hand asked."""
     if is_admittance(s, axis):
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
-    hand = s.calm_hand_nm[axis]
-    if p.friction_policy[axis] != _HYBRID or is_bent(s, p, axis):
-        return hand
+    if p.friction_policy[axis] != _HYBRID:
+        return s.calm_hand_nm[axis]
+    push = s.calm_hand_nm[axis] + s.calm_world_nm[axis]
+    if is_bent(s, p, axis):
+        return push
     way = s.friction_stop[axis] * p.friction_intent_nm[axis]
     if slides_on(s, p, axis):
         return way
-    return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])
+    return blend(s.velocity_rad_s[axis], way, push, p.friction_blend_rad_s[axis])
 
 
 @compiled

@@ -93,7 +93,7 @@ def step(
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
         t.environment_kind[axis] = s.world_kind[axis]
         # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
-        advance_rest(s, p, axis, t.hand_torque_nm[axis])
+        advance_rest(s, p, axis, t.hand_torque_nm[axis], s.authority * t.coupling_torque_nm[axis])
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
         observe_friction(t, s, p, axis, elapsed)

@@ -397,6 +397,7 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "rest_ticks": (),  # ticks since then
             "bent_ticks": (),  # ticks since it last slid
             "calm_hand_nm": (),  # hand torque, low-passed while the joint rests
+            "calm_world_nm": (),  # and that of the coupling
             "bristle_share": (),  # h: deflection of the credited bristles over their length, -1..1
             "friction_credit_j": (),  # what dry friction took out in the last period
             "friction_seen_nm": (2,),  # friction seen in sliding, forward and backward

@@ -83,8 +83,9 @@ def _moves_on(s: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
-def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
-    """Count the ticks of rest, and take the hand's torque in, N m; what is not finite is so for one tick."""
+def advance_rest(s: Record, p: Record, axis: int, hand: float, world: float) -> None:
+    """Count the ticks of rest, and take the torques of hand and coupling in, N m. A hand's that is not finite
+    is so for one tick, a coupling's is none."""
     moved = s.position_rad[axis] - s.rest_position_rad[axis]
     if abs(moved) <= max(REST_COUNTS * p.count_rad[axis], REST_SHARE * p.presliding_rad[axis]):
         s.rest_ticks[axis] += 1
@@ -97,7 +98,11 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float) -> None:
     if not math.isfinite(before):
         before = 0.0
     advance_pace(s, p, axis)
-    s.calm_hand_nm[axis] = before + while_bent(s, p, axis, 1.0, 1.0) * (hand - before)
+    share = while_bent(s, p, axis, 1.0, 1.0)
+    s.calm_hand_nm[axis] = before + share * (hand - before)
+    s.calm_world_nm[axis] += share * (world - s.calm_world_nm[axis])
+    if not math.isfinite(s.calm_world_nm[axis]):
+        s.calm_world_nm[axis] = 0.0
 
 
 @compiled

@@ -75,7 +75,7 @@ def account(
         for axis in range(len(t.position_rad)):
             dx = t.position_rad[axis] - s.position_rad[axis]
             s.position_rad[axis] = t.position_rad[axis]
-            advance_rest(s, p, axis, t.hand_torque_nm[axis])
+            advance_rest(s, p, axis, t.hand_torque_nm[axis], t.coupling_torque_nm[axis])
             credit_friction(s, p, model[axis], axis, dx, 1, t.velocity_rad_s[axis])
             keep_assistance(s, p, axis, dx, 1, t.velocity_rad_s[axis], True)
             observe_friction(t, s, p, axis, 1)

@@ -67,8 +67,8 @@ SEEDS = (
     Seed(
         "a resting joint follows the hand through one low-pass",
         "rtctl/control/resting.py",
-        "+ while_bent(s, p, axis, 1.0, 1.0) *",
-        "+ 1.0 *",
+        "before + share * (hand - before)",
+        "before + 1.0 * (hand - before)",
         RESTING,
     ),
     Seed(
@@ -214,8 +214,8 @@ SEEDS = (
     Seed(
         "the ring of a hand leads the help in a quick turn",
         "rtctl/control/feedforward.py",
-        "return blend(s.velocity_rad_s[axis], way, hand, p.friction_blend_rad_s[axis])",
-        "return hand",
+        "return blend(s.velocity_rad_s[axis], way, push, p.friction_blend_rad_s[axis])",
+        "return push",
         PACE,
     ),
     Seed(

@@ -54,7 +54,7 @@ def test_nor_does_it_rest(linear):
     rig = made(linear, bristle_share=1.0, velocity_rad_s=BETWEEN * CREEP_RAD_S)
     for k in range(2 + round(BENT_S / T)):
         rig.state["position_rad"] = 1e-3 * k
-        advance_rest(rig.state[0], rig.params[0], 0, 0.0)
+        advance_rest(rig.state[0], rig.params[0], 0, 0.0, 0.0)
     assert is_bent(rig.state[0], rig.params[0], 0) != linear
 
 

@@ -151,9 +151,9 @@ def test_a_ring_opens_it_on_a_joint_that_slides_as_far_as_its_mean_pushes(pace_r
     assert gate == pytest.approx(1.0, abs=1e-3) if push_nm else gate < MEAN_TIMES * 2.0 / 35
 
 
-def direction(rig, ticks, hand_nm, bristle_share=None, stop=None):
-    """Where the intent leads after so many ticks of this torque of the hand, -1 to 1."""
-    rig.state["calm_hand_nm"] = hand_nm
+def direction(rig, ticks, hand_nm, bristle_share=None, stop=None, world_nm=0.0):
+    """Where the intent leads after so many ticks of these torques of hand and coupling, -1 to 1."""
+    rig.state["calm_hand_nm"], rig.state["calm_world_nm"] = hand_nm, world_nm
     if bristle_share is not None:
         rig.state["bristle_share"] = bristle_share
     if stop is not None:
@@ -175,7 +175,18 @@ INTENT = of_rows(_advance)
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_on_a_joint_that_slides_the_intent_is_its_motion_whatever_the_hand_does(pace_rad_s, way):
     rig = moved(pace_rad_s)
-    assert direction(rig, 100, -way * 0.2, way, way) == pytest.approx(way)
+    assert direction(rig, 100, -way * 0.2, way, way, -way * 0.3) == pytest.approx(way)
+
+
+@pytest.mark.parametrize("world_nm", [0.0, -0.15, -0.2, -0.35])
+@pytest.mark.parametrize("ticks", [0, round(BENT_S / T) + 1])
+def test_who_leans_on_a_world_is_helped_where_both_push_the_joint(world_nm, ticks):
+    """Helped by the hand's torque alone it was pushed into a wall that had long thrown the hand back."""
+    rig = moved(0.0, bristle_share=0.5)
+    rig.state["bent_ticks"] = ticks
+    assert direction(rig, 3000, 0.2, world_nm=world_nm) == pytest.approx((0.2 + world_nm) / 0.05, abs=1e-6)
+    rig = moved(0.0, bristle_share=0.5, friction_policy=int(Policy.INTENT))
+    assert direction(rig, 3000, 0.2, world_nm=world_nm) == pytest.approx(0.2 / 0.05)
 
 
 def test_in_the_turn_of_a_slow_hand_it_goes_over_as_slowly_as_at_rest_and_without_a_step():

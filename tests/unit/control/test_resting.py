@@ -51,7 +51,7 @@ def seen_at(rig, positions_rad, hand_nm=0.0, bristle_share=1.0, velocity_rad_s=0
     rig.state["bristle_share"], rig.state["velocity_rad_s"] = bristle_share, velocity_rad_s
     for position in positions_rad:
         rig.state["position_rad"][0, 0] = position
-        REST(rig.state, rig.params, 0, hand_nm)
+        REST(rig.state, rig.params, 0, hand_nm, 0.0)
     return followed(rig, QUICK)
 
 
@@ -157,7 +157,7 @@ def ripple_of(rig, read, hz):
     values = []
     for tick in range(LONG):
         hand = 0.005 * (1 + math.sin(2 * math.pi * hz * tick * T))
-        REST(rig.state, rig.params, 0, hand)
+        REST(rig.state, rig.params, 0, hand, 0.0)
         values.append(read(rig, hand))
     return float(np.ptp(values[-round(1 / (hz * T)) :])) / 2
 
@@ -192,6 +192,17 @@ def test_no_number_is_motion_and_lasts_for_one_tick():
     assert math.isnan(rig.state["calm_hand_nm"][0, 0])
     seen_at(rig, [1.0], hand_nm=0.1)
     assert rig.state["calm_hand_nm"][0, 0] == 0.1, "the next number counts at once"
+
+
+def test_the_torque_of_the_world_is_taken_in_as_the_hands():
+    rig = made()
+    rig.state["bristle_share"] = 1.0
+    for world_nm, seen_nm in ((0.3, 0.3), (math.nan, 0.0), (-0.2, -0.2)):
+        REST(rig.state, rig.params, 0, 0.0, world_nm)
+        assert rig.state["calm_world_nm"][0, 0] == pytest.approx(seen_nm)
+    rig.state["bent_ticks"] = LONG
+    REST(rig.state, rig.params, 0, 0.0, 0.3)
+    assert rig.state["calm_world_nm"][0, 0] == pytest.approx(-0.2 + 0.5 * SLOW)
 
 
 @pytest.mark.parametrize(
