@@ -227,7 +227,7 @@ SEEDS = (
     Seed(
         "a velocity of which the scale drifts is right",
         "rtctl/friction/logs/recorded_velocity.py",
-        "if max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):",
+        "if not scales or max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):",
         "if max(scales) - min(scales) <= 1e9:",
         ("tests/unit/friction/test_recorded_velocity.py",),
     ),
