@@ -37,4 +37,4 @@ def test_one_torque_mapped_twice_or_seen_from_both_sides_is_refused():
 def test_what_a_drive_counts_in_is_no_torque():
     with pytest.raises(DataError, match=r"whole numbers up to 800, read as N m.*:Nm:SCALE"):
         much(np.round(1000 * TORQUE), "log")
-    assert "much for a joint" in much(100 * TORQUE, "log")
+    assert "much for what a hand" in much(100 * TORQUE, "log")
