@@ -228,11 +228,7 @@ SEEDS = (
         "a velocity of which the scale drifts is right",
         "rtctl/friction/logs/recorded_velocity.py",
         "if not scales or max(scales) - min(scales) <= max(CHANGE_MAX, SURELY * math.hypot(*errors)):",
-<<<<<<< HEAD
         "if not scales or max(scales) - min(scales) <= 1e9:",
-=======
-        "if max(scales) - min(scales) <= 1e9:",
->>>>>>> carriage
         ("tests/unit/friction/test_recorded_velocity.py",),
     ),
     Seed(
