@@ -133,7 +133,7 @@ def _exit_code() -> int:
         where = f"{error.filename}: " if error.filename else ""
         report(RtctlError(f"{where}{error.strerror or error}"), as_json="--json" in sys.argv)
         return 1
-    except Exception:
+    except Exception:  # whatever a library makes of Ctrl-C; anything else goes on as it is
         if not _interrupts:
             raise
         return _interrupted()

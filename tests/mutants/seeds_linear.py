@@ -50,11 +50,11 @@ SEEDS = (
     ),
     Seed(
         "a spring is a wave", "rtctl/friction/logs/waves.py",
-        "WAVES_LEAST, WAVES_MOST = 4, 200", "WAVES_LEAST, WAVES_MOST = 0.25, 200", WAVES,
+        "WAVES_LEAST, WAVES_MOST = 4, 200", "WAVES_LEAST, WAVES_MOST = 0, 200", WAVES,
     ),
     Seed(
         "waves over the travel are looked for to a quarter of one", "rtctl/friction/logs/waves.py",
-        "    return float(fine[np.argmax(power(fine))])", "    return float(found)", WAVES,
+        "np.linspace(-1, 1, 2 * 100 // TRIES_A_WAVE + 1)", "np.zeros(1)", WAVES,
     ),
     Seed(
         "a weight is a torque that moves", "rtctl/friction/logs/plausibility.py",
