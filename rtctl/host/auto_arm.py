@@ -22,8 +22,10 @@ class AutoArm:
             return
         state, epoch = State(int(rows["state"][-1])), int(rows["epoch"][-1])
         self._epoch = epoch if self._epoch < 0 else self._epoch
+        # a stop or a fault has raised the epoch: to arm again would undo it
         if state not in (State.INIT, State.IDLE) or epoch != self._epoch:
             self._asked = -1.0
+        # used up in the tick that sees it: one that came too early is lost (docs/protocol.md)
         elif state == State.IDLE and time.monotonic() - self._asked > 0.2:
             self._asked = time.monotonic()
             host.arm(epoch)

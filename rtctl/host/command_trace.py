@@ -35,10 +35,12 @@ class CommandTrace:
         if len(fresh) == 0:
             return self._none
         found = []
+        # commands replaced before the loop looked were never in force: dropped, not counted
         while self._sent and self._sent[0]["seq"][0] <= fresh[-1]:
             command = self._sent.popleft()
             if command["seq"][0] in fresh:
                 found.append(command)
+        # in force, but gone from the writer's bounded queue: a replay of these ticks would not be exact
         self.lost += len(fresh) - len(found)
         self._in_force = int(fresh[-1])
         if found:

@@ -77,10 +77,12 @@ class FlightRecorder:
         self._log = EventLog(folder)
         self._queue: queue.Queue[_Item] = queue.Queue(QUEUE_ITEMS)
         self._last: Event = {"tick": -1, "epoch": 0}
+        # a virtual clock begins at 0; until the first tick there is no other time for `started`
         self._time_ns = 0 if rig.virtual else time.monotonic_ns()
         self._crowded = self._incidents = self._incidents_lost = 0
         self._incident_error: str | None = None
         self._put([self._event("started", pid=os.getpid(), **self._about)])
+        # daemon: a write that hangs in the kernel must not keep the process
         self._thread = threading.Thread(target=self._work, name="flight-recorder", daemon=True)
         self._thread.start()
 
@@ -88,6 +90,7 @@ class FlightRecorder:
         """Take the next ticks, in order; returns their events. Never waits."""
         if len(rows) == 0:
             return []
+        # filtered before incidents are cut, so that file and log tell the same events
         events = self._chatter(self._detector.detect(rows))
         self._time_ns = int(rows["time_ns"][-1])
         self._last = {"tick": int(rows["tick"][-1]), "epoch": int(rows["epoch"][-1])}
@@ -131,9 +134,11 @@ class FlightRecorder:
             return
         cause = "" if error is None else f"{type(error).__name__}: {error}".rstrip(": ")
         ended = self._event("ended", cause=cause)
+        # Ctrl-C is how a run is ended, and no incident
         died = None if error is None or isinstance(error, KeyboardInterrupt) else ended
         for incident in self._capture.flush(died):
             self._put(incident)
+        # before `ended`, which is the last line of a run
         self._put([{**self._event(""), **rest} for rest in self._chatter.flush()])
         self._put([ended])
         try:
@@ -199,7 +204,7 @@ class FlightRecorder:
             return
         self._incidents += 1
         self._incident_error = None
-        same = {
+        same = {  # the trigger's time, not that of the writing: the log's line and the file can be joined
             name: incident.trigger[name] for name in ("timestamp", "monotonic_s", "session", "tick", "epoch")
         }
         self._log.append([{**same, "event": "incident", "file": str(path), "ticks": len(incident.ticks)}])

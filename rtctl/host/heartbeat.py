@@ -28,6 +28,7 @@ def promised_ticks(config: Config) -> int:
     clock)."""
     if config.loop.clock == "virtual":
         return 0
+    # in ticks: the law has no clock but its grid, and a replay none at all
     return round((LENIENT_S if config.may_be_late else SILENCE_S) * config.loop.rate_hz)
 
 
@@ -50,6 +51,7 @@ class Heartbeat:
         if now_s < self._next_s:
             return
         self._next_s = now_s + BEAT_S
+        # the command goes whole: a beat repeats what is in force, counters and all
         command = self._writer.command
         command["beat_ticks"] = self._ticks
         command["beat_count"] += 1

@@ -24,6 +24,7 @@ class LoopGuard:
 
     def __init__(self, loaded: LoadedConfig, loop: LoopProcess, memory: Memory, period_s: float) -> None:
         motor = not loaded.config.simulated
+        # without real-time rights a late loop is ordinary, and no reason to cut the torque
         rights = loaded.config.loop.realtime in ("require", "prefer")
         self._watch = StallWatch(period_s, motor=motor, punctual=motor and rights)
         self._loop, self._memory = loop, memory
@@ -40,6 +41,7 @@ class LoopGuard:
         head, loop = int(self._memory.header[0]["head"]), self._loop
         excused = loop.opening or loop.ended is not None or self._virtual
         verdict = self._watch.look(head, time.monotonic(), excused=excused)
+        # asked of a silent loop only: `dying` opens a file of /proc
         dying = self._watch.is_silent and loop.dying
         if (dying or verdict) and self._told_at != head and self._stop is not None:
             self._told_at = head  # once a silence

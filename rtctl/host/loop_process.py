@@ -42,11 +42,14 @@ def is_dying(pid: int) -> bool:
     except OSError:  # no descriptors left: nothing is known
         return False
     try:
+        # the name stands in brackets and may hold spaces and brackets itself: count from the last one
+        # (proc(5))
         state, *rest = os.read(descriptor, 4096).decode("ascii", "replace").rpartition(")")[2].split()
-    except OSError:
+    except OSError:  # ESRCH: reaped between open and read
         return True
     finally:
         os.close(descriptor)
+    # Z: ended and not reaped yet; X: being removed
     return state in "ZX" or bool(int(rest[_FLAGS]) & _PF_EXITING)
 
 
@@ -156,6 +159,7 @@ class LoopProcess:
         with contextlib.suppress(OSError):
             taken = os.sched_getaffinity(self.pid)
             others = os.sched_getaffinity(0) - taken
+            # a loop without a core of its own, or a machine with one core: there is nowhere to go
             if len(taken) == 1 and others:
                 os.sched_setaffinity(0, others)
 
@@ -187,6 +191,7 @@ class LoopProcess:
 
     @property
     def left_torque(self) -> bool:
+        # no last word, or one of trouble on the way out: either may have left the devices as they were
         """After the end: it may not have stopped its devices."""
         return self.ended is None or self.ended["reason"] == "error"
 
@@ -200,7 +205,7 @@ class LoopProcess:
                 f"the loop process died without a word (exit status {code}); torque was on its own: "
                 f"{aftermath}"
             )
-        if self.ended["reason"] not in ("shutdown", "cut"):
+        if self.ended["reason"] not in ("shutdown", "cut"):  # `cut` is a second Ctrl-C, which was asked for
             error = _ERRORS.get(self.ended["reason"], LoopDiedError)
             raise error(f"{self.ended['reason']}: {self.ended['detail']}")
 

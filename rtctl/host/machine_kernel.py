@@ -15,6 +15,7 @@ from rtctl.host.exchange.late_trace import EVENTS
 from rtctl.host.machine_line import Line, text
 from rtctl.rt import early
 
+# these are read without a system call (vDSO); hpet and acpi_pm are registers of a slow device
 GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page", "riscv_clocksource")
 _CPU = Path("sys/devices/system/cpu")
 
@@ -58,6 +59,7 @@ def preemption(root: Path) -> Line:
         return Line(name, "ok", "PREEMPT_RT")
     rt = "sudo apt-get install linux-image-rt-amd64 (Debian), or sudo pro enable realtime-kernel (Ubuntu)"
     if "PREEMPT_DYNAMIC" in version:
+        # debugfs is root's; for others the command line tells, else what the kernel was built with
         chosen = re.search(r"\((\w+)\)", text(root / "sys/kernel/debug/sched/preempt") or "")
         asked = re.search(r"(?:^|\s)preempt=(\w+)", command_line)
         model = chosen[1] if chosen else asked[1] if asked else _built(root)
@@ -140,6 +142,7 @@ def device_interrupts(root: Path, core: int) -> Line:
     column = cores.index(f"CPU{core}") + 1 if f"CPU{core}" in cores else 0
     if not column or not uptime or not uptime[0].replace(".", "").isdigit():
         return Line(name, "ok", "not told here")
+    # just after the start of the machine: less than one would name every interrupt that ever came
     least = max(BUSY_HZ * float(uptime[0]), 1.0)
     numbers = {
         row[0].rstrip(":"): row[-1]
@@ -188,7 +191,7 @@ def throttling(root: Path) -> Line:
         )
     if allowed_us < 0:
         return Line(name, "ok", "off")
-    if of_us > 0 and allowed_us / of_us >= 0.5:
+    if of_us > 0 and allowed_us / of_us >= 0.5:  # the kernel's default is 950000 of 1000000
         return Line(name, "ok", f"{allowed_us} of {of_us} us: the loop stays far below")
     fix = "sudo sysctl -w kernel.sched_rt_runtime_us=950000"
     return Line(name, "warn", f"real-time processes get {allowed_us} of {of_us} us only", fix)
@@ -211,6 +214,7 @@ def early_look(root: Path, asked: float | str, rate_hz: float, cores: int) -> Li
     """How long the loop would look at the clock before each deadline, and what of its core that takes."""
     early_ns = np.zeros(early.PLACES, np.int64)
     share = early.realtime_share(root / "proc/sys/kernel")
+    # as a loop with the rights would choose; whether there are any is told by machine_rights
     chosen = early.choose(early_ns, asked, 1 / rate_hz, cores, granted=True, share=share)
     return Line("early look", "ok", chosen.detail)
 

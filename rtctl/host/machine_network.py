@@ -9,7 +9,7 @@ from pathlib import Path
 from hw.device_holders import command_of
 from rtctl.host.machine_line import Line, text
 
-_LISTENS = "0A"
+_LISTENS = "0A"  # TCP_LISTEN, as /proc/net/tcp writes it (include/net/tcp_states.h)
 PORTS = 3
 """Requests, targets, telemetry: one after the other."""
 
@@ -39,15 +39,17 @@ def _listening(root: Path) -> dict[int, str]:
     for name in ("tcp", "tcp6"):
         for line in (text(root / "proc/net" / name) or "").splitlines()[1:]:
             words = line.split()
+            # words of proc(5): 1 is local address:port, 3 the state, 9 the inode
             if len(words) > 9 and words[3] == _LISTENS:
                 with contextlib.suppress(ValueError):
-                    found[int(words[1].rpartition(":")[2], 16)] = words[9]
+                    found[int(words[1].rpartition(":")[2], 16)] = words[9]  # the port is hexadecimal
     return found
 
 
 def _owner(root: Path, inode: str) -> int | None:
     """The process that has the socket open, as far as this user may see."""
     for process in (root / "proc").glob("[0-9]*"):
+        # descriptors of another user cannot be read: the owner stays unknown
         with contextlib.suppress(OSError):
             if any(str(fd.readlink()) == f"socket:[{inode}]" for fd in (process / "fd").iterdir()):
                 return int(process.name)

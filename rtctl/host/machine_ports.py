@@ -146,7 +146,7 @@ def latency(root: Path, name: str) -> Line | None:
     found = text(root / "sys/bus/usb-serial/devices" / name / "latency_timer")
     if found is None:
         return None
-    if found == "1":
+    if found == "1":  # ftdi_sio begins with 16 ms: a reply that fills no USB packet waits for this timer
         return Line(f"latency timer {name}", "ok", "1 ms")
     rule = 'ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1"'
     fix = (

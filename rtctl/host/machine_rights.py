@@ -15,7 +15,7 @@ UNIT_FOLDERS = (
     "usr/lib/systemd/system",
     "lib/systemd/system",
 )
-_SYS_NICE, _IPC_LOCK = 23, 14
+_SYS_NICE, _IPC_LOCK = 23, 14  # numbers of linux/capability.h
 _NEEDED_LOCK = 512 * 1024 * 1024
 """Locked memory a rig needs at most (arrays, code, libraries): below it, mlockall is refused or the loop
 dies."""
@@ -35,6 +35,7 @@ def check(root: Path, rig: str, priority: int, install: str = INSTALL) -> list[L
 def user(root: Path, install: str = INSTALL) -> Iterator[Line]:
     """Whether this is root: nothing of rtctl needs that but installing the service."""
     for line in (text(root / "proc/self/status") or "").splitlines():
+        # real, effective, saved, file system (proc(5)): the effective one counts
         if line.startswith("Uid:") and line.split()[2:3] == ["0"]:
             fix = (
                 "work as an ordinary user of group dialout (sudo usermod -aG dialout NAME, log in again); "
@@ -51,7 +52,7 @@ def shell(root: Path, priority: int, install: str = INSTALL) -> list[Line]:
     rtprio, memlock = limits.get("Max realtime priority", 0.0), limits.get("Max locked memory", 0.0)
     where = f"as a service it has them: {install}; in this shell log in again after: "
     out = []
-    if held >> _SYS_NICE & 1:
+    if held >> _SYS_NICE & 1:  # it allows any priority, whatever RLIMIT_RTPRIO says (sched(7))
         out.append(Line("shell rtprio", "ok", "any (CAP_SYS_NICE)"))
     elif rtprio >= priority:
         out.append(Line("shell rtprio", "ok", f"{rtprio:g}, the loop asks {priority}"))
@@ -120,7 +121,7 @@ def _drop_ins(root: Path, rig: str) -> list[Path]:
     names = [f"{UNIT}.d"] + ([f"rtctl@{rig}.service.d"] if rig else [])
     by_name: dict[str, Path] = {}
     for folder in reversed(UNIT_FOLDERS):
-        for name in names:
+        for name in names:  # lowest rank first, so that a file of higher rank takes the place of its namesake
             for path in sorted((root / folder / name).glob("*.conf")):
                 by_name[path.name] = path
     return [by_name[name] for name in sorted(by_name)]
@@ -132,6 +133,7 @@ def _service_section(path: Path) -> Iterator[tuple[str, str]]:
         stripped = line.strip()
         if stripped.startswith("["):
             section = stripped
+        # both begin a comment (systemd.syntax(7))
         elif section == "[Service]" and "=" in stripped and stripped[0] not in "#;":
             key, _, value = stripped.partition("=")
             yield key.strip(), value.strip()
@@ -151,6 +153,7 @@ def _limits(root: Path) -> dict[str, float]:
     """Soft limits of this process from /proc/self/limits."""
     out = {}
     for line in (text(root / "proc/self/limits") or "").splitlines()[1:]:
+        # the kernel pads names to a fixed width, and they hold spaces themselves
         name, rest = line[:26].strip(), line[26:].split()
         if rest:
             out[name] = float("inf") if rest[0] == "unlimited" else float(rest[0])

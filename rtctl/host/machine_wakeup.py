@@ -142,6 +142,7 @@ def main(arguments: list[str]) -> None:
         late = clock.sleep_until(deadline + slot * period_ns) - (deadline + slot * period_ns)
         late_ns[n], n = late, n + 1
         skipped = late // period_ns
+        # as in the loop: slots that have passed are skipped and counted, not caught up
         missed, slot = missed + skipped, slot + skipped + 1
     body = {"late_ns": late_ns[:n].tolist(), "missed": missed, "period_ns": period_ns, "refused": refused}
     sys.stdout.write(json.dumps(body) + "\n")

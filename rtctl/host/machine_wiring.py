@@ -16,7 +16,7 @@ from rtctl.host.machine_ports import serial_port, usb_adapters, usb_device
 Run = Callable[[Sequence[str]], str]
 """Runs a command and returns what it printed, empty when it failed."""
 
-_ARPHRD_CAN = "280"
+_ARPHRD_CAN = "280"  # ARPHRD_CAN (linux/if_arp.h)
 _CAN_KEYS = ("channel", "interface", "can", "can_interface", "can_channel")
 _CAN_NAME = re.compile(r"(?:v|vx|sl)?can[0-9]{1,3}")
 _USB_ID = re.compile(r"[0-9A-Fa-f]{4}:[0-9A-Fa-f]{4}(?::.+)?")
@@ -65,6 +65,7 @@ def _wires(root: Path, label: str, table: Mapping[str, Any], ask: Run, seen: set
     if isinstance(table.get("channel"), str) and "interface" in table:
         if _is_new(f"{table['interface']} {table['channel']}", seen):
             yield from can_bus(root, label, table, ask)
+        # `channel` beside `interface` is a bus, whatever else its table holds: to look on would name it twice
         return
     vendor, product = (_usb_number(table, *names) for names in (("vendor_id", "vid"), ("product_id", "pid")))
     if vendor and product and _is_new(f"{vendor}:{product}", seen):
@@ -73,6 +74,7 @@ def _wires(root: Path, label: str, table: Mapping[str, Any], ask: Run, seen: set
         if isinstance(value, Mapping):
             yield from _wires(root, label, value, ask, seen)
         for part in value if isinstance(value, list | tuple) else [value]:
+            # a table itself was looked into by the line above; these are lists of tables
             if isinstance(part, Mapping) and part is not value:
                 yield from _wires(root, label, part, ask, seen)
             elif isinstance(part, str) and part:
@@ -105,6 +107,7 @@ def _usb_number(table: Mapping[str, Any], *names: str) -> str:
     """A vendor or product number, four hexadecimal digits; empty without one."""
     for name in names:
         value = table.get(name)
+        # True is an int, and no product number
         if isinstance(value, int) and not isinstance(value, bool) and 0 < value < 1 << 16:
             return f"{value:04x}"
         if isinstance(value, str) and _USB_NUMBER.fullmatch(value):
@@ -121,7 +124,7 @@ def _can_there(root: Path, label: str, name: str) -> Line:
             "1000000"
         )
         return Line(label, "fail", f"no CAN interface {name}{_others(root)}", fix)
-    if not int(text(folder / "flags") or "0", 0) & 1:
+    if not int(text(folder / "flags") or "0", 0) & 1:  # IFF_UP (linux/if.h)
         return Line(label, "fail", f"{name} is down", f"sudo ip link set {name} up type can bitrate 1000000")
     return Line(label, "ok", f"CAN interface {name} is up")
 
@@ -138,7 +141,7 @@ def address(label: str, host: str) -> Line:
     try:
         family, _, _, _, where = socket.getaddrinfo(host, 9, type=socket.SOCK_DGRAM)[0]
         with socket.socket(family, socket.SOCK_DGRAM) as made:
-            made.connect(where)
+            made.connect(where)  # of a datagram socket: looks up the route, and sends nothing
             ours = made.getsockname()[0]
     except OSError as error:
         fix = f"check host in the rig file and the network: ip route get {host}"
@@ -175,12 +178,14 @@ def _set_up(channel: str, bus: Mapping[str, Any]) -> str:
     fd = f" dbitrate {bus.get('data_bitrate')} fd on" if bus.get("fd") else ""
     return (
         f"sudo ip link set {channel} down; sudo ip link set {channel} type can bitrate "
+        # restart-ms: without it a bus-off lasts until a person sets the interface up again
         f"{bus.get('bitrate')}{fd} restart-ms 100; sudo ip link set {channel} up"
     )
 
 
 def _can_details(label: str, channel: str, bus: Mapping[str, Any], ask: Run, set_up: str) -> Line:
     try:
+        # a list, also of one interface
         (link,) = json.loads(ask(["ip", "-details", "-json", "link", "show", channel]))
         info = link.get("linkinfo", {})
         data = info.get("info_data", {})

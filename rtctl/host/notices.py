@@ -34,6 +34,7 @@ class Notices:
 
     def __call__(self, kind: str, text: str) -> None:
         """Write `text` as one line, unless one of this `kind` was written just now."""
+        # a caller that makes kinds up cannot make the table grow
         if kind not in self._kinds and len(self._kinds) >= _MOST_KINDS:
             self.left_out += 1
             return

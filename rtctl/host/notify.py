@@ -13,7 +13,7 @@ import time
 from rtctl.control.vocabulary import State
 from rtctl.wire.fault_names import cause_bit, fault_entries
 
-ENDING_US = 30_000_000
+ENDING_US = 30_000_000  # above TimeoutStopSec= of the unit, which is to be the bound
 """Watchdog time while the rig is brought to rest, us."""
 
 
@@ -32,6 +32,7 @@ class Notifier:
         self._head = -1
         self._socket: socket.socket | None = None
         given = os.environ.get("NOTIFY_SOCKET", "") if address is None else address
+        # systemd writes @ for the zero byte that begins an abstract name (sd_notify(3))
         if given[:1] in ("/", "@"):
             self._address = "\0" + given[1:] if given[0] == "@" else given
             self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_CLOEXEC)
@@ -43,11 +44,13 @@ class Notifier:
 
     def reloading(self) -> None:
         """The rig file is being read again; `ready` follows."""
+        # without its time the manager takes a READY=1 of before for the end of this reload (sd_notify(3))
         self._send(f"RELOADING=1\nMONOTONIC_USEC={time.monotonic_ns() // 1000}")
 
     def stopping(self) -> None:
         """The end has begun: no ticks will feed the watchdog any more, TimeoutStopSec= bounds it from
         here."""
+        # else WatchdogSec= (500 ms) would kill a host whose loop has ended
         self._send(f"STOPPING=1\nWATCHDOG_USEC={ENDING_US}")
 
     def ended(self, error: Exception) -> None:

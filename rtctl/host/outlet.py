@@ -52,6 +52,8 @@ class Outlet:
             if self._flush(patience_s):
                 self._rest = data
                 self._flush(patience_s)
+                # still the same object: not a byte went out, and all of it can be left out; else the rest
+                # follows first
                 if self._rest is not data:
                     return True
                 self._rest = b""
@@ -68,8 +70,10 @@ class Outlet:
 
     def _open(self, mode: int) -> None:
         if stat.S_ISSOCK(mode):
+            # a socket cannot be opened by /proc (ENXIO), and has MSG_DONTWAIT in place of it
             self._socket = socket.socket(fileno=os.dup(self.fd))
         elif stat.S_ISFIFO(mode) or os.isatty(self.fd):
+            # O_NOCTTY: a daemon without a terminal must not get this one
             flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
             self._own = os.open(f"/proc/self/fd/{self.fd}", flags)
 

@@ -94,7 +94,7 @@ def compile_for(n_axes: int) -> None:
     LawRunner(arrays, n_axes)
     path = mark(n_axes)
     if make_private(path.parent, levels=1):
-        path.touch()
+        path.touch()  # last: a process that was killed on the way leaves no mark
 
 
 def compile_rig(loaded: LoadedConfig) -> bool:

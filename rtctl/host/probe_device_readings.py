@@ -78,6 +78,7 @@ class DeviceProbe:
             self.error = str(error)
             return
         if isinstance(self.backend, CompiledBackend):
+            # now: compiled in the first cycle it would count as one slow reading
             self.backend.warm_up(self.tick)
         self._began_ns = self._fresh_ns = time.monotonic_ns()
 
@@ -116,7 +117,7 @@ class DeviceProbe:
         self._age_max_ns = max(self._age_max_ns, ended - self._fresh_ns)
         if not fresh:
             return
-        if self._fresh:
+        if self._fresh:  # the time from opening to the first sample is no period
             self._periods.append(ended - self._fresh_ns)
         self._fresh += 1
         self._fresh_ns = ended
@@ -273,6 +274,7 @@ def watch(
             if now - shown >= every_s:
                 shown = now
                 show()
+            # cycles that were missed are left out, not caught up
             slot = max(slot + 1, int((time.monotonic() - began) / period_s))
             time.sleep(max(began + slot * period_s - time.monotonic(), 0.0))
     finally:

@@ -68,13 +68,13 @@ def reload(host: Host) -> None:
         host.announce(f"reload: refused: {why}")
     else:
         _take_over(host)
-    host.notifier.ready()
+    host.notifier.ready()  # also after a refusal: the manager waits for it (sd_notify(3))
 
 
 def _take_over(host: Host) -> None:
     try:
         read = load(host.loaded.path)
-        fresh = planning.build(read)
+        fresh = planning.build(read)  # proved and planned whole before anything is taken over
     except RtctlError as error:
         for line in (f"reload: refused: {error}", *getattr(error, "faults", ())):
             host.announce(line)

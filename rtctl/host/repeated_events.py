@@ -54,6 +54,7 @@ class ChatterFilter:
         if fault.tokens < 1.0 and event["tick"] not in decisive:
             fault.suppressed += 1
             return None
+        # a decisive event passes without a token, and makes no debt
         fault.tokens = max(0.0, fault.tokens - 1.0)
         told, fault.suppressed = fault.suppressed, 0
         return {**event, "suppressed": told} if told else event

@@ -81,8 +81,10 @@ class RunRecord:
         self._telemetry.publish_commands(commands)
         events = self.flight.observe(rows)
         if self.recorder is not None:
+            # a state of another row would start a replay wrong: then there is none
             state = self._shadow.state() if self._shadow.next_row == first_row else None
             self.recorder.observe(first_row, rows, events, commands, self._trace.lost, state)
+        # after the recorder, which needed the state before these rows
         self._shadow.follow(first_row, rows, commands)
         if len(rows):
             self._keep_friction(int(rows["time_ns"][-1]))

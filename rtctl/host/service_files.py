@@ -25,6 +25,7 @@ def _named(data: dict[str, Any]) -> Iterator[str]:
         yield axis.get("friction", {}).get("model", "")
     for device in data.get("device", []):
         options = device.get("options", {})
+        # options, and tables one deep in them: no kind of device names a file further down
         for table in (options, *(value for value in options.values() if isinstance(value, dict))):
             yield from (table[key] for key in FILE_OPTIONS if isinstance(table.get(key), str))
 
@@ -43,7 +44,7 @@ def named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
     for text in _named(toml_of(rig_file(loaded))):
         part = Path(text)
         if not text or part.is_absolute():
-            continue
+            continue  # the daemon reads it where it is
         if ".." in part.parts:
             raise ConfigError(
                 f"{loaded.path}: {shown(repr(text))} leads out of the rig file's folder; give an absolute "
@@ -56,7 +57,7 @@ def named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
 
 def _content(folder: Path, part: Path) -> bytes:
     """A file below the rig file's folder, through no link: root reads it, and everybody may read the copy."""
-    for depth in range(1, len(part.parts)):
+    for depth in range(1, len(part.parts)):  # the parents; the file itself is opened with O_NOFOLLOW
         if folder.joinpath(*part.parts[:depth]).is_symlink():
             raise ConfigError(
                 f"{folder.joinpath(*part.parts[:depth])}: is a link; put the folder itself there"

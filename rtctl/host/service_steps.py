@@ -104,6 +104,7 @@ def _hidden(place: Path) -> str:
 def own_command() -> str:
     """How this very rtctl is started. Raises ConfigError when the daemon's user could not reach it."""
     python = Path(sys.executable)
+    # the environment's python, what that links to, and the package may lie in three places
     for place in (python, python.resolve(), Path(__file__).resolve()):
         if hidden := _hidden(place):
             raise ConfigError(
@@ -142,6 +143,7 @@ def source() -> str:
     if (checkout / "pyproject.toml").is_file():
         return str(checkout)
     try:
+        # PEP 610: pip writes it for a folder, file or address, and not for what came from an index
         told = distribution("rtctl").read_text("direct_url.json")
     except PackageNotFoundError:
         told = None

@@ -16,6 +16,7 @@ class Signals:
         self.ends = 0
         self.hangups = 0
         self._read, self._write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
+        # a poll in C is ended by it at once; a full pipe wakes as well, so no warning
         self._old_wakeup = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
         self._old = {
             number: signal.signal(number, self._on_end) for number in (signal.SIGINT, signal.SIGTERM)

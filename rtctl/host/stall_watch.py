@@ -54,6 +54,7 @@ class StallWatch:
     def __init__(self, period_s: float, *, motor: bool, punctual: bool) -> None:
         self.look_s = LOOK_S if motor else IDLE_LOOK_S
         late_s = STALL_PERIODS * period_s + STALL_S
+        # less one look, by which a silence is seen late
         self.late_s = late_s - LOOK_S if punctual else math.inf
         self.stalled_s = late_s + SLACK_S
         self._most_s = LOOK_S if punctual else IDLE_LOOK_S
@@ -76,7 +77,7 @@ class StallWatch:
         excused
             The loop has a reason to make no ticks (it opens a device, it has ended)."""
         gap_s, self._looked_s = now_s - self._looked_s, now_s
-        if head != self._head or head == 0 or excused:
+        if head != self._head or head == 0 or excused:  # head 0: it has not begun
             self._head, self._silent_s = head, 0.0
         else:
             self._silent_s += min(gap_s, self._most_s)

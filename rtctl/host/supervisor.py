@@ -134,6 +134,7 @@ class Host:
             self.plan = planning.build(self.loaded)
             if self._model is not None:
                 self.plan.model[0] = self._model[0]
+            # holds the lock that keeps a second daemon off the rig (decision 0001)
             self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
             try:
                 self._start(waiting)
@@ -269,6 +270,7 @@ class Host:
         return int(self.memory.early_ns[MARGIN])
 
     def _ticking(self) -> bool:
+        # ready says that the devices are open, a tick that the law runs
         return self.loop.ready and int(self.memory.header[0]["head"]) > 0
 
     def _wait_for(self, ready: Callable[[], bool]) -> None:
@@ -318,15 +320,18 @@ class Host:
             if self.gateway.serve():
                 time.sleep(PAUSE_S)  # a flood waits in its senders
             alive = self.loop.poll()
+            # before anything else of this turn: the torque is on its own
             aftermath = "" if alive else self.guard.make_safe()
             for note in self.loop.take_notes():
                 self.announce(f"device {note}")
             now = time.monotonic()
             if now >= next_batch or not alive:
                 self._batch()
+                # a dead loop's last ticks are in shared memory, and tell why it died
                 while self.reader.waiting and not alive:
                     self._batch()
                 next_batch = (
+                    # still behind: on with it in the next turn, which looks at the loop first
                     now if self.reader.waiting > self._most_ticks else max(next_batch + self._batch_s, now)
                 )
                 heap.look(now)
@@ -366,7 +371,7 @@ class Host:
             self.notifier.status(int(last["state"]), int(last["faults"]), int(last["fault_first"]))
         for observer in self.observers:
             observer(self, rows)
-        if self.view is not None and self._ending_since is None:
+        if self.view is not None and self._ending_since is None:  # a rig that ends starts no view anew
             for text in self.view.news():
                 self.announce(text)
 
@@ -384,7 +389,7 @@ class Host:
         if self.loop.opening:
             self._ending_since = now  # it looks at requests once per tick
         if self.signals.ends > 1:
-            self.signals.ends = 1
+            self.signals.ends = 1  # so that each further signal cuts once more
             self.loop.cut()
         if now - self._ending_since > STOP_TIMEOUT_S:
             self.loop.kill()
@@ -433,7 +438,7 @@ class Host:
 
     def _close(self, error: BaseException | None = None) -> None:
         if hasattr(self, "loop"):
-            self._end_loop(self.loop)
+            self._end_loop(self.loop)  # the torque first; the rest may take its time
         if (view := getattr(self, "view", None)) is not None:
             view.close()
         record = getattr(self, "record", None)

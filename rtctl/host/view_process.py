@@ -97,7 +97,7 @@ class ViewProcess:
     def close(self) -> None:
         """End it at once: it keeps nothing. Idempotent."""
         process, self._process = self._process, None
-        self._retry_at_s = float("inf")
+        self._retry_at_s = float("inf")  # never again
         if process is not None:
             process.kill()
             process.wait()
@@ -106,10 +106,12 @@ class ViewProcess:
 
     def _write_address(self) -> None:
         with private_umask():
+            # made anew under the umask: the key is for this user, and an older file may have had other rights
             self.operator_file.unlink(missing_ok=True)
             self.operator_file.write_text(f"{self.url}#key={self._key}\n")
 
     def _start(self) -> None:
+        # the key goes by stdin: arguments stand in /proc for everybody to read
         order = json.dumps({**self._order, "key": self._key}) + "\n"
         try:
             process = subprocess.Popen(
@@ -133,6 +135,7 @@ class ViewProcess:
     def _hear(self, process: subprocess.Popen[bytes]) -> None:
         assert process.stdout is not None
         with contextlib.suppress(BlockingIOError):
+            # the end of it: a page that prints without end must not fill the host
             self._pending = (self._pending + os.read(process.stdout.fileno(), MOST_BYTES))[-MOST_BYTES:]
 
     def _bury(self, process: subprocess.Popen[bytes], status: int) -> None:

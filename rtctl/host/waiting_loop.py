@@ -28,7 +28,7 @@ class WaitingLoop:
         What was started. Its standard output is a pipe to this process."""
 
     def __init__(self) -> None:
-        self._line, theirs = socket.socketpair()
+        self._line, theirs = socket.socketpair()  # a Unix socket: descriptors are sent over it (SCM_RIGHTS)
         self._order: bytes | None = None
         self._began = False
         line = above_standard_streams(theirs.detach())
@@ -74,6 +74,7 @@ class WaitingLoop:
         # has it died, its end is told as any other
         with contextlib.suppress(BrokenPipeError, ConnectionResetError):
             sent = socket.send_fds(self._line, [text], descriptors)
+            # a stream takes what fits; the descriptors went with its first byte
             self._line.sendall(text[sent:])
 
     def close(self) -> None:

@@ -81,6 +81,7 @@ class DeviceWords:
     def hear(self, message: Mapping[str, Any]) -> None:
         """Take in what the loop says of one device."""
         label, axes = str(message["device"]), [self._axes[a] for a in message["axes"]]
+        # as many words as axes: one each; else one voice for the whole device
         single = len(message["words"]) != len(axes)
         voices = [
             Voice(label, None if single else axes[i], text, faults, bool(silent))
@@ -89,6 +90,7 @@ class DeviceWords:
         covered = 0
         for voice in voices:
             covered |= voice.faults
+        # what the device shows beyond its voices' own: laid at the whole device
         rest, stale = message["faults"] & ~covered, message["stale"] and not any(v.silent for v in voices)
         if rest or stale or not voices:
             text = voices[0].text if single and voices else ""

@@ -67,6 +67,8 @@ class WordsWatch:
             for voice in one.voices:
                 before = self._before.get((voice.device, voice.axis))
                 self._before[voice.device, voice.axis] = voice
+                # also the word that follows a complaint: without it nothing would say that the device is
+                # content again
                 if voice != before and (voice.complains or (before is not None and before.complains)):
                     told.append(("device", voice.as_dict()))
         return told
@@ -108,6 +110,7 @@ class EventDetector:
             return []
         self.book.follow(rows)
         states, faults = rows["state"], rows["faults"]
+        # over the edge of two batches: a change between them is none of either alone
         state_before = np.concatenate((np.array([self._state], states.dtype), states[:-1]))
         faults_before = np.concatenate((np.array([self._faults], faults.dtype), faults[:-1]))
         changed = np.flatnonzero((states != state_before) | (faults != faults_before))

@@ -112,6 +112,7 @@ class FaultBook:
         )
 
     def _remember(self, rows: np.ndarray) -> None:
+        # `follow` looks at the tick before: kept as a copy, a view would keep the whole batch
         self._present = int(rows["faults"][-1])
         self._before = rows[-1].copy()
         good = np.flatnonzero(rows["sample_age_ticks"] == 0)

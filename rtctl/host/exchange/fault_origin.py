@@ -232,6 +232,7 @@ def _off_axis(scene: Scene) -> Where:
 
 def _delay(scene: Scene) -> Where:
     proof, period_s = scene.params["proof_delay_s"], float(scene.params["period_s"])
+    # fmax, not maximum: NaN of the one that was not measured must not hide the other
     late = np.fmax(scene.row["arming_delay_ticks"], scene.row["running_delay_ticks"]) * period_s
     over = np.where((proof > 0.0) & np.isfinite(late), late / np.maximum(proof, 1e-9), 0.0)
     return _worst(over, "current", lambda a: f"{late[a] * 1e3:.3g} ms, proven {proof[a] * 1e3:.3g}")

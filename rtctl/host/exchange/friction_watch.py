@@ -144,7 +144,7 @@ class FrictionWatch:
         if self._folder is None or taken == self._kept_strokes:
             return None
         if now_ns is not None:
-            if self._kept_ns is None:
+            if self._kept_ns is None:  # the first minute counts from the first stroke, not from the epoch
                 self._kept_ns = now_ns
             if now_ns - self._kept_ns < KEEP_NS:
                 return None

@@ -46,6 +46,7 @@ nobody knows how long: whoever asked has been told that nobody answers, and may 
 then."""
 
 NOMINAL_LEAST_HZ = 100.0
+# one user's connections may send at once all that they may have outstanding
 BURST = MAX_OUTSTANDING_REQUESTS * CONNECTIONS
 
 OPTIONS = {
@@ -165,7 +166,7 @@ class Gateway:
         flooded = self.inbox.serve()  # first: a hand waits for the renderer
         self.access.authenticator.serve()
         self.access.look()
-        share = max(1, limit // len(self.doors))
+        share = max(1, limit // len(self.doors))  # one door cannot use up another's turn
         for frames in self.doors:
             flooded |= self._serve_door(frames, share) == share
         if self.access.renewed() and self._poller is not None:
@@ -201,6 +202,7 @@ class Gateway:
                 message = frames.read()
             except zmq.Again:
                 return handled
+            # between two requests too: a host may be stopped in the middle of a turn
             self._void_after_standstill()
             self.counters.received += 1
             envelope, frame = self._opened(message)
@@ -215,6 +217,7 @@ class Gateway:
     def _opened(message: Message) -> tuple[list[bytes], zmq.Frame | None]:
         """The empty delimiter if the client sent one, and the payload: None when there is not exactly one."""
         frames = message.frames
+        # REQ sends an empty delimiter (RFC 28), DEALER need not
         envelope = [b""] if frames and len(frames[0]) == 0 else []
         payload = frames[len(envelope) :]
         return envelope, payload[0] if len(payload) == 1 else None

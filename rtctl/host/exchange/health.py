@@ -32,6 +32,7 @@ class HealthWindow:
             return
         self._batches.append(rows)
         self._rows += len(rows)
+        # the newest batch stays, however long it is
         while len(self._batches) > 1 and self._rows > _MOST_ROWS:
             self._rows -= len(self._batches.pop(0))
         self.ticks += len(rows)
@@ -70,6 +71,7 @@ def _rate_hz(rows: np.ndarray | None) -> float:
     if rows is None or len(rows) < 2:
         return 0.0
     span_ns = int(rows["time_ns"][-1]) - int(rows["time_ns"][0])
+    # one tick, or a clock that stands, has no rate
     return (len(rows) - 1) * 1e9 / span_ns if span_ns > 0 else 0.0
 
 

@@ -13,14 +13,16 @@ from typing import NamedTuple
 
 NAN = float("nan")
 
+# syscall numbers of the kernel's tables: glibc has no wrapper for it
 _PERF_EVENT_OPEN = {"x86_64": 298, "aarch64": 241}
 """Number of the system call by processor."""
 
+# 128 bytes, PERF_ATTR_SIZE_VER7: an older kernel takes them while what it does not know is zero
 _ATTRIBUTES = struct.Struct("<IIQ112x")
 """Begin of struct perf_event_attr: type, size and event; zeros are what the rest is for a counter that is
 only read."""
 
-_CLOEXEC = 8
+_CLOEXEC = 8  # PERF_FLAG_FD_CLOEXEC
 
 _ETERNAL_NS = 4_294_967_295
 """What a driver says that does not know how long a change takes."""
@@ -66,6 +68,7 @@ def perf_event(attributes: bytes, core: int) -> int:
         raise OSError(msg)
     libc = ctypes.CDLL(None, use_errno=True)
     given = ctypes.create_string_buffer(attributes, len(attributes))
+    # -1: every task, on that core; the second -1: no group
     found = int(libc.syscall(call, given, -1, core, -1, _CLOEXEC))
     if found < 0:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))

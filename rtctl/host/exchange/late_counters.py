@@ -96,6 +96,7 @@ class Counters:
     def look(self, at_ns: int, *, late: bool = True) -> Reading:
         """Everything now. Clock and SMIs are those of before, unless a tick was `late` or `SELDOM_NS` have
         passed."""
+        # behind the last bracket: a task's name may hold brackets and spaces (proc(5))
         own = self._read(self._stat).rpartition(")")[2].split()
         if len(own) > _CORE:
             self._core = int(own[_CORE])
@@ -103,6 +104,7 @@ class Counters:
         delay = self._read(self._sched).split()
         if late or at_ns - self._asked_ns >= SELDOM_NS or self._asked_core != self.core:
             self._ask_core(at_ns)
+        # the blank: cpu1 is the beginning of cpu10
         core = next((line for line in self._lines("proc/stat") if line.startswith(f"cpu{self.core} ")), "")
         steal, group = core.split(), self._quota_file()
         return Reading(
@@ -114,6 +116,7 @@ class Counters:
             throttled_ns=self._throttled_ns(group),
             group=group,
             stopped=known and own[_STATE] in "Tt",
+            # slack is for ordinary tasks only (prctl(2)); a look costs an open file
             timer_slack_ns=NAN if _priority(own) else number(self._read(self._slack)),
             priority=_priority(own),
             softirqs=self._softirqs(),
@@ -128,7 +131,7 @@ class Counters:
         """Whether the loop is stopped by a signal now, or was and goes on since this was last asked.
 
         The second is told to the loop's parent only, which the host is."""
-        with suppress(ChildProcessError):
+        with suppress(ChildProcessError):  # without WEXITED: its end is for subprocess to reap
             if os.waitid(os.P_PID, self._pid, os.WSTOPPED | os.WCONTINUED | os.WNOHANG) is not None:
                 return True
         return self._read(self._stat).rpartition(")")[2].split()[:1] in (["T"], ["t"])
@@ -145,6 +148,7 @@ class Counters:
         """Text of a file, from its begin; empty when it cannot be read."""
         if name in self._files:
             try:
+                # offset 0 makes the kernel write the file anew: no open and close for each look
                 return os.pread(self._files[name], 1 << 16, 0).decode("ascii", "replace")
             except OSError:  # of a control group that is gone; there may be another of its name
                 os.close(self._files.pop(name))
@@ -195,7 +199,7 @@ class Counters:
     def _idle(self) -> dict[str, tuple[int, float]]:
         found = {}
         folder = f"sys/devices/system/cpu/cpu{self.core}/cpuidle"
-        for state in range(10):
+        for state in range(10):  # ten: cpuidle knows no more states (CPUIDLE_STATE_MAX)
             usage = number(self._read(f"{folder}/state{state}/usage"))
             if not math.isfinite(usage):
                 break
@@ -208,7 +212,9 @@ class Counters:
         none."""
         found = ""
         for line in self._lines(self._group):
+            # hierarchy:controllers:path; the path may hold colons (cgroups(7))
             _, controllers, path = line.split(":", 2)
+            # version 1 wins: a hybrid machine has both, and there version 2 holds no controllers
             if "cpu" in controllers.split(","):
                 return f"sys/fs/cgroup/{controllers}{path.rstrip('/')}/cpu.stat"
             if not controllers:
@@ -234,6 +240,7 @@ def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
     entered = [
         exit_ns
         for name, (count, exit_ns) in after.idle.items()
+        # before.get(..., count): a state or a name that is new has no rise
         if count > before.idle.get(name, (count, 0))[0]
     ]
     return Rise(
@@ -243,6 +250,7 @@ def rise(before: Reading, after: Reading, usual: Mapping[str, float]) -> Rise:
         minor_faults=after.minor_faults - before.minor_faults,
         major_faults=after.major_faults - before.major_faults,
         stopped=before.stopped or after.stopped,
+        # fmax: known at one end is enough
         timer_slack_ns=float(np.fmax(before.timer_slack_ns, after.timer_slack_ns)),
         idle_exit_ns=max(entered, default=NAN),
         smis=after.smis - before.smis,

@@ -69,6 +69,7 @@ class Exits:
         if core == self._core:
             return
         if self._core is not None:
+            # one core at a time: else ends on the core of before would go on coming
             self._send(self._family, _GET, _attribute(_DEREGISTER, f"{self._core}\0".encode()))
         self._core = None
         self._send(self._family, _GET, _attribute(_REGISTER, f"{core}\0".encode()))
@@ -84,7 +85,7 @@ class Exits:
             except BlockingIOError:
                 break
             except OSError:  # the kernel says that it has lost some
-                continue
+                continue  # ENOBUFS: on with the rest, and the loop is bounded by MOST
         return found
 
     def close(self) -> None:
@@ -92,7 +93,9 @@ class Exits:
         self._socket.close()
 
     def _ask_family(self) -> int:
+        # NUL-terminated, as the kernel compares it
         answer = self._send(_CONTROLLER, _GET_FAMILY, _attribute(_FAMILY_NAME, b"TASKSTATS\0"))
+        # 20: nlmsghdr (16 bytes) and genlmsghdr (4)
         numbers = [body for kind, body in _attributes(answer[20:]) if kind == _FAMILY_ID]
         if not numbers:
             msg = "this kernel has no taskstats"
@@ -100,6 +103,7 @@ class Exits:
         return int(struct.unpack_from("<H", numbers[0])[0])
 
     def _send(self, family: int, command: int, attributes: bytes) -> bytes:
+        # version 1 of the interface, two reserved bytes
         """Ask, and return the answer that came before the kernel's word that all is well."""
         body = struct.pack("<BBH", command, 1, 0) + attributes
         self._socket.send(struct.pack("<IHHII", 16 + len(body), family, _REQUEST_ACK, 0, 0) + body)
@@ -109,6 +113,7 @@ class Exits:
                 raise TimeoutError
             message = self._socket.recv(65536)
             (kind,) = struct.unpack_from("<H", message, 4)
+            # the answer comes before the acknowledgement, and an acknowledgement is an error of number 0
             if kind != _ERROR:
                 answer = message
                 continue
@@ -138,6 +143,7 @@ def ended(message: bytes) -> Iterator[Ended]:
 
 
 def _attribute(kind: int, body: bytes) -> bytes:
+    # attributes are padded to 4 bytes, and their length does not count it (netlink(7))
     return struct.pack("<HH", 4 + len(body), kind) + body + b"\0" * (-len(body) % 4)
 
 
@@ -145,7 +151,7 @@ def _attributes(body: bytes) -> Iterator[tuple[int, bytes]]:
     at = 0
     while at + 4 <= len(body):
         length, kind = struct.unpack_from("<HH", body, at)
-        if length < 4:
+        if length < 4:  # less would not go on, and this would never end
             return
-        yield kind & 0x3FFF, body[at + 4 : at + length]
+        yield kind & 0x3FFF, body[at + 4 : at + length]  # NLA_TYPE_MASK: the two highest bits are flags
         at += (length + 3) & ~3

@@ -76,7 +76,7 @@ class _Story:
     def take(self, mark: Mark) -> None:
         """Go on with what is told next. A switch ends a softirq: a fully preemptible kernel may interrupt
         one."""
-        if mark.what in {IN, OUT, OTHER}:
+        if mark.what in {IN, OUT, OTHER}:  # only at a switch is known who had it: time is kept until then
             # an idle core is given up at once; to whom, not every kernel tells
             if self._idle and mark.leaver:
                 self.found.waited[_whose(mark.left, self._own, self.state), mark.leaver] += self._idle
@@ -88,7 +88,7 @@ class _Story:
             self._behind = 0
             self._core, self._softirq = mark, ""
         if mark.what == GAP:
-            self.state = ""
+            self.state = ""  # what was lost may have been a switch: begin anew at the next one
         elif mark.what == IN:
             self.state, self._own = _RUNS, mark.priority
         elif mark.what == OUT:
@@ -107,6 +107,7 @@ def seen(marks: Sequence[Mark], since_ns: int, until_ns: int) -> Seen | None:
     Notes
     -----
     Such a loop was on another core at one of them, or a timer of another core woke it."""
+    # from the switch to the loop on, which may lie before `since_ns`
     story, at_ns, end = _Story(), since_ns, bisect_left(marks, until_ns, key=lambda mark: mark.at_ns)
     for mark in (*marks[last_in(marks, since_ns) : end], Mark(until_ns, "")):
         if mark.at_ns > at_ns:

@@ -192,6 +192,7 @@ class Tasks:
             if known.gone_ns:
                 return
             if ran_ns == known.samples[-1].ran_ns:
+                # it did not run: the same reading, later; stat is not asked again
                 known.add(known.samples[-1]._replace(at_ns=at_ns))
                 return
         name, _, rest = _text(f"{folder}/stat").partition("(")[2].rpartition(")")

@@ -28,12 +28,12 @@ _TRACEPOINT, _TIME_RAW, _SAMPLE = 2, 0x4 | 0x400, 9
 _OWN_CLOCK, _BACKWARD = 1 << 25, 1 << 27
 """Flags `use_clockid` and `write_backward` (newest first, and old ones are overwritten)."""
 
-_ATTRIBUTES = struct.Struct("<IIQQQ8xQ44xi32x")
+_ATTRIBUTES = struct.Struct("<IIQQQ8xQ44xi32x")  # 128 bytes, PERF_ATTR_SIZE_VER7
 """struct perf_event_attr: type, size, event, period, what a sample holds, flags, clock."""
 
-_MONOTONIC = 1
+_MONOTONIC = 1  # CLOCK_MONOTONIC, the loop's own clock
 
-_OUTPUT, _FILTER = 0x2405, 0x40082406
+_OUTPUT, _FILTER = 0x2405, 0x40082406  # PERF_EVENT_IOC_SET_OUTPUT and _SET_FILTER
 """Requests of ioctl(2) on such a descriptor."""
 
 _PAGES = 1024
@@ -126,8 +126,10 @@ class Trace:
                 if field:
                     fcntl.ioctl(self._files[-1], _FILTER, f"{field}=={self._pid}".encode() + b"\0")
                 if len(self._files) > 1:
+                    # into the ring of the first: one order of all events
                     fcntl.ioctl(self._files[-1], _OUTPUT, self._files[0])
                 else:
+                    # the first page is the kernel's own (perf_event_mmap_page)
                     size = (1 + _PAGES) * mmap.PAGESIZE
                     self._ring = mmap.mmap(self._files[0], size, mmap.MAP_SHARED, mmap.PROT_READ)
         except (OSError, ValueError):
@@ -139,10 +141,12 @@ class Trace:
         falls."""
         if self._ring is None:
             return []
+        # the position counts down and wraps at 2^64
         size, before = len(self._ring) - mmap.PAGESIZE, self._head
         self._head = head = self._newest()
         begin, written = mmap.PAGESIZE + head % size, (before - head) % (1 << 64)
         new = self._ring[begin : begin + written]
+        # the ring goes on at its beginning
         new += self._ring[mmap.PAGESIZE : mmap.PAGESIZE + min(written, size) - len(new)]
         left = size - (head - self._newest()) % (1 << 64)  # the kernel goes on, over what is oldest
         if written > left:

@@ -117,7 +117,7 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
     if rise.seen is not None:
         return _seen(late, rise, rise.seen, late_sum_ns)
     needed = max(late_sum_ns, 1.0)
-    each = needed / max(late.late_ns, 1)
+    each = needed / max(late.late_ns, 1)  # what happens once at each late tick counts as often as there were
     found = [
         ("stopped", "", needed if rise.stopped else 0.0),
         ("quota", "", rise.throttled_ns),
@@ -155,11 +155,13 @@ def _seen(late: LateTick, rise: Rise, its: Seen, late_sum_ns: float) -> Verdict:
         return Verdict(held, name, min(held_ns / late.late_ns, 1.0))
     if not own and its.slept >= half:
         slack_ns = max(its.slack, 0.0 if math.isnan(rise.timer_slack_ns) else rise.timer_slack_ns)
+        # asleep, it touched no memory and waited for no task
         rest = replace(rest, minor_faults=0.0, major_faults=0.0, timer_slack_ns=slack_ns)
         by_count, else_it_is = judge(late, rest, late_sum_ns), "late timer"
         share = its.slept / late.late_ns
     elif own or its.ran >= half:
         rest = replace(rest, timer_slack_ns=0.0)
+        # on a guest: who had the core and did not get on had it taken by somebody below
         by_count, else_it_is = judge(late, rest, late_sum_ns), "steal" if rise.guest else UNKNOWN
         share = its.ran / late.late_ns
     else:
@@ -204,7 +206,7 @@ def _kept_waiting(late: LateTick, rise: Rise) -> list[tuple[str, str, float]]:
     cannot be preempted. A task that may not preempt the loop rules out no softirq: the kernel counts those as
     run time of whom they interrupt."""
     delay = rise.run_delay_ns
-    if not delay > 0:
+    if not delay > 0:  # not `<= 0`: NaN where the kernel does not count it
         return []
     held, long = EXPLAINS * delay, EXPLAINS * min(delay, late.late_ns)
     ours = [one for one in rise.tasks if one.may_preempt and not one.name.startswith(SOFTIRQ_TASK)]

@@ -87,7 +87,7 @@ class LeaseDesk:
             )
         if loop_holds:
             return Refusal("lease_taken", "the loop still follows the last holder: ask again in 0.1 s")
-        number = secrets.randbits(NUMBER_BITS) or 1
+        number = secrets.randbits(NUMBER_BITS) or 1  # 0 is no lease in the loop's records
         self._lease = Lease(number, user_id, holder, epoch)
         self._until_s = self._clock_s() + self.silence_s
         return self._lease

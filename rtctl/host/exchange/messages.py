@@ -104,6 +104,7 @@ def _unpack(payload: bytes) -> dict[str, Any]:
             payload,
             object_pairs_hook=_unique,
             max_str_len=_MAX_TEXT,
+            # a header of five bytes may announce 4 GB: refused before they are asked for
             max_array_len=_MAX_ITEMS,
             max_map_len=_MAX_KEYS,
             max_bin_len=0,
@@ -122,7 +123,7 @@ def _unique(pairs: list[tuple[Any, Any]]) -> dict[str, Any]:
     """Build a map; msgpack itself would let the last of two equal keys win."""
     unique: dict[str, Any] = {}
     for key, value in pairs:
-        if not isinstance(key, str):
+        if not isinstance(key, str):  # msgpack allows any key
             msg = "keys are strings"
             raise _DuplicateKeyError(msg)
         if key in unique:
@@ -172,6 +173,7 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
     values: dict[str, Any] = {}
     for name, key in known.items():
         if name in message:
+            # operations name the axis before what is bounded by it
             values[name] = _value(message[name], key, rig, values.get("axis"))
         elif key.required:
             raise _RefuseError("missing_key", f"{name}: {key.meaning}")
@@ -182,6 +184,7 @@ def _value(value: object, key: Key, rig: RigDescription, axis: int | None) -> in
     if key.kind == "axis":
         return _axis_index(value, rig)
     if key.kind == "choice":
+        # True and 1.0 are equal to 1 in Python, and -1 and 1 are choices
         if isinstance(value, bool | float) or not isinstance(value, str | int) or value not in key.choices:
             raise _choice_error(value, key)
         return value

@@ -52,6 +52,7 @@ class Steering:
 
     def release(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Take the lease back from its holder."""
+        # who may renew it is its holder
         lease = self._desk.renew(caller.user_id, request.values["lease"], int(row["epoch"]))
         if isinstance(lease, Refusal):
             return lease

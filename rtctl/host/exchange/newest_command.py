@@ -46,6 +46,7 @@ class CommandSlot:
     def stop(self) -> int:
         """Ask to stop, and empty the slot."""
         command = self.command
+        # no loop has this epoch: what waits in the slot is void
         command["epoch"] = command["target_epoch"] = _VOID
         command["target_lease"] = 0
         self.stop_seq = self.edge("stop_count")

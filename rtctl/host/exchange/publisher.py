@@ -67,6 +67,7 @@ class Publisher:
     ) -> None:
         self._holder = holder
         self._topics = frozenset(topics)
+        # a subscription is a prefix: every beginning of a topic is a right one
         self._beginnings = {topic[:size] for topic in self._topics for size in range(len(topic) + 1)}
         self._expel = expel
         self._wrong: dict[str, int] = {}

@@ -286,7 +286,7 @@ class Requests:
             return ""
         limits = HAND_SHARE * self._rig.params[0]["force_offset_limit_nm"]
         for axis, torque, limit in zip(self._rig.axes, row["hand_torque_nm"], limits, strict=True):
-            if not abs(torque) <= limit:
+            if not abs(torque) <= limit:  # not `>`: a force of NaN counts as a hand
                 return words(
                     f"axis {axis.name}: the force sensor shows {torque:.3g} N m, more than {limit:.3g}: a "
                     "hand on the device would be taken for zero, and pull the joint once it is gone; hands "

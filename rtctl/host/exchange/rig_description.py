@@ -174,5 +174,6 @@ def _bounds(axis: AxisTable) -> dict[str, tuple[float, float]]:
         "position_rad": travel,
         "velocity_rad_s": (-speed, speed),
         "mass_kgm2": (shown.mass_kgm2, shown.mass_max_kgm2 or shown.mass_kgm2),
+        # without a largest value of its own it stays at the rig file's
         "mass_damping_nms_rad": (shown.damping_nms_rad, shown.damping_max_nms_rad or shown.damping_nms_rad),
     }

@@ -30,6 +30,7 @@ class Histogram:
         if len(values_ns) == 0:
             return
         values = np.maximum(values_ns, 0)
+        # + 1: a duration of 0 has no logarithm
         cells = np.minimum((np.log2(values + 1.0) * _PER_OCTAVE).astype(np.int64), len(self._counts) - 1)
         self._counts += np.bincount(cells, minlength=len(self._counts))
         self.max_ns = max(self.max_ns, int(values.max()))
@@ -74,6 +75,7 @@ class RunStatistics:
         self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
         self.waiver = bool(rows["waiver"][-1])
         self.last = rows[-1:].copy()
+        # SHUTDOWN ends every run, and is the cause of none
         before_the_end = rows[rows["state"] != State.SHUTDOWN]
         if len(before_the_end):
             row = before_the_end[-1]

@@ -62,7 +62,7 @@ class _Unguarded:
         self.socket = context.socket(zmq.PUB)
         for option, value in options.items():
             self.socket.setsockopt(option, value)
-        with private_umask():
+        with private_umask():  # ipc: bind makes the socket's file
             self.socket.bind(address)
 
 
@@ -213,7 +213,7 @@ class Telemetry:
             "schema_sha256": self._schema_sha256,
             "start_wall_ns": self._rig.start_wall_ns,
             "first_tick": int(rows["tick"][0]),
-            "row": self._rows + self._overwritten,
+            "row": self._rows + self._overwritten,  # counts the run's ticks, those that the host lost too
             "rows": len(rows),
             "lost": self._overwritten,
             "columns": tick_columns(rows),

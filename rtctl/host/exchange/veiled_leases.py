@@ -17,5 +17,5 @@ def veil_leases(records: np.ndarray, field: str) -> np.ndarray:
     for i in np.flatnonzero(records[field]):
         number = int(records[field][i]).to_bytes(8, "big")
         digest = int.from_bytes(hashlib.blake2b(number, digest_size=8).digest(), "big")
-        veiled[field][i] = digest >> (64 - NUMBER_BITS) or 1
+        veiled[field][i] = digest >> (64 - NUMBER_BITS) or 1  # 0 would be no lease
     return veiled
