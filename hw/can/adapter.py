@@ -53,14 +53,17 @@ def _arguments(options: Options) -> dict[str, Any]:
     arguments: dict[str, Any] = {
         "interface": options["interface"],
         "channel": options["channel"],
+        # else python-can reads ~/can.conf and /etc/can.conf, which no rig file tells of
         "ignore_config": True,
     }
+    # socketcan's rate is set by `ip link`; the others have none
     if options["interface"] not in ("socketcan", "virtual", "udp_multicast"):
         arguments["bitrate"] = options["bitrate"]
         if options["fd"]:
             arguments["data_bitrate"] = options["data_bitrate"]
     if options["interface"] == "slcan":
         arguments["timeout"] = 0.0  # any other makes every empty poll that long
+    # udp_multicast sends CAN FD unless it is told not to
     if options["fd"] or options["interface"] == "udp_multicast":
         arguments["fd"] = options["fd"]
     return {**arguments, **options["arguments"]}
@@ -167,6 +170,7 @@ class AdapterBus:
         if self._lost:
             raise LinkLost(self._lost)
         recv, handlers, waiting = self._recv, self._handlers, self._waiting
+        # slcan: each frame sent is acknowledged by a line that reads as None
         empties = self._unread_replies + 1 if self._chatty else 1
         for _ in range(DRAIN_LIMIT):
             try:
@@ -217,6 +221,7 @@ class AdapterBus:
         if self._lost:
             raise LinkLost(self._lost)
         try:
+            # a port without room would make `write` wait for ROOM_S
             if self._port and not select.select((), self._port, (), 0)[1]:
                 self.health.refused()
                 return False
@@ -246,6 +251,7 @@ class AdapterBus:
 
     def close(self) -> None:
         """Shut the bus down; an adapter that is gone already is no error."""
+        # from now on sending and receiving say so, in place of an error of the closed bus
         self._lost = self._lost or f"{self._name}: closed"
         try:
             self._bus.shutdown()

@@ -100,7 +100,7 @@ class CanBackend:
         try:
             bus.subscribe(self._set_up(bus))
             self._check_identity()
-            self.sample.fresh = 0
+            self.sample.fresh = 0  # what came while the devices were set up is older than the question below
             self._prime(bus)
         except BaseException:
             bus.close()
@@ -139,6 +139,7 @@ class CanBackend:
 
         fields = tick.dtype.fields
         assert fields is not None
+        # words of 8 bytes: every field of a tick is made of them
         self.command_words = {name: fields[of][1] // 8 for name, of in COMMAND_FIELDS.items()}
         self._take_back()
         if not is_possible(self.steady_frames()):
@@ -218,7 +219,7 @@ class CanBackend:
         slot = self._slot
         first = self._tick is None
         self._bind(tick)
-        if not first:
+        if not first:  # another row of the ring is no missed slot: ages count from the last cycle
             self._slot = slot
 
     def show(self) -> bool:
@@ -281,6 +282,7 @@ class CanBackend:
                 self._stop(bus)
             except LinkLost:
                 return
+            # nothing more was refused: every stop frame is the interface's
             if bus.health.counts["tx_refused"] == refused or time.monotonic() > deadline:
                 return
             bus.discard()

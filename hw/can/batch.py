@@ -52,6 +52,7 @@ class Batch:
 
     def __init__(self, fd: int) -> None:
         self.buffer = bytearray(FRAMES * STRIDE)
+        # exported: a bytearray that the kernel writes into can no longer be resized
         self._held = (ctypes.c_char * len(self.buffer)).from_buffer(self.buffer)
         start = ctypes.addressof(self._held)
         self._pieces = (_Piece * FRAMES)(*(_Piece(start + k * STRIDE, STRIDE) for k in range(FRAMES)))
@@ -70,6 +71,7 @@ class Batch:
         n: int = self._call(self._fd, self._where, self._room, self._flags, None)
         if n < 0:
             code = ctypes.get_errno()
+            # nothing waits, or a signal came (stop, shutdown): both are told by the next look
             if code in (errno.EAGAIN, errno.EINTR):
                 return 0
             raise OSError(code, os.strerror(code))

@@ -114,6 +114,7 @@ class BoardBackend(CanBackend):
         """See CanBackend."""
         on = enabled
         for armed in self._armed:
+            # order() counts the cycle: asked of each board, whatever the others say
             on = armed.order(enabled) and on
         self._on = on
         for sent in self._sent:

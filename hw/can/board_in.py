@@ -95,6 +95,7 @@ class ReceivedFrame:
             raw, unwrap = raw_decoder(field), Unwrap(field.bits)
             scale, offset = to_si * field.scale, to_si * field.offset
             number.way, number.state = ENDLESS, unwrap
+            # followed as a raw number: a scaled one would lose the last bits of a long way
             return (lambda buffer, at: scale * unwrap(int(raw(buffer, at))) + offset), target, axis
         decode = within(field) if table.get("saturates") else decoder(field)
         if table.get("wrap_at"):
@@ -165,6 +166,7 @@ class ReceivedFrame:
     def _whole(self, buffer: Buffer, offset: int, length: int) -> None:
         """Decode one frame; a damaged, repeated or not finite one changes nothing but counters."""
         sample = self._sample
+        # before the counter: a damaged frame must not move it on
         if length != self._length or not self._intact(buffer, offset):
             sample.damaged()
             return
@@ -172,6 +174,7 @@ class ReceivedFrame:
             sample.not_newer()
             return
         values = self._values
+        # all numbers before any is kept: a frame counts as a whole
         for i, (decode, _, _) in enumerate(self._fields):
             value = decode(buffer, offset)
             if value - value != 0.0:  # NaN or infinite

@@ -69,6 +69,7 @@ class SentFrame:
                 bus.send(self._idle)
                 return
         elif self._enter is not None and not self._entered:
+            # no room: again in the next cycle, and no command before it
             self._entered = bus.send(self._enter)
             return
         frame = self._frame
@@ -79,9 +80,10 @@ class SentFrame:
                 value = 1.0 if enabled else 0.0
             elif enabled:
                 wanted = (currents_a if channel == "current_command" else torques_nm)[axis]
-                if wanted - wanted != 0.0:
+                if wanted - wanted != 0.0:  # NaN or infinite
                     self.send(bus, currents_a, torques_nm, False)
                     return
+                # cut before it is scaled: `limit` is in SI units
                 value = to_wire * (limit if wanted > limit else -limit if wanted < -limit else wanted)
             encode(buffer, offset, value)
         if self._counter is not None:

@@ -50,6 +50,7 @@ class BitsOptions(Table):
         if isinstance(data, dict) and "byte" in data and "start_bit" not in data:
             rest = {key: value for key, value in data.items() if key != "byte"}
             if isinstance(data["byte"], int):
+                # big endian: start_bit is the highest bit, 7 of the first byte
                 return {**rest, "start_bit": 8 * data["byte"] + (7 if data.get("order") == "big" else 0)}
         return data
 
@@ -105,6 +106,8 @@ class SentField(BitsOptions):
         if self.channel in ("current_command", "torque") and self.scale and self.bits <= 64:
             field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
             least = self.scale * to_raw(field, 0.0) + self.offset
+            # no raw number may be 0 exactly (a range that is offset by half a step): one step off is near
+            # enough
             if abs(least) > abs(self.scale):
                 msg = (
                     f"{self.channel}: {self.bits} bits of type {self.type} with this scale and offset "

@@ -50,6 +50,7 @@ _DEVICE, _LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
 
 def drive_state(statusword: int) -> str:
     """State of the drive (CiA 402-2, statusword table)."""
+    # 0F: fault reaction active, on its way to fault
     if statusword & 0x4F == 0x08 or statusword & 0x4F == 0x0F:
         return FAULT
     if statusword & 0x4F == 0x40:
@@ -73,7 +74,7 @@ def controlword(state: str, enabled: bool, tick: int) -> int:
 def per_mille(value: float, rated: float) -> int:
     """`value` as per mille of `rated`, saturated to 16 bits; NaN is 0."""
     share = 1000.0 * value / rated
-    if share != share:
+    if share != share:  # NaN
         return 0
     return 32767 if share >= 32767 else -32768 if share <= -32768 else round(share)
 
@@ -109,6 +110,7 @@ class Cia402Axis:
         self._rad_s_per_unit = self._shaft.rad_per_turn / units if units else 0.0
         self._unwrap = Unwrap(32)
         self._armed = Armed(round(ARM_S / rig.period_s))
+        # five heartbeats, which are in ms
         self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
         self._tick = self._silent_for = self._word = 0
         self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
@@ -179,7 +181,7 @@ class Cia402Axis:
             self._sample.damaged()
             return
         statusword, counts, current = FEEDBACK.unpack_from(buffer, offset)
-        self._word = statusword & 0x7F
+        self._word = statusword & 0x7F  # bits 0 to 6 tell the state (CiA 402-2)
         self.state = _STATES[self._word]
         self._armed.saw(self.state == ENABLED)
         sample, shaft, axis = self._sample, self._shaft, self._axis
@@ -197,6 +199,7 @@ class Cia402Axis:
 
     def _on_heartbeat(self, buffer: Buffer, offset: int, length: int) -> None:
         if length == 1:
+            # bit 7 is the toggle of node guarding (CiA 301)
             self.nmt, self._silent_for = buffer[offset] & 0x7F, 0
 
     def _on_emergency(self, buffer: Buffer, offset: int, length: int) -> None:

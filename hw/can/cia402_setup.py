@@ -66,7 +66,7 @@ class SdoClient:
 
     def write(self, index: int, sub: int, value: int, size: int) -> None:
         """Download an unsigned or negative number of `size` bytes. Raises BackendError."""
-        data = (value & (1 << 8 * size) - 1).to_bytes(size, "little")
+        data = (value & (1 << 8 * size) - 1).to_bytes(size, "little")  # two's complement of a negative one
         self._ask(index, sub, _DOWNLOADED)
         try:
             self._node.sdo.download(index, sub, data)
@@ -134,9 +134,10 @@ def configure(
         remote = network.add_node(node, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
         remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
         sdo = SdoClient(network, remote, node)
-        remote.nmt.state = "PRE-OPERATIONAL"
+        remote.nmt.state = "PRE-OPERATIONAL"  # no PDO is sent or obeyed in this state (CiA 301)
         _take_down(sdo)
         torque_nm = _rated(sdo, node, table, "torque_nm", 0x6076)
+        # 1018: vendor, product, serial number; 3 is the revision
         identity = struct.pack("<3I", *(sdo.read(0x1018, sub) for sub in (1, 2, 4)))
         _map(sdo, 0x1400, 0x1600, 0x200 + node, _RPDO)
         current = _map_feedback(sdo, node)
@@ -149,7 +150,7 @@ def configure(
         remote.nmt.state = "OPERATIONAL"
         _require_mode(sdo, node)
     finally:
-        if network.notifier is not None:
+        if network.notifier is not None:  # its thread would run on beside the loop
             network.notifier.stop(1.0)
         bus.release(wire)
     return torque_nm, current_a, identity
@@ -164,6 +165,7 @@ def _take_down(sdo: SdoClient) -> None:
 
 def _rated(sdo: SdoClient, node: int, table: Options, what: str, index: int) -> float:
     """Rated torque or current, from the options or the drive. Raises BackendError unless it is above 0."""
+    # 6076 is in mN m, 6075 in mA (CiA 402-2)
     rated = float(table[f"rated_{what}"] or 1e-3 * sdo.read(index, 0))
     if rated <= 0:
         raise BackendError(
@@ -208,7 +210,7 @@ def _map_feedback(sdo: SdoClient, node: int) -> int:
 def interpolation_time(period_s: float) -> tuple[int, int]:
     """Object 60C2 for a period: value of 1 to 255 and exponent of ten, as exact as it gets, in whole ms if
     they do."""
-    best = (1, -3)
+    best = (1, -3)  # 1 ms, where no exponent gives 1 to 255
     for exponent in (-3, -4, -5, -6):
         value = round(period_s / 10.0**exponent)
         if not 1 <= value <= 255:
@@ -222,7 +224,7 @@ def interpolation_time(period_s: float) -> tuple[int, int]:
 def _set_period(sdo: SdoClient, node: int, period_s: float) -> None:
     """Tell the drive how often a torque comes (60C2), where it has that object; in the order it takes."""
     value, exponent = interpolation_time(period_s)
-    wanted = {1: value, 2: exponent & 0xFF}
+    wanted = {1: value, 2: exponent & 0xFF}  # an int8
     if sdo.try_read(0x60C2, 1) is None:
         return
     for order in ((1, 2), (2, 1)):
@@ -256,6 +258,7 @@ def _supervise(sdo: SdoClient, node: int, options: Options) -> None:
 
     Raises BackendError if the drive cannot watch it, or would do nothing: nothing else stops it when the host
     dies."""
+    # CiA 301: node in bits 16 to 22, milliseconds below
     consumer = int(options["source"]) << 16 | int(options["time_to_live_ms"])
     sdo.write(0x1016, 1, consumer, 4)
     sdo.write(0x1017, 0, int(options["heartbeat_ms"]), 2)

@@ -41,6 +41,7 @@ def load(path: Path) -> Database:
     except ModuleNotFoundError as error:
         raise BackendError("reading a DBC needs cantools: pip install 'rtctl[can]'") from error
     try:
+        # strict: signals that overlap or reach out of their frame are refused
         database = cantools.database.load_file(path, strict=True)
     except (OSError, ValueError, cantools.Error) as error:
         raise BackendError(f"{path}: cannot read the DBC file: {error}") from error

@@ -86,7 +86,7 @@ class DriveBackend(CanBackend):
         for drive in self.drives:
             everything |= drive.handlers()
         for drive in self.drives:
-            bus.subscribe(everything)
+            bus.subscribe(everything)  # each time: the set-up of a CiA 402 drive hears that one alone
             drive.set_up(bus)
         return everything
 
@@ -164,6 +164,7 @@ class Cia402Backend(DriveBackend):
         self._sync = bus.outgoing(SYNC, 0)
         self._heartbeat = bus.outgoing(HEARTBEAT + int(self._options["source"]), 1)
         self._heartbeat.buffer[self._heartbeat.offset] = OPERATIONAL
+        # rounded down: never later than the drives were told
         self._every = max(1, int(1e-3 * self._options["heartbeat_ms"] / self._rig.period_s))
         self._since = self._every  # the first cycle sends one: the drives watch from then on
         return everything
@@ -175,7 +176,7 @@ class Cia402Backend(DriveBackend):
     def send(self, bus: Bus, *, enabled: bool) -> None:
         """See CanBackend."""
         super().send(bus, enabled=enabled)
-        bus.send(self._sync)
+        bus.send(self._sync)  # after all RPDOs: the drives obey them at this SYNC
         self._since += 1
         if self._since >= self._every:
             self._since = 0
@@ -186,6 +187,7 @@ class Cia402Backend(DriveBackend):
         return [*super().steady_commands(), Command(self._sync)]
 
     def _alike(self) -> int:
+        # - 1: the cycle that sends the heartbeat is Python's
         return min(super()._alike(), self._every - self._since - 1)
 
     def pass_by(self, cycles: int) -> None:

@@ -71,6 +71,7 @@ class Field:
         if self.order == "little":
             return self.start_bit
         byte, bit = divmod(self.start_bit, 8)
+        # the highest bit is given: the lowest is `bits - 1` below it
         return 8 * (self.length - 1 - byte) + bit - self.bits + 1
 
     @property
@@ -119,6 +120,7 @@ def raw_decoder(field: Field) -> Decode:
         return _float
     if field.kind == "int":
         return lambda buffer, offset: (
+            # ^ sign, - sign: extends the sign
             ((int.from_bytes(buffer[offset : offset + length], order) >> shift & mask) ^ sign) - sign
         )
     return lambda buffer, offset: int.from_bytes(buffer[offset : offset + length], order) >> shift & mask
@@ -227,6 +229,7 @@ class Sequence:
         self._last = last if begun else None
 
     def newer(self, count: int) -> bool:
+        # the first frame has nothing to be newer than
         """True, and `count` remembered, if it lies within half the range after the last accepted one."""
         ahead = 1 if self._last is None else (count - self._last) & self._mask
         if 0 < ahead <= self._half:
@@ -245,6 +248,7 @@ def _crc8(data: Buffer, polynomial: int) -> int:
 
 
 def _table(polynomial: int) -> bytes:
+    # the start value 0xFF is taken out: what is left is linear, and the table serves any remainder
     return bytes(_crc8(bytes([byte]), polynomial) ^ _crc8(b"\0", polynomial) for byte in range(256))
 
 

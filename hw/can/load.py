@@ -82,7 +82,7 @@ def bus_load(frames: list[Traffic], bitrate: int, data_bitrate: int, period_s: f
     for frame in frames:
         seconds = frame_s(frame, bitrate, data_bitrate)
         share += seconds * frame.per_s
-        if frame.per_s * period_s >= 1.0 - 1e-9:
+        if frame.per_s * period_s >= 1.0 - 1e-9:  # a rate that is the loop's own may come out a hair below it
             cycle_s += seconds * frame.per_s * period_s
         lines.append(
             f"{frame.name}: {frame.length} bytes, {frame.per_s:g}/s, {1e6 * seconds:.0f} us each at worst, "

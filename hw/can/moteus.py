@@ -146,6 +146,7 @@ class MoteusAxis:
         for frame, content in ((self._command, command_frame()), (self._stop, stop_frame())):
             frame.buffer[frame.offset : frame.offset + frame.length] = content
         ask = bus.outgoing(to, 8)
+        # 0x1B: read three int32; 0xA0 0x02: from register 0x120, the serial number, as varuint
         ask.buffer[ask.offset : ask.offset + 8] = bytes([0x1B, 0xA0, 0x02]).ljust(8, bytes([NOP]))
         bus.send(ask)
         wait_for(bus, lambda: bool(self.identity), 0.2)

@@ -89,11 +89,11 @@ def parse_reply(data: Buffer) -> dict[int, float] | None:
         if head == NOP:
             at += 1
             continue
-        if not 0x20 <= head <= 0x2F or at + 1 >= end:
+        if not 0x20 <= head <= 0x2F or at + 1 >= end:  # replies: two bits of type, two of count
             return None
         at += 1
         kind, count = head >> 2 & 3, head & 3
-        if count == 0:
+        if count == 0:  # the count follows in a byte of its own
             count = data[at]
             at += 1
             if count == 0:  # of no registers: nothing follows

@@ -56,6 +56,7 @@ class OdriveAxis:
         self._remote = not options.get("bus", {}).get("fd")  # CAN FD has none: an empty frame asks there
         self._has_temperature = bool(options.get("temperature_ms"))
         beat_s = 1e-3 * float(options["heartbeat_ms"])
+        # the state comes with a heartbeat: two may pass before it tells
         self._armed = Armed(round(ARM_S / rig.period_s) + round(2 * beat_s / rig.period_s))
         self._silence_s = max(SILENT_TICKS * rig.period_s, SILENT_BEATS * beat_s)
         self._heartbeat_ticks = round(self._silence_s / rig.period_s)
@@ -171,6 +172,7 @@ class OdriveAxis:
     def set_up(self, bus: Bus) -> None:
         """Disarm, learn its firmware, choose torque control, hear every kind of frame. Blocks."""
         self._make_frames(bus)
+        # until it answers Get_Version it is taken for one that does not
         self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
         for frame in (self._ask_version, self._mode, self._clear):

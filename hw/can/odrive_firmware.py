@@ -48,6 +48,7 @@ def decode_version(buffer: Buffer, offset: int, length: int) -> Version | None:
     """Major, minor and revision of the firmware; None for a frame of another length."""
     if length != 8:
         return None
+    # before these: protocol and hardware; behind: whether it is unreleased (ODrive's Get_Version)
     major, minor, revision = buffer[offset + 4 : offset + 7]
     return major, minor, revision
 

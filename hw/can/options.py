@@ -119,6 +119,7 @@ class DriveOptions(BusUser):
 class OdriveAxisOptions(AxisOptions):
     """[[device.options.axis]] of kind odrive."""
 
+    # 63 is nobody's: every node hears it (ODrive's CAN protocol)
     node: int = Field(ge=0, le=62, description="can.config.node_id")
 
 

@@ -19,7 +19,7 @@ from hw.interface import BackendError, LinkLost
 if TYPE_CHECKING:
     from can import BusABC
 
-_HEAD = struct.Struct("=IB")
+_HEAD = struct.Struct("=IB")  # struct can_frame is in the machine's own byte order
 CAN_RAW_ERR_FILTER = 2  # linux/can/raw.h; the socket module has it, its stubs do not
 _FD_BRS = 0x01  # send the data phase at the data bit rate
 CLASSIC_BYTES, FD_BYTES, DATA_AT = 16, 72, 8
@@ -122,6 +122,7 @@ class RawBus:
     def subscribe(self, handlers: Mapping[int, Handler]) -> None:
         """Have `receive` call these; the kernel drops all other frames."""
         self._handlers = dict(handlers)
+        # the flags too: else standard 0x10 would pass for extended 0x10
         mask = EXTENDED | REMOTE | 0x1FFF_FFFF
         packed = b"".join(struct.pack("=II", can_id, mask) for can_id in handlers)
         self._socket.setsockopt(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, packed)
@@ -141,7 +142,7 @@ class RawBus:
                     elif can_id & ERROR:
                         data = buffer[at + DATA_AT : at + DATA_AT + length]
                         self.health.error_frame(can_id & ~ERROR, data)
-                if n < FRAMES:
+                if n < FRAMES:  # fewer than there is room for: nothing more waits
                     if self._lost:
                         raise LinkLost(self._lost)
                     return True
@@ -199,6 +200,6 @@ class RawBus:
 def _is_up(sock: socket.socket, channel: str) -> bool:
     import fcntl
 
-    request = struct.pack("16sh14x", channel.encode(), 0)
+    request = struct.pack("16sh14x", channel.encode(), 0)  # struct ifreq: name, flags
     flags: int = struct.unpack_from("16xh", fcntl.ioctl(sock.fileno(), 0x8913, request))[0]  # SIOCGIFFLAGS
     return bool(flags & 1)

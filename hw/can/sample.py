@@ -99,6 +99,7 @@ class Shaft:
 
     def limited(self, current_a: float) -> float:
         """The current within +-`current_max_a`; one that is not finite is 0, as a drive would refuse it."""
+        # NaN or infinite
         if current_a - current_a != 0.0:
             return 0.0
         limit = self.current_max_a

@@ -46,6 +46,7 @@ _ANSWER_S = 0.2
 
 def parse(line: bytes) -> tuple[int, bytes] | None:
     """Identifier with flags and data of one line (without its end); None unless it is a whole frame."""
+    # `int` takes blanks, signs and _, and `fromhex` blanks
     if len(line) < 5 or not line.isalnum() or not line.isascii():
         return None
     kind = line[0]
@@ -106,7 +107,7 @@ class SlcanBus:
         try:
             if rate not in RATES:
                 raise BackendError(f"{self._name}: bitrate {rate} is none of {sorted(RATES)}")
-            self._command(b"\rC\r", 0.02)
+            self._command(b"\rC\r", 0.02)  # the first end of line ends what another program has left half
             for command in (b"S%d\r" % RATES[rate], b"O\r"):
                 if _BELL in self._command(command, _ANSWER_S):
                     raise BackendError(
@@ -183,7 +184,7 @@ class SlcanBus:
         return False
 
     def _take(self, data: bytes) -> None:
-        data = self._left + data
+        data = self._left + data  # BELL: the adapter has refused a frame
         if _BELL in data:
             self.health.refused()
             data = data.replace(_BELL, b"")
@@ -192,7 +193,7 @@ class SlcanBus:
             self.health.counts["damaged"] += 1
             self._left = b""
         for line in lines:
-            if not line or line in (b"z", b"Z"):
+            if not line or line in (b"z", b"Z"):  # z, Z: the adapter has taken a frame
                 continue
             found = parse(line)
             if found is None:

@@ -32,6 +32,7 @@ _XOR8, _SUM8, _SUM16, _J1850, _ = range(len(CHECKSUM_KINDS))
 
 def _remainders(kind: str) -> np.ndarray:
     """What each byte makes of a remainder of 0, from the function of one byte."""
+    # the 0xFF of begin and end is taken out again
     return np.array([CHECKSUMS[kind](bytes([byte ^ 0xFF])) ^ 0xFF for byte in range(256)], np.int64)
 
 
@@ -56,6 +57,7 @@ def _whole(found: int, f: np.record) -> int:
     if f.kind == UINT:
         return np.int64(found)  # type: ignore[return-value]
     spare = np.uint64(64 - f.bits)
+    # up and down again: the sign fills the bits above
     return np.int64(np.uint64(found) << spare) >> np.int64(spare)  # type: ignore[return-value]
 
 
@@ -76,6 +78,7 @@ def raw_number(data: np.ndarray, at: int, f: np.record) -> float:
 def value_of(data: np.ndarray, at: int, f: np.record) -> float:
     """The number in SI units; NaN where it is none. Follows counters and angles."""
     if f.way == ENDLESS:
+        # not factor * (scale * count + offset), which rounds otherwise than the closure in `board_in`
         count = unwrap(_whole(raw_bits(data, at, f), f), f.bits, f.encoder)
         return float(f.factor * f.scale * count + f.factor * f.offset)
     value = raw_number(data, at, f)
@@ -214,6 +217,7 @@ def put_number(data: np.ndarray, at: int, f: np.record, value: float) -> None:
     raw = (f.before * (f.factor * wanted) - f.offset) / f.scale
     raw = min(max(raw, f.low), f.high)
     if f.kind != FLOAT:
+        # rint: half to even, as Python's `round`
         _put_bits(data, at, f, np.uint64(np.int64(np.rint(raw))))  # type: ignore[arg-type]
     elif f.bits == 32:
         _put_bits(data, at, f, np.uint64(np.float32(raw).view(np.uint32)))  # type: ignore[arg-type]

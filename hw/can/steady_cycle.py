@@ -49,6 +49,7 @@ def _serve(
         key, length, data = _key(inbox, head), int(inbox[head + 4]), head + DATA_AT
         if key & ERROR:
             return False
+        # before any is decoded: a frame that is left to Python must not count twice
         for k in range(b.frames):
             if frames[k].key == key and is_for_python(inbox, data, length, frames[k], numbers):
                 return False
@@ -96,7 +97,7 @@ def _from_line(
     from `b.begin` on.
 
     One read takes all: the kernel's line discipline holds less than there is room for."""
-    for k in range(b.left):
+    for k in range(b.left):  # the beginning of a line, left by the cycle before
         chunk[k] = chunk[b.begin + k]
     n, begin = read_some(b.fd, chunk[b.left :]), 0
     end = b.left + max(n, 0)

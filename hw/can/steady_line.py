@@ -19,7 +19,7 @@ def _nibble(byte: int) -> int:
     if _ZERO <= byte < 58:
         return byte - _ZERO
     small = byte | 32
-    return small - 87 if 97 <= small <= 102 else -1
+    return small - 87 if 97 <= small <= 102 else -1  # 87: `a` is 10
 
 
 @compiled
@@ -92,6 +92,7 @@ def put_line(packet: np.ndarray, key: int, length: int, line: np.ndarray) -> int
         line[0] = _EXTENDED_DATA if extended else _STANDARD
     digits = 8 if extended else 3
     for k in range(digits):
+        # 29 bits in 8 digits: the first has one
         line[1 + k] = _digit(key >> (4 * (digits - 1 - k)) & (1 if k == 0 and extended else 15))
     line[digits + 1] = _ZERO + length
     at = digits + 2
@@ -104,4 +105,4 @@ def put_line(packet: np.ndarray, key: int, length: int, line: np.ndarray) -> int
 
 @compiled
 def _digit(value: int) -> int:
-    return _ZERO + value if value < 10 else 55 + value
+    return _ZERO + value if value < 10 else 55 + value  # 55: `A` is 10

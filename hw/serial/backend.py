@@ -91,6 +91,7 @@ class SerialCore:
             port.close()
             raise
         self._views = [self.chunk.data]
+        # from now on a re-plug is waited for, by a loop that makes no ticks meanwhile
         self._patience_s = self._reopen_timeout_s
         self._port = port
         self._wire["fd"] = port.fd
@@ -142,7 +143,7 @@ class SerialCore:
         size = self._size
         size[1] = MORE
         for _ in range(CHUNKS_PER_READ - 1):
-            receive()
+            receive()  # with size[1] = MORE: taken in, and nothing of it shown
             size[0] = n = port.read_into(self._views)
             if n < BACKLOG:
                 break

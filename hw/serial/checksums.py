@@ -57,7 +57,7 @@ def _reflected(polynomial: int) -> np.ndarray:
 
 _CRC8 = _forward(0x07, 8)
 _CCITT = _forward(0x1021, 16)
-_MODBUS = _reflected(0xA001)
+_MODBUS = _reflected(0xA001)  # 8005, its bits reversed
 
 
 @compiled

@@ -15,6 +15,7 @@ _COMMAND_BYTES, _COMMAND_AXIS_BYTES = 12, 4
 
 
 def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
+    # ten bits a byte: start, eight of data, stop
     delay_s = 2 * rig.period_s + 10 * wire_bytes / float(options.get("baud") or 921_600)
     return [Timing(delay_s=delay_s, sample_period_s=rig.period_s, jitter_s=rig.period_s)] * rig.n_axes
 

@@ -9,7 +9,7 @@ import numpy as np
 from hw.jit import compiled
 from hw.serial.framing import BODY_MAX
 
-_ROOM = BODY_MAX + 2
+_ROOM = BODY_MAX + 2  # one byte more than a packet may have: by it one that is too long is told
 
 
 @cache

@@ -53,7 +53,7 @@ class DescribedBackend(SerialCore):
         require_line_rate(self._path, self._baud, sample["length"], own_hz, sent, 1.0 / rig.period_s)
         self._stream = records(np.zeros(1, stream_dtype()))
         self.link = records(np.zeros(1, codec.described_dtype(rig.n_axes)))
-        self.link["angle"][..., 0] = np.nan
+        self.link["angle"][..., 0] = np.nan  # NaN: no angle has been seen yet
         for channel in MEASURED:
             self.link["show_" + channel] = channel in channels
         self.link["torque_mode"] = "torque" in self.consumes

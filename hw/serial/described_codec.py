@@ -88,12 +88,13 @@ def _store_switch(d: np.record, target: int, on: bool) -> None:
 @compiled
 def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
     """Take over the numbers of a frame that counts."""
-    d.estop, d.fault = 0, 0
+    d.estop, d.fault = 0, 0  # several bits of a frame may say so: any one sets it
     for k in range(len(fields)):
         f, i = fields[k], fields[k].index
         value = (raw[k] - f.zero) * f.scale
         on = ((np.int64(raw[k]) & f.mask) != 0) != (f.invert != 0) if f.mask else False
         if f.target == _POSITION and f.bits:
+            # unwrapped as a whole number, then scaled: a scaled one would lose the last bits of a long way
             d.position_rad[i] = (unwrap(int(np.int64(raw[k])), f.bits, d.encoder[i]) - f.zero) * f.scale
         elif f.target == _POSITION and f.period > 0:
             d.position_rad[i] = follow(value, f.period, d.angle[i])
@@ -208,7 +209,7 @@ def send(
         value = t.torque_applied_nm[axis] if d.torque_mode else t.current_command_a[axis]
         enable = enable and math.isfinite(value)
     d.asked = 1 if enable else 0
-    for k in range(x.length):
+    for k in range(x.length):  # sync, constants and tail first: numbers and switches are put over them
         packet[k] = x.template[k]
     d.command_sequence += 1
     for k in range(len(fields)):

@@ -137,6 +137,7 @@ def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:
     unit = unit_of(field, rig)
     row["scale"] = field["scale"] * unit
     row["period"] = unit * (field.get("wrap_at") or 0.0)
+    # only a whole number runs over its end
     whole = name == "position" and row["kind"] != FLOAT and not row["period"]
     row["bits"] = (field["wrap_bits"] or 8 * int(row["n_bytes"])) if whole else 0
 

@@ -113,6 +113,7 @@ def toward_zero(value: float) -> float:
 
     So what was read from the wire goes back to the wire as the same number."""
     nearest = np.rint(value)
+    # some nine last places of a float64: `value` is a product or two from the wire
     if abs(nearest - value) <= 2e-15 * abs(value):
         return float(nearest)
     return float(math.trunc(value))
@@ -152,7 +153,7 @@ def encode_state(record: np.ndarray, body: np.ndarray) -> int:
     at = put(body, at, 2, s.command_sequence)
     at = put(body, at, 1, s.command_age)
     at = put(body, at, 1, len(s.position_counts))
-    at = put(body, at, 2, 0)
+    at = put(body, at, 2, 0)  # reserved (docs/serial-protocol.md)
     for k in range(3):
         at = put(body, at, 4, s.force_un[k])
     for axis in range(len(s.position_counts)):

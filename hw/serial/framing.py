@@ -101,7 +101,7 @@ def unseal(data: np.ndarray, n: int, body: np.ndarray) -> int:
     int
         Length of the body without its CRC, or -1 for anything that is not a whole and undamaged packet:
         too short, too long, a zero inside, a COBS code that points beyond the end, a wrong CRC."""
-    if n < 6 or n > BODY_MAX + 1:
+    if n < 6 or n > BODY_MAX + 1:  # a COBS byte, a body of at least one, four of CRC
         return -1
     i, at = 0, 0
     while i < n:
@@ -114,7 +114,7 @@ def unseal(data: np.ndarray, n: int, body: np.ndarray) -> int:
             body[at] = data[k]
             at += 1
         i += code
-        if i < n:
+        if i < n:  # a code stands for the zero behind its bytes, but for the last one
             body[at] = 0
             at += 1
     if crc32(body, 0, at - 4) != unsigned(body, at - 4, 4):

@@ -108,6 +108,7 @@ def wire_value(f: np.record, value: float) -> float:
     steps = value / f.scale
     if f.kind == FLOAT:
         return float(steps + f.zero)
+    # more than any field holds, and still exact: an infinite value has no whole part
     steps = min(max(steps, -(2.0**40)), 2.0**40)
     return toward_zero(steps) + float(f.zero)
 

@@ -50,6 +50,7 @@ class LinesBackend(SerialCore):
         self._packet_bytes = self.packet.data
         self._identity: str | None = None
         self._opened = False
+        # at least a digit and a separator for each number
         shortest = len(sample["prefix"]) + 2 * sample["columns"]
         sent = len(self._poll) + (
             len(self._writer.write([0.0] * rig.n_axes, enabled=True)) + 1 if self._writer else 0

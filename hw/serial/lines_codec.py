@@ -23,7 +23,7 @@ NUMBER_MAX = 1e9
 """Largest number written, however small the scale."""
 
 _NUMBER = re.compile(rb"[+-]?(?:[0-9]+(?:\.([0-9]*))?|\.([0-9]+))(?:[eE][+-]?[0-9]{1,3})?")
-_WHOLE = re.compile(rb"[0-9]{1,15}")
+_WHOLE = re.compile(rb"[0-9]{1,15}")  # 15 digits: exact as a float64
 _NOT_FINITE = re.compile(rb"[+-]?(?:nan|inf|infinity|ovf)(?:\([a-z0-9]*\))?", re.IGNORECASE)
 
 DAMAGED = "damaged"
@@ -58,6 +58,7 @@ class Lines:
     def cut(self, data: bytes) -> list[bytes | None]:
         """The lines that end in `data`, oldest first; None in place of one that is too long. Empty ones are
         left out."""
+        # \r\n leaves an empty line between, which is passed over
         first, *others = data.replace(b"\r", b"\n").split(b"\n")
         if len(self._pending) <= LINE_MAX:  # else too long already: it grows no more
             self._pending += first
@@ -80,6 +81,7 @@ class LineReader:
 
     def __init__(self, table: Options) -> None:
         self._prefix = table["prefix"].encode()
+        # None: bytes.split takes any run of blanks
         self._separator = None if table["separator"] == " " else table["separator"].encode()
         self._columns, self._sealed = int(table["columns"]), table["checksum"] == "nmea"
         whole = ("estop", "fault", "enabled", "sequence")
@@ -92,6 +94,7 @@ class LineReader:
         if self._sealed:
             text, star, digits = line.rpartition(b"*")
             try:
+                # NMEA 0183 sums up what stands between $ and *
                 right = bool(star) and len(digits) == 2 and int(digits, 16) == nmea(text.removeprefix(b"$"))
             except ValueError:
                 right = False

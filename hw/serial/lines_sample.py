@@ -79,6 +79,7 @@ class LineSample:
     def take(self, numbers: Sequence[float]) -> None:
         """Make the numbers of a line the newest sample, unless they are older or cannot be."""
         rows = self._rows
+        # before any other number is taken: fields stand in any order
         for row, number in zip(rows, numbers, strict=True):
             if row.channel == "sequence" and not self._is_newer(int(number)):
                 self.counts["older"] += 1

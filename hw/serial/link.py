@@ -92,7 +92,7 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
     ln.good += 1
     if ln.started:
         ahead = (s.sequence - ln.sequence) & 0xFFFF
-        later_us = (s.time_us - ln.time_us) & 0xFFFFFFFF
+        later_us = (s.time_us - ln.time_us) & 0xFFFFFFFF  # microseconds, which start over every 71 minutes
         if not (0 < ahead < 0x8000 and 0 < later_us < 0x80000000):
             ln.older += 1
             ln.older_in_row += 1
@@ -104,6 +104,7 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
     ln.status = s.status | (0 if s.has_velocity else _NO_VELOCITY) | (0 if s.has_moment else _NO_MOMENT)
     ln.command_acknowledged = s.command_sequence
     for axis in range(len(ln.position_counts)):
+        # unwrapped as a whole number: counts of a long way are exact
         ln.position_counts[axis] = unwrap(s.position_counts[axis], 32, ln.encoder[axis])
         ln.current_a[axis] = ln.motor_sign[axis] * (s.current_ua[axis] * 1e-6)
         ln.temperature_c[axis] = s.temperature_cdeg[axis] * 1e-2
@@ -148,6 +149,7 @@ def _dropped(ln: np.record) -> bool:
     A power stage may take its time to switch on. One that was on and is off again has let go, unless the
     board shows an emergency stop, which the host is told by a channel of its own. The verdict holds until the
     host disables the board, whatever the board says later."""
+    # only a command that was sent since the host has enabled it is answered by what the board says now
     since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
     if since < ln.enabled_in_row:
         if ln.status & _ENABLED:

@@ -84,6 +84,7 @@ class EventLog:
         data = b"".join(lines)
         if self._fd < 0:
             self._open()
+        # a batch that is longer than a file goes whole into one of its own
         if self._size and self._size + len(data) > self._max_bytes:
             self._rotate()
         try:
@@ -107,7 +108,7 @@ class EventLog:
 
     def _rotate(self) -> None:
         self.close()
-        for k in range(KEPT_FILES - 1, 0, -1):
+        for k in range(KEPT_FILES - 1, 0, -1):  # from the oldest on: each name is free when its turn comes
             source = self._folder / (_rotated(k - 1) if k > 1 else CURRENT)
             if source.exists():
                 source.replace(self._folder / _rotated(k))

@@ -144,7 +144,7 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
 
 def _csv(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     ticks = 0
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with path.open("w", newline="", encoding="utf-8") as file:  # the csv module ends its lines itself
         writer, headed = csv.writer(file), False
         for ticks, flat in _tables(reader, names, flat=True):
             if not headed:
@@ -189,11 +189,13 @@ def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progr
     if names != _names(()):
         raise ConfigError("an MCAP file has whole ticks: leave out --fields")
     attachments = {name: ("application/octet-stream", data) for name, data in reader.attachments.items()}
+    # beside the result: it is renamed into place, which no other file system takes
     with TemporaryDirectory(prefix=".export", dir=path.parent) as folder:
         limits = Limits(file_bytes=1 << 62, file_s=math.inf, free_bytes=0)
         parts = Parts(Path(folder), Setup(reader.about, attachments), limits, rows=True)
         for batch in reader.batches():
             events, commands = batch.events, batch.commands
+            # a gap in the numbers is a loss, and a block of its own begins behind it
             for some in np.split(np.arange(len(batch.rows)), np.flatnonzero(np.diff(batch.numbers) != 1) + 1):
                 if len(some):
                     parts.add(int(batch.numbers[some[0]]), batch.rows[some], events, commands)

@@ -72,6 +72,7 @@ def texts(about: Mapping[str, str], name: str) -> list[str]:
 
 def _whole(text: str, bounds: tuple[int, int]) -> bool:
     low, high = bounds
+    # a nineteenth digit: 2^62 has it
     return text.isascii() and text.isdecimal() and len(text) <= MOST_DIGITS + 1 and low <= int(text) <= high
 
 

@@ -149,6 +149,7 @@ def write_incident(folder: Path, incident: Incident) -> Path:
         with part.open("wb") as file:
             np.savez_compressed(file, incident=np.array(json.dumps(body)), **columns)
             file.flush()
+            # before the rename: a name that stands for a whole file must not come to the disk first
             os.fsync(file.fileno())
         part.replace(path)
     except OSError:
@@ -164,9 +165,10 @@ def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0
+    # names begin with the time: the newest first
     for k, path in enumerate(sorted(folder.glob("*.npz"), reverse=True)):
         total += path.stat().st_size
-        if k >= files or (k and total > size):
+        if k >= files or (k and total > size):  # the newest one stays, however long it is
             path.unlink(missing_ok=True)
 
 

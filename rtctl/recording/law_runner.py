@@ -115,6 +115,7 @@ class LawRunner:
         self._after = field_words(n_axes, list(_AFTER_LAW))
         written = field_words(n_axes, LAW_FIELDS)
         self._first = int(written[0])
+        # one run of words up to the seal: `run_law` compares from the first on
         assert written.tolist() == list(range(self._first, tick.dtype.itemsize // 8 - 1))
         self._out = self._room = np.zeros(0, tick.dtype)
         self.run(tick[:0], command, np.zeros(0, np.int64))  # compiles, or loads

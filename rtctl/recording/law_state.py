@@ -24,6 +24,7 @@ def layout_crc32(n_axes: int) -> str:
 def encode(state: np.ndarray) -> bytes:
     """The message of a state, shape (1,)."""
     words = np.frombuffer(state.tobytes(), np.uint64)
+    # a sequence's length has 4 bytes, and 4 of padding lead to its first word (CDR)
     return ENCAPSULATION + len(words).to_bytes(8, "little") + words.tobytes()
 
 

@@ -117,6 +117,7 @@ class McapFile:
             (Op.ATTACHMENT_INDEX, self._attachments),
             (Op.METADATA_INDEX, self._metadata),
         )
+        # 0: no checksum over the data (mcap.dev/spec); each chunk has its own
         end = fmt.record(Op.DATA_END, struct.pack("<I", 0))
         start = self.size + len(end)
         summary = offsets = b""
@@ -125,6 +126,7 @@ class McapFile:
                 place = struct.pack("<BQQ", op, start + len(summary), sum(map(len, records)))
                 summary += b"".join(records)
                 offsets += fmt.record(Op.SUMMARY_OFFSET, place)
+        # 20: what follows of the footer, two places and a checksum
         footer = struct.pack("<BQQQ", Op.FOOTER, 20, start, start + len(summary))
         crc = zlib.crc32(summary + offsets + footer)
         self._write(end + summary + offsets + footer + struct.pack("<I", crc) + fmt.MAGIC)
@@ -149,6 +151,7 @@ class McapFile:
         done = 0
         try:
             while done < len(data):
+                # a view: the rest of a chunk is not copied
                 done += os.write(self._fd, memoryview(data)[done:])
         except OSError:
             with suppress(OSError):  # else readers stop at the half record, as after a crash

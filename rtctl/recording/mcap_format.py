@@ -70,6 +70,7 @@ def channel(channel_id: int, schema_id: int, topic: str, encoding: str) -> bytes
 
 def message(channel_id: int, sequence: int, time_ns: int, data: bytes) -> bytes:
     """Message record whose log and publish time are the same."""
+    # the format has 32 bits for it; a reader goes on counting from the part's first
     head = struct.pack("<HIQQ", channel_id, sequence & 0xFFFFFFFF, time_ns, time_ns)
     return record(Op.MESSAGE, head + data)
 

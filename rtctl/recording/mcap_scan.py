@@ -28,7 +28,7 @@ MOST_RATIO, LEAST_UNPACKED = 500, 1 << 24
 16,000."""
 
 _CHUNK_MARK = struct.pack("<I", 4) + b"zstd"
-_MARK_AT = RECORD_HEAD + 28
+_MARK_AT = RECORD_HEAD + 28  # 28: two times, size and checksum of what is packed
 """Where in a chunk record its compression is named: what a chunk is found by behind a damaged length."""
 
 _WINDOW = 1 << 16
@@ -168,7 +168,7 @@ def _next_chunk(file: BinaryIO, start: int) -> int | None:
         elif len(window) < _WINDOW:
             return None
         else:
-            at += _WINDOW - len(_CHUNK_MARK) + 1
+            at += _WINDOW - len(_CHUNK_MARK) + 1  # a mark may lie across two windows
 
 
 def _note(op: int, content: bytes, contents: Contents) -> None:
@@ -205,7 +205,7 @@ def _chunk(content: bytes, contents: Contents, read: int) -> Chunk | None:
         contents.packed = read
         contents.may_unpack(size)
         records = _decompressed(data, compression, size)
-        if crc and zlib.crc32(records) != crc:
+        if crc and zlib.crc32(records) != crc:  # 0: the writer has made none
             msg = "checksum"
             raise ValueError(msg)
         return _messages(records)

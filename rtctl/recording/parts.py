@@ -203,6 +203,7 @@ class Parts:
                 block = tick_blocks.encode(rows[begin:end], COLUMNS, int(numbers[begin]), int(times[begin]))
                 self._append(COLUMNS, block, times[begin : begin + 1], np.zeros(1, np.int64))
             chosen = rows["tick"] % self._chosen == 0
+            # a chunk has one row at least: by its length a reader knows the layout where the schema is lost
             chosen[0] = True
             rows, numbers, times = rows[chosen], numbers[chosen], times[chosen]
         messages = tick_cdr.encode(rows, TICK, numbers, times)

@@ -26,7 +26,7 @@ def ahead(items: Iterator[T], depth: int = DEPTH) -> Generator[T, None, None]:
     def put(item: T | None, error: BaseException | None) -> None:
         while not left.is_set():
             try:
-                ready.put((item, error), timeout=0.1)
+                ready.put((item, error), timeout=0.1)  # now and then it looks whether the caller has gone
             except queue.Full:
                 continue
             return
@@ -58,4 +58,4 @@ def ahead(items: Iterator[T], depth: int = DEPTH) -> Generator[T, None, None]:
                 raise error
     finally:
         left.set()
-        thread.join()
+        thread.join()  # the file is closed before the caller goes on

@@ -227,6 +227,7 @@ class RecordingReader:
         if len(chunk.table) == 0:
             return None
         ticks, sequence = self._layout.decode(chunk, contents, self.n_axes)
+        # a message's sequence has 32 bits: counted on from the part's first tick
         numbers = first_row + (sequence - first_row) % (1 << 32)
         events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]

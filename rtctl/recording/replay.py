@@ -126,6 +126,7 @@ class Replay:
             )
         used = arrays or own
         self._reader, self._n = reader, reader.n_axes
+        # the state at the start is the recording's, whatever else is another
         self._arrays = LawArrays(used.params, used.model, used.command, own.state)
         self._law = LawRunner(self._arrays, self._n)
         self._others: queue.SimpleQueue[LawRunner] = queue.SimpleQueue()
@@ -182,6 +183,7 @@ class Replay:
     def _is_reached(self, piece: _Piece) -> bool:
         """Whether the law came to the state recorded before this piece; if not, none is believed."""
         assert piece.batch.state is not None
+        # as bytes: a NaN is the same NaN
         reached = np.array(self._law.state).tobytes() == piece.batch.state.tobytes()
         self._states_hold = self._states_hold and reached
         return self._states_hold
@@ -288,6 +290,7 @@ def _some_ahead(
 
 def _difference(recorded: np.void, replayed: np.void, name: str) -> Difference:
     then, now = np.atleast_1d(recorded[name]), np.atleast_1d(replayed[name])
+    # as bits: a NaN differs from every number, itself too
     axis = int(np.argmax(then.view(np.uint64) != now.view(np.uint64)))
     shown = axis if recorded[name].ndim else -1
     return Difference(int(recorded["tick"]), name, shown, then[axis].item(), now[axis].item())

@@ -174,6 +174,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
     ------
     DataError
         What is no block with these columns, or is of a rig of another size."""
+    # 4 bytes of encapsulation, then words
     if records[start : start + 4] != ENCAPSULATION or (end - start) % 8 != 4:
         raise DataError("a block of ticks is not little-endian CDR")
     words = np.frombuffer(records, np.uint64, (end - start) // 8, start + 4)  # where they lie, aligned or not
@@ -212,7 +213,7 @@ def to_columns(rows: np.ndarray, table: np.ndarray, out: np.ndarray) -> None:
         for c in range(len(table)):
             word, at, each = table[c, 0], table[c, 1], table[c, 2]
             for i in range(begin, min(begin + _BLOCK, len(rows)) if each else begin + 1):
-                out[at + each * i] = rows[i, word]
+                out[at + each * i] = rows[i, word]  # `each` is 0 where one number is for all
 
 
 @compiled
