@@ -121,6 +121,7 @@ class Authenticator:
             self.admitted += user_id is not None
             self.refused += user_id is None
             status = (why[:3].encode(), why[4:].encode()) if user_id is None else (b"200", b"OK")
+            # version, number, status, text, user id, metadata (ZeroMQ RFC 27)
             self.socket.send_multipart([b"1.0", number, *status, (user_id or "").encode(), b""])
 
     def caller(self, user_id: str) -> Caller | None:
@@ -150,7 +151,7 @@ class Authenticator:
 
     def _decide(self, frames: list[bytes]) -> tuple[str | None, str]:
         """User id of a connection, or None, and then the status of ZAP and why it is turned away."""
-        if len(frames) < 6 or frames[0] != b"1.0":
+        if len(frames) < 6 or frames[0] != b"1.0":  # six frames, then those of the mechanism
             return None, "400 not a ZAP 1.0 request"
         _version, _number, domain, address, _identity, mechanism, *credentials = frames
         door = self._domains.get(domain)
@@ -188,6 +189,7 @@ class Authenticator:
         if entry == "viewer":
             local = peer == "127.0.0.1"
             return (VIEWER, "observer", "") if local else (None, "", "400 not from this machine")
+        # libzmq names the peer of a Unix socket ...:uid:gid:pid
         uid = peer.partition(":")[2].partition(":")[0]
         own = uid in {"0", str(os.geteuid())}  # the last places are not for those of the group
         return f"ipc:{peer.partition(':')[2]}", "operator" if own else "renderer", ""

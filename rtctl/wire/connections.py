@@ -32,7 +32,7 @@ and another one must still come in for a STOP."""
 CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5
 """A connection older than this has been authenticated."""
 
-_EVENT = struct.Struct("=Hi")
+_EVENT = struct.Struct("=Hi")  # an event of a monitor: its number, and here the descriptor of the connection
 _NUMBER = itertools.count()
 
 

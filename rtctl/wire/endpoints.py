@@ -47,7 +47,7 @@ class RuntimeDirectory:
         ConfigError
             A folder that is not this user's own or that others may enter, or a path too long for a socket."""
         directory = rig_directory(rig, None if root is None else Path(root))
-        endpoints_in(directory)
+        endpoints_in(directory)  # raises for a path that is too long, before anything is made
         _make_private(directory)
         try:
             return cls(directory, _lock(rig, directory / LOCK_NAME))
@@ -83,7 +83,7 @@ class RuntimeDirectory:
     def release(self) -> None:
         """Let another daemon have the rig. Idempotent. The lock file stays: removing it would be a race."""
         if self._lock_fd >= 0:
-            os.ftruncate(self._lock_fd, 0)
+            os.ftruncate(self._lock_fd, 0)  # while the lock still holds: nobody reads who held it last
             os.close(self._lock_fd)
             self._lock_fd = -1
 
@@ -96,6 +96,7 @@ class RuntimeDirectory:
 
 def _lock(rig: str, path: Path) -> int:
     """Take the lock file; returns its descriptor, which holds the lock until it is closed."""
+    # through a link another file would be emptied below
     fd = above_standard_streams(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600))
     if not _take(fd):
         holders = os.pread(fd, 64, 0).decode("ascii", "replace").split() or ["unknown"]
@@ -115,6 +116,7 @@ def _take(fd: int) -> bool:
     end = time.monotonic() + ORPHAN_S
     while True:
         try:
+            # the lock is of the open file: the loop, which inherits the descriptor, holds it as well
             fcntl.flock(fd, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             host = os.pread(fd, 64, 0).decode("ascii", "replace").partition(" ")[0].strip()

@@ -226,6 +226,7 @@ class Access:
 
     def describe(self) -> list[str]:
         """Lines that tell a person who can get in, and how."""
+        # without ipc://
         lines = [f"by ipc, without keys: whoever may enter {self._endpoints.command[6:].rpartition('/')[0]}"]
         if self.remote is not None:
             lines.append(f"by TCP, with keys:    {self.remote.command} (targets +1, telemetry +2)")

@@ -148,6 +148,7 @@ class KeyStore:
         public, secret = _pair()
         created = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
         facts = {"name": name, "role": role, "public_key": public}
+        # the secret first: a key that nobody has got lets nobody in
         _write(out, {**facts, "secret_key": secret, "server_key": server.public_key}, like=None)
         try:
             _write(entry, {**facts, "created": created}, like=self.folder)
@@ -228,7 +229,7 @@ def _write(path: Path, values: dict[str, str], like: Path | None) -> None:
             os.write(fd, text.encode())
             if like is not None and os.geteuid() == 0:
                 os.fchown(fd, like.stat().st_uid, like.stat().st_gid)
-            os.fsync(fd)
+            os.fsync(fd)  # the content before the name
         finally:
             os.close(fd)
         os.link(draft, path)  # fails when somebody else was quicker, where a rename would replace

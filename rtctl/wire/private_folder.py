@@ -29,7 +29,7 @@ def objection(path: Path, owners: set[int] | None, forbidden: int) -> str:
     ------
     OSError
         It cannot be looked at."""
-    status = path.lstat()
+    status = path.lstat()  # of the link itself: who owns that chooses where it leads
     if not stat.S_ISDIR(status.st_mode):
         return f"{path}: must be a folder, not a link or a file; remove it"
     if owners is not None and status.st_uid not in owners:

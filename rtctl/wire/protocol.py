@@ -148,6 +148,7 @@ def _alive(lock: Path) -> bool:
     if foreign(lock.parent):
         return False
     try:
+        # O_NONBLOCK: a FIFO in its place would wait for a writer
         fd = os.open(lock, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(fd, "rb") as file:
             os.kill(int(file.read(64).split()[0]), 0)

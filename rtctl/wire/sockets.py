@@ -57,6 +57,7 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
         It is in use, or is none of this machine."""
     listener = network.socket(network.AF_INET, network.SOCK_STREAM)
     try:
+        # else the last connections of a daemon that ended hold the address for a minute (TIME_WAIT)
         listener.setsockopt(network.SOL_SOCKET, network.SO_REUSEADDR, 1)
         listener.bind((host, port))
         listener.listen(BACKLOG)
@@ -221,6 +222,7 @@ class Door:
         self.traffic = self._new_traffic(binding, self._kind)
         self.socket = self._context.socket(self._kind)
         self.socket.setsockopt(zmq.LINGER, 0)
+        # of each frame; how many a message has, `long_messages` bounds
         self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)
         self.socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
         for option, value in self._options.items():

@@ -79,6 +79,7 @@ class Traffic:
 def bytes_taken(descriptor: int) -> int | None:
     """Bytes that this process has read from a TCP connection; None where it has gone."""
     try:
+        # an object around libzmq's own descriptor, for one question: `detach` leaves it open
         one = network.socket(network.AF_INET, network.SOCK_STREAM, 0, fileno=descriptor)
     except OSError:
         return None
@@ -106,6 +107,7 @@ def local_peer(descriptor: int) -> str | None:
     except OSError:
         return None
     try:
+        # struct ucred
         pid, uid, gid = struct.unpack("=iII", one.getsockopt(network.SOL_SOCKET, network.SO_PEERCRED, 12))
     except (OSError, struct.error):
         return None

@@ -75,6 +75,7 @@ def _listening(address: str) -> list[int]:
     wanted: object = where if scheme == "ipc" else (host, int(port))
     found = []
     for fd in _descriptors("socket:"):
+        # of a copy: the object closes what it is given
         with contextlib.suppress(OSError), socket.socket(fileno=os.dup(fd)) as one:
             if one.getsockopt(socket.SOL_SOCKET, socket.SO_ACCEPTCONN) and one.getsockname() == wanted:
                 found.append(fd)
