@@ -54,7 +54,7 @@ class SentFrame:
             elif channel == "counter":
                 self._counter = encode, counting(field)
             else:
-                limit = abs(entry["limit"]) if channel != "enable" else 1.0
+                limit = entry["limit"] if channel != "enable" else 1.0
                 axis, to_wire = int(entry["axis"]), 1.0 / factor(entry, rig)
                 self._fields.append((encode, channel, axis, to_wire, limit))
                 if channel != "enable":

@@ -172,7 +172,6 @@ class OdriveAxis:
     def set_up(self, bus: Bus) -> None:
         """Disarm, learn its firmware, choose torque control, hear every kind of frame. Blocks."""
         self._make_frames(bus)
-        # until it answers Get_Version it is taken for one that does not
         self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
         for frame in (self._ask_version, self._mode, self._clear):

@@ -47,7 +47,7 @@ _ANSWER_S = 0.2
 def parse(line: bytes) -> tuple[int, bytes] | None:
     """Identifier with flags and data of one line (without its end); None unless it is a whole frame."""
     # `int` takes blanks, signs and _, and `fromhex` blanks
-    if len(line) < 5 or not line.isalnum() or not line.isascii():
+    if len(line) < 5 or not line.isalnum():
         return None
     kind = line[0]
     digits = 8 if kind in (_EXTENDED, _EXTENDED_REMOTE) else 3

@@ -47,7 +47,7 @@ _WORDS = (
     "count", "silent", "slot", "standing_faults",  # faults in force that no frame of this cycle brings
     "frames", "commands", "shown",  # rows in use
     # words of the tick
-    "slot_at", "count_at", "faults_at", "enabled_at", "estop_at", "current_at", "torque_at",
+    "slot_at", "count_at", "faults_at", "enabled_at", "estop_at",
 )  # fmt: skip
 BUS = np.dtype([(name, "<i8") for name in _WORDS])
 

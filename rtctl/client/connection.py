@@ -12,6 +12,7 @@ from rtctl.wire.keys import ClientKey
 from rtctl.wire.private_folder import foreign_endpoint
 from rtctl.wire.protocol import HEARTBEAT_MS, Endpoints, tcp_endpoints
 
+# ms: a host that cuts its connections has its clients back within these (decision 0010)
 _OPTIONS = {zmq.LINGER: 0, zmq.RECONNECT_IVL: 20, zmq.RECONNECT_IVL_MAX: 500}
 
 

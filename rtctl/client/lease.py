@@ -53,6 +53,7 @@ class Lease:
         self._text: str = result["lease"]
         self.start_rad = tuple(result["target_position_rad"])
         self._period_s = result["silence_s"] / RENEWALS
+        # CONFLATE is safe here: nothing is received by this socket, and a target is one frame (decision 0010)
         self._socket = connection.socket(zmq.DEALER, connection.endpoints.targets, {zmq.CONFLATE: 1})
         self._over = threading.Event()
         self._thread = threading.Thread(target=self._keep, name="rtctl-lease", daemon=True)

@@ -77,6 +77,7 @@ class Requester:
             return None
         socket.send(payload, zmq.NOBLOCK)
         while socket.poll(_left_ms(deadline), zmq.POLLIN):
+            # the last frame: an empty delimiter may stand before it
             reply = _unpack(socket.recv_multipart()[-1])
             if reply.get("id") == identity:
                 return reply

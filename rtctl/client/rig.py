@@ -91,7 +91,7 @@ class RigClient(Worlds, Listener):
         """Close every stream and connection. Does not stop the rig. Idempotent."""
         if self._lease is not None:
             self._lease.abandon()
-        with self._lock:
+        with self._lock:  # a request of another thread ends first
             self._requester.close()
         self.close_streams()
         self._context.term()
@@ -290,7 +290,7 @@ class RigClient(Worlds, Listener):
             if self._context.closed:
                 raise ClientError("this client is closed")
             reply = self._requester.call(op, self.timeout_s, **values)
-        if op == "status" or self._epoch is None:
+        if op == "status" or self._epoch is None:  # nobody decides by an epoch of another reply
             self._epoch = int(reply["epoch"])
         return reply
 

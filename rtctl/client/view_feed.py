@@ -46,6 +46,7 @@ class Histogram:
         counts = np.bincount(bins, minlength=len(self.total))
         self.total += counts
         self._counts.append((time_ns, counts))
+        # 0 <=: the clock of a daemon that was started anew may be behind
         while not 0 <= time_ns - self._counts[0][0] <= HISTOGRAM_S * 1e9:
             self.total -= self._counts.popleft()[1]
 

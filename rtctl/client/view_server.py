@@ -106,7 +106,7 @@ class ViewServer(ThreadingHTTPServer):
 class _Handler(BaseHTTPRequestHandler):
     server: ViewServer
     protocol_version = "HTTP/1.1"
-    timeout = 30
+    timeout = 30  # s: who begins a request and does not end it keeps a thread no longer
 
     def log_message(self, format: str, *args: object) -> None:
         """Say nothing per request."""
@@ -158,10 +158,12 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _has_key(self) -> bool:
         given = self.headers.get("X-Operator-Key", "")
+        # its time tells nothing of how much was right
         return secrets.compare_digest(given.encode(), self.server.key.encode())
 
     def _press(self, name: str, body: bytes) -> None:
         try:
+            # else NaN and Infinity would be numbers
             values = json.loads(body or b"{}", parse_constant=_refuse)
             if not isinstance(values, dict):
                 raise TypeError("a button sends an object")

@@ -63,7 +63,8 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     replayed: dict[str, list[np.ndarray]] = {name: [] for name in names}
     for rows, again in replay.run():
         for name in names:
-            recorded[name].append(rows[name])
+            # both are good until the next chunk only
+            recorded[name].append(rows[name].copy())
             replayed[name].append(again[name].copy())
     one, two = (
         {n: np.concatenate(parts or [np.zeros(0)]) for n, parts in x.items()} for x in (recorded, replayed)

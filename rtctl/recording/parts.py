@@ -56,8 +56,6 @@ class Parts:
 
     Parameters
     ----------
-    level
-        Of zstd, where it is to be another than for a running recording.
     rows
         Every tick as a message of its own, however quick the loop is.
 
@@ -71,9 +69,7 @@ class Parts:
     files : list of Path
         All files so far."""
 
-    def __init__(
-        self, folder: Path, setup: Setup, limits: Limits, level: int | None = None, *, rows: bool = False
-    ) -> None:
+    def __init__(self, folder: Path, setup: Setup, limits: Limits, *, rows: bool = False) -> None:
         self._folder, self._setup, self._limits = folder, setup, limits
         rate_hz = float(setup.about["rate_hz"])
         self._columns = rate_hz > ROWS_HZ and not rows
@@ -81,7 +77,7 @@ class Parts:
         self._chosen = round(rate_hz / CHOSEN_HZ) if self._columns else 1
         if self._columns:  # compiled, or loaded, before the first chunk
             tick_blocks.encode(new_ticks(1, setup.n_axes), COLUMNS, 0, 0)
-        self._level = (COLUMNS_LEVEL if self._columns else ROWS_LEVEL) if level is None else level
+        self._level = COLUMNS_LEVEL if self._columns else ROWS_LEVEL
         self._tick_bytes = tick_cdr.MESSAGE_HEAD + tick_cdr.own_layout(setup.n_axes).itemsize
         self._start_wall_ns = int(setup.about["start_wall_ns"])
         self._file: McapFile | None = None

@@ -51,10 +51,6 @@ class ShadowLaw:
             )
         self.next_row = first_row + len(rows)
 
-    def forget(self, why: str) -> None:
-        """From now on the state is unknown."""
-        self.why = self.why or why
-
     def state(self) -> np.ndarray | None:
         """The law's state before row `next_row`, shape (1,), copied; None when it is unknown."""
         return None if self.why else np.array(self._law.state).copy()

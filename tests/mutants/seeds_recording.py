@@ -28,4 +28,9 @@ SEEDS = (
         "self._states_hold = self._states_hold or reached",
         (f"{UNIT}/test_replay.py::test_a_state_that_the_law_did_not_come_to_is_not_believed",),
     ),
+    Seed(
+        "two laws are compared by ticks of the last chunk only", "rtctl/recording/compare.py",
+        "recorded[name].append(rows[name].copy())", "recorded[name].append(rows[name])",
+        (f"{UNIT}/test_replay.py::test_a_recording_as_columns_compares_equal_over_all_its_chunks",),
+    ),
 )  # fmt: skip

@@ -105,6 +105,13 @@ def test_the_same_rig_file_compares_equal_and_another_one_does_not(tmp_path):
     assert wall["coupling_torque_nm"]["difference"][0] > 0 or wall["torque_applied_nm"]["difference"][0] > 0
 
 
+def test_a_recording_as_columns_compares_equal_over_all_its_chunks(tmp_path):
+    rows, commands = run()
+    found = compare(RecordingReader(with_states(tmp_path, rows, commands)), load(CONFIGS / "mock.toml"))
+    assert np.array_equal(found.recorded["time_ns"], rows["time_ns"])
+    assert numbers(found)["torque_applied_nm"]["difference"] == [0.0]
+
+
 def test_a_rig_of_another_size_or_rate_is_refused(tmp_path):
     rows, commands = run()
     reader = RecordingReader(write(tmp_path, rows[:100], commands).files)
