@@ -33,7 +33,7 @@ class BoardSim:
         return 0x102, struct.pack("<i", round(1e3 * self._turns_s * self.COUNTS_PER_TURN))
 
     def _feedback(self) -> Frame:
-        self._counter = self._counter + 1 & 0xFF
+        self._counter = self._counter + 1 & 0xFF  # & binds last: the sum is wrapped
         counts = math.floor(self._turns * self.COUNTS_PER_TURN) & 0xFFFF
         milliamps = max(-32768, min(32767, round(1e3 * self._measured_a)))
         data = struct.pack("<HhBBB", counts, milliamps, self._counter, self.estop, 0)

@@ -75,7 +75,7 @@ class DriveSim:
         """Take and answer waiting frames; returns how many there were."""
         handled = 0
         while (message := self.bus.recv(wait_s)) is not None:
-            wait_s = 0.0
+            wait_s = 0.0  # it waits for the first frame alone
             if message.is_error_frame:
                 continue
             handled += 1
@@ -177,6 +177,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sys.stdout.flush()
     sim.start()
     try:
+        # SIGTERM ends it as Ctrl-C does, with the bus shut down
         signal.signal(signal.SIGTERM, signal.default_int_handler)
         threading.Event().wait(given.seconds or None)
     except KeyboardInterrupt:

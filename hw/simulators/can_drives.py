@@ -104,9 +104,10 @@ class OdriveSim:
         self._since_feedback_s += seconds
         self._since_heartbeat_s += seconds
         if self._unfed_s > self._watchdog_s and self.state == 8:
-            self.error, self.state = 0x1000000, 1
+            self.error, self.state = 0x1000000, 1  # WATCHDOG_TIMER_EXPIRED
         self._apply()
         sent = []
+        # steps add up to a hair less than a period
         if self._feedback_s is not None and self._since_feedback_s >= self._feedback_s - 1e-9:
             self._since_feedback_s = 0.0
             sent += [self._estimates(), self._iq()]
@@ -136,6 +137,7 @@ class MoteusSim:
         if not can_id & 0x8000 or not reply:
             return []
         size = next(n for n in (8, 12, 16, 20, 24, 32, 48, 64) if n >= len(reply))
+        # above 7 the identifier has more than 11 bits
         return [(self._node << 8 | source | (EXTENDED if self._node > 7 else 0), reply.ljust(size, b"\x50"))]
 
     def _subframes(self, data: bytes) -> bytes:
@@ -164,7 +166,7 @@ class MoteusSim:
             if register + k == 0x000:
                 if value == 0:
                     self.mode = self.fault = 0
-                elif self.mode not in (1, 11):
+                elif self.mode not in (1, 11):  # out of fault (1) and time-out (11) only stopped (0) leads
                     self.mode = int(value)
                 self.torque_nm, self._max_nm = 0.0, math.inf
             elif register + k == 0x022:

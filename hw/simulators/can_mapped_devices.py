@@ -30,6 +30,7 @@ class MitSim:
         if can_id != self._node or len(data) != 8:
             return []
         self._life_s = self._time_to_live_s
+        # FC: enter motor mode, FD: leave it, FE: here is 0
         if data[:7] == b"\xff" * 7 and data[7] in (0xFC, 0xFD, 0xFE):
             self.on = data[7] == 0xFC or (self.on and data[7] == 0xFE)
             self.current_a = 0.0
@@ -81,7 +82,7 @@ class VescSim:
 
     def frame(self, can_id: int, data: bytes) -> list[Frame]:
         """See SimDrive."""
-        if can_id == (EXTENDED | 1 << 8 | self._node) and len(data) == 4:
+        if can_id == (EXTENDED | 1 << 8 | self._node) and len(data) == 4:  # packet 1: set current, mA
             self.current_a = 1e-3 * struct.unpack(">i", data)[0]
             self._life_s = self._time_to_live_s
         return []
@@ -92,11 +93,13 @@ class VescSim:
         if self._life_s < 0.0:
             self.current_a = 0.0
         self._since_s += seconds
-        if self._since_s < self.PERIOD_S - 1e-9:
+        if self._since_s < self.PERIOD_S - 1e-9:  # steps add up to a hair less than a period
             return []
         self._since_s = 0.0
         tenths = max(-32768, min(32767, round(10 * current_a)))
+        # speed is that of the electrical field: ERPM
         speed = struct.pack(">ihh", round(60 * turns_s * self.POLE_PAIRS), tenths, 0)
+        # packet 16: two temperatures and a current in tenths, the angle in 50ths of a degree
         angle = struct.pack(">hhhh", 312, 287, 0, int(turns % 1.0 * 360.0 * 50))
         return [(EXTENDED | 9 << 8 | self._node, speed), (EXTENDED | 16 << 8 | self._node, angle)]
 
@@ -118,6 +121,7 @@ class OptoForceSim:
             return []
         self._asked = data if len(data) == 8 else self._asked + data
         asked = self._asked
+        # the checksum's low byte comes in a frame of its own
         if len(asked) == 9 and asked[:4] == b"\xaa\0\x32\3" and sum(asked[:7]) == asked[7] << 8 | asked[8]:
             self.period_s = 1e-3 * asked[4]
         return []

@@ -51,7 +51,7 @@ def _sines(t: float, p: np.record, axis: int) -> tuple[float, float]:
 
 @compiled
 def _triangle(t: float, amplitude: float, speed: float) -> tuple[float, float]:
-    phase = (t * speed + amplitude) % (4.0 * amplitude)
+    phase = (t * speed + amplitude) % (4.0 * amplitude)  # begins in the middle, going up
     if phase < 2.0 * amplitude:
         return phase - amplitude, speed
     return 3.0 * amplitude - phase, -speed

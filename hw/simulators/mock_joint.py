@@ -70,6 +70,7 @@ def _load_sides(
             if i == MOTOR:
                 inertia, viscous, size = 1.0 - inertia, 1.0 - viscous, 1.0 - size
         elif i == LINK:
+            # a side that is not there: its equation must have a solution all the same
             row[J], row[SIZE] = 1.0, 0.0
             continue
         on_hand = i == LINK or stiffness <= 0.0
@@ -142,7 +143,7 @@ def _substep(
         b = (motor[J] * push * motor[V] + drive[0] + drive[1], 0.0)
     solve(sides, torques, a, b, h, 2.0 * share - 1.0, p, axis)
     highest = p.bristle_max_nm[axis] * (1.0 + (level[0] + level[1]) / p.breakaway_nm[axis]) * factor[0]
-    for _ in range(2):
+    for _ in range(2):  # twice: with one bristle held, the other may reach its end
         held = hold(motor, h, share, highest, p, axis)
         if not (hold(link, h, share, highest, p, axis) or held):
             break
@@ -185,6 +186,7 @@ def _lag(lag_s: float, h: float) -> tuple[float, float]:
     """Share of a current's distance to the wanted one left after `h`, and on average over it."""
     if lag_s <= 0.0:
         return 0.0, 0.0
+    # expm1: 1 - exp loses its digits in a short step
     return math.exp(-h / lag_s), -math.expm1(-h / lag_s) * lag_s / h
 
 

@@ -187,6 +187,7 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     state = np.zeros(1, state_dtype(rig.n_axes))
     p = params[0]
     p["period_s"] = rig.period_s
+    # a period of whole steps gets no step more for its rounding
     p["substeps"] = options["substeps"] or max(1, math.ceil(rig.period_s / SUBSTEP_S - 1e-9))
     for name in ("time_to_live_ticks", "estop_from_s", "estop_to_s", "temperature_c"):
         p[name] = options[name]
@@ -202,6 +203,7 @@ def plant_records(options: Options, rig: Rig) -> tuple[np.ndarray, np.ndarray]:
     for axis, table in enumerate(_per_axis(options, "hand", rig.n_axes)):
         _fill_hand(p, axis, table)
     state["rng"] = seed_words(options["seed"])
+    # a stream of its own: what a fault draws does not change the noise
     state["fault_rng"] = seed_words(options["seed"] ^ FAULT_STREAM)
     fill_schedule(params, options["faults"], rig)
     return params, state
@@ -222,6 +224,7 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
     p["force_resolution_n"] = table["resolution_n"]
     p["force_range_n"] = table["range_n"]
     p["force_noise_n"] = table["noise_n"]
+    # steps of a random walk add up by their squares
     p["force_drift_n"] = table["drift_n_sqrt_s"] * math.sqrt(rig.period_s)
     p["force_bias_n"] = table["bias_n"]
     fill_force_filter(p, table, rig.period_s)
@@ -246,6 +249,7 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
 
 def _fill_velocity(p: np.void, table: Options, period_s: float) -> None:
     p["velocity_sensor"] = 1
+    # expm1: 1 - exp loses its digits behind a long lag
     p["velocity_share"] = -math.expm1(-period_s / table["lag_s"]) if table["lag_s"] else 1.0
     for name in ("scale", "bias_rad_s", "noise_rad_s", "resolution_rad_s"):
         p["velocity_" + name] = table[name]

@@ -136,7 +136,7 @@ def sense_force(t: np.record, s: np.record, p: np.record) -> None:
 def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
     """A slow device: only every `sample_every_ticks` slots what it shows is new, count and all; else the last
     sample."""
-    slot = 1 + (s.tick - s.first_tick) // p.sample_every_ticks
+    slot = 1 + (s.tick - s.first_tick) // p.sample_every_ticks  # from 1 on: 0 is before the first sample
     due = slot != s.sampled_slot
     if due:
         s.sampled_slot = slot

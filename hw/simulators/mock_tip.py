@@ -18,6 +18,7 @@ def weigh(s: np.record, p: np.record) -> None:
     x, y, z = p.gravity_m_s2[0], p.gravity_m_s2[1], p.gravity_m_s2[2]
     for axis in range(len(s.position_rad)):
         a, b, c = p.axis_direction[axis, 0], p.axis_direction[axis, 1], p.axis_direction[axis, 2]
+        # the other way: what the sensor sees of the world turns against it
         half = -0.5 * s.position_rad[axis]
         w, n = math.cos(half), math.sin(half)  # quaternion of the turn
         i, j, k = n * a, n * b, n * c

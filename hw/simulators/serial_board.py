@@ -32,7 +32,7 @@ from hw.simulators.serial_line import Damage, Line
 from hw.simulators.serial_observation import Observation
 from hw.simulators.serial_rig import Simulation, read_described, read_rig
 
-_PR_SET_PDEATHSIG = 1
+_PR_SET_PDEATHSIG = 1  # linux/prctl.h and sys/mman.h
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
 
 REALTIME_PRIORITY = 70

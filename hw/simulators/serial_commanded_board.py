@@ -16,7 +16,7 @@ class CommandedBoard:
         # one row like the command record of `Board`: what the simulation asks of it
         self.command = np.zeros(1, [("sequence", "<i8"), ("torque_mode", "<i8")])
         self._value, self._enable = np.zeros(n_axes), False
-        self.age, self.sequence = 1000, 0
+        self.age, self.sequence = 1000, 0  # no command yet: older than any time to live
         self.estop = self.drive_fault = False
         self.force_missing = self.temperature_missing = self.velocity_missing = self.moment_missing = False
 

@@ -110,6 +110,7 @@ class Line:
         if self._happens("next_drops", damage.drop_share):
             return
         if self._happens("next_flips", damage.flip_share):
+            # not the first nor the last byte: those delimit a packet
             at, bit = self._random.randrange(1, len(packet) - 1), self._random.randrange(8)
             packet = packet[:at] + bytes([packet[at] ^ (1 << bit)]) + packet[at + 1 :]
         self.send(packet)

@@ -30,6 +30,7 @@ class LineBoard(CommandedBoard):
         self._options, self._sample, self._command = options, options["sample"], options["command"]
         self._lines = Lines()
         self._end: bytes = options["end"].encode()
+        # a board knows where its own lines begin; `Lines` passes over what is before the first end
         self._lines.cut(b"\n")
         command = self._command or {"field": (), "enter": "", "idle": "", "time_to_live_ms": 10.0}
         super().__init__(rig.n_axes, max(round(1e-3 * command["time_to_live_ms"] / rig.period_s), 1))

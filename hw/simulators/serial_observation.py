@@ -68,6 +68,7 @@ class Observation:
         """Add a row of `row_dtype`; it counts once it is whole."""
         count = self.count
         self._rows[count % len(self._rows)] = row
+        # last: a reader of another process must not count a row that is not written
         self._header[0]["count"] = count + 1
 
     def rows(self) -> np.ndarray:

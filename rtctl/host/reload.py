@@ -1,7 +1,7 @@
 """SIGHUP: what of a changed rig file takes effect without a restart, and what does not.
 
-Only what a client could change too is taken over (environments and the share of compensation are commands,
-not parameters); limits, plant, coupling, models and devices are proved and opened at the start, and stay."""
+Only what a client could change too is taken over (environments are commands, not parameters); limits, plant,
+coupling, models and devices are proved and opened at the start, and stay."""
 
 from __future__ import annotations
 
@@ -40,11 +40,13 @@ def compare(running: Config, last: Config, read: Config) -> Changes:
     """Sort the keys that differ into those that may be taken over and those that need a restart.
 
     The first have been those of `last`, the file as it was read last, since then; the others are those that
-    the daemon was started with."""
+    the daemon was started with. Where the axes are others, an environment may be meant for another joint, and
+    none is taken over."""
     changes = Changes()
     started, before, after = (_flat(one.model_dump()) for one in (running, last, read))
+    same_axes = _axes(running) == _axes(read)
     for key in sorted({*started, *before, *after}):
-        reloadable = _reloadable(key)
+        reloadable = same_axes and ".environment." in key
         if (before if reloadable else started).get(key) != after.get(key):
             (changes.taken if reloadable else changes.restart).append(key)
     return changes
@@ -80,7 +82,7 @@ def _take_over(host: Host) -> None:
             host.announce(line)
         return
     changes = compare(host.loaded.config, host.read_last, read.config)
-    if changes.taken and fresh.n_axes == host.plan.n_axes:
+    if changes.taken:
         environment_fields(host.writer.command, fresh.command)
         host.writer.send()
         host.read_last = read.config
@@ -95,8 +97,8 @@ def environment_fields(command: np.ndarray, fresh: np.ndarray) -> None:
             command[name] = fresh[name]
 
 
-def _reloadable(key: str) -> bool:
-    return ".environment." in key
+def _axes(config: Config) -> list[tuple[str, str]]:
+    return [(axis.name, axis.motion) for axis in config.axis]
 
 
 def _flat(value: object, prefix: str = "") -> dict[str, Any]:

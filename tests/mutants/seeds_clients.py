@@ -140,6 +140,13 @@ SEEDS = (
         ("tests/unit/host/test_reload.py",),
     ),
     Seed(
+        "an environment of the rig file is taken for whatever axis has its place",
+        "rtctl/host/reload.py",
+        "same_axes = _axes(running) == _axes(read)",
+        "same_axes = True",
+        ("tests/unit/host/test_reload.py",),
+    ),
+    Seed(
         "not a number is within all bounds",
         "rtctl/cli/number.py",
         "        if math.isnan(number):",

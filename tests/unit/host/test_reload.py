@@ -53,6 +53,17 @@ def test_an_environment_that_is_put_back_is_taken_back(tmp_path):
     assert compare(first, stiff, stiff).taken == []
 
 
+def test_with_other_axes_no_environment_is_taken_for_a_joint_that_it_is_not_meant_for(tmp_path):
+    one = changed(tmp_path).config
+    stiff = ('kind = "free"', 'kind = "spring"\nstiffness_nm_rad = 30.0')
+    renamed = changed(tmp_path, ('[[axis]]\nname = "joint"', '[[axis]]\nname = "other"'), stiff).config
+    two = config.load(shipped_config("mock-2axis.toml")).config
+    for read in (renamed, two):
+        found = compare(one, one, read)
+        assert found.taken == []
+        assert any(".environment." in key for key in found.restart)
+
+
 def test_only_a_rig_at_rest_is_reloaded():
     for state in State:
         assert bool(refused(state)) == (state not in AT_REST)
