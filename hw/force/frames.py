@@ -42,6 +42,7 @@ class Frames:
                 self._in_step = False
                 self.damaged += 1
             if start < 0:
+                # what may be the beginning of a header is kept
                 self._rest = stream[max(at, len(stream) - len(header) + 1) :]
                 return found
             frame = stream[start : start + length]

@@ -45,6 +45,7 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, A
         known = (table.schema_arrow if kind == "Parquet" else table.schema).names
         wanted = [own for own in known if any(_is_of(name, own) for name in names)]
         read = table.read(columns=wanted) if kind == "Parquet" else table.read_all().select(wanted)
+        # a struct in a struct takes a round more
         while any(map(import_module("pyarrow.types").is_struct, read.schema.types)):
             read = read.flatten()
     except import_module("pyarrow").ArrowException as error:
@@ -63,7 +64,7 @@ def _is_of(name: str, own: str) -> bool:
 def _array(column: ChunkedArray) -> np.ndarray:
     """A column as numbers or times, (n,), or (n, k) of lists of one length; as it is where it is neither."""
     arrow, types = import_module("pyarrow"), import_module("pyarrow.types")
-    if types.is_dictionary(column.type):
+    if types.is_dictionary(column.type):  # categories of pandas are written so
         column = column.cast(column.type.value_type)
     kind = column.type
     if types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):

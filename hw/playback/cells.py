@@ -118,7 +118,7 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
         if zone and zone != "Z":
             zones[row] = (-1 if zone[0] == "-" else 1) * (3600 * int(zone[1:3]) + 60 * int(zone[-2:]))
     found -= zones - zones[:1]  # clocks are put back in a night of autumn
-    past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2
+    past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2  # back by more than half a day: midnight
     return Words(found + DAY_S * np.cumsum(past_midnight), "s")
 
 

@@ -108,7 +108,7 @@ def _decoded(raw: bytes) -> str:
     try:
         return raw.decode("utf-8-sig")
     except UnicodeDecodeError:
-        if any(byte < 9 for byte in raw[:4096]):
+        if any(byte < 9 for byte in raw[:4096]):  # control characters: no text of any code page
             raise
         return raw.decode("cp1252")
 
@@ -136,10 +136,11 @@ def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any
 
 def _npz(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
     with zipfile.ZipFile(io.BytesIO(raw)) as archive:
+        # by the archive's own word, before anything is unpacked
         size = sum(info.file_size for info in archive.infolist())
     if size > most_unpacked(len(raw)):
         raise BackendError(f"{path}: unpacks to {size} bytes, which no log does; cut it into parts")
-    with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:
+    with np.load(io.BytesIO(raw), allow_pickle=False) as arrays:  # a pickle runs whatever code it holds
         sound = [name for name in arrays.files if not _needs_code(arrays, name)]
         for name in names:
             stem = name if name in arrays.files else re.split(r"[.#]", name)[0]
@@ -223,7 +224,7 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
             f"{path}: {name!r} is not an array of real numbers ({array.dtype}); map another one"
         )
     if array.dtype.kind in "mM":
-        array = (
+        array = (  # from the first on: ns since 1970 have more digits than a float64
             (array - array.reshape(-1)[0]).astype("timedelta64[ns]").astype(np.int64) * 1e-9
             if array.size
             else array.astype(float)

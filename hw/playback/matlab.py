@@ -53,6 +53,7 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
 def _unpacks_beyond(raw: bytes, most: int) -> bool:
     """Whether the packed elements of a file of version 7 hold more than `most` bytes; each is unpacked no
     further."""
+    # MI where the bytes of this mark are swapped, IM where they are not
     order: Literal["little", "big"] = "big" if raw[126:128] == b"MI" else "little"
     at, left = HEAD_BYTES, most
     while at + 8 <= len(raw):

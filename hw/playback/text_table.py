@@ -242,7 +242,7 @@ def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
         if layout.delimiter == ",":
             raise ValueError
         text = text.replace(",", ".")
-    return np.loadtxt(
+    return np.loadtxt(  # comments are gone; a # in a cell must not cut its row
         io.StringIO(text), delimiter=layout.delimiter, usecols=layout.index, ndmin=2, comments=None
     )
 
