@@ -24,8 +24,8 @@ PATIENCE_S = 1.0
 """Longest wait for a claim that another process holds: one that ends gives its claims back some moments after
 its lock."""
 
-_BACKLOG = 4096
-_CREDENTIALS = struct.Struct("3i")
+_BACKLOG = 4096  # nobody accepts: each who asks keeps a place; the kernel's own most (somaxconn) since 5.4
+_CREDENTIALS = struct.Struct("3i")  # struct ucred: pid, uid, gid
 
 
 def claims_on(interface: str, channel: str, identifiers: Iterable[int]) -> tuple[str, ...]:
@@ -90,6 +90,7 @@ class Claims:
 
 def _address(name: str) -> bytes:
     """A name of any length, as one that fits."""
+    # the zero makes it abstract; a name has 107 bytes more at most (unix(7)), hence the digest
     return b"\0rtctl/drives/" + hashlib.sha256(os.fsencode(name)).hexdigest().encode()
 
 
@@ -107,7 +108,7 @@ def _listen(name: str) -> socket.socket:
 def _holder(name: str) -> str:
     """Who holds a claim, for a person."""
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX) as asking:
-        asking.setblocking(False)
+        asking.setblocking(False)  # where every place is taken it would wait for one
         asking.connect(_address(name))
         said = asking.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
         pid, uid, _ = _CREDENTIALS.unpack(said)

@@ -40,6 +40,7 @@ def _by_lock(root: Path, device: Path) -> Iterator[int]:
     """Locks of all processes stand in one file: `1: FLOCK ADVISORY WRITE 4242 00:06:1084 0 EOF`."""
     with contextlib.suppress(OSError):
         status = device.stat()
+        # device in hex, inode in decimal
         wanted = f"{os.major(status.st_dev):02x}:{os.minor(status.st_dev):02x}:{status.st_ino}"
         for line in (root / "proc/locks").read_text().splitlines():
             words = line.split()
@@ -51,6 +52,7 @@ def _by_file(root: Path, device: Path) -> Iterator[int]:
     """What terminal programs leave; the file of a program that has ended says nothing."""
     for folder in ("run/lock", "var/lock"):
         with contextlib.suppress(OSError, ValueError, IndexError):
+            # FHS: the process id as text
             pid = int((root / folder / f"LCK..{Path(os.path.realpath(device)).name}").read_text().split()[0])
             if (root / "proc" / str(pid)).is_dir():
                 yield pid

@@ -43,6 +43,7 @@ def wrap(count: int, bits: int) -> int:
     """What a signed counter of `bits` bits (2 to 32) shows: `count` brought into [-2**(bits-1),
     2**(bits-1))."""
     half = 1 << (bits - 1)
+    # moved up by half and back: the mask alone would leave negative counts unsigned
     return ((count + half) & (2 * half - 1)) - half
 
 

@@ -39,7 +39,7 @@ def uniform(rng: np.ndarray) -> float:
     -----
     xoshiro256+, but the output adds the words without their lowest bits, modulo 2^63: the sum then cannot
     overflow 64 bits, which plain Python (compilation switched off) would warn about."""
-    total = ((rng[0] >> _1) + (rng[3] >> _1)) & _63_BITS
+    total = ((rng[0] >> _1) + (rng[3] >> _1)) & _63_BITS  # the lowest bits are its weakest; 53 are used
     t = rng[1] << _17
     rng[2] ^= rng[0]
     rng[3] ^= rng[1]

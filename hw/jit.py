@@ -45,6 +45,7 @@ def cache_root() -> Path:
 
 
 @cache
+# `_home`: `home` looks at HOME, so another one is another answer
 def _cache_root(own: str | None, service: str | None, user: str | None, _home: str | None) -> Path:
     return Path(own or service or Path(user or home() / ".cache") / "rtctl")
 

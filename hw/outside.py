@@ -76,6 +76,7 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
     ------
     OSError
         It cannot be read, is no regular file, or is longer; `strerror` says so."""
+    # one more than may be: told apart from a file of just that size
     with opened(path, follow=follow) as file:
         data = file.read(most + 1)
     if len(data) > most:
@@ -126,6 +127,7 @@ def json_of(raw: bytes | str) -> Any:  # noqa: ANN401
 
 
 def require_sane(value: object) -> None:
+    # level by level: a call in a call would end in a RecursionError of its own
     """Raise ValueError where tables and lists stand deeper in each other than `MOST_DEPTH`, or a whole number
     has over 64 bits."""
     level = [value]

@@ -86,5 +86,5 @@ class OwnFiles(caching.IndexDataCacheFile):
     @contextmanager
     def _open_for_write(self, filepath: str) -> Iterator[IO[bytes]]:
         with super()._open_for_write(filepath) as file:
-            os.fchmod(file.fileno(), 0o600)
+            os.fchmod(file.fileno(), 0o600)  # Numba opens it with what the umask leaves
             yield file

@@ -45,8 +45,6 @@ SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
 
 _OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)
-# of a stopping thread: with locked memory the default 8 MB would be filled in first
-_STACK_BYTES = 256 * 1024
 _NEVER = 1 << 40
 
 
@@ -218,7 +216,7 @@ class Composite:
         if tick is not self._tick:
             self._bind(tick)
         before, self._slot = self._slot, self._slots[0]
-        faults = self._read_all(max(self._slot - before, 1))
+        faults = self._read_all(max(self._slot - before, 1))  # the first cycle is number 0
         due, new = True, False
         for device in self._sensors:
             device.deliver()

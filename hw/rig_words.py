@@ -57,6 +57,7 @@ def device_dtype(dtype: np.dtype[np.void], n_axes: int) -> np.dtype[np.void]:
 
 def _pairs(rig: np.dtype[np.void], own: np.dtype[np.void], name: str, axes: Sequence[int]) -> list[Any]:
     """Word numbers (in the rig's tick, in the device's) of one field."""
+    # every field of a tick is made of words of 8 bytes
     rig_at, own_at = placed(rig, name)[1] // 8, placed(own, name)[1] // 8
     shape = own[name].shape
     if not shape:

@@ -193,6 +193,7 @@ def _link(t: np.record, s: np.record, p: np.record, k: int, count: int) -> None:
     """Let fault `k` of the link act on the whole sample, the device's own `count` of it given."""
     effect, value = p.fault_effect[k], p.fault_value[k]
     if effect == _CHECKSUM:
+        # NumPy has no | of unsigned and signed (NUMBA_DISABLE_JIT)
         t.link_faults = np.int64(t.link_faults) | _BIT_CHECKSUM
     elif effect == _SEQUENCE:
         t.link_faults = np.int64(t.link_faults) | _BIT_SEQUENCE

@@ -33,6 +33,7 @@ DRAIN_S = 0.05
 _PARITY_BITS = termios.PARODD | 0o10000000000  # the second: CMSPAR, mark or space
 _TERMIOS2 = struct.Struct("=4I20s2I")
 """The kernel's struct termios2: four words of flags, line discipline and characters, both bit rates."""
+# linux/asm-generic; Python's termios lacks them
 _TCGETS2, _TCSETS2, _CBAUD, _BOTHER = 0x802C542A, 0x402C542B, 0o10017, 0o10000
 
 _GONE = {errno.EIO, errno.ENODEV, errno.ENXIO, errno.EBADF, errno.EPIPE, errno.ENOENT}
@@ -99,7 +100,7 @@ class Port:
         settings[2] &= ~termios.HUPCL  # else each attempt to open again would reset boards that reset on DTR
         settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
         termios.tcsetattr(fd, termios.TCSANOW, settings)
-        termios.tcflush(fd, termios.TCIOFLUSH)
+        termios.tcflush(fd, termios.TCIOFLUSH)  # what stood there before the port was opened is old
         with contextlib.suppress(ValueError, OSError, NotImplementedError):
             self._serial.set_low_latency_mode(True)
             self.low_latency = True
@@ -172,6 +173,7 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
         Whether all of it went out. Never raises, never blocks longer than `DRAIN_S`."""
     sent = False
     with contextlib.suppress(OSError, termios.error):
+        # never the terminal that sends a SIGHUP; no wait for a carrier
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
         try:
             if os.isatty(fd):

@@ -64,8 +64,9 @@ class SourceMemo:
             draft.unlink(missing_ok=True)
             descriptor = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
             with os.fdopen(descriptor, "wb") as file:
+                # no fsync: what a power cut leaves of it fails its seal, and is parsed again
                 file.write(_seal(told) + told)
-            draft.replace(self._path)
+            draft.replace(self._path)  # readers find the old one or the new one, whole
         except OSError:  # a full disk, for one: parsed again by the next process, that is all
             draft.unlink(missing_ok=True)
 

@@ -19,6 +19,7 @@ _write: Any = types.ExternalFunction("write", types.intp(types.int32, types.void
 _receive: Any = types.ExternalFunction(
     "recvmmsg", types.int32(types.int32, types.intp, types.uint32, types.int32, types.intp)
 )
+# glibc's: errno has a place of its own in every thread
 _errno: Any = types.ExternalFunction("__errno_location", _types.CPointer(types.int32)())
 
 FAILED = -1

@@ -9,7 +9,7 @@ import numpy as np
 _MAGIC = b"\x7fELF\x02\x01"
 """64 bits, little-endian: the only one that Numba makes on a machine that rtctl runs on."""
 
-_SECTION = np.dtype(
+_SECTION = np.dtype(  # Elf64_Shdr, what is needed of it (elf(5))
     {
         "names": ["kind", "offset", "size", "link"],
         "formats": ["<u4", "<u8", "<u8", "<u4"],
@@ -17,10 +17,10 @@ _SECTION = np.dtype(
         "itemsize": 64,
     }
 )
-_SYMBOL = np.dtype(
+_SYMBOL = np.dtype(  # Elf64_Sym
     [("name", "<u4"), ("info", "u1"), ("other", "u1"), ("section", "<u2"), ("value", "<u8"), ("size", "<u8")]
 )
-_SYMBOL_TABLE = 2
+_SYMBOL_TABLE = 2  # SHT_SYMTAB
 
 
 def undefined_symbols(code: bytes) -> set[str]:
@@ -33,13 +33,14 @@ def undefined_symbols(code: bytes) -> set[str]:
     if not code.startswith(_MAGIC) or len(code) < 64:
         msg = "not an ELF file of 64 bits"
         raise ValueError(msg)
-    (at,) = struct.unpack_from("<Q", code, 0x28)
-    (count,) = struct.unpack_from("<H", code, 0x3C)
+    (at,) = struct.unpack_from("<Q", code, 0x28)  # e_shoff
+    (count,) = struct.unpack_from("<H", code, 0x3C)  # e_shnum
     sections = np.frombuffer(code, _SECTION, count, at)
     wanted: set[str] = set()
     for table in sections[sections["kind"] == _SYMBOL_TABLE]:
         symbols = np.frombuffer(code, _SYMBOL, int(table["size"]) // _SYMBOL.itemsize, int(table["offset"]))
         begins = int(sections[int(table["link"])]["offset"])
+        # SHN_UNDEF; the first symbol of each table is an empty one
         named = symbols[(symbols["section"] == 0) & (symbols["name"] != 0)]
         for place in named["name"]:
             name = begins + int(place)

@@ -61,6 +61,11 @@ def tables(
             given = read_toml(map_file)
         except (OSError, ValueError) as error:
             raise ConfigError(f"{map_file}: cannot read the map of columns: {error}") from error
+        for role, table in given.items():
+            if not isinstance(table, dict):
+                raise ConfigError(f"{map_file}: {role} must be a table: [{role}], and below it column = NAME")
+            if not isinstance(table.get("unit", ""), str):
+                raise ConfigError(f"{map_file}: unit of {role} must be text in quotes")
     for text in columns:
         role, _, rest = text.partition("=")
         name, unit, scale = _name_unit_scale(rest)

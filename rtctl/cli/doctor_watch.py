@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -16,17 +17,13 @@ SILENT_S = 3.0
 """Health comes once a second: after so long without one the daemon has ended, or stands."""
 
 
-def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> int:
-    """Show what `late` of each health says that is new, until `seconds` have passed or Ctrl-C; then the sums.
-
-    Returns
-    -------
-    int
-        Late ticks seen."""
+def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> None:
+    """Show what `late` of each health says that is new, until `seconds` have passed or Ctrl-C; then the sums,
+    of all runs of the daemon meanwhile."""
     began = time.monotonic()
     end = began + (float("inf") if seconds is None else seconds)
-    first: dict[str, Any] | None = None
     before: dict[str, Any] = {}
+    count, causes = 0, Counter[str]()
     heard = began
     try:
         with client.health() as healths:
@@ -40,15 +37,23 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> int:
                 heard, late = now, health.get("late")
                 if late is None:
                     continue
-                if first is None or late["ticks"] < before["ticks"]:  # another run of the daemon
-                    first = before = late
+                if not before:
                     _greet(late, as_json=as_json)
+                    before = late
+                elif late["ticks"] < before["ticks"]:  # another run of the daemon: all of its ticks are new
+                    _greet(late, as_json=as_json)
+                    before = {"ticks": 0, "causes": {}}
                 if late["ticks"] > before["ticks"]:
                     click.echo(json_text(late) if as_json else _line(now - began, before, late))
+                    count += late["ticks"] - before["ticks"]
+                    causes.update(_risen(before, late))
                 before = late
     except KeyboardInterrupt:
         click.echo("", err=True)
-    return _sums(first, before, as_json=as_json)
+    if not before:
+        click.echo("no health came: the rig tells nothing of late ticks", err=True)
+        return
+    _sums(count, causes, as_json=as_json)
 
 
 def _greet(late: dict[str, Any], *, as_json: bool) -> None:
@@ -77,13 +82,9 @@ def _risen(before: dict[str, Any], late: dict[str, Any]) -> dict[str, int]:
     return dict(sorted(((c, n) for c, n in risen.items() if n), key=lambda one: -one[1]))
 
 
-def _sums(first: dict[str, Any] | None, last: dict[str, Any], *, as_json: bool) -> int:
-    if first is None:
-        click.echo("no health came: the rig tells nothing of late ticks", err=True)
-        return 0
-    count, causes = int(last["ticks"] - first["ticks"]), _risen(first, last)
+def _sums(count: int, causes: Counter[str], *, as_json: bool) -> None:
+    most_first = dict(causes.most_common())
     if as_json:
-        click.echo(json_text({"ticks": count, "causes": causes}))
+        click.echo(json_text({"ticks": count, "causes": most_first}))
     else:
-        click.echo(f"{count} late ticks" + "".join(f"\n  {n:>6}  {cause}" for cause, n in causes.items()))
-    return count
+        click.echo(f"{count} late ticks" + "".join(f"\n  {n:>6}  {cause}" for cause, n in most_first.items()))

@@ -32,6 +32,7 @@ def be_guarded(host: int) -> None:
 
 def die_with(host: int) -> None:
     """Have the kernel send SIGTERM when the host process dies, so that the rig is stopped."""
+    # its parent is the thread that started it (prctl(2)): the host does so in its main one
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
     if os.getppid() != host:
         sys.exit(1)

@@ -65,6 +65,7 @@ def doze(timespec: np.ndarray, deadline_ns: int, early: np.ndarray) -> int:
     """Sleep until shortly before the deadline; the time then, ns, or minus the C error number."""
     until = deadline_ns - early[_MARGIN]
     now = now_ns(timespec)
+    # before the clock began: the kernel refuses it
     if until < 0 or now < until:  # a grid that is behind has no time to sleep
         now = _sleep(timespec, until)
         if now >= 0:

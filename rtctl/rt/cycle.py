@@ -31,6 +31,7 @@ class Cycle:
         self.grid = records(np.zeros(1, GRID))
         self.tick = records(new_ticks(1, n))
         self.state = records(np.zeros(1, state_dtype(n)))
+        # copies: nothing the host does can change what the loop goes by
         self.params = records(memory.params.copy())
         self.model = records(memory.model.copy())
         self.command = records(np.zeros(2, command_dtype(n)))  # row 1 is scratch of the intake

@@ -108,12 +108,14 @@ def _dma_latency(held: list[int]) -> Grant:
         )
         return Grant("cpu-dma-latency", granted=False, required=False, detail=remedy)
     with contextlib.suppress(OSError):
+        # a signed 32-bit number of us, wanted for as long as the file is open (pm_qos)
         os.write(fd, (0).to_bytes(4, "little"))
     held.append(fd)
     return Grant("cpu-dma-latency", granted=True, required=False, detail="0 us")
 
 
 def _timer_slack() -> Grant:
+    # 1 ns; 0 would be the usual slack (prctl(2))
     ok = ctypes.CDLL(None).prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0) == 0
     return Grant(
         "timer-slack",

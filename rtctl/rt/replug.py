@@ -118,7 +118,7 @@ class Replug:
         if self._wait:
             return False
         self._opening(True)
-        self._backend.close()
+        self._backend.close()  # else its port would be held, by this very process
         try:
             self._backend.open()
         except BackendError as error:

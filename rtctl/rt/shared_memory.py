@@ -52,7 +52,7 @@ HEADER = np.dtype(
         ),  # how long before a deadline the loop is awake, and what moves that (`rtctl.rt.early`)
     ]
 )
-_MAGIC = 0x7274_6374_6C31
+_MAGIC = 0x7274_6374_6C31  # "rtctl1"
 _HEAD, _READ_HEAD, _MAILBOX_SEQ = (
     (HEADER.names or ()).index(name) for name in ("head", "read_head", "mailbox_seq")
 )
@@ -205,6 +205,7 @@ class RingReader:
             head = self._header[_HEAD]
             if head == 0:
                 return None
+            # copied first: the loop may overwrite the row while it is being looked at
             row = ring_words[(head - 1) % len(ring_words)].copy()
             if mailbox.checksum(row[:-1]) == row[-1]:
                 newest: np.ndarray = row.view(self._dtype)

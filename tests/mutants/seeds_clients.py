@@ -220,4 +220,20 @@ SEEDS = (
         '    if False and any("\\ud800" <= letter',
         ("tests/unit/cli/test_last_words.py::test_a_rig_file_whose_name_is_no_text_is_refused",),
     ),
+    Seed(
+        "what came late before the daemon was started again is forgotten",
+        "rtctl/cli/doctor_watch.py",
+        """elif late["ticks"] < before["ticks"]:""",
+        "elif False:",
+        (
+            "tests/unit/doctor/test_doctor_watch.py::test_the_sums_are_those_of_all_runs_of_the_daemon_meanwhile",
+        ),
+    ),
+    Seed(
+        "a map of columns that is no table is a traceback",
+        "rtctl/cli/columns.py",
+        "            if not isinstance(table, dict):",
+        "            if False:",
+        ("tests/unit/cli/test_columns_said.py",),
+    ),
 )
