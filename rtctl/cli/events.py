@@ -42,6 +42,9 @@ def command(rig: str | None, last: int, state_dir: Path | None, *, follow: bool,
         click.echo(f"rtctl: {torn} line(s) cut off by a crash were skipped", err=True)
     try:
         for event in following:
+            if event in events:  # written while the log was read: shown above
+                continue
+            events = []
             click.echo(json_text(event) if as_json else line(event))
     except KeyboardInterrupt:
         click.echo("", err=True)

@@ -40,21 +40,18 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--C",
     "c",
     type=_POSITIVE,
-    callback=fit_checks.number,
     help="bound on the dual coefficients; default: by cross-validation",
 )
 @click.option(
     "--epsilon",
     "epsilon_nm",
     type=_POSITIVE,
-    callback=fit_checks.number,
     help="width of the epsilon tube, N m; default 0.005, of friction below 0.25 a 50th of the largest",
 )
 @click.option(
     "--fade",
     "fade_rad_s",
     type=_POSITIVE,
-    callback=fit_checks.number,
     help="fade beyond the trained range, rad/s; default a tenth of it",
 )
 @click.option(
@@ -79,7 +76,6 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
 @click.option(
     "--tolerance",
     type=Number(0, 50),
-    callback=fit_checks.number,
     metavar="PERCENT",
     help="held-out errors below this much of the largest friction count as equal, so that the fewest "
     "numbers decide; 0: one standard error alone; default 0.5",
@@ -133,7 +129,6 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--presliding",
     "presliding_rad",
     type=Number(min=0, min_open=True, max=1),
-    callback=fit_checks.number,
     metavar="RAD",
     help="presliding length (break-away torque over initial slope), rad; default: what the points file says",
 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 
 import click
@@ -18,13 +17,6 @@ KERNEL = click.option(
     help="rungs of the ladder to climb",
 )
 """As of every command that climbs the ladder."""
-
-
-def number(_: click.Context, option: click.Parameter, value: float | None) -> float | None:
-    """Refuse NaN, which click's own ranges let through."""
-    if value is not None and math.isnan(value):
-        raise click.BadParameter("NaN is not a number in the range", param=option)
-    return value
 
 
 def temperatures(

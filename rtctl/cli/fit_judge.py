@@ -26,6 +26,7 @@ _GOES_WITH = {
     "average",
     "delimiter",
     "decimal",
+    "lead_m",
     "sweep",
 }
 

@@ -6,7 +6,6 @@ import importlib
 import sys
 import time
 from collections.abc import Callable
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -128,7 +127,7 @@ class _Identify(click.Command):
         parent: click.Context | None = None,
         **extra: object,
     ) -> click.Context:
-        if any(arg == "--log" or arg.startswith("--log=") for arg in args) and find_spec(LOG_MODULE):
+        if any(arg == "--log" or arg.startswith("--log=") for arg in args):
             other: click.Command = importlib.import_module(LOG_MODULE).command
             return other.make_context(info_name, args, parent, **extra)
         return super().make_context(info_name, args, parent, **extra)

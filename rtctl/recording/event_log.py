@@ -159,23 +159,28 @@ def _whole(path: Path) -> bytes:
 
 
 def follow(folder: Path, poll_s: float = FOLLOW_S) -> Iterator[Event]:
-    """Events written from now on, for ever; over rotations, and also when there is no log yet."""
+    """Events written from this call on, for ever; over rotations, and also when there is no log yet."""
     path = folder / CURRENT
-    with ExitStack() as stack:
-        file = stack.enter_context(path.open("rb")) if path.exists() else None
-        if file is not None:
-            file.seek(0, os.SEEK_END)
-        pending = b""
+    with suppress(FileNotFoundError), ExitStack() as stack:
+        file = stack.enter_context(path.open("rb"))
+        file.seek(0, os.SEEK_END)
+        return _written(path, file, stack.pop_all(), poll_s)
+    return _written(path, None, ExitStack(), poll_s)
+
+
+def _written(path: Path, file: BinaryIO | None, closing: ExitStack, poll_s: float) -> Iterator[Event]:
+    pending = b""
+    with closing as stack:
         while True:
+            # asked before the reading: all that the old file ever gets is then read
+            replaced = _replaced(path, file)
             data = file.read() if file is not None else b""
             *lines, pending = (pending + data).split(b"\n")
             yield from _parse(lines)[0]
-            if data:
-                continue
-            if _replaced(path, file):
+            if replaced:
                 stack.close()
                 file, pending = stack.enter_context(path.open("rb")), b""
-            else:
+            elif not data:
                 time.sleep(poll_s)
 
 

@@ -93,4 +93,11 @@ SEEDS = (
         "int(0.03 * len(rows))",
         (f"{SCORING}::test_two_bad_points_of_50_are_mistakes",),
     ),
+    Seed(
+        "columns of a screw cannot be judged",
+        "rtctl/cli/fit_judge.py",
+        '    "lead_m",\n',
+        "",
+        ("tests/unit/cli/test_fit_judge.py::test_columns_of_a_screw_are_judged_as_they_were_learned",),
+    ),
 )

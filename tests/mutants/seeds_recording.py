@@ -33,4 +33,27 @@ SEEDS = (
         "recorded[name].append(rows[name].copy())", "recorded[name].append(rows[name])",
         (f"{UNIT}/test_replay.py::test_a_recording_as_columns_compares_equal_over_all_its_chunks",),
     ),
+    Seed(
+        "what is written before the first look of a follower is lost",
+        "rtctl/recording/event_log.py",
+        "        return _written(path, file, stack.pop_all(), poll_s)",
+        "        return _written(path, path.open('rb'), stack.pop_all(), poll_s)",
+        ("tests/unit/recording/test_event_log.py::test_follow_begins_when_it_is_asked_for",),
+    ),
+    Seed(
+        "what came last before a rotation is not followed",
+        "rtctl/recording/event_log.py",
+        "            replaced = _replaced(path, file)\n"
+        "            data = file.read() if file is not None else b\"\"\n",
+        "            data = file.read() if file is not None else b\"\"\n"
+        "            replaced = _replaced(path, file)\n",
+        ("tests/unit/recording/test_event_log.py::test_follow_reads_what_came_last_before_a_rotation",),
+    ),
+    Seed(
+        "an event that comes while the log is read is shown twice",
+        "rtctl/cli/events.py",
+        "            if event in events:",
+        "            if False:",
+        ("tests/unit/cli/test_events_followed.py",),
+    ),
 )  # fmt: skip

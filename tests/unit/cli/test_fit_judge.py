@@ -144,3 +144,17 @@ def test_options_of_a_fit_are_refused(model: Path) -> None:
     done = _run(model.parent / "p.csv", "--judge", model, "--C", "3")
     assert done.exit_code == 2
     assert "--C" in done.output
+
+
+def test_columns_of_a_screw_are_judged_as_they_were_learned(tmp_path: Path) -> None:
+    rows = ["speed,torque"]
+    for v in np.linspace(5.0, 300.0, 24):
+        rows += [f"{v},{0.2 + 5e-4 * v}", f"{-v},{-0.2 - 5e-4 * v}"]
+    (tmp_path / "screw.csv").write_text("\n".join(rows) + "\n")
+    said = (tmp_path / "screw.csv", "--column", "velocity=speed:deg/s", "--column", "torque=torque:N m")
+    model, lead = tmp_path / "m.json", ("--lead-m", "0.005")
+    learned = _run(*said, *lead, "--out", model, "--kernel", "formula", "--jobs", "1")
+    assert learned.exit_code == 0, learned.output
+    done = _run(*said, *lead, "--judge", model)
+    assert done.exit_code == 0, done.output
+    assert "the model holds" in done.output

@@ -133,6 +133,31 @@ def test_follow_sees_new_events_across_a_rotation(tmp_path):
     assert got == list(range(1, 9))
 
 
+def test_follow_begins_when_it_is_asked_for(tmp_path, monkeypatch):
+    log = EventLog(tmp_path)
+    log.append([event(0)])
+    stream = follow(tmp_path)
+    log.append([event(1)])
+    monkeypatch.setattr(event_log.time, "sleep", lambda _: pytest.fail("it saw nothing"))
+    assert next(stream)["tick"] == 1
+
+
+def test_follow_reads_what_came_last_before_a_rotation(tmp_path, monkeypatch):
+    log = EventLog(tmp_path, max_bytes=200)
+    log.append([event(0)])
+    original, coming = event_log._replaced, [1, 2, 3]
+
+    def replaced(path, file):
+        while coming:
+            log.append([event(coming.pop(0))])
+        return original(path, file)
+
+    monkeypatch.setattr(event_log, "_replaced", replaced)
+    monkeypatch.setattr(event_log.time, "sleep", lambda _: pytest.fail("it saw no more"))
+    stream = follow(tmp_path)
+    assert [next(stream)["tick"] for _ in range(3)] == [1, 2, 3]
+
+
 def test_lines_that_are_no_objects_are_not_events(tmp_path):
     (tmp_path / CURRENT).write_bytes(
         b'{"tick": 1}\n\xff\xfe\n[1]\n' + json.dumps({"tick": 2}).encode() + b"\n"
