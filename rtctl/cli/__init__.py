@@ -37,6 +37,7 @@ class _LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
+        # a shell that completes has but the beginning of a name
         if args[0] not in COMMANDS and not (ctx.resilient_parsing or args[0].startswith("-")):
             near = get_close_matches(args[0], COMMANDS, 1)
             hint = f"Did you mean {near[0]!r}?" if near else "`rtctl --help` lists them."
@@ -90,6 +91,7 @@ def main() -> None:
     obey_nothing_foreign()
     if runs := sys.argv[1:2] == ["run"]:
         gc.disable()  # what is imported is no garbage: to look for it takes a tenth of the start (`cli.run`)
+    # else a shell script has started this in the background, where Ctrl-C is ignored: it stays so
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
     code = _exit_code()
@@ -111,7 +113,7 @@ def _exit_code() -> int:
     try:
         cli.main(standalone_mode=False)
     except RtctlError as error:
-        report(error, as_json="--json" in sys.argv)
+        report(error, as_json="--json" in sys.argv)  # no options were parsed where parsing failed
         return error.exit_code
     except click.exceptions.Exit as stop:
         return stop.exit_code
@@ -123,11 +125,12 @@ def _exit_code() -> int:
             error.show()
         return error.exit_code
     except SystemExit as stop:
+        # as Python itself: None is 0, a text is 1
         return stop.code if isinstance(stop.code, int) else int(stop.code is not None)
     except (click.Abort, KeyboardInterrupt):
         return _interrupted()
     except OSError as error:
-        if error.errno == errno.ENOSPC and not error.filename:
+        if error.errno == errno.ENOSPC and not error.filename:  # an error of a stream names no file
             click.echo(f"rtctl: standard output: {error.strerror}; make room", err=True)
             return 1
         where = f"{error.filename}: " if error.filename else ""

@@ -107,6 +107,7 @@ class Demo:
             torque = rows["hand_torque_nm"][inside, 0]
             phase.torque_sum_nm2 += float(torque @ torque)
             phase.count += len(torque)
+        # begins at the next whole step since the first tick, not since this batch
         self._trace.append(rows["hand_torque_nm"][-self._ticks % self._step :: self._step, 0].copy())
         self._ticks += len(rows)
         now_in = min(int(index[-1]) // phase_ticks, len(self.phases) - 1)

@@ -44,7 +44,7 @@ def command(rig: str | None, last: int, state_dir: Path | None, *, follow: bool,
         for event in following:
             if event in events:  # written while the log was read: shown above
                 continue
-            events = []
+            events = []  # one that is new: so are all that follow
             click.echo(json_text(event) if as_json else line(event))
     except KeyboardInterrupt:
         click.echo("", err=True)

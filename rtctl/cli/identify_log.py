@@ -273,13 +273,15 @@ def _write(
         *beside.values(),
         strict=True,
     ):
+        # repr gives the digits that are read as the same number again
         known = ["" if math.isnan(value) else repr(float(value)) for value in more]
         writer.writerow(
+            # in the points friction is a magnitude; in the file it has the sign of the motion
             [repr(float(v)), repr(float(f * d)), int(d), repr(float(std)), int(n), *known, *length]
         )
         length = [""] * len(columns)
     rows = text.getvalue().encode()
     document["points_sha256"] = hashlib.sha256(rows).hexdigest()
-    write_together(
+    write_together(  # both or none: the second holds the hash of the first
         out, {"points.csv": rows, "regression.json": json_text(named(document, motion), indent=1).encode()}
     )

@@ -85,7 +85,7 @@ def _why_not(folder: Path) -> str:
     try:
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(b"tried")
-            file.flush()
+            file.flush()  # a full disk refuses what is written, not what is kept in a buffer
     except OSError as error:
         return f"{error.strerror} ({folder})"
     return ""

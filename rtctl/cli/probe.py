@@ -66,6 +66,7 @@ def command(
             width = shutil.get_terminal_size().columns
             lines = [line[: width - 1] for line in lines]
         if drawn:
+            # up to the first line of the last drawing, and clear from there
             click.echo(f"\x1b[{drawn}F\x1b[J", nl=False)
         drawn = len(lines) if in_place else 0
         click.echo("\n".join(lines))

@@ -27,6 +27,7 @@ class Bar:
         spent = now - self._began
         left = f"{spent * (1 - share) / share:5.0f} s left" if share > 0.01 else ""
         line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<13} {words(text, self._motion)}"
+        # filled up: it covers the line before; cut: one that wraps stays behind
         click.echo(f"\r{line:<110.110}" if self._live else line, err=True, nl=not self._live)
 
     def of(self, done: float, total: float, text: str) -> None:

@@ -97,10 +97,11 @@ def _record(capture: Capture, folder: Path, limits: Limits | None, seconds: floa
     try:
         while (end is None or time.monotonic() < end) and capture.run is not None:
             run, recorder = capture.run, _recorder(capture.run, folder, limits)
-            end = time.monotonic() + seconds if end is None else end
+            end = time.monotonic() + seconds if end is None else end  # waiting for the daemon does not count
             try:
                 _one_run(capture, run, recorder, end)
             finally:
+                # whatever ended it: files without an end are told as cut off
                 recorder.close("recording ended")
                 done.append({**recorder.status(), "lost": run.lost})
     except KeyboardInterrupt:

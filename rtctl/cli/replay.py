@@ -78,6 +78,8 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
 
 
 def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json: bool) -> None:
+    from hw.motion import name as own_name
+    from hw.motion import unit
     from rtctl.recording.compare import compare, numbers, plot_comparison
     from rtctl.rig_file.config import load
 
@@ -97,11 +99,12 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
     )
     if comparison.verdict.stopped:
         click.echo(f"stopped early: {comparison.verdict.stopped}")
-    click.echo(f"{'RMS, N m':<24}{'axis':<10}{'recorded':>12}{'other':>12}{'difference':>12}")
+    units = " or ".join(dict.fromkeys(unit("N m", motion) for motion in reader.motions))
+    click.echo(f"{f'RMS, {units}':<24}{'axis':<10}{'recorded':>12}{'other':>12}{'difference':>12}")
     for name, values in found.items():
         for k, axis in enumerate(comparison.axes):
             row = "".join(f"{values[which][k]:>12.5f}" for which in ("recorded", "other", "difference"))
-            click.echo(f"{name:<24}{axis:<10}{row}")
+            click.echo(f"{own_name(name, reader.motions[k]):<24}{axis:<10}{row}")
     click.echo(
         "the motion and the hand are the recorded ones: a rig that had felt these torques would have moved "
         "otherwise"

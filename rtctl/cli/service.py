@@ -139,6 +139,7 @@ def _run(command: list[str], *, check: bool = True) -> None:
 
 def _compile(command: list[str]) -> None:
     """Have the service's code compiled before its first start; what it says is shown as it comes."""
+    # with --json standard output is one object, and nothing else
     done = subprocess.run(command, stdin=subprocess.DEVNULL, stdout=sys.stderr, check=False)
     if done.returncode:
         click.echo(

@@ -128,6 +128,7 @@ def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | N
     except OSError:
         return None
     url, _, key_part = address.partition("#")
+    # a daemon that was killed leaves the file: does anybody answer?
     link = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)
     try:
         link.request("GET", "/link.js")

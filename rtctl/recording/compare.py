@@ -48,7 +48,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     Raises
     ------
     ConfigError
-        A rig file of another rate or number of axes.
+        A rig file of another rate, number of axes, or motion of one.
     DataError, ModelError
         As `Replay`, and as `rtctl.check.law_plan.build`."""
     plan = build(other)
@@ -56,6 +56,12 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
         raise ConfigError(
             f"{other.path}: {plan.n_axes} axes at {other.config.loop.rate_hz:g} Hz, but the recording has "
             f"{reader.n_axes} at {float(reader.about['rate_hz']):g} Hz; both must be the same"
+        )
+    motions = [axis.motion for axis in other.config.axis]
+    if motions != list(reader.motions):  # rad would be taken for m
+        raise ConfigError(
+            f"{other.path}: axes are {', '.join(motions)}, but those of the recording "
+            f"{', '.join(reader.motions)}; both must be the same"
         )
     replay = Replay(reader, LawArrays(plan.params, plan.model, plan.command), commands_from=plan.command)
     names = (*SHOWN, "state", "time_ns")

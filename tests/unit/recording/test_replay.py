@@ -1,7 +1,9 @@
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from run_maker import CONFIGS, run, setup, write
 
+from rtctl.cli.replay import command as replay
 from rtctl.errors import ConfigError, DataError
 from rtctl.recording.compare import compare, numbers, plot_comparison
 from rtctl.recording.law_runner import CommandBook, LawRunner
@@ -118,6 +120,22 @@ def test_a_rig_of_another_size_or_rate_is_refused(tmp_path):
     for name in ("mock-2axis.toml", "mock-10khz.toml"):
         with pytest.raises(ConfigError, match=r"axes at .* Hz"):
             compare(reader, load(CONFIGS / name))
+
+
+def test_a_rig_whose_axes_move_otherwise_is_refused(tmp_path):
+    rows, commands = run()
+    reader = RecordingReader(write(tmp_path, rows[:100], commands).files)
+    with pytest.raises(ConfigError, match="axes are linear, but those of the recording rotary"):
+        compare(reader, load(CONFIGS / "mock-linear.toml"))
+
+
+def test_the_torques_of_a_linear_axis_are_told_in_newtons(tmp_path):
+    rows, commands = run("mock-linear.toml")
+    file = write(tmp_path, rows[:500], commands, setup("mock-linear.toml")).files[0]
+    told = CliRunner().invoke(replay, [str(file), "--config", str(CONFIGS / "mock-linear.toml")])
+    assert told.exit_code == 0, told.output
+    assert "RMS, N " in told.output
+    assert "torque_applied_n " in told.output
 
 
 def with_states(folder, rows, commands, config="mock.toml", spoil=None, lived=None):
