@@ -109,6 +109,7 @@ def test_the_same_rig_file_compares_equal_and_another_one_does_not(tmp_path):
 
 def test_a_recording_as_columns_compares_equal_over_all_its_chunks(tmp_path):
     rows, commands = run()
+    rows = rows[:600]
     found = compare(RecordingReader(with_states(tmp_path, rows, commands)), load(CONFIGS / "mock.toml"))
     assert np.array_equal(found.recorded["time_ns"], rows["time_ns"])
     assert numbers(found)["torque_applied_nm"]["difference"] == [0.0]
