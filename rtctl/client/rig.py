@@ -93,7 +93,7 @@ class RigClient(Worlds, Listener):
             self._lease.abandon()
         with self._lock:  # a request of another thread ends first
             self._requester.close()
-        self.close_streams()
+        self.close_streams()  # before the context: it waits for every socket
         self._context.term()
 
     # -- asking

@@ -81,9 +81,10 @@ class Stream(Generic[Item]):
         deadline = time.monotonic() + timeout_s
         while True:
             while not self._waiting:
+                # a negative time would wait for ever
                 if not self._socket.poll(max(0, round((deadline - time.monotonic()) * 1e3))):
                     return None
-                self._take(self._socket.recv_multipart()[-1])
+                self._take(self._socket.recv_multipart()[-1])  # the topic comes first
             item = self._as_of_now(self._waiting.popleft())
             if item is not None:
                 return item

@@ -86,7 +86,7 @@ class Follower:
 
     def take(self) -> tuple[np.ndarray | None, list[dict[str, Any]]]:
         """Ticks and events since the last call."""
-        self.news.clear()
+        self.news.clear()  # first: what comes while this takes wakes the follower again
         batches = [self.batches.popleft() for _ in range(len(self.batches))]
         events = [self.events.popleft() for _ in range(len(self.events))]
         return (np.concatenate(batches) if batches else None), events

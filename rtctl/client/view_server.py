@@ -55,7 +55,7 @@ class ViewServer(ThreadingHTTPServer):
         The operator key; made anew when not given."""
 
     daemon_threads = True
-    allow_reuse_address = True
+    allow_reuse_address = True  # a page started again finds its port in TIME_WAIT
     request_queue_size = 128  # at the usual 5 a crowd makes who presses STOP come again a second later
 
     def __init__(self, client: RigClient, host: str, port: int, key: str = "") -> None:
@@ -159,6 +159,7 @@ class _Handler(BaseHTTPRequestHandler):
     def _has_key(self) -> bool:
         given = self.headers.get("X-Operator-Key", "")
         # its time tells nothing of how much was right
+        # bytes: of text it takes ASCII alone
         return secrets.compare_digest(given.encode(), self.server.key.encode())
 
     def _press(self, name: str, body: bytes) -> None:

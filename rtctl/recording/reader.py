@@ -268,8 +268,13 @@ def with_earlier_parts(path: Path) -> list[Path]:
     if match is None:
         return [path]
     stem, last = match.groups()
-    earlier = [path.with_name(f"{stem}-{k:0{len(last)}d}.mcap") for k in range(int(last))]
-    return [*earlier, path] if all(part.is_file() for part in earlier) else [path]
+    earlier: list[Path] = []
+    for k in reversed(range(int(last))):  # the nearest first: in `rig-20261127.mcap` the number is a date
+        part = path.with_name(f"{stem}-{k:0{len(last)}d}.mcap")
+        if not part.is_file():
+            return [path]
+        earlier.append(part)
+    return [*reversed(earlier), path]
 
 
 def all_parts(path: Path) -> list[Path]:

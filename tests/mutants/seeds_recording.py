@@ -63,4 +63,11 @@ SEEDS = (
         "    if False:",
         ("tests/unit/recording/test_replay.py::test_a_rig_whose_axes_move_otherwise_is_refused",),
     ),
+    Seed(
+        "a file whose name ends with a date takes all memory",
+        "rtctl/recording/reader.py",
+        "            return [path]\n        earlier.append(part)",
+        "            continue\n        earlier.append(part)",
+        ("tests/unit/recording/test_recording_files.py::test_a_name_that_ends_with_a_date_is_one_file",),
+    ),
 )  # fmt: skip

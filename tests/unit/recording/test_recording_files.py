@@ -1,6 +1,7 @@
 import contextlib
 import errno
 import os
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -160,6 +161,15 @@ def test_files_rotate_by_size_and_by_time_and_read_as_one(tmp_path):
         assert later.read().commands["seq"][0] <= later.read().rows["command_seq"][0], (
             "what was in force is said again"
         )
+
+
+def test_a_name_that_ends_with_a_date_is_one_file(tmp_path, monkeypatch):
+    named, original = [], Path.with_name
+    monkeypatch.setattr(Path, "with_name", lambda path, name: named.append(name) or original(path, name))
+    file = tmp_path / "rig-110827.mcap"
+    file.touch()
+    assert with_earlier_parts(file) == [file]
+    assert len(named) == 1
 
 
 def test_parts_of_two_runs_are_not_mixed(tmp_path):
