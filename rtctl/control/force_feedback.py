@@ -69,6 +69,7 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
     """Most torque feed-forward and feedback may have together at this velocity, N m, >= 0; 0 for NaN."""
     speed, energy = abs(velocity), s.force_feedback_energy_j[axis]
     taken = guaranteed_friction(p, model, axis, velocity) + spare_damping(s, p, axis) * speed
+    # fades over the deficit: at a step it would chatter
     trust = min(max(1.0 + energy / max(DEFICIT * p.energy_bank_j, TINY_J), 0.0), 1.0)
     limit = trust * p.force_feedback_share[axis] * taken - p.force_feedback_reserve_nm[axis]
     free = energy - BANK_KEPT * p.energy_bank_j
@@ -81,6 +82,7 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
 def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
     """Advance the account of the assistance by the last period's motion; an empty one while no torque
     leaves."""
+    # empty, not full: nothing is lent before friction has taken any
     if not powered or not p.force_feedback_gain[axis] > 0.0:
         s.force_feedback_energy_j[axis] = 0.0
         return
@@ -91,7 +93,7 @@ def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, power
     taken = s.friction_credit_j[axis]
     taken += spare_damping(s, p, axis) * dx * dx / dt
     energy = s.force_feedback_energy_j[axis] + p.force_feedback_share[axis] * taken
-    energy -= max(sent * dx, later * dx)
+    energy -= max(sent * dx, later * dx)  # what it surely put in, whichever of the two acted
     s.force_feedback_energy_j[axis] = min(energy, p.energy_bank_j)
 
 
@@ -117,7 +119,7 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
         return 0.0
     error = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
     if not math.isfinite(error):
-        s.force_error_nm[axis] = 0.0
+        s.force_error_nm[axis] = 0.0  # one NaN would stay in the low-pass
         return math.nan
     if fresh:
         s.force_error_nm[axis] += p.force_feedback_alpha[axis] * (error - s.force_error_nm[axis])
@@ -129,7 +131,7 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
     if s.conservative_nm[axis] != 0.0:
         forward -= s.conservative_nm[axis]
     if seen >= 0.0:
-        torque = min(wanted, max(limit - forward, 0.0))
+        torque = min(wanted, max(limit - forward, 0.0))  # the bound is of all help together
     else:
         torque = -min(wanted, max(limit + forward, 0.0))
     s.force_feedback_nm[axis] = torque
