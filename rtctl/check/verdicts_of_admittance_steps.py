@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from rtctl.check.admittance_figures import calming_hunt, creeping_of, hunting_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
-from rtctl.check.verdicts_of_loop import SHAKE_RAD_S
-from rtctl.friction.guarantee import holding_friction_nm, holds_flicker, own
+from rtctl.check.verdicts_of_loop import still_rad_s
+from rtctl.friction.guarantee import holding_friction_nm, holds_flicker
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
@@ -77,7 +77,7 @@ def hunting(s: Subject) -> list[Verdict]:
     a step: how fast does the joint hunt?"""
     loop = loop_of(s.axis, s.table, s.joint, s.period_s)
     held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
-    found, bound = hunting_of(loop, held), own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    found, bound = hunting_of(loop, held), still_rad_s(s)
     speed = found.counts_1_s * s.axis.count_rad
     outcome = Outcome.PASS if speed <= bound else Outcome.FAIL
     kept = (
@@ -117,7 +117,7 @@ def creeping(s: Subject) -> list[Verdict]:
     if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
         return []
     found = creeping_of(loop_of(s.axis, s.table, s.joint, s.period_s))
-    speed, bound = found.counts_1_s * s.axis.count_rad, own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    speed, bound = found.counts_1_s * s.axis.count_rad, still_rad_s(s)
     outcome = Outcome.PASS if speed <= bound else Outcome.NOT_PROVED
     meaning = (
         "how fast a joint may ring between the counts of its encoder while it creeps, as servo and leaning "

@@ -143,7 +143,7 @@ def wish(s: Subject) -> list[Verdict]:
             "< 1",
             Outcome.PASS if loop < 1 and quiet else beyond,
             meaning,
-            max(loop, lowpass_hz / later_hz),
+            max(loop, lowpass_hz / later_hz if later_hz > 0 else math.inf),  # 0: below .1 Hz
             ""
             if loop < 1
             else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand "

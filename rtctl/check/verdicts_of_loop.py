@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
-from rtctl.friction.guarantee import holds_flicker
+from rtctl.friction.guarantee import holds_flicker, own
 
 if TYPE_CHECKING:
     from rtctl.check.axis_report import AxisFigures
@@ -165,7 +165,8 @@ def encoder_steps(s: Subject) -> list[Verdict]:
         )
         return [_steps_row(s, figure, bound, Outcome.PASS, meaning, counts / FLICKER_COUNTS)]
     shake = shake_rad_s(s, min(counts, MOST_COUNTS), axis.guarantee.bristle_nm_rad if sticks else 0.0)
-    outcome = Outcome.PASS if shake <= SHAKE_RAD_S else Outcome.NOT_PROVED
+    still = still_rad_s(s)
+    outcome = Outcome.PASS if shake <= still else Outcome.NOT_PROVED
     meaning = (
         f"most they can shake a joint at rest, {counts:.2g} counts, in a hand of up to "
         f"{TIP_STIFFNESS_N_M:.0e} N/m"
@@ -176,10 +177,19 @@ def encoder_steps(s: Subject) -> list[Verdict]:
         )
     else:
         meaning += f"; {needed:.3g} N m of dry friction hold it still (dry_friction_nm)"
-        outcome = Outcome.FAIL if shake > FELT_RAD_S else outcome
+        outcome = Outcome.FAIL if shake > _felt_rad_s(s) else outcome
     refusal = _steps_refusal(s, shake) if outcome == Outcome.FAIL else ""
-    figure, bound = f"{shake:.3g} rad/s RMS", f"<= {SHAKE_RAD_S:g} rad/s"
-    return [_steps_row(s, figure, bound, outcome, meaning, shake / SHAKE_RAD_S, refusal)]
+    figure, bound = f"{shake:.3g} rad/s RMS", f"<= {still:g} rad/s"
+    return [_steps_row(s, figure, bound, outcome, meaning, shake / still, refusal)]
+
+
+def still_rad_s(s: Subject) -> float:
+    """Shake of this axis that counts as none, rad/s: of a carriage as at a handle, like `_felt_rad_s`."""
+    return own(SHAKE_RAD_S, "shake_rad_s", s.table)
+
+
+def _felt_rad_s(s: Subject) -> float:
+    return own(FELT_RAD_S, "felt_rad_s", s.table)
 
 
 def _steps_row(
@@ -221,7 +231,7 @@ def _steps_refusal(s: Subject, shake: float) -> str:
     return (
         f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts "
         f"make the coupling step by {axis.quantisation_torque_nm:.3g} N m and shake the joint at "
-        f"{shake:.3g} rad/s, the bound is {FELT_RAD_S:g} rad/s or {axis.quantisation_torque_nm:.3g} N m of "
+        f"{shake:.3g} rad/s, the bound is {_felt_rad_s(s):g} rad/s or {axis.quantisation_torque_nm:.3g} N m of "
         f"guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
         "coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
     )
