@@ -88,8 +88,7 @@ def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None
     """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of
     the observer alone."""
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
-    if s.conservative_nm[axis] != 0.0:
-        sent -= s.conservative_nm[axis]
+    sent -= s.conservative_nm[axis]
     s.compensation_nm[axis, s.ticks % HELD] = share * sent
     observer = share * t.observer_torque_nm[axis]
     # one NaN would stay in two low-passes
