@@ -244,7 +244,7 @@ def any_hand(s: Subject) -> list[Verdict]:
     """The continuous bound, told: no sampled display with lags is passive with every hand."""
     one, table = found(s), s.table.admittance
     least, lasting = one.mass_min_continuous_kgm2, table.position_gain_nm_rad * s.axis.total_damping_nms_rad
-    passive = table.mass_kgm2 >= least and lasting == 0
+    passive = table.mass_kgm2 >= least and lasting == 0  # K_p b > 0 breaks it at low frequency (2.13)
     why = "" if lasting == 0 else ", and position_gain_nm_rad breaks it where the joint is damped"
     return [
         s.row(

@@ -33,6 +33,7 @@ def steps(s: Subject) -> list[Verdict]:
     """Torque that one encoder count and one step of the force make through the gains."""
     count, force = count_torque_nm(s), force_step_torque_nm(s)
     quiet = NOISE_LEAST * s.axis.torque_limit_nm
+    # a joint without friction feels 2 % of its limit at least
     held = max(s.axis.guarantee.floor_nm, s.axis.dry_friction_nm, quiet)
     most = NOISE_MOST * s.axis.torque_limit_nm
     rows = []
@@ -124,6 +125,7 @@ def creeping(s: Subject) -> list[Verdict]:
         "hand wind up against its friction"
     )
     if outcome != Outcome.PASS:
+        # a percent more: the figure is printed with three digits
         counts = 1.01 * s.table.encoder_counts_per_rev * speed / bound
         meaning += f": with a {found.at}: encoder_counts_per_rev = {counts:.3g} passes"
     return [
@@ -141,6 +143,7 @@ def creeping(s: Subject) -> list[Verdict]:
 def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) -> str:
     """What passes: friction that is said to be there, damping at rest, or more counts."""
     most, ways = bound / s.axis.count_rad, []
+    # what just holds would be printed as what does not
     needed = max(1.05 * holding_friction_nm(s.table, s.joint.dry_share), LEAST_SHARE * s.axis.torque_limit_nm)
     if not held and hunting_of(loop, True).counts_1_s <= most:
         ways.append(f"dry_friction_nm = {needed:.2g}, if the joint surely has as much")

@@ -38,6 +38,7 @@ def sampled_loop(s: Subject) -> list[Verdict]:
     """The exact test of coupling, delay, lag and age of samples: the one the energy of a hand's safety rests
     on."""
     axis = s.axis
+    # a coupling at the bound that this row prints must pass
     passed = axis.sampled_data_margin_nms_rad >= -_ROUNDING * (1 + axis.damping_needed_nms_rad)
     b, needed = axis.device_damping_nms_rad, axis.damping_needed_nms_rad
     row = s.row(
@@ -47,7 +48,7 @@ def sampled_loop(s: Subject) -> list[Verdict]:
         Outcome.PASS if passed else Outcome.FAIL,
         f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad at this b_c is passive with every passive "
         "hand and every passive virtual environment",
-        needed / b if b > 0 else (0.0 if passed else math.nan),
+        needed / b if b > 0 else (0.0 if passed else math.nan),  # no number: ranked as the worst
         "" if passed else _coupling_refusal(s),
     )
     return [row]
@@ -58,7 +59,7 @@ def any_world(s: Subject) -> list[Verdict]:
     axis = s.axis
     linear = ", ".join(kind.word for kind in Environment if kind.about.linear)
     others = ", ".join(kind.word for kind in Environment if not (kind.about.linear or kind.about.active))
-    if axis.current_loop_hz == 0:
+    if axis.current_loop_hz == 0:  # without a lag both tests are one (2.7)
         return []
     passed = axis.damping_needed_any_world_nms_rad <= axis.device_damping_nms_rad * (1 + _ROUNDING)
     return [
@@ -156,6 +157,7 @@ def encoder_steps(s: Subject) -> list[Verdict]:
     if needed == 0:
         return []
     sticks, bent = held >= needed, axis.guarantee.length_rad / axis.count_rad
+    # beyond its bristles it slides, and friction ends it
     counts = min(shake_counts(s), bent) if sticks else shake_counts(s)
     if counts <= FLICKER_COUNTS and holds_flicker(s.table, axis.guarantee, s.joint.dry_share):
         figure, bound = f"{counts:.2g} counts", f"<= {FLICKER_COUNTS:g} counts"
@@ -231,8 +233,8 @@ def _steps_refusal(s: Subject, shake: float) -> str:
     return (
         f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts "
         f"make the coupling step by {axis.quantisation_torque_nm:.3g} N m and shake the joint at "
-        f"{shake:.3g} rad/s, the bound is {_felt_rad_s(s):g} rad/s or {axis.quantisation_torque_nm:.3g} N m of "
-        f"guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
+        f"{shake:.3g} rad/s, the bound is {_felt_rad_s(s):g} rad/s or {axis.quantisation_torque_nm:.3g} N m "
+        f"of guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
         "coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
     )
 
@@ -241,7 +243,7 @@ def down(value: float) -> str:
     """Four significant digits, rounded down, so that the printed bound itself passes."""
     if not value > 0 or not math.isfinite(value):
         return "0"
-    value *= 1 + _ROUNDING
+    value *= 1 + _ROUNDING  # a bound that is a round number must not lose its last digit
     step = 10.0 ** (math.floor(math.log10(value)) - 3)
     return f"{math.floor(value / step * (1 + _ROUNDING)) * step:.4g}"
 
@@ -254,6 +256,7 @@ def _coupling_refusal(s: Subject) -> str:
         f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad)}, "
         f"damping_nms_rad = {down(axis.recommended_damping_nms_rad)}"
     )
+    # first: no coupling helps where friction is compensated beyond itself
     if found is not None and not b > 0:
         return (
             f"{s.where}.friction.gain: axis {axis.name}: the feed-forward may exceed the friction: at "
@@ -261,7 +264,7 @@ def _coupling_refusal(s: Subject) -> str:
             f"no coupling passes; a gain of at most {down(found.gain_max)} does for this coupling, or a "
             f"better model (its largest error is {found.error_max_nm:.3g} N m)"
         )
-    if axis.damping_nms_rad > b:
+    if axis.damping_nms_rad > b:  # then no stiffness passes, however small
         return (
             f"{s.where}.coupling.damping_nms_rad: axis {axis.name}: {axis.damping_nms_rad:g} is above its "
             f"bound {down(b)} N m s/rad, the damping the device surely has, so no stiffness passes; {pair}"
