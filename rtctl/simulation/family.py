@@ -159,7 +159,7 @@ def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:
         wanted = options_with(plant, loaded.options)
         options = registry.options_model("mock").model_validate(wanted, context={"n_axes": config.n_axes})
     except ValidationError as error:
-        of_rig = error.title == Config.__name__
+        of_rig = error.title == Config.__name__  # two models may refuse: each explains its own keys
         told = (
             explain(error, Config, table)
             if of_rig
