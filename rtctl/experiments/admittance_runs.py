@@ -206,7 +206,7 @@ def widest(loaded: LoadedConfig, shown: Shown | None, damping_nms_rad: float) ->
 
 
 def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float) -> float:
-    """Largest K_p with this b_v at which the matrices bear every hand to that stiffness in any linear world,
+    """Largest K_p with this b_v at which the matrices bear every hand to `HAND_NM_RAD` in any linear world,
     N m/rad; 0: none."""
 
     def bears_hand(stiffness: float) -> bool:

@@ -122,7 +122,7 @@ def identify(
         return
     progress(0.0, 1.0, "sensor bias")
     bias = yield from read_bias(motion)
-    store.begin(bias)
+    store.begin(bias)  # before arming: nobody's bias is measured under power
     progress(0.0, 1.0, "arming")
     yield from arm(motion)
     motion.choose_travel()
@@ -138,12 +138,13 @@ def identify(
         task = todo.pop(0)
         progress(done_s, total_s, task.name)
         tried.add(task.name)
+        # the longest known: dry friction settles over some of it
         motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
         try:
             got = yield from collect(motion, task, bias.motor_torque_nm)
             point = summarise(task, got, bias.time_s)
             store.add(point, got.measurements)
-            _follow_zero(motion, point)
+            _follow_zero(motion, point)  # by what was seen in motion: at rest a sensor shows another zero
         except UnsteadyError as why:
             store.skip(task, str(why))
             notice(f"left out: {why}")
