@@ -39,6 +39,7 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
     parts : int
         The step is this part of the period."""
     w2 = ((2 * np.arange(1, modes + 1) - 1) * math.pi / T) ** 2
+    # between the resonances; not quite midway, where a sample would fold both onto one
     p2 = (2 * np.arange(1, modes) * math.pi / T * 0.97) ** 2
     return network(inertia, damping, T / parts, w2, p2)
 
@@ -163,6 +164,7 @@ def peak_with_friction(
         held = -k_c * x - b_c * dx / T + compensated_nm * (1.0 if dx > 0.0 else (-1.0 if dx < 0.0 else 0.0))
         for _ in range(parts):
             v = np.dot(speed, q)
+            # no more than brings it to rest in this part: friction never turns a joint
             stops = inertia * abs(v) * parts / T
             dry = min(friction_nm, stops) * (1.0 if v > 0.0 else -1.0)
             q = np.dot(step, q) + push * (held - dry)
