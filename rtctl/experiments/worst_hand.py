@@ -39,7 +39,6 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
     parts : int
         The step is this part of the period."""
     w2 = ((2 * np.arange(1, modes + 1) - 1) * math.pi / T) ** 2
-    # between the resonances; not quite midway, where a sample would fold both onto one
     p2 = (2 * np.arange(1, modes) * math.pi / T * 0.97) ** 2
     return network(inertia, damping, T / parts, w2, p2)
 

@@ -241,7 +241,6 @@ class Motion:
             seconds = len(rows) * self.rig.period_s
             torque = self._hand_nm(rows)
             most_nm = max(most_nm, float(torque.max()))
-            # quiet without a break
             quiet_s = quiet_s + seconds if np.all(torque <= self.rig.hand_limit_nm) else 0.0
             waited_s += seconds
             if (waited_s > HAND_PATIENCE_S and quiet_s == 0.0) or pauses >= PAUSES:

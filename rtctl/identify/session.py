@@ -122,7 +122,7 @@ def identify(
         return
     progress(0.0, 1.0, "sensor bias")
     bias = yield from read_bias(motion)
-    store.begin(bias)  # before arming: nobody's bias is measured under power
+    store.begin(bias)
     progress(0.0, 1.0, "arming")
     yield from arm(motion)
     motion.choose_travel()
@@ -144,7 +144,7 @@ def identify(
             got = yield from collect(motion, task, bias.motor_torque_nm)
             point = summarise(task, got, bias.time_s)
             store.add(point, got.measurements)
-            _follow_zero(motion, point)  # by what was seen in motion: at rest a sensor shows another zero
+            _follow_zero(motion, point)
         except UnsteadyError as why:
             store.skip(task, str(why))
             notice(f"left out: {why}")

@@ -83,7 +83,7 @@ def is_steady(
     slack = (SPEED_SHARE + speed_share) * abs(speed_rad_s) + 2 * count_rad / window_s
     return (
         abs(rise) <= max(tolerance, 2 * error)
-        and error <= 3 * tolerance  # too noisy to tell is not steady
+        and error <= 3 * tolerance
         and abs(speed - speed_rad_s) <= slack
         and is_even(position_rad, period_s, speed_rad_s, count_rad, speed_share)
     )

@@ -75,15 +75,13 @@ def _lag_hz(tau: float, T: float) -> float:
     return 1 / (2 * math.pi * tau * T) if tau > 0 else 0.0
 
 
-def _loop(draw: np.random.Generator, *, late: bool = True) -> tuple[Loop, float]:
+def _loop(draw: np.random.Generator) -> tuple[Loop, float]:
     """Period, delay, lag, guaranteed damping and b_c of a random rig, and the inertia of its joint."""
     T, b = log_uniform(draw, 1e-4, 4e-3), log_uniform(draw, 0.01, 0.3)
     J = log_uniform(draw, 1e-3, 0.1)
     b = min(b, 0.3 * J / T)  # what a single pole of the joint takes in a tick
     delay = float(draw.choice([0.0, 1.0, 2.0, draw.uniform(0, 3), draw.uniform(0, 3)]))
     tau = log_uniform(draw, 0.03, 3.0) if draw.random() < 0.5 else 0.0
-    if not late:
-        delay = tau = 0.0
     return Loop(T, delay, tau, 0.0, b * draw.uniform(0, 0.8), b), J
 
 

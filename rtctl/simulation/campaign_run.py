@@ -138,7 +138,6 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         numbers = [number for number in INVARIANTS if bits >> number & 1]
         result.violations.append(Violation(index, result.ticks, numbers, order.reproduce(index)))
     rows = min(keep, result.ticks)
-    # the ring in order
     last = np.take(trace, np.arange(result.ticks - rows, result.ticks) % keep) if rows else trace
     return result, rig, last
 

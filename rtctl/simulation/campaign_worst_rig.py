@@ -81,7 +81,7 @@ def _folded_hand(loop: Loop, J: float, theta: float, c: complex, S1: complex) ->
     near = np.argsort(np.abs(w))[:MODES]
     w, A = w[near], A[near]
     phase = np.angle(2 * loop.b - c * S1) - np.angle(c * A)
-    half = (phase / 2 + np.pi / 2) % np.pi - np.pi / 2  # the same reactance, within one turn
+    half = (phase / 2 + np.pi / 2) % np.pi - np.pi / 2  # tan has the period pi
     reactance = np.clip(-loop.b * np.tan(half), -20 * loop.b, 20 * loop.b) * np.sign(w)
     at = np.abs(w)
     p2 = (0.5 * (at[1:] + at[:-1])) ** 2
