@@ -7,7 +7,7 @@ from seed import Seed
 HANDLE = ("tests/unit/control/test_handle.py",)
 WAVES = ("tests/unit/friction/test_waves.py",)
 CONTROL = "rtctl/control/"
-CHECK = "tests/unit/cli/test_linear_axis.py"
+CHECK = "tests/unit/cli/test_shake_of_a_carriage.py"
 
 
 def _of_a_joint(what: str, file: str, own: str) -> Seed:

@@ -7,16 +7,13 @@ import math
 import os
 import re
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from in_process import run
 
 from hw import motion
-from hw.interface import Joint
-from rtctl.check import stability_report, verdicts_of_admittance
-from rtctl.check.verdict import Outcome, Subject
+from rtctl.check import stability_report
 from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
 from rtctl.recording.export import columns
@@ -129,29 +126,6 @@ def test_what_is_left_out_is_as_at_a_handle_of_ten_centimetres(tmp_path):
     assert load(said).config.axis[0].friction.intent_nm == 0.7
     assert load(said).config.axis[0].friction.blend_rad_s == pytest.approx(0.008)
     assert load(changed(tmp_path, "position_min_m = -0.2 ", "")).config.axis[0].position_min_rad == -1e3
-
-
-@pytest.mark.parametrize(("counts", "outcome"), [(20000, "PASS"), (2000, "NOT_PROVED"), (200, "FAIL")])
-def test_a_carriage_may_shake_no_faster_than_a_joint_does_at_its_handle(tmp_path, counts, outcome):
-    """.2 mm/s counts as none and 2 mm/s is felt: .002 and .02 rad/s at 10 cm."""
-    fewer = f"encoder_counts_per_rev = {counts} "
-    axis = stability_report.examine(load(changed(tmp_path, "encoder_counts_per_rev = 20000", fewer))).axes[0]
-    row = next(row for row in axis.verdicts if row.name == "steps of the encoder")
-    assert (row.bound, row.outcome.name) == ("<= 0.2 mm/s", outcome)
-
-
-def test_a_carriage_that_sticks_may_shake_no_faster_either(monkeypatch):
-    loaded = load(SLIDE)
-    figures, axis = stability_report.figures_alone(loaded, 0), loaded.config.axis[0]
-    shaken = SimpleNamespace(
-        stuck_radius=1.01, stuck_speed_rad_s=0.001, stuck_worst="hand", rest_damping_min_nms_rad=2.0
-    )
-    monkeypatch.setattr(verdicts_of_admittance, "found", lambda s: shaken)
-    monkeypatch.setattr(verdicts_of_admittance, "_together", lambda s: "")
-    subject = Subject(figures, axis, loaded.config.period_s, "here", Joint())
-    (row,) = verdicts_of_admittance.stuck_joint(subject)
-    assert row.bound == "<= 0.0002 rad/s"
-    assert row.outcome in (Outcome.FAIL, Outcome.NOT_PROVED)
 
 
 def test_hands_that_hold_a_carriage_are_those_that_hold_a_joint(monkeypatch, capsys, tmp_path):
