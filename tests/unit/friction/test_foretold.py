@@ -60,6 +60,17 @@ def test_a_formula_that_has_more_numbers_than_two_short_sessions_have_points_for
     assert foretold.foretold(gaussian) is None
 
 
+def test_two_points_of_two_sessions_foretell_by_what_they_are() -> None:
+    """Their noise was no number, the tube neither, and the curve 0: all of the friction was the error."""
+    whole = sessions([1.0, 1.0, 1.0, 1.0])
+    at, log = np.arange(len(whole.direction)) % 10, whole.columns["log"]
+    points = replace(whole, left_out=np.where(log < 2, at != 9 * log, False))
+    data = search.side(points, 1, folds="log")
+    found = foretold.foretold([(Candidate("epsilon", "spline", 5.0, 0.005), data)])
+    assert found is not None
+    assert np.abs(found.error_nm).max() < 0.02
+
+
 def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
     worn, days = sessions([1.0, 0.95, 0.9, 0.85, 0.8, 0.75]), sessions([1.0, 0.8, 1.0, 0.8, 1.0, 0.8])
     wearing, coming = ladder.ascend(worn, QUICK), ladder.ascend(days, QUICK)
