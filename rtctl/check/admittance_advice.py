@@ -41,7 +41,7 @@ def passing_together(loop: AdmittanceLoop) -> Advice:
     for."""
     tried = sorted(product(HEAVIER, DAMPED, GAINS, HELD), key=_change)
     for mass, damped, gain, held in tried:
-        if held < 1 and loop.position_gain_nm_rad == 0:
+        if held < 1 and loop.position_gain_nm_rad == 0:  # the same set once more
             continue
         one = _changed(loop, mass, damped, gain, held)
         if (found := _calmed(one)) is not None and judged(found).ok:
@@ -62,6 +62,7 @@ def _changed(loop: AdmittanceLoop, mass: float, damped: float, gain: float, held
     shown = float(rounded_up(mass * loop.mass_kgm2)) if mass > 1 else loop.mass_kgm2
     damping = loop.virtual_damping_nms_rad
     if mass * damped > 1:
+        # b/m of 1/s at least: 0 could not be raised
         damping = float(rounded_up(mass * damped * max(damping, loop.mass_kgm2)))
     return replace(
         with_mass(loop, shown),
@@ -82,6 +83,7 @@ def _calmed(loop: AdmittanceLoop) -> AdmittanceLoop | None:
     from rtctl.control.proofs.admittance_sticking import calming_rest_damping, judge_stuck
 
     masses = (loop, *heavier(loop))
+    # the quick questions first: most sets end here, and a whole grid takes a second
     if not all(margin.passes_stiffest(one) and margin.judge_rubbing(one, some=True)[0].ok for one in masses):
         return None
     if not margin.judge(loop).ok:

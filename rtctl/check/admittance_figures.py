@@ -154,9 +154,10 @@ def judged(loop: AdmittanceLoop) -> Judged:
     from rtctl.control.proofs import admittance_margin as margin
 
     found = margin.judge(loop)
+    # of the declared loop the whole grid, of all that it may be beside that the hands that decide
     others = (*faster(loop), *quicker_sensors(loop), *fading(loop), *heavier(loop)) if found.ok else ()
     found = next((one for one in map(margin.judge_stiffest, others) if not one.ok), found)
-    proof = margin.proof(loop) if found.ok else None
+    proof = margin.proof(loop) if found.ok else None  # ten thousand cells: not where a point grows already
     masses = (loop, *heavier(loop))
     stuck = _sticking(masses) if loop.bristle_nm_rad > 0 else None
     rubbing = max(map(margin.judge_rubbing, masses), key=lambda one: _growth(one[0]))
@@ -254,7 +255,7 @@ def _growth(found: Finding) -> float:
 
 def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
     """The loop with every whole delay below the declared, with and without the current loop's lag."""
-    delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]
+    delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]  # a little less delay may be worse (2.4)
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
     both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
     return [one for one in both if one != loop]
@@ -279,5 +280,5 @@ def heavier(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
     """The loop with heavier masses that a client may ask for."""
     if loop.mass_max_kgm2 <= loop.mass_kgm2:
         return []
-    ratio = loop.mass_max_kgm2 / loop.mass_kgm2
+    ratio = loop.mass_max_kgm2 / loop.mass_kgm2  # the middle of a range of ratios, and its end
     return [replace(loop, mass_kgm2=loop.mass_kgm2 * ratio**share, mass_max_kgm2=0.0) for share in (0.5, 1.0)]

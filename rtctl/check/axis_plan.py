@@ -46,8 +46,10 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
         p[name][a] = getattr(axis, name)
     p["is_linear"][a] = axis.motion == "linear"
     p["gear_ratio"][a] = axis.motor_ratio
+    # a zero one stays: it says that moments do not count
     p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
     _fill_arming(p, a, axis, period_s)
+    # 0: the window folds nothing back
     p["torque_continuous_nm"][a] = axis.torque_continuous_nm or axis.torque_limit_nm
     p["temperature_kind"][a] = axis.temperature.sensor
     p["temperature_warn_c"][a] = axis.temperature.warn_c
@@ -71,6 +73,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["tare_ticks"][a] = round(axis.force.tare_s / period_s)
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
+    # b of 4.3: more would be a limit cycle of its own
     p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
     if axis.may_show("admittance"):
         _fill_admittance(p, a, axis, period_s)
@@ -112,6 +115,6 @@ def fill_force_feedback(
     p["force_feedback_deadband_nm"][a] = feedback.deadband_nm
     p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
     p["force_feedback_share"][a] = feedback.share
-    needed = stability.damping_needed_between(k_c, b_c, period_s, between)
+    needed = stability.damping_needed_between(k_c, b_c, period_s, between)  # the coupling lives on this much
     p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
     p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s

@@ -22,14 +22,16 @@ def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
         registry.joint(member.kind, member.options, subset(loaded.config.hardware(), member.axes))[at]
         for member, at in members_of(loaded, axis)
     ]
+    # a device that knows nothing of the joint contradicts nobody
     elastic = [one for one in known if one != Joint()]
     dampings = [one.damping_nms_rad for one in elastic]
-    if drive.motor_share < 1 or not elastic:
+    if drive.motor_share < 1 or not elastic:  # the file's number counts only where the file calls it elastic
         dampings.append(drive.joint_damping_nms_rad)
     return Joint(
         motor_share=min([drive.motor_share, *(one.motor_share for one in elastic)]),
         dry_share=min([drive.motor_share, *(one.dry_share for one in elastic)]),
         damping_nms_rad=min(dampings),
+        # two that differ: not known
         stiffness_nm_rad=elastic[0].stiffness_nm_rad if len(elastic) == 1 else 0.0,
         link_inertia_share=elastic[0].link_inertia_share if len(elastic) == 1 else 0.5,
         encoder="link" if "link" in (drive.encoder, *(one.encoder for one in elastic)) else "motor",
@@ -42,7 +44,7 @@ def cut_a(loaded: LoadedConfig, axis: int) -> float:
     cuts = [math.inf]
     for member, at in members_of(loaded, axis):
         tables: Sequence[Mapping[str, Any]] = member.options.get("axis") or ({},)
-        table = tables[at if len(tables) > 1 else 0]
+        table = tables[at if len(tables) > 1 else 0]  # one table stands for all axes of a device
         if _COMMANDS & set(member.channels) and table.get("current_max_a") is not None:
             cuts.append(float(table["current_max_a"]))
     return min(cuts)

@@ -14,7 +14,7 @@ def _joints(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
     if joint.stiffness_nm_rad > 0:
         one = ElasticJoint(joint.link_inertia_share, joint.stiffness_nm_rad, joint.damping_nms_rad)
         return (one,)
-    if joint.motor_share < 1:
+    if joint.motor_share < 1:  # elastic, and nobody says how much: all of them must pass
         return tuple(resonance(inertia_kgm2, hz) for hz in RESONANCES_HZ)
     return (RIGID,)
 

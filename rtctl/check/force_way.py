@@ -42,7 +42,7 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
     cuts = [one.lowpass_hz for _, one in says if one.lowpass_hz > 0]
     late_s = max((one.delay_s for _, one in says), default=0.0)
     return ForceWay(
-        min(cuts, default=0.0),
+        min(cuts, default=0.0),  # each part at its worst, whoever says it
         math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS),
         " and ".join(who for who, _ in says),
     )

@@ -64,6 +64,7 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
         claims.append(_Claim(f"test pulse of {pulse.date}", _measured(pulse, loaded.config.period_s)))
     late = max(claims, key=lambda claim: claim.between.delay)
     old = max(claims, key=lambda claim: claim.between.sample_ticks)
+    # 0 is an ideal loop, not the slowest
     slow = min(claims, key=lambda claim: claim.between.lag_hz or math.inf)
     jitter = max(claim.between.jitter for claim in claims)
     return Lateness(
@@ -71,7 +72,7 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
             late.between.delay,
             slow.between.lag_hz,
             old.between.sample_ticks,
-            min(jitter, late.between.delay),
+            min(jitter, late.between.delay),  # a delay does not become less than none
         ),
         late.who,
         slow.who,
@@ -84,7 +85,10 @@ def _measured(pulse: AxisTiming, T: float) -> Between:
     """A test pulse's answer in ticks: delay, lag behind it, period of the samples."""
     lag_hz = 1 / (2 * math.pi * pulse.lag_s) if pulse.lag_s > 0 else 0.0
     return Between(
-        max(pulse.delay_s - pulse.lag_s, 0.0) / T, lag_hz, max(round(pulse.sample_period_s / T), 1)
+        # the pulse tells both together; a lag counted in the delay too would count twice
+        max(pulse.delay_s - pulse.lag_s, 0.0) / T,
+        lag_hz,
+        max(round(pulse.sample_period_s / T), 1),
     )
 
 
@@ -105,7 +109,7 @@ def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]
         delay, jitter = delay + one.delay_s / T, jitter + one.jitter_s / T
         if one.current_loop_hz > 0:
             lag_hz = min(lag_hz or math.inf, one.current_loop_hz)
-        if "position" in member.channels:
+        if "position" in member.channels:  # an old force delays no coupling
             sample_ticks = max(sample_ticks, math.ceil(one.sample_period_s / T - _SLACK_TICKS))
     # a delay in ticks that was given in ticks is a whole number again
     delay = round(delay) if abs(delay - round(delay)) < _SLACK_TICKS else delay

@@ -82,16 +82,20 @@ def build(loaded: LoadedConfig) -> Plan:
     _fill_scalars(params[0], config)
     fill_force_sensor(params[0], config, present=any("force" in m.channels for m in loaded.members()))
     for member in loaded.members():
+        # a recording's current answers another law's torque
         if "current" in member.channels and registry.lookup(member.kind).follows:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
         fill_axis(params[0], a, axis, config.period_s)
         between = lateness.of_axis(loaded, a).between
         params[0]["follow_delay_ticks"][a] = min(
-            math.ceil(stability.late_ticks(between, config.period_s)), HELD - 1
+            # what may be shown: age of samples and all of the lag count, rounded up
+            math.ceil(stability.late_ticks(between, config.period_s)),
+            HELD - 1,
         )
         acting = between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
         params[0]["acting_delay_s"][a] = acting * config.period_s
+        # what acts: to the nearest tick, and one more is covered
         params[0]["actuator_delay_ticks"][a] = round(acting)
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
@@ -99,6 +103,7 @@ def build(loaded: LoadedConfig) -> Plan:
         sure, dry_share = guarantee(axis, learned), joint_of_axis(loaded, a).dry_share
         params[0]["flicker_held"][a] = holds_flicker(axis, sure, dry_share)
         params[0]["mass_rest_rad"][a] = sure.credited_rad
+        # judged and bounded at the largest factor; the law takes a share
         most, factor = largest_feedforward(axis, learned, config.period_s)
         _fill_compensation(params[0], a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
@@ -136,6 +141,7 @@ def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
 def _fill_scalars(p: np.void, config: Config) -> None:
     rate_hz = config.loop.rate_hz
     p["period_s"] = config.period_s
+    # by the contract a count of cycles, by a person a time
     p["ready_ticks"] = max(MIN_SOFT_START_TICKS, round(READY_S * rate_hz))
     p["soft_start_ticks"] = max(MIN_SOFT_START_TICKS, round(SOFT_START_S * rate_hz))
     p["stop_ticks"] = STOP_TICKS
@@ -145,6 +151,7 @@ def _fill_scalars(p: np.void, config: Config) -> None:
     p["late_limit_ticks"] = 0 if config.may_be_late else LATE_LIMIT_TICKS
     p["waiver_share"] = _waiver_share(config)
     p["arming_ticks"] = max(2, math.floor(ARMING_PART_S * rate_hz))
+    # the time constant is half the window (decision 0006)
     p["window_share"] = -math.expm1(-2 * config.period_s / WINDOW_S)
     p["energy_budget_j"] = config.passivity.budget_j
     p["energy_bank_j"] = config.passivity.bank_j
@@ -162,6 +169,7 @@ def _waiver_share(config: Config) -> float:
 def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> None:
     """Parameters of the force sensor as a whole; `present`: a device of the rig gives its force."""
     sensor, names = config.force_sensor, [axis.name for axis in config.axis]
+    # a simulated rig may be told to have no sensor, though its device gives one
     p["force_used"] = p["force_answers"] = present and "force" not in config.rig.absent
     p["moment_used"] = sensor.moments
     p["moment_limit_nm"] = sensor.limit_nm
@@ -181,7 +189,7 @@ def _let_go(p: np.void) -> None:
     be shaken."""
     p["force_answers"] = 0
     p["observer_gain"] = p["observer_alpha"] = p["friction_seen_alpha"] = 0.0
-    p["assistance_bank_j"] = NEVER_SHORT_J
+    p["assistance_bank_j"] = NEVER_SHORT_J  # the recorded motion was made by another law's help
     p["paying_nm"] = 0.0
 
 
@@ -244,9 +252,9 @@ def _fill_compensation(
     p["friction_gate_alpha"][a] = (
         -math.expm1(-period_s / friction.gate_lowpass_s) if friction.gate_lowpass_s else 1.0
     )
-    if "force" in config.rig.absent:
+    if "force" in config.rig.absent:  # all below goes by a force
         return
-    if policy in (Policy.HYBRID, Policy.OBSERVER):
+    if policy in (Policy.HYBRID, Policy.OBSERVER):  # the others are baselines of the experiments
         p["paying_nm"][a] = p["friction_brake_nm"][a]
     p["observer_gain"][a] = friction.observer.gain
     p["observer_alpha"][a] = lowpass_alpha(tuning.bandwidth_hz, period_s)
@@ -257,7 +265,9 @@ def _fill_compensation(
     p["friction_seen_alpha"][a] = lowpass_alpha(SEEN_HZ, period_s)
     loaded_nm = 0.0 if model is None else most_load_nm(model, axis)
     p["friction_seen_max_nm"][a] = min(
-        SEEN_FACTOR * (sure.peak_nm + loaded_nm), float(p["friction_cap_nm"][a])
+        # no more than help could spend
+        SEEN_FACTOR * (sure.peak_nm + loaded_nm),
+        float(p["friction_cap_nm"][a]),
     )
 
 
@@ -273,6 +283,7 @@ def _fill_friction(p: np.void, a: int, axis: AxisTable, config: Config, model: F
     p["friction_tanh_rad_s"][a] = friction.tanh_rad_s
     p["friction_blend_rad_s"][a] = friction.blend_rad_s
     p["friction_deadband_rad_s"][a] = friction.deadband_rad_s
+    # one up, one down
     p["friction_dither_ticks"][a] = max(2, round(config.loop.rate_hz / friction.dither_hz))
     p["friction_intent_alpha"][a] = lowpass_alpha(
         friction.intent_lowpass_at(config.loop.rate_hz), config.period_s

@@ -36,6 +36,7 @@ def snippet(loaded: LoadedConfig, axis: AxisGain, model: Path) -> str:
         slower = usual if share == 1.0 else usual.model_copy(update={"bandwidth_hz": hz})
         if _passes(loaded, index, axis, model, slower):
             line = f"bandwidth_hz = {hz:g}".ljust(36) + f"# at {usual_hz:g} rtctl check refuses it"
+            # what the file says already is no advice
             return "" if share == 1.0 else f"\n[axis.friction.observer]\n{line}"
     return "\n[axis.friction.observer]\n" + "gain = 0".ljust(36) + "# rtctl check refuses slower ones, too"
 

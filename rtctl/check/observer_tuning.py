@@ -52,7 +52,9 @@ def of_axis(loaded: LoadedConfig, axis: int) -> Tuning:
     if not (observer.gain > 0 and "force" not in loaded.config.rig.absent and (late or not fixed)):
         return Tuning(usual_hz, usual_hz=usual_hz)
     loop = loop_of(table, joint, T, lateness.of_axis(loaded, axis).between, way, Tuning(usual_hz))
+    # of an unknown gear `gears` ask
     loop = loop if joint.stiffness_nm_rad > 0 else replace(loop, joints=(RIGID,))
+    # a bandwidth that is named is kept; `rtctl check` refuses it where it rings
     return _tuned(loop, () if fixed else gears_of(table, joint), fixed=fixed)
 
 
@@ -94,6 +96,7 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
     from rtctl.control.proofs import observer_match
 
     slower = [] if fixed else slower_hz(loop.bandwidth_hz)
+    # what gears bear without the sensor is what is usual here
     at_once = replace(loop, sensor_ticks=0, sensor_hz=0.0)
     usual_hz = observer_match.largest_in_gears(at_once, gears, (loop.bandwidth_hz, *slower))
     if usual_hz == 0.0 or not judged(replace(at_once, bandwidth_hz=usual_hz)).ok:
@@ -104,6 +107,7 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
         return Tuning(usual_hz, usual_hz=usual_hz)
     found = observer_match.tuned(loop, [hz for hz in (loop.bandwidth_hz, *slower) if hz <= usual_hz], gears)
     if gears and not judged(found).ok:
+        # what gears bear fails on the joint as it is declared: that one comes first, and a row says the rest
         found = observer_match.tuned(loop, [loop.bandwidth_hz, *slower])
     return Tuning(found.bandwidth_hz, found.own_ticks, found.excess, usual_hz)
 
@@ -116,4 +120,4 @@ def judged(loop: Loop) -> Finding:
     from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
     found = map(observer_margin.judge, (loop, *quicker_sensors(loop)))
-    return max(found, key=lambda one: (not one.ok, -one.kept))
+    return max(found, key=lambda one: (not one.ok, -one.kept))  # the worst: what fails, then what keeps least

@@ -192,6 +192,7 @@ def _friction(
     found = replace(found, factor_max=factor)
     beyond = found.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
+    # never more than b: within presliding dry friction is a spring (2.8)
     return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, model)
 
 
@@ -285,7 +286,7 @@ def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]
     way = take_back.OVERSPEED_FACTOR * axis.velocity_limit_rad_s * T
     left = take_back.FLOOR_FACTOR * loaded.config.passivity.budget_j
     held = min(limit, most_torque(left, axis.torque_rate_nm_s * T, way))
-    if most_torque(left, limit, way) < limit:
+    if most_torque(left, limit, way) < limit:  # a slope of the limit a tick is none: no gate is quicker
         return held, math.inf
     low, high = 0.0, limit
     for _ in range(60):

@@ -78,6 +78,7 @@ def hand_factor(table: AxisTable) -> float:
 
     In N/m, N s/m and kg they are the same hands at every handle. Where moments are measured the lever is the
     sensor's, and the handle may be beyond it."""
+    # of a carriage `lever_m` are shares of the force
     lever_m = 1.0 if table.motion == "linear" else math.hypot(*table.lever_m)
     factor = (lever_m / HANDLE_M) ** 2
     return max(factor, 1.0) if any(table.axis_direction) else factor

@@ -20,7 +20,7 @@ import math
 from rtctl.check.admittance_advice import passing_together
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of, rounded_up
 from rtctl.check.verdict import Outcome, Subject, Verdict
-from rtctl.check.verdicts_of_loop import SHAKE_RAD_S, between_text
+from rtctl.check.verdicts_of_loop import between_text, still_rad_s
 
 KEPT_LEAST = 0.25
 """Least share of its ideal damping that a vibration should keep."""
@@ -117,7 +117,7 @@ def stuck_joint(s: Subject) -> list[Verdict]:
     one = found(s)
     if one.stuck_radius is None:
         return []
-    speed, mrad = one.stuck_speed_rad_s, s.axis.guarantee.length_rad * 1e3
+    speed, mrad, still = one.stuck_speed_rad_s, s.axis.guarantee.length_rad * 1e3, still_rad_s(s)
     outcome, meaning = (
         Outcome.PASS,
         "the same hands and worlds while dry friction holds the joint: at the points of the grid",
@@ -128,7 +128,7 @@ def stuck_joint(s: Subject) -> list[Verdict]:
             f"{one.stuck_worst}"
         )
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
-        if speed > SHAKE_RAD_S:
+        if speed > still:
             outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}{_together(s)}"
             if not s.axis.guarantee.measured:
                 outcome = Outcome.NOT_PROVED
@@ -136,16 +136,16 @@ def stuck_joint(s: Subject) -> list[Verdict]:
     refusal = (
         f"{s.where}.admittance.rest_damping_nms_rad: axis {s.axis.name}: "
         f"{s.table.admittance.rest_damping_nms_rad:g} lets the joint shake at {speed:.3g} rad/s RMS, the "
-        f"bound is {SHAKE_RAD_S:g}: {meaning}"
+        f"bound is {still:g}: {meaning}"
     )
     return [
         s.row(
             "admittance, joint that sticks",
             f"{speed:.3g} rad/s RMS",
-            f"<= {SHAKE_RAD_S:g} rad/s",
+            f"<= {still:g} rad/s",
             outcome,
             meaning,
-            speed / SHAKE_RAD_S if one.stuck_worst else one.stuck_radius,
+            speed / still if one.stuck_worst else one.stuck_radius,
             refusal if outcome == Outcome.FAIL else "",
         )
     ]
@@ -244,7 +244,7 @@ def any_hand(s: Subject) -> list[Verdict]:
     """The continuous bound, told: no sampled display with lags is passive with every hand."""
     one, table = found(s), s.table.admittance
     least, lasting = one.mass_min_continuous_kgm2, table.position_gain_nm_rad * s.axis.total_damping_nms_rad
-    passive = table.mass_kgm2 >= least and lasting == 0
+    passive = table.mass_kgm2 >= least and lasting == 0  # K_p b > 0 breaks it at low frequency (2.13)
     why = "" if lasting == 0 else ", and position_gain_nm_rad breaks it where the joint is damped"
     return [
         s.row(

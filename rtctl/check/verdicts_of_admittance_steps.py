@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from rtctl.check.admittance_figures import calming_hunt, creeping_of, hunting_of, loop_of
 from rtctl.check.verdict import Outcome, Subject, Verdict
-from rtctl.check.verdicts_of_loop import SHAKE_RAD_S
-from rtctl.friction.guarantee import holding_friction_nm, holds_flicker, own
+from rtctl.check.verdicts_of_loop import still_rad_s
+from rtctl.friction.guarantee import holding_friction_nm, holds_flicker
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
@@ -33,6 +33,7 @@ def steps(s: Subject) -> list[Verdict]:
     """Torque that one encoder count and one step of the force make through the gains."""
     count, force = count_torque_nm(s), force_step_torque_nm(s)
     quiet = NOISE_LEAST * s.axis.torque_limit_nm
+    # a joint without friction feels 2 % of its limit at least
     held = max(s.axis.guarantee.floor_nm, s.axis.dry_friction_nm, quiet)
     most = NOISE_MOST * s.axis.torque_limit_nm
     rows = []
@@ -77,7 +78,7 @@ def hunting(s: Subject) -> list[Verdict]:
     a step: how fast does the joint hunt?"""
     loop = loop_of(s.axis, s.table, s.joint, s.period_s)
     held = holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share)
-    found, bound = hunting_of(loop, held), own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    found, bound = hunting_of(loop, held), still_rad_s(s)
     speed = found.counts_1_s * s.axis.count_rad
     outcome = Outcome.PASS if speed <= bound else Outcome.FAIL
     kept = (
@@ -117,13 +118,14 @@ def creeping(s: Subject) -> list[Verdict]:
     if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
         return []
     found = creeping_of(loop_of(s.axis, s.table, s.joint, s.period_s))
-    speed, bound = found.counts_1_s * s.axis.count_rad, own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    speed, bound = found.counts_1_s * s.axis.count_rad, still_rad_s(s)
     outcome = Outcome.PASS if speed <= bound else Outcome.NOT_PROVED
     meaning = (
         "how fast a joint may ring between the counts of its encoder while it creeps, as servo and leaning "
         "hand wind up against its friction"
     )
     if outcome != Outcome.PASS:
+        # a percent more: the figure is printed with three digits
         counts = 1.01 * s.table.encoder_counts_per_rev * speed / bound
         meaning += f": with a {found.at}: encoder_counts_per_rev = {counts:.3g} passes"
     return [
@@ -141,6 +143,7 @@ def creeping(s: Subject) -> list[Verdict]:
 def _hunts_remedy(s: Subject, loop: AdmittanceLoop, held: bool, bound: float) -> str:
     """What passes: friction that is said to be there, damping at rest, or more counts."""
     most, ways = bound / s.axis.count_rad, []
+    # what just holds would be printed as what does not
     needed = max(1.05 * holding_friction_nm(s.table, s.joint.dry_share), LEAST_SHARE * s.axis.torque_limit_nm)
     if not held and hunting_of(loop, True).counts_1_s <= most:
         ways.append(f"dry_friction_nm = {needed:.2g}, if the joint surely has as much")

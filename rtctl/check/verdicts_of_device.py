@@ -19,12 +19,13 @@ def cut(s: Subject) -> list[Verdict]:
         f"and torque_limit_nm is {s.table.torque_limit_nm:g}: lower torque_limit_nm, or raise "
         "current_max_a where motor and drive may have it"
     )
-    fits = share <= 1 + 1e-9
+    fits = share <= 1 + 1e-9  # 2 N m of 2 N m is not cut by rounding
     return [
         s.row(
             name,
             f"{share:.3g}",
             "up to 1",
+            # no FAIL: a current that is measured tells it (ACTUATOR_LAG)
             Outcome.PASS if fits else Outcome.WARN,
             "current at the torque limit over current_max_a of the device" if fits else told,
             share,

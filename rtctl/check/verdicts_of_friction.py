@@ -88,6 +88,7 @@ def policy_at_rest(s: Subject) -> list[Verdict]:
         return []
     policy = s.table.friction.policy
     standing = STANDINGS[policy]
+    # nobody holds a simulated rig, and experiments compare policies
     beyond = Outcome.WARN if s.simulated else Outcome.FAIL
     remedy = 'policy = "hybrid"' if s.axis.force_sensor else 'policy = "off", or a force sensor'
     return [
@@ -125,10 +126,11 @@ def wish(s: Subject) -> list[Verdict]:
     alpha = -math.expm1(-2 * math.pi * lowpass_hz * s.period_s)
     loop = lead * alpha / (2 - alpha)
     passes_hz = _intent_bound_hz(lead, s.period_s)
+    # whole ticks, up: a characteristic equation has no others
     late = math.ceil(s.axis.delay_ticks) + s.axis.sample_ticks - 1 + s.axis.force_way.ticks
     later_hz = _late_bound_hz(lead, late, s.period_s, s.axis.force_way.sensor_hz)
     quiet = lowpass_hz <= later_hz
-    beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED
+    beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED  # a gain of NaN is refused
     meaning = (
         f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to "
         f"{passes_hz:.4g}"
@@ -143,7 +145,7 @@ def wish(s: Subject) -> list[Verdict]:
             "< 1",
             Outcome.PASS if loop < 1 and quiet else beyond,
             meaning,
-            max(loop, lowpass_hz / later_hz),
+            max(loop, lowpass_hz / later_hz if later_hz > 0 else math.inf),  # 0: below .1 Hz
             ""
             if loop < 1
             else f"{s.where}.friction.intent_lowpass_hz: axis {s.axis.name}: {lowpass_hz:g} Hz lets a hand "
@@ -157,7 +159,7 @@ def _intent_bound_hz(lead: float, T: float) -> float:
     """Bandwidth below which `lead` alpha/(2 - alpha) < 1, Hz, rounded down."""
     if lead <= 1:
         return math.inf
-    alpha = 2 / (1 + lead)
+    alpha = 2 / (1 + lead)  # lead alpha/(2 - alpha) = 1
     hz = -math.log1p(-alpha) / (2 * math.pi * T)
     return math.floor(10 * hz * (1 - 1e-9)) / 10
 
@@ -190,6 +192,7 @@ def two_lines(s: Subject) -> list[Verdict]:
     if found is None or found.feedforward_max_nm == 0:
         return []
     passed = found.two_line_margin_nm >= 0
+    # the account holds whatever the sign; it rests on the presliding length
     covered = passed or (s.axis.compensates and sure.measured)
     beyond = f"in motions beyond {sure.credited_rad * 1e3:.3g} mrad; of smaller ones it says nothing"
     return [
@@ -244,6 +247,7 @@ def conservative_part(s: Subject) -> list[Verdict]:
     found = s.axis.friction
     if found is None or not found.conservative_most_nm > 0:
         return []
+    # compensated half a period off it doubles
     worst, least = 2 * found.conservative_most_nm, s.axis.guarantee.floor_nm
     passed = worst < least
     remedy = 'friction.place = "off", or a smaller friction.gain'

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
-from rtctl.friction.guarantee import holds_flicker
+from rtctl.friction.guarantee import holds_flicker, own
 
 if TYPE_CHECKING:
     from rtctl.check.axis_report import AxisFigures
@@ -38,6 +38,7 @@ def sampled_loop(s: Subject) -> list[Verdict]:
     """The exact test of coupling, delay, lag and age of samples: the one the energy of a hand's safety rests
     on."""
     axis = s.axis
+    # a coupling at the bound that this row prints must pass
     passed = axis.sampled_data_margin_nms_rad >= -_ROUNDING * (1 + axis.damping_needed_nms_rad)
     b, needed = axis.device_damping_nms_rad, axis.damping_needed_nms_rad
     row = s.row(
@@ -47,7 +48,7 @@ def sampled_loop(s: Subject) -> list[Verdict]:
         Outcome.PASS if passed else Outcome.FAIL,
         f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad at this b_c is passive with every passive "
         "hand and every passive virtual environment",
-        needed / b if b > 0 else (0.0 if passed else math.nan),
+        needed / b if b > 0 else (0.0 if passed else math.nan),  # no number: ranked as the worst
         "" if passed else _coupling_refusal(s),
     )
     return [row]
@@ -58,7 +59,7 @@ def any_world(s: Subject) -> list[Verdict]:
     axis = s.axis
     linear = ", ".join(kind.word for kind in Environment if kind.about.linear)
     others = ", ".join(kind.word for kind in Environment if not (kind.about.linear or kind.about.active))
-    if axis.current_loop_hz == 0:
+    if axis.current_loop_hz == 0:  # without a lag both tests are one (2.7)
         return []
     passed = axis.damping_needed_any_world_nms_rad <= axis.device_damping_nms_rad * (1 + _ROUNDING)
     return [
@@ -156,6 +157,7 @@ def encoder_steps(s: Subject) -> list[Verdict]:
     if needed == 0:
         return []
     sticks, bent = held >= needed, axis.guarantee.length_rad / axis.count_rad
+    # beyond its bristles it slides, and friction ends it
     counts = min(shake_counts(s), bent) if sticks else shake_counts(s)
     if counts <= FLICKER_COUNTS and holds_flicker(s.table, axis.guarantee, s.joint.dry_share):
         figure, bound = f"{counts:.2g} counts", f"<= {FLICKER_COUNTS:g} counts"
@@ -165,7 +167,8 @@ def encoder_steps(s: Subject) -> list[Verdict]:
         )
         return [_steps_row(s, figure, bound, Outcome.PASS, meaning, counts / FLICKER_COUNTS)]
     shake = shake_rad_s(s, min(counts, MOST_COUNTS), axis.guarantee.bristle_nm_rad if sticks else 0.0)
-    outcome = Outcome.PASS if shake <= SHAKE_RAD_S else Outcome.NOT_PROVED
+    still = still_rad_s(s)
+    outcome = Outcome.PASS if shake <= still else Outcome.NOT_PROVED
     meaning = (
         f"most they can shake a joint at rest, {counts:.2g} counts, in a hand of up to "
         f"{TIP_STIFFNESS_N_M:.0e} N/m"
@@ -176,10 +179,19 @@ def encoder_steps(s: Subject) -> list[Verdict]:
         )
     else:
         meaning += f"; {needed:.3g} N m of dry friction hold it still (dry_friction_nm)"
-        outcome = Outcome.FAIL if shake > FELT_RAD_S else outcome
+        outcome = Outcome.FAIL if shake > _felt_rad_s(s) else outcome
     refusal = _steps_refusal(s, shake) if outcome == Outcome.FAIL else ""
-    figure, bound = f"{shake:.3g} rad/s RMS", f"<= {SHAKE_RAD_S:g} rad/s"
-    return [_steps_row(s, figure, bound, outcome, meaning, shake / SHAKE_RAD_S, refusal)]
+    figure, bound = f"{shake:.3g} rad/s RMS", f"<= {still:g} rad/s"
+    return [_steps_row(s, figure, bound, outcome, meaning, shake / still, refusal)]
+
+
+def still_rad_s(s: Subject) -> float:
+    """Shake of this axis that counts as none, rad/s: of a carriage as at a handle, like `_felt_rad_s`."""
+    return own(SHAKE_RAD_S, "shake_rad_s", s.table)
+
+
+def _felt_rad_s(s: Subject) -> float:
+    return own(FELT_RAD_S, "felt_rad_s", s.table)
 
 
 def _steps_row(
@@ -221,8 +233,8 @@ def _steps_refusal(s: Subject, shake: float) -> str:
     return (
         f"{s.where}.encoder_counts_per_rev: axis {axis.name}: {s.table.encoder_counts_per_rev:g} counts "
         f"make the coupling step by {axis.quantisation_torque_nm:.3g} N m and shake the joint at "
-        f"{shake:.3g} rad/s, the bound is {FELT_RAD_S:g} rad/s or {axis.quantisation_torque_nm:.3g} N m of "
-        f"guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
+        f"{shake:.3g} rad/s, the bound is {_felt_rad_s(s):g} rad/s or {axis.quantisation_torque_nm:.3g} N m "
+        f"of guaranteed dry friction (there is {axis.dry_friction_nm:.3g}): a finer encoder, less "
         "coupling.stiffness_nm_rad, or dry_friction_nm if the joint surely has it"
     )
 
@@ -231,7 +243,7 @@ def down(value: float) -> str:
     """Four significant digits, rounded down, so that the printed bound itself passes."""
     if not value > 0 or not math.isfinite(value):
         return "0"
-    value *= 1 + _ROUNDING
+    value *= 1 + _ROUNDING  # a bound that is a round number must not lose its last digit
     step = 10.0 ** (math.floor(math.log10(value)) - 3)
     return f"{math.floor(value / step * (1 + _ROUNDING)) * step:.4g}"
 
@@ -244,6 +256,7 @@ def _coupling_refusal(s: Subject) -> str:
         f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad)}, "
         f"damping_nms_rad = {down(axis.recommended_damping_nms_rad)}"
     )
+    # first: no coupling helps where friction is compensated beyond itself
     if found is not None and not b > 0:
         return (
             f"{s.where}.friction.gain: axis {axis.name}: the feed-forward may exceed the friction: at "
@@ -251,7 +264,7 @@ def _coupling_refusal(s: Subject) -> str:
             f"no coupling passes; a gain of at most {down(found.gain_max)} does for this coupling, or a "
             f"better model (its largest error is {found.error_max_nm:.3g} N m)"
         )
-    if axis.damping_nms_rad > b:
+    if axis.damping_nms_rad > b:  # then no stiffness passes, however small
         return (
             f"{s.where}.coupling.damping_nms_rad: axis {axis.name}: {axis.damping_nms_rad:g} is above its "
             f"bound {down(b)} N m s/rad, the damping the device surely has, so no stiffness passes; {pair}"

@@ -44,7 +44,7 @@ def places_seen(s: Subject) -> list[Verdict]:
     if found is None or s.table.friction.place != "seen" or not max(found.place_waves_per_rad) > 0:
         return []
     bandwidth_hz = s.axis.observer.bandwidth_hz if s.axis.force_sensor else 0.0
-    late_s = s.axis.observer.own_ticks * s.period_s
+    late_s = s.axis.observer.own_ticks * s.period_s  # seen as much later than the model is
     speed, judged = judged_by(s.table, found.place_waves_per_rad, found.speed_max_rad_s, bandwidth_hz, late_s)
     figure = f"{speed:.3g} rad/s"
     if speed <= 0:
@@ -67,6 +67,7 @@ def travel(s: Subject) -> list[Verdict]:
     table = s.table
     ends = table.position_min_rad, table.position_max_rad
     fields = type(table).model_fields
+    # no travel was given: its default says nothing of units
     if ends == (fields["position_min_rad"].default, fields["position_max_rad"].default):
         return []
     return judged(

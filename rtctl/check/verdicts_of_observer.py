@@ -30,6 +30,7 @@ def closed_loop(s: Subject) -> list[Verdict]:
         return []
     loop = loop_of(s)
     found = judged(loop)
+    # grid resonances stand for it: failing one is no proof of harm
     unknown = s.joint.motor_share < 1 and not s.joint.stiffness_nm_rad > 0
     beyond = Outcome.NOT_PROVED if unknown else Outcome.FAIL
     outcome = Outcome.PASS if found.ok else beyond
@@ -215,6 +216,7 @@ def bias(s: Subject) -> list[Verdict]:
 
     observer = s.table.friction.observer
     floor = s.axis.guarantee.floor_nm or s.table.dry_friction_nm
+    # what of the friction the observer leaves at rest, (6.2)
     left = (1 - TARGET_AT_REST * observer.gain) / observer.gain
     creeps_at = (s.axis.guarantee.observer_deadband_nm + left * floor) / TARGET_AT_REST
     return [

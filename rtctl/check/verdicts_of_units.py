@@ -25,6 +25,7 @@ class Band:
         """PASS within the inner band, WARN within the outer one, FAIL beyond, and for what is no number."""
         if self.low <= value <= self.high:
             return Outcome.PASS
+        # comparisons: NaN is beyond
         return Outcome.WARN if self.least <= value <= self.most else Outcome.FAIL
 
     def use(self, value: float) -> float:
@@ -33,7 +34,7 @@ class Band:
             return math.inf
         if self.least == 0:
             return value / self.high
-        middle = math.sqrt(self.low * self.high)
+        middle = math.sqrt(self.low * self.high)  # bands are of ratios
         return abs(math.log(value / middle)) / math.log(self.high / middle)
 
     def __str__(self) -> str:
@@ -263,6 +264,7 @@ def counts_of_the_travel(s: Subject) -> list[Verdict]:
     """How finely the encoder divides what the joint moves over: also where no coupling turns a count into
     torque."""
     table = s.table
+    # of a joint with a huge travel a turn: counts are of what a hand moves over
     travel = min(
         table.position_max_rad - table.position_min_rad, 1.0 if table.motion == "linear" else 2 * math.pi
     )

@@ -169,13 +169,16 @@ def _run(name: str, order: Order) -> list[Outcome]:
 
 
 def _known(models: tuple[str, ...]) -> tuple[str, ...]:
-    """The models asked for. Raises BadParameter for one that is not compared."""
+    """The models asked for. Raises BadParameter for one that is not compared, or none to compare with."""
     if models:
-        from rtctl.experiments.models import COMPARED
+        from rtctl.experiments.models import COMPARED, SVR
 
         for name in models:
             if name not in COMPARED:
                 raise click.BadParameter(f"{name!r}: one of {', '.join(COMPARED)}", param_hint="--model")
+        if not set(models) & set(SVR):
+            said = f"the others are compared with the best of {', '.join(SVR)}: name one of these, too"
+            raise click.BadParameter(said, param_hint="--model")
     return models
 
 

@@ -36,6 +36,7 @@ PARTS = 4
 def pulse_torque(s: Record, p: Record, axis: int) -> float:
     """Torque of the test at `ticks_in_state`, N m."""
     part = s.ticks_in_state // max(p.arming_ticks, 1)
+    # the rig file asks, the contract bounds
     torque = min(p.arming_torque_nm[axis], MAX_SHARE * p.torque_limit_nm[axis])
     if part == 1:
         return torque
@@ -45,6 +46,7 @@ def pulse_torque(s: Record, p: Record, axis: int) -> float:
 @compiled
 def tested(s: Record, p: Record) -> bool:
     """True when the next tick of ARMING is past the last part."""
+    # asked before `advance` counts this tick
     return s.state == _ARMING and s.ticks_in_state + 1 >= PARTS * p.arming_ticks
 
 
@@ -61,7 +63,7 @@ def _restart(s: Record, axis: int) -> None:
 @compiled
 def _answer(t: Record, s: Record, p: Record, axis: int, sent_ticks: int, skipped: int) -> int:
     """Follow the current's answer, and judge it after the last tick."""
-    if p.follow_kind[axis] == 0 or not p.arming_torque_nm[axis] > 0.0:
+    if p.follow_kind[axis] == 0 or not p.arming_torque_nm[axis] > 0.0:  # nothing measured, or nothing sent
         return 0
     if sent_ticks == 1:
         current_answer.forget(s, axis)
@@ -73,6 +75,7 @@ def _answer(t: Record, s: Record, p: Record, axis: int, sent_ticks: int, skipped
 def _wrong_way(s: Record, p: Record, axis: int) -> bool:
     """True when the joint, at rest and left alone, went against the positive pulse."""
     counts = SIGN_COUNTS * p.count_rad[axis]
+    # the first part, without torque, told that
     at_rest = abs(s.test_pulse_rad[axis] - s.test_start_rad[axis]) <= counts
     alone = s.test_hand_nm[axis] <= HAND_SHARE * p.arming_torque_nm[axis]
     return at_rest and alone and s.test_moved_rad[axis] < -counts
@@ -109,13 +112,15 @@ def arming_faults(t: Record, s: Record, p: Record, axis: int, elapsed: int, skip
     sent_ticks = s.ticks_in_state + 1  # ticks of the test sent before this sample
     if sent_ticks == n:
         s.test_pulse_rad[axis] = s.position_rad[axis]
-    if sent_ticks == 2 * n:
+    if sent_ticks == 2 * n:  # only the push forward is judged: on the way back the joint is in motion
         s.test_moved_rad[axis] = s.position_rad[axis] - s.test_pulse_rad[axis]
     if elapsed > 0:
         expected = _expected(s, p, axis)
+        # over +tau and -tau an offset cancels
         s.test_product_nm2[axis] += expected * t.motor_torque_nm[axis]
         s.test_square_nm2[axis] += expected * expected
     s.test_hand_nm[axis] = max(s.test_hand_nm[axis], abs(t.hand_torque_nm[axis]))
+    # in every tick: what runs away must not wait for the end
     if not abs(s.position_rad[axis] - s.test_start_rad[axis]) <= p.arming_travel_rad[axis]:
         return _F_MOVED
     faults = _answer(t, s, p, axis, sent_ticks, skipped)

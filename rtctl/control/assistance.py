@@ -58,8 +58,9 @@ def keep_assistance(
     if not powered:
         s.assistance_energy_j[axis, 0] = s.assistance_energy_j[axis, 1] = bank
         return
-    if dx == 0.0:
+    if dx == 0.0:  # missed samples, too: the next one carries the motion
         return
+    # room in the ring for the account that is a tick later
     late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     creeps = not abs(velocity) > own_rad(p, axis, CREEP_RAD_S)
     slides = s.bristle_share[axis] ** 2
@@ -77,6 +78,7 @@ def keep_assistance(
 def assistance_share(s: Record, p: Record, axis: int) -> float:
     """Share of the compensation that the account allows, 0 to 1; 0 for NaN."""
     energy = min(s.assistance_energy_j[axis, 0], s.assistance_energy_j[axis, 1])
+    # whole down to 0, nothing at -bank: help fades, it does not switch
     share = 1.0 + energy / max(p.assistance_bank_j[axis], TINY_J)
     return min(share, 1.0) if share > 0.0 else 0.0
 
@@ -86,8 +88,8 @@ def remember_compensation(t: Record, s: Record, axis: int, share: float) -> None
     """Note what of the torque sent was compensation: `share` (0 to 1) of feed-forward and observer, and of
     the observer alone."""
     sent = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
-    if s.conservative_nm[axis] != 0.0:
-        sent -= s.conservative_nm[axis]
+    sent -= s.conservative_nm[axis]
     s.compensation_nm[axis, s.ticks % HELD] = share * sent
     observer = share * t.observer_torque_nm[axis]
+    # one NaN would stay in two low-passes
     s.fed_sent_nm[axis, s.ticks % HELD] = observer if math.isfinite(observer) else 0.0

@@ -30,6 +30,7 @@ def affordable(s: Record, p: Record, axis: int, rise: float) -> float:
     """`rise` of a share of what is stored, as far as the axis's store pays for it; 0 where a number is
     NaN."""
     stored, left = s.stored_energy_j[axis] - FREE_SHARE * p.energy_budget_j, s.renderer_store_j[axis]
+    # not: a product that is NaN is paid by nothing
     if not stored * rise <= left:
         return left / stored if left > 0.0 and stored > 0.0 else 0.0
     return rise
@@ -40,7 +41,7 @@ def _paid_rise(s: Record, p: Record) -> float:
     """Share by which the authority may rise in this tick, >= 0; 0 where a number is NaN."""
     rise = min(1.0 - s.authority, 1.0 / max(p.soft_start_ticks, 1))
     for axis in range(len(s.stored_energy_j)):
-        rise = affordable(s, p, axis, rise)
+        rise = affordable(s, p, axis, rise)  # one authority for all axes: the poorest store decides
     return rise
 
 
@@ -51,6 +52,7 @@ def raise_authority(s: Record, p: Record) -> None:
     rise = _paid_rise(s, p)
     s.authority = min(1.0, s.authority + rise)
     for axis in range(len(s.stored_energy_j)):
+        # min: what rises by the free share beyond the store is neither paid nor granted
         paid = min(rise * s.stored_energy_j[axis], s.renderer_store_j[axis]) if rise > 0.0 else 0.0
         s.renderer_store_j[axis] -= paid
         s.authority_grant_j[axis] = paid

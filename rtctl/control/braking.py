@@ -42,14 +42,18 @@ friction."""
 def unbraked_share(t: Record, s: Record, p: Record, axis: int) -> float:
     """Advance `friction_brake` of the state; return the share of the help that is left, 0 to 1. A torque that
     is no number brakes nothing."""
+    # a hand that gives way to a virtual spring brakes nothing
     pushed = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
+    # low-passed, then clipped: the other order brakes at each half ring (5.7)
     push = s.friction_push_nm[axis] = eased(p, axis, s.friction_push_nm[axis], pushed, BRAKE_TIMES)
     wanted = 0.0
+    # else h is where the joint slid to, not where it goes
     if slides_on(s, p, axis) and not is_admittance(s, axis):
         against = -push if s.bristle_share[axis] > 0.0 else push
         beyond = against - p.friction_gate_deadband_nm[axis]
         if beyond > 0.0 and p.friction_brake_nm[axis] > 0.0:
             wanted = min(beyond / p.friction_brake_nm[axis], 1.0)
+    # quicker, it came and went with a ring of 16 Hz (5.7)
     alpha = min(p.friction_gate_alpha[axis], MEAN_TIMES * p.rest_alpha[axis])
     s.friction_brake[axis] += alpha * (wanted - s.friction_brake[axis])
     return 1.0 - s.friction_brake[axis]

@@ -50,6 +50,7 @@ def feedforward_limit(
     and Stribeck part, kappa_v on the viscous part `viscous_nm`; `load_nm` is the share wanted of what the
     load adds; `fade` is 1 within the trained range."""
     wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm + load_nm) * fade
+    # NumPy's: of numbers and of arrays, and NaN passes both
     most: Value = np.maximum(np.minimum(wanted, cap_nm), 0.0)
     return most
 

@@ -76,22 +76,23 @@ def keep(s: Record, p: Record, axis: int, measured: float, sent_ticks: int, skip
     n = max(p.arming_ticks, 1)
     part, k = (sent_ticks - 1) // n, (sent_ticks - 1) % n
     sent = held_torque(s, axis, 1)
-    s.answer_gap_nm[axis] += measured - sent
+    s.answer_gap_nm[axis] += measured - sent  # over all four parts: +tau and -tau cancel
     if skipped > 0:
         s.answer_late_count[axis] += 1
-    if part == 0 or k >= RESPONSE:
+    if part == 0 or k >= RESPONSE:  # before the first step there is no answer to lay over
         return
     weight = -2.0 if part == 2 else 1.0
     s.answer_sent_nm[axis, k] += weight * sent
     s.answer_measured_nm[axis, k] += weight * measured
     if k == 0:
-        s.answer_before_nm[axis] += weight * held_torque(s, axis, 2)
+        s.answer_before_nm[axis] += weight * held_torque(s, axis, 2)  # of each step what it starts from
 
 
 @compiled
 def _lagged(s: Record, axis: int, n: int, lag: float) -> None:
     """The sent step behind a lag of so many ticks, without delay, as samples show it."""
     kept = math.exp(-1.0 / lag) if lag > 0.0 else 0.0
+    # it begins settled at what was sent before the step
     torque = s.answer_before_nm[axis]
     for k in range(n):
         torque = kept * torque + (1.0 - kept) * s.answer_sent_nm[axis, k]
@@ -132,16 +133,17 @@ def _fit(s: Record, axis: int, n: int, lag: float, shift: int, most: float) -> t
         b1 += x1 * y
         b2 += x2 * y
         total += y * y
-    if not (a11 > 0.0 and b1 > 0.0):
+    if not (a11 > 0.0 and b1 > 0.0):  # an answer of the wrong sign has no delay
         return math.inf, 0.0, 0.0
-    area = a11 * a22 - a12 * a12
-    if lag > 0.0 and area > 1e-12 * a11 * a22:
+    area = a11 * a22 - a12 * a12  # 0: both delays show the same, as where nothing moves
+    if lag > 0.0 and area > 1e-12 * a11 * a22:  # without a lag no sample tells a fraction of a delay
         early, late = (b1 * a22 - b2 * a12) / area, (b2 * a11 - b1 * a12) / area
         if early > 0.0 and late > 0.0:
             gain = early + late
             left = max(total - early * b1 - late * b2, 0.0)
             share = early / gain
             if left < most < math.inf:
+                # a larger w is a shorter delay: the least that noise allows
                 share = min(share + math.sqrt((most - left) / (a11 - 2.0 * a12 + a22)) / gain, 1.0)
             rest = -lag * math.log(1.0 - share * (1.0 - math.exp(-1.0 / lag)))  # 1 - f
             return left, gain, shift + 1.0 - rest + lag
@@ -153,7 +155,7 @@ def _latest_shift(s: Record, axis: int, n: int) -> int:
     """Whole delay with which the step without any lag fits best."""
     _lagged(s, axis, n, 0.0)
     best, found = math.inf, 0
-    for shift in range(n - 2):
+    for shift in range(n - 2):  # two ticks at least must show the step settled
         left = _fit(s, axis, n, 0.0, shift, math.inf)[0]
         if left < best:
             best, found = left, shift
@@ -173,9 +175,11 @@ def _at_lag(
     """(squares left, gain, delay, lag) of this lag's best whole delay around `latest`, if it is better than
     what was found, else that."""
     _lagged(s, axis, n, lag)
+    # with a lag the step comes as late by less delay
     first = max(latest - SHIFTS // 2 - int(HALF_OF_LAG * lag), 0)
     for shift in range(first, min(first + SHIFTS, n - 2)):
         left, gain, total = _fit(s, axis, n, lag, shift, most)
+        # least squares first; then, within noise, the least delay
         better = total < found[2] if most < math.inf else left < found[0]
         if left <= most and better:
             found = (left, gain, total, lag)
@@ -209,9 +213,9 @@ def conclude(s: Record, p: Record, axis: int) -> int:
     if ticks < SHORTEST or s.answer_late_count[axis] > 0 or not height > 0.0:
         return 0
     best, gain, delay, lag = _least_delay(s, axis, n, math.inf, 0.0)
-    variance = best / (n - 3)
+    variance = best / (n - 3)  # gain, delay and lag are fitted
     step = gain * height
-    offset = s.answer_gap_nm[axis] / (4 * ticks)
+    offset = s.answer_gap_nm[axis] / (4 * ticks)  # told by the mean of the whole test, fit or none
     fault = 0 if abs(offset) <= p.current_offset_nm[axis] else _F_CURRENT
     settled = delay + SETTLING_LAGS * lag <= n - 2
     if not (settled and variance <= (NOISE_SHARE * step) ** 2):

@@ -42,6 +42,7 @@ WINDOW_FACTOR = 1.1
 @compiled
 def count_late(t: Record, s: Record) -> int:
     """Grid slots skipped just before this tick; keeps the counts in a row and of the last 1000 ticks."""
+    # the first tick follows none: slots before it were not its
     skipped = 0 if s.ticks == 0 else max(t.missed_ticks - s.missed_ticks, 0)
     s.missed_ticks = t.missed_ticks
     s.late_ticks = s.late_ticks + 1 if skipped > 0 else 0
@@ -52,7 +53,7 @@ def count_late(t: Record, s: Record) -> int:
 @compiled
 def late_fault(s: Record, p: Record, skipped: int) -> int:
     """OVERRUN or STALLED; nothing on a rig whose late ticks are only counted."""
-    if p.late_limit_ticks <= 0:
+    if p.late_limit_ticks <= 0:  # a simulated rig without real-time rights: nobody is hurt
         return 0
     if skipped >= STALL_PERIODS:
         return _F_STALLED
@@ -65,11 +66,12 @@ def _outside(s: Record, p: Record) -> bool:
     delay."""
     age_s = s.sample_age_ticks * p.period_s
     for axis in range(len(s.answer_delay)):
-        if s.sample_age_ticks <= p.proof_age_ticks[axis]:
+        if s.sample_age_ticks <= p.proof_age_ticks[axis]:  # that old the proof has them already (2.6)
             continue
         delay_s = p.declared_delay_s[axis]
         measured_s = s.answer_delay[axis] * p.period_s
         # a delay that is no number is covered by nothing
+        # the worse of what was declared and what the test pulse saw
         if s.answer_count[axis] > 0 and not measured_s <= delay_s:
             delay_s = measured_s
         if p.proof_delay_s[axis] > 0.0 and not delay_s + age_s <= p.proof_delay_s[axis]:
@@ -84,6 +86,7 @@ def age_fault(s: Record, p: Record) -> int:
     One that is as old as STALE is that one's matter. One that came in time but was refused because the joint
     was out of reach is JUMP's, or OVERSPEED's: a joint about as fast as its limit would otherwise be blamed
     on its device."""
+    # [0]: a jump refuses the sample of all axes
     late = 0 < s.sample_age_ticks < p.stale_limit_ticks and s.jump_count[0] == 0
     old = late and _outside(s, p)
     s.old_count += window.push(s.old_marks, s.ticks, old)
@@ -119,7 +122,7 @@ def follow_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipp
     that range is the gap."""
     if p.follow_kind[axis] == 0 or elapsed == 0:
         return 0
-    low = high = 0.0 if skipped > 0 else held_torque(s, axis, 1)
+    low = high = 0.0 if skipped > 0 else held_torque(s, axis, 1)  # a device may have let go meanwhile
     for ago in range(1, min(elapsed + p.follow_delay_ticks[axis], HELD) + 1):
         torque = held_torque(s, axis, ago)
         low, high = min(low, torque), max(high, torque)
@@ -127,7 +130,7 @@ def follow_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, skipp
     gap = max(low - measured, measured - high, 0.0)
     limit = p.torque_limit_nm[axis]
     s.lag_ticks[axis] = 0 if gap <= LAG_SHARE * limit else s.lag_ticks[axis] + 1
-    if not gap <= WRONG_SHARE * limit:
+    if not gap <= WRONG_SHARE * limit:  # NaN is wrong
         return _F_WRONG
     return _F_LAG if s.lag_ticks[axis] >= LAG_TICKS else 0
 
@@ -140,11 +143,12 @@ def temperature_share(t: Record, s: Record, p: Record, axis: int) -> float:
     if p.temperature_kind[axis] == 0:
         return 1.0
     temperature = t.temperature_c[axis]
-    if not -100.0 < temperature < 500.0:
+    if not -100.0 < temperature < 500.0:  # NaN is in no range
         s.cold_ticks[axis] += 1
         return 1.0 - s.heat_share[axis]
     s.cold_ticks[axis] = 0
     warn, trip = p.temperature_warn_c[axis], p.temperature_trip_c[axis]
+    # the share taken, not left: a zeroed state leaves all
     s.heat_share[axis] = min(max((temperature - warn) / (trip - warn), 0.0), 1.0)
     return 1.0 - s.heat_share[axis]
 

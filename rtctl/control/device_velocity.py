@@ -54,6 +54,7 @@ def device_velocity(t: Record, s: Record, p: Record, axis: int, elapsed: int, dx
     faults : int
         VELOCITY while `stale_limit_ticks` samples in a row were implausible."""
     encoder = t.velocity_rad_s[axis]
+    # not even judged: its fault would stop a rig that does not use it
     if p.device_velocity_kind[axis] == _RECORD:
         return encoder, 0
     velocity, tolerance = encoder, p.device_tolerance_rad_s[axis]
@@ -62,6 +63,7 @@ def device_velocity(t: Record, s: Record, p: Record, axis: int, elapsed: int, dx
         if _plausible(s, p, axis, elapsed, dx, device):
             s.device_doubt_ticks[axis] = 0
             if p.device_velocity_kind[axis] == _USE:
+                # plausible on the mean is not near in every tick
                 velocity = min(max(device, encoder - tolerance), encoder + tolerance)
         else:
             s.device_doubt_ticks[axis] += 1
@@ -78,7 +80,7 @@ def _plausible(s: Record, p: Record, axis: int, elapsed: int, dx: float, device:
         return False
     if begins:
         return True
-    keep = (1.0 - 1.0 / WINDOW_TICKS) ** elapsed
+    keep = (1.0 - 1.0 / WINDOW_TICKS) ** elapsed  # by time, not by samples: missed ones forget as fast
     s.device_gap_rad[axis] = keep * s.device_gap_rad[axis] + elapsed * p.period_s * device - dx
     allowed = WINDOW_TICKS * p.period_s * p.device_tolerance_rad_s[axis] + SLACK_COUNTS * p.count_rad[axis]
     return abs(s.device_gap_rad[axis]) <= allowed

@@ -45,7 +45,7 @@ def _asked_kind(p: Record, c: Record, axis: int) -> float:
 @compiled
 def begin_display(s: Record, p: Record, c: Record, axis: int) -> None:
     """Take the display that is asked for at once where nothing of it is felt: outside ACTIVE."""
-    if s.state != _ACTIVE or s.ticks == 0:
+    if s.state != _ACTIVE or s.ticks == 0:  # the zeroed state shows an impedance, whatever the rig file says
         s.display_kind[axis] = _asked_kind(p, c, axis)
         s.display_faded[axis] = 0.0
 
@@ -73,15 +73,16 @@ def fade_display(s: Record, p: Record, c: Record, axis: int) -> float:
         return 1.0
     rise = 0.0
     if not same:
+        # out as quickly as a stop
         s.display_faded[axis] = min(1.0, s.display_faded[axis] + 1.0 / max(p.stop_ticks, 1))
     else:
-        rise = min(s.display_faded[axis], 1.0 / max(p.soft_start_ticks, 1))
+        rise = min(s.display_faded[axis], 1.0 / max(p.soft_start_ticks, 1))  # in as slowly as a soft start
         rise = affordable(s, p, axis, rise)
         s.display_faded[axis] -= rise
     share = 1.0 - s.display_faded[axis]
-    s.renderer_grant_j[axis] *= share
+    s.renderer_grant_j[axis] *= share  # granted and stored as far as they are felt
     if rise > 0.0:
-        pay(s, axis, rise * s.stored_energy_j[axis])
+        pay(s, axis, rise * s.stored_energy_j[axis])  # before it is scaled: a rise puts in U da (3.4)
     s.stored_energy_j[axis] *= share
     if not same and share == 0.0:
         _exchange(s, axis, kind)
@@ -111,6 +112,7 @@ def start_speed(s: Record, axis: int) -> float:
     mass, speed = s.mass_kgm2[axis], s.velocity_rad_s[axis]
     if not (s.state == _ACTIVE and mass > 0.0):
         return 0.0
+    # a mass in motion is energy that no hand brought
     speed = towards(0.0, speed, math.sqrt(2.0 * max(s.renderer_store_j[axis], 0.0) / mass))
     pay(s, axis, 0.5 * mass * speed * speed)
     return speed
@@ -138,7 +140,7 @@ def follow_mass(s: Record, p: Record, c: Record, axis: int, resting: bool) -> No
     if s.mass_damping_nms_rad[axis] != damping:
         step = (most - least) * p.period_s / CHANGE_S
         slowed = p.servo_velocity_gain_nms_rad[axis] * p.period_s * abs(s.mass_velocity_rad_s[axis])
-        if damping > s.mass_damping_nms_rad[axis] and slowed > 0.0:
+        if damping > s.mass_damping_nms_rad[axis] and slowed > 0.0:  # less damping brakes nothing
             step = min(step, RAISE_SHARE * p.torque_rate_nm[axis] * s.mass_kgm2[axis] / slowed)
         s.mass_damping_nms_rad[axis] = towards(s.mass_damping_nms_rad[axis], damping, step)
     if s.mass_kgm2[axis] != mass:

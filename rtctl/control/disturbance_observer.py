@@ -93,6 +93,7 @@ def _forget(s: Record, axis: int) -> None:
 def _acting_torque(s: Record, p: Record, axis: int) -> float:
     """Torque that acted over the period before the force that is shown: sent one tick, the configured delay
     and the sensor's ago, N m."""
+    # declared beyond the ring: the oldest
     late = min(max(p.actuator_delay_ticks[axis], 0) + _late(p, axis), HELD - 3)
     return float(s.held_nm[axis, (s.ticks - 1 - late) % HELD])
 
@@ -110,7 +111,7 @@ def _velocity_then(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> 
     velocity, late = t.velocity_difference_rad_s[axis], _late(p, axis)
     if late == 0:
         return float(velocity)
-    for k in range(min(elapsed, HELD)):
+    for k in range(min(elapsed, HELD)):  # else the ring keeps what it had HELD ticks ago
         s.observer_moved_rad_s[axis, (s.ticks - k) % HELD] = velocity
     return float(s.observer_moved_rad_s[axis, (s.ticks - late) % HELD])
 
@@ -132,9 +133,11 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
     slow = _over(p.observer_alpha[axis], elapsed)
     quick = _over(p.observer_smooth_alpha[axis], elapsed)
     calm = _over(while_resting(s, p, axis, p.observer_smooth_alpha[axis]), elapsed)
+    # of the sample before: `law._observe`, which writes it, runs later in the tick
     hand = s.hand_torque_before_nm[axis]
     torque = _acting_torque(s, p, axis) + hand
     velocity = _velocity_then(t, s, p, axis, elapsed)
+    # there it is an edge of the encoder, worth J w_q Delta/t of torque (6.2)
     if is_resting(s, p, axis):
         velocity = 0.0
     s.observer_torque_smooth_nm[axis] += calm * (torque - s.observer_torque_smooth_nm[axis])
@@ -145,16 +148,18 @@ def observe_friction(t: Record, s: Record, p: Record, axis: int, elapsed: int) -
     s.observer_velocity_rad_s[axis] += slow * behind
     inertia = p.inertia_kgm2[axis] * (1.0 + p.observer_excess[axis])
     friction = s.observer_torque_nm[axis] - inertia * p.observer_bandwidth_rad_s[axis] * behind
+    # the viscous part is left to the joint: the coupling lives on it (5.2)
     friction -= p.viscous_nms_rad[axis] * s.observer_velocity_rad_s[axis]
     if not math.isfinite(friction + t.hand_torque_nm[axis]):  # or what the next tick will go by
         _forget(s, axis)
         friction = math.nan
-    elif slides(s, axis):
+    elif slides(s, axis):  # on bent bristles it is their spring, no friction
         forward = s.bristle_share[axis] > 0.0
         seen = friction if forward else -friction
         side = FORWARD if forward else BACKWARD
         share = _over(p.friction_seen_alpha[axis], elapsed)
         s.friction_seen_nm[axis, side] += share * (seen - s.friction_seen_nm[axis, side])
+    # the tick tells NaN, the state keeps none
     s.friction_observed_nm[axis] = friction if friction == friction else 0.0
     t.friction_observed_nm[axis] = friction
 
@@ -168,7 +173,7 @@ def _turning(s: Record, p: Record, axis: int) -> float:
     every turn. On a joint that rests the share stays what it was: as a function of the bristles it is a late
     spring, gain x torque over their length, and shook a carriage at 42 Hz."""
     if not is_resting(s, p, axis):
-        s.observer_end[axis] = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)
+        s.observer_end[axis] = min(max(2.0 * abs(s.bristle_share[axis]) - 1.0, 0.0), 1.0)  # 0 up to half way
     return TURNING_SHARE + (1.0 - TURNING_SHARE) * s.observer_end[axis]
 
 
@@ -210,6 +215,7 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         return 0.0
     forward = t.feedforward_torque_nm[axis]
     if elapsed > 0:
+        # as slowly as the torque observed: their difference is what is sent
         follow = _over(while_resting(s, p, axis, p.observer_alpha[axis]), elapsed)
         s.observer_forward_nm[axis] += follow * (forward - s.observer_forward_nm[axis])
     slow = SLOW_SHARE + HELD_SHARE * held_part(s, p, axis)
@@ -224,9 +230,9 @@ def observer_torque(t: Record, s: Record, p: Record, model: Record, axis: int, e
         torque *= _turning(s, p, axis)
         torque *= _paced(s, p, axis)
     torque *= _beside_a_mass(s, p, axis)
-    v = t.velocity_rad_s[axis]
+    v = t.velocity_rad_s[axis]  # not `seen`: a joint beyond the range has no model, however calm it seems
     branch = FORWARD if v >= 0.0 else BACKWARD
     if model.n_segments[branch] > 0:
         torque *= range_fade(model, branch, abs(v))
     cap = p.friction_cap_nm[axis]
-    return min(max(torque, -cap - forward), cap - forward)
+    return min(max(torque, -cap - forward), cap - forward)  # the cap is of both together

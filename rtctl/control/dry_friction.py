@@ -97,14 +97,17 @@ def credit_friction(
         return
     before, length = s.bristle_share[axis], p.presliding_rad[axis]
     end = 1.0 if dx > 0.0 else -1.0
+    # no length: rigid, it slides at once
     now = min(max(before + dx / length, -1.0), 1.0) if length > 0.0 else end
     s.bristle_share[axis] = now
+    # the mean of the bristles' force over the way, in shares of F
     work = 0.5 * (before + now) * dx
     if work <= 0.0:  # given back
         s.friction_credit_j[axis] = _finite(guaranteed_friction(p, model, axis, 0.0) * work)
         return
+    # an estimate lags: in a turn it has the wrong branch
     v = velocity if velocity * dx > 0.0 else dx / (p.period_s * max(elapsed, 1))
     friction = guaranteed_friction(p, model, axis, v)
     if now == end:
-        friction = max(friction, seen_friction(s, p, axis, dx > 0.0))
+        friction = max(friction, seen_friction(s, p, axis, dx > 0.0))  # of bent bristles it is given back
     s.friction_credit_j[axis] = _finite(friction * work)

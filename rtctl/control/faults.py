@@ -317,6 +317,7 @@ ESTOP = mask(Reaction.ESTOP)
 LOCKOUT = mask(Reaction.LOCKOUT)
 END = mask(Reaction.END)
 REFUSE = mask(Reaction.REFUSE)
+# LOCKOUT closes a rig at rest by a row of its own in `states.TRANSITIONS`
 LATCHING_AT_REST = sum(
     int(row.fault) for row in TABLE if row.latches_at_rest and row.reaction is Reaction.CUT
 )

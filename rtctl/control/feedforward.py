@@ -3,6 +3,7 @@
 tau_ff = compensation * f * g * s * min(magnitude, cap): s in -1..1 is the direction the policy decides near
 zero velocity, g in 0..1 the force gate, f in 0..1 the share by which friction that has changed is followed
 (`friction_factor`). v rad/s, tau_h hand torque N m."""
+# longer than 300 lines: direction, gate and size of one torque, each with what it remembers
 
 from __future__ import annotations
 
@@ -88,6 +89,7 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> 
     whatever the policy."""
     policy = p.friction_policy[axis]
     if policy == _HYBRID:
+        # no blend: a bend is no motion (5.7)
         if is_bent(s, p, axis) and not is_admittance(s, axis):
             return _intent(s, p, axis)
         return blend(v, s.friction_stop[axis], _intent(s, p, axis), p.friction_blend_rad_s[axis])
@@ -135,13 +137,14 @@ def wished_push(s: Record, p: Record, axis: int) -> float:
     the ring's speed passed zero. With the hand's alone help held who leans on a world in it until the joint
     slid, then stepped by 2 F. Of a virtual mass the way it goes: one that leans stands, as its hand asked."""
     if is_admittance(s, axis):
+        # as a torque, since what comes of it is divided by tau_g again: sat(LP v_r/v_b)
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
     if p.friction_policy[axis] != _HYBRID:
         return s.calm_hand_nm[axis]
     push = s.calm_hand_nm[axis] + s.calm_world_nm[axis]
     if is_bent(s, p, axis):
         return push
-    way = s.friction_stop[axis] * p.friction_intent_nm[axis]
+    way = s.friction_stop[axis] * p.friction_intent_nm[axis]  # +-tau_g at its end: all of the help, no more
     if slides_on(s, p, axis):
         return way
     return blend(s.velocity_rad_s[axis], way, push, p.friction_blend_rad_s[axis])
@@ -158,6 +161,7 @@ def _led_by(s: Record, p: Record, axis: int, dx: float, v: float) -> tuple[float
     if not is_admittance(s, axis):
         return dx, v
     velocity = s.mass_velocity_rad_s[axis]
+    # a period's way even on a missed sample: the mass goes on
     return velocity * p.period_s, velocity
 
 
@@ -173,6 +177,7 @@ def advance_intent(s: Record, p: Record, axis: int, push: float) -> None:
     if p.friction_policy[axis] == _HYBRID and not slides_on(s, p, axis) and not is_admittance(s, axis):
         alpha = min(alpha, p.rest_alpha[axis] * (1.0 if is_slow(s, p, axis) else TURN_TIMES))
     s.friction_intent_nm[axis] += alpha * (push - s.friction_intent_nm[axis])
+    # one NaN would stay in the low-pass for good
     if not math.isfinite(s.friction_intent_nm[axis]):
         s.friction_intent_nm[axis] = 0.0
 
@@ -191,7 +196,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
-    if moves_on or wanted < s.friction_gate[axis]:
+    if moves_on or wanted < s.friction_gate[axis]:  # closing is slow always, opening only in motion
         alpha = min(alpha, p.rest_alpha[axis] * (GATE_TIMES if moves_on else 1.0))
     s.friction_gate[axis] += alpha * (wanted - s.friction_gate[axis])
     return s.friction_gate[axis]
@@ -236,9 +241,11 @@ def compensated_magnitude(
     trough = p.place_trough_nm[axis]
     if trough > 0.0:  # as far as its place is not known, the weakest
         curve, by_place = curve_and_place(model, branch, speed, place)
+        # the last term is not asked at trust 0: a place that is NaN must not spoil what does not use it
         friction = curve - (1.0 - trust) * trough + (trust * by_place if trust > 0.0 else 0.0)
     else:
         friction = branch_magnitude(model, branch, speed)
+    # as the curve, which ends there
     viscous = model.viscous_nms_rad[branch] * min(speed, model.speed_max_rad_s[branch])
     gated = _is_force_gated(p.friction_policy[axis])
     cap = _cap_in_force(gated, p.friction_cap_nm[axis], p.friction_ungated_cap_nm[axis])
@@ -272,7 +279,7 @@ def friction_feedforward(
     advance_intent(s, p, axis, wished_push(s, p, axis))
     gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
     direction = saturate(friction_direction(s, p, axis, led, t.tick))
-    side = direction if direction != 0.0 else v
+    side = direction if direction != 0.0 else v  # the branch of what is helped, not of what moves
     branch = FORWARD if side >= 0.0 else BACKWARD
     place, trust = place_of(s, p, axis), place_trust(s, p, axis)
     speed = calm_speed(s, p, axis, speed_seen(s, p, axis, abs(v)))
@@ -281,6 +288,7 @@ def friction_feedforward(
     encoder = speed_seen(s, p, axis, abs(t.velocity_rad_s[axis]))
     if speed != encoder:
         load = load_friction(t, s, p, model, axis, encoder)
+        # a device's velocity may only take help away (10.3)
         allowed, _ = compensated_magnitude(p, model, axis, branch, encoder, place, trust, load)
         if not allowed >= magnitude:  # or NaN
             magnitude = allowed
@@ -291,10 +299,11 @@ def friction_feedforward(
     measured = abs(t.velocity_rad_s[axis])
     if encoder == 0.0:  # a speed beyond the curve is no bend of bristles, nor an edge
         magnitude *= range_fade(model, branch, measured)
-    inside = max(speed, measured) <= model.speed_max_rad_s[branch]
+    inside = max(speed, measured) <= model.speed_max_rad_s[branch]  # beyond, a friction would be extrapolated
     t.friction_model_nm[axis] = friction if inside else 0.0
     t.friction_sign[axis] = direction
     t.friction_gate[axis] = gate
     torque = t.compensation[axis] * followed_share(s, p, axis) * gate * direction * magnitude
+    # the observer's policy has a model for its range and its credit, and no feed-forward
     t.feedforward_torque_nm[axis] = torque if policy not in (_OFF, _OBSERVER) else 0.0
     return faults

@@ -56,18 +56,21 @@ def _feed(s: Record, p: Record, axis: int, bank: float, elapsed: int) -> None:
     late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     v = (s.position_rad[axis] - s.position_before_rad[axis]) / T - s.fed_rad_s[axis]
     acted = s.fed_sent_nm[axis, (s.ticks - 1 - late) % HELD] - s.fed_nm[axis]
+    # the same for both: a lag between them would make power
     alpha = min(BESIDE_TIMES * p.rest_alpha[axis] * elapsed, 1.0)
     s.fed_rad_s[axis] += alpha * v
     s.fed_nm[axis] += alpha * acted
     energy = s.fed_j[axis] + (bank - s.fed_j[axis]) * min(T / FORGOTTEN_S, 1.0)
     if slides(s, axis):
+        # of one direction: a turn begins anew
         s.fed_slid_s[axis] = s.fed_slid_s[axis] + T if s.bristle_share[axis] == s.fed_side[axis] else 0.0
         s.fed_side[axis] = s.bristle_share[axis]
         if s.fed_slid_s[axis] > TURN_S:
+            # what viscous damping may lose, less what is fed
             energy += (FED_MOST * p.viscous_nms_rad[axis] * v - acted) * v * T
     if not math.isfinite(energy + s.fed_rad_s[axis] + s.fed_nm[axis]):
         energy = s.fed_rad_s[axis] = s.fed_nm[axis] = 0.0
-    s.fed_j[axis] = max(min(energy, bank), -bank)
+    s.fed_j[axis] = max(min(energy, bank), -bank)  # at -bank nothing is sent: more debt would only last
 
 
 @compiled

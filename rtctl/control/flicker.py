@@ -66,7 +66,9 @@ def _turn(s: Record, p: Record, axis: int) -> None:
         s.reading_turns[axis] += 1.0
     elif s.reading_turns[axis] < HELD_AFTER and s.reading_ticks[axis] * p.period_s >= HELD_S:
         s.reading_turns[axis] = HELD_AFTER
+        # sums of the difference to the first reading: large angles lose no digits
         mean = s.reading_from_rad[axis] + s.reading_sum_rad[axis] / s.reading_ticks[axis]
+        # of what the coupling was given: reading and gap
         s.reading_held_rad[axis] = mean + s.reading_gap_rad[axis]
 
 
@@ -109,6 +111,7 @@ def steady_reading(s: Record, p: Record, axis: int, reading: float, restart: boo
     s.reading_highest_rad[axis] = max(s.reading_highest_rad[axis], reading)
     if s.reading_highest_rad[axis] - s.reading_lowest_rad[axis] > (WIDE + SAME) * count:
         if s.reading_turns[axis] >= HELD_AFTER:
+            # what was held goes on from where it was: no jump
             s.reading_gap_rad[axis] = s.reading_held_rad[axis] - s.reading_rad[axis]
         _begin(s, axis, reading)
         s.reading_way[axis] = 1.0 if moved > 0.0 else -1.0
@@ -117,6 +120,7 @@ def steady_reading(s: Record, p: Record, axis: int, reading: float, restart: boo
         if way * s.reading_way[axis] < 0.0:
             _turn(s, p, axis)
             if s.reading_turns[axis] >= HELD_AFTER:
+                # the servo is not to take the step to the mean for motion
                 s.reading_slip_rad[axis] = s.reading_held_rad[axis] - before
         s.reading_way[axis], s.reading_rad[axis] = way, reading
     if s.reading_turns[axis] >= HELD_AFTER:

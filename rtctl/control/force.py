@@ -27,7 +27,7 @@ def tare_done(s: Record, p: Record) -> bool:
 def _average(s: Record, p: Record, axis: int) -> bool:
     """Take a sample into the tare of an axis; True when that completes it."""
     s.tare_count[axis] += 1
-    done = s.tare_count[axis] == p.tare_ticks[axis]
+    done = s.tare_count[axis] == p.tare_ticks[axis]  # equal, not at least: a tare is written once
     for i in range(6):
         s.tare_sum[axis, i] += s.wrench[i] - s.weight[i]
         if done:
@@ -40,6 +40,7 @@ def _tared(s: Record, p: Record, axis: int) -> float:
     """Torque on one joint of what is left of force and moment without weight and tare, N m."""
     longest = True
     for other in range(len(s.tare_count)):
+        # the first axis of equals
         longest = longest and (p.tare_ticks[axis], -axis) >= (p.tare_ticks[other], -other)
     torque = 0.0
     for i in range(6):
@@ -62,9 +63,10 @@ def hand_torque(s: Record, p: Record, axis: int, fresh: bool, disabled: bool) ->
     tau_h = lever . (F - F_w - F_0) + direction . (M - M_w - M_0) (`wrench`);  y += alpha (tau_h - y)."""
     if not fresh:
         return s.force_filtered_nm[axis]
+    # in power a hand is on it: an average of its pull would be taken for zero
     averaged = disabled and s.tare_count[axis] < p.tare_ticks[axis] and _average(s, p, axis)
     torque = _tared(s, p, axis)
     if averaged:
-        s.force_filtered_nm[axis] = torque
+        s.force_filtered_nm[axis] = torque  # the low-pass begins at the new zero: no ring from the old
     s.force_filtered_nm[axis] += p.force_alpha[axis] * (torque - s.force_filtered_nm[axis])
     return s.force_filtered_nm[axis]

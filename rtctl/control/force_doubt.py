@@ -84,6 +84,7 @@ def _changed(s: Record) -> bool:
         if most > 0.0:
             changed = True
             seen = s.wrench_step[part]
+            # the smallest ever: a step of a coarse sensor is never smaller
             s.wrench_step[part] = most if seen == 0.0 else min(seen, most)
     return changed
 
@@ -97,7 +98,7 @@ def _hidden_torque(s: Record, p: Record, axis: int) -> float:
         for i in range(3 * part, 3 * part + 3):
             lever += abs(s.screw[axis, i])
         step, coarsest = s.wrench_step[part], p.force_step[part]
-        if step == 0.0 or step > coarsest:
+        if step == 0.0 or step > coarsest:  # none seen yet, or one that a hand made: what the sheet says
             step = coarsest
         torque += lever * step
     return STEPS * torque
@@ -111,6 +112,7 @@ def _begin(t: Record, s: Record, p: Record) -> None:
         s.stayed_ticks[axis, FORWARD] = s.stayed_ticks[axis, BACKWARD] = 0.0
         v = t.velocity_rad_s[axis]
         s.unseen_start_rad[axis] = s.position_rad[axis]
+        # what the motion brings along may be spent
         s.unseen_j[axis] = -0.5 * KINETIC_SHARE * p.inertia_kgm2[axis] * v * v
         s.unseen_path_rad[axis] = 0.0
 
@@ -122,14 +124,18 @@ def _unseen(t: Record, s: Record, p: Record, axis: int) -> bool:
     if dx == 0.0:
         return False
     v = t.velocity_rad_s[axis]
+    # sent or measured: in doubt it was the motor
     motor = max(s.torque_applied_nm[axis] * dx, t.motor_torque_nm[axis] * dx)
+    # an estimate of the other sign takes nothing
     taken = s.friction_credit_j[axis] + max(p.viscous_nms_rad[axis] * v * dx, 0.0)
     s.unseen_j[axis] += taken - motor - t.hand_torque_nm[axis] * dx
     s.unseen_path_rad[axis] += abs(dx)
     here, before = s.position_rad[axis] - s.unseen_start_rad[axis], s.unseen_start_rad[axis]
+    # over a closed way weights and springs give nothing
     back = here * (s.position_before_rad[axis] - before) <= 0.0
     if not back or s.same_ticks * p.period_s < FROZEN_S:
         return False
+    # divided here, multiplied at the begin: an inertia told wrong blames nobody
     gained = 0.5 * p.inertia_kgm2[axis] * v * v / KINETIC_SHARE
     hidden = p.energy_budget_j + _hidden_torque(s, p, axis) * s.unseen_path_rad[axis]
     return bool(s.unseen_j[axis] + gained > hidden)
@@ -141,6 +147,7 @@ def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -
     every axis."""
     if elapsed == 0:
         return 0
+    # chained joints: a weight may give one of them something while the other one moves
     watched = powered and p.force_used != 0 and p.force_answers != 0 and p.chain_count < 2
     for axis in range(len(s.position_rad)):
         watched = watched and not in_program(s, axis)
@@ -161,7 +168,7 @@ def _at_limit(s: Record, p: Record) -> bool:
         if i < 3:
             for axis in range(1, len(s.position_rad)):
                 limit = min(limit, p.force_limit_n[axis])
-        if abs(s.wrench[i]) >= (1.0 - EDGE) * limit:
+        if abs(s.wrench[i]) >= (1.0 - EDGE) * limit:  # rounding of a scale or a matrix
             return True
     return False
 
@@ -211,6 +218,7 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         s.slid_ticks[axis, FORWARD] = s.slid_ticks[axis, BACKWARD] = s.offset_ticks[axis] = 0
         s.slid_friction_nm[axis, FORWARD] = s.slid_friction_nm[axis, BACKWARD] = 0.0
         return 0
+    # a joint that stands with its bristles at their end shows the hand, and no friction
     sliding = slides(s, axis) and t.velocity_difference_rad_s[axis] != 0.0 and not is_resting(s, p, axis)
     if sliding:
         _average(s, p, axis, FORWARD if s.bristle_share[axis] > 0.0 else BACKWARD, elapsed)
@@ -224,8 +232,8 @@ def offset_fault(t: Record, s: Record, p: Record, axis: int, elapsed: int, power
         offset = 0.5 * (s.friction_seen_nm[axis, FORWARD] - s.friction_seen_nm[axis, BACKWARD])
     if abs(offset) <= p.force_offset_limit_nm[axis]:
         s.offset_ticks[axis] = 0
-    elif sliding or offset != offset:
+    elif sliding or offset != offset:  # in rest neither counted nor excused; NaN always
         s.offset_ticks[axis] += max(elapsed, 1)
     if s.offset_ticks[axis] * p.period_s < (STAYING_OFFSET_S if staying else OFFSET_S):
         return 0
-    return _F_FROZEN if staying else _F_OFFSET
+    return _F_FROZEN if staying else _F_OFFSET  # a sensor that hangs is no matter of its zero

@@ -22,7 +22,7 @@ such as the energy of the inertia, which comes back when the hand slows down. Th
 Why an account of its own beside the passivity observer's. The torque sent acts some ticks late, which at the
 resonance of a stiff hand turns torque in phase with position into torque in phase with velocity: 14 mW on the
 nominal rig in a grip of 200 N m/rad, none of which the observer sees. tau_a dx is therefore the worse of the
-configured delay and one tick more, so that a tick nobody knew of is covered.
+delay that is declared for the torque and one tick more, so that a tick nobody knew of is covered.
 
 The command's `compensation` scales it with the feed-forward: one switch for all that helps the hand."""
 
@@ -69,6 +69,7 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
     """Most torque feed-forward and feedback may have together at this velocity, N m, >= 0; 0 for NaN."""
     speed, energy = abs(velocity), s.force_feedback_energy_j[axis]
     taken = guaranteed_friction(p, model, axis, velocity) + spare_damping(s, p, axis) * speed
+    # fades over the deficit: at a step it would chatter
     trust = min(max(1.0 + energy / max(DEFICIT * p.energy_bank_j, TINY_J), 0.0), 1.0)
     limit = trust * p.force_feedback_share[axis] * taken - p.force_feedback_reserve_nm[axis]
     free = energy - BANK_KEPT * p.energy_bank_j
@@ -81,17 +82,18 @@ def assistance_limit(s: Record, p: Record, model: Record, axis: int, velocity: f
 def keep_account(s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> None:
     """Advance the account of the assistance by the last period's motion; an empty one while no torque
     leaves."""
+    # empty, not full: nothing is lent before friction has taken any
     if not powered or not p.force_feedback_gain[axis] > 0.0:
         s.force_feedback_energy_j[axis] = 0.0
         return
-    late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)
+    late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)
     sent = s.assistance_nm[axis, (s.ticks - 1 - late) % HELD]
     later = s.assistance_nm[axis, (s.ticks - 2 - late) % HELD]
     dt = p.period_s * max(elapsed, 1)
     taken = s.friction_credit_j[axis]
     taken += spare_damping(s, p, axis) * dx * dx / dt
     energy = s.force_feedback_energy_j[axis] + p.force_feedback_share[axis] * taken
-    energy -= max(sent * dx, later * dx)
+    energy -= max(sent * dx, later * dx)  # what it surely put in, whichever of the two acted
     s.force_feedback_energy_j[axis] = min(energy, p.energy_bank_j)
 
 
@@ -100,8 +102,7 @@ def remember(t: Record, s: Record, axis: int, share: float) -> None:
     """Note what of the torque sent was assistance: `share` (0 to 1) of feed-forward, observer and
     feedback."""
     compensation = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
-    if s.conservative_nm[axis] != 0.0:
-        compensation -= s.conservative_nm[axis]
+    compensation -= s.conservative_nm[axis]  # a spring of the place: no help, and no account's matter (8.9)
     s.assistance_nm[axis, s.ticks % HELD] = share * (compensation + s.force_feedback_nm[axis])
 
 
@@ -117,7 +118,7 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
         return 0.0
     error = t.hand_torque_nm[axis] + t.coupling_torque_nm[axis]
     if not math.isfinite(error):
-        s.force_error_nm[axis] = 0.0
+        s.force_error_nm[axis] = 0.0  # one NaN would stay in the low-pass
         return math.nan
     if fresh:
         s.force_error_nm[axis] += p.force_feedback_alpha[axis] * (error - s.force_error_nm[axis])
@@ -126,10 +127,9 @@ def force_feedback(t: Record, s: Record, p: Record, model: Record, axis: int, fr
     wanted = min(t.compensation[axis] * gain * beyond, p.force_feedback_cap_nm[axis])
     limit = assistance_limit(s, p, model, axis, t.velocity_rad_s[axis])
     forward = t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis]
-    if s.conservative_nm[axis] != 0.0:
-        forward -= s.conservative_nm[axis]
+    forward -= s.conservative_nm[axis]
     if seen >= 0.0:
-        torque = min(wanted, max(limit - forward, 0.0))
+        torque = min(wanted, max(limit - forward, 0.0))  # the bound is of all help together
     else:
         torque = -min(wanted, max(limit + forward, 0.0))
     s.force_feedback_nm[axis] = torque

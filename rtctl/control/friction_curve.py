@@ -22,7 +22,7 @@ def segment(model: Record, branch: int, speed: float) -> tuple[int, float]:
     least."""
     n = min(model.n_segments[branch], MAX_SEGMENTS)
     knot = model.knot_rad_s[branch]
-    u = min(max(speed, knot[0]), knot[n])
+    u = min(max(speed, knot[0]), knot[n])  # held beyond the ends: a cubic would run away
     cell = min(max(u * model.lookup_scale[branch], 0.0), LOOKUP_CELLS - 1.0)
     j = min(max(int(model.lookup[branch, int(cell)]), 0), n - 1)
     while u >= knot[j + 1] and j < n - 1:

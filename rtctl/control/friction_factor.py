@@ -26,6 +26,7 @@ def follow_factor(t: Record, s: Record, p: Record, c: Record, axis: int) -> None
     step, asked = p.friction_change_step[axis], c.friction_change[axis]
     if step > 0.0 and asked == asked:  # NaN alone differs from itself
         asked = max(min(asked, p.friction_raise[axis]), _LEAST)
+        # with the motor off no step is felt
         if is_powered(s.state):
             asked = max(min(asked, s.friction_change[axis] + step), s.friction_change[axis] - step)
         s.friction_change[axis] = asked

@@ -62,7 +62,7 @@ def window_limit(mean: float, limit: float, continuous: float, share: float) -> 
         return limit
     start = FOLD_BACK * continuous
     slope = (limit - continuous) / (continuous - start)
-    ahead = mean + (continuous - mean) / share
+    ahead = mean + (continuous - mean) / share  # one tick of so much brings the mean just to c
     return _clamped(min(limit - slope * (mean - start), ahead), 0.0, limit)
 
 
@@ -123,9 +123,10 @@ def gate_torque(
         DISABLED, NOT_FINITE, OVERSPEED or VIOLATION.
     flags : int
         NOT_FINITE means cut, VIOLATION lock-out: the caller acts on them in the same tick."""
+    # before everything, at rest too: a limit of NaN would let any torque pass each comparison below
     if not (limit > 0.0 and rate > 0.0 and _finite(limit) and _finite(rate)):
         return 0.0, _VIOLATION
-    if not abs(previous) <= limit * (1.0 + SLACK):
+    if not abs(previous) <= limit * (1.0 + SLACK):  # its own memory: NaN is broken, too
         return 0.0, _VIOLATION
     if not enabled:
         return 0.0, _DISABLED
@@ -137,6 +138,7 @@ def gate_torque(
         torque = _clamped(torque, -limit, limit)
         flags |= _ABSOLUTE
     ceiling = allowed if allowed > 0.0 else 0.0
+    # a share that falls at once must not be a jump
     ceiling = _clamped(max(ceiling, abs(previous) - rate), 0.0, limit)
     if abs(torque) > ceiling:
         torque = _clamped(torque, -ceiling, ceiling)
@@ -145,6 +147,7 @@ def gate_torque(
         torque = _clamped(torque, previous - rate, previous + rate)
         flags |= _RATE
     torque = _clamped(torque, -limit, limit)  # previous may stand SLACK above it
+    # last: of what would be sent, not of what was wanted
     if not -v_limit <= velocity <= v_limit and torque * velocity > 0.0:
         return 0.0, flags | _OVERSPEED
     return torque, flags
@@ -165,6 +168,7 @@ def encoded_fits(torque: float, encoded: float, per_unit: float, limit: float) -
     if not (_finite(torque) and _finite(encoded) and abs(torque) <= limit):
         return False
     said = encoded * per_unit
+    # of the limit, not of the torque: near 0 a relative error says nothing
     return abs(said) <= limit * (1.0 + SLACK) and abs(said - torque) <= SLACK * limit
 
 

@@ -43,7 +43,7 @@ def _rising_requests(s: Record, c: Record) -> int:
 def _holds_lease(s: Record, c: Record) -> bool:
     """True when the newest target may count: of this epoch, finite, from whoever holds the lease or takes a
     free one."""
-    if c.target_epoch != s.epoch or c.target_lease == 0:
+    if c.target_epoch != s.epoch or c.target_lease == 0:  # what was queued before a stop is void
         return False
     if s.lease != 0 and s.lease != c.target_lease:
         return False
@@ -60,9 +60,10 @@ def _take_target(s: Record, p: Record, c: Record) -> None:
     A target stays in the command's slot; only the rise of `target_count` makes it fresh, once. What a
     refused one says never reaches the law."""
     risen = c.target_count > s.target_seen
+    # refused ones, too: a later lease or epoch must not make an old target fresh
     s.target_seen = c.target_count
     if risen and _holds_lease(s, c):
-        s.lease = c.target_lease
+        s.lease = c.target_lease  # a free lease is taken by the first target, not by a request
         s.target_age_ticks = 0
         for axis in range(len(c.target_position_rad)):
             s.target_position_rad[axis] = c.target_position_rad[axis]
@@ -72,6 +73,7 @@ def _take_target(s: Record, p: Record, c: Record) -> None:
     s.target_age_ticks += 1
     if s.lease == 0:  # nobody: as silent as can be
         s.target_age_ticks = max(s.target_age_ticks, p.target_stop_ticks + 1)
+    # as late as TARGET_LOST: only then may somebody else take it
     elif s.target_age_ticks > p.target_stop_ticks:
         s.lease = 0
 
@@ -112,13 +114,14 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
     arm_allowed : bool
         The command belongs to the present epoch: an arm request queued before a stop is void."""
     if s.ticks == 0:
-        s.fault_first = -1
+        s.fault_first = -1  # the zeroed state would name the fault of bit 0
     requests = _rising_requests(s, c)
     _take_target(s, p, c)
     _hear_host(s, c)
-    s.remote_ticks = s.remote_ticks + 1 if _is_remote(c) else 0
+    s.remote_ticks = s.remote_ticks + 1 if _is_remote(c) else 0  # for how long a target could have come
+    # in power a hand's pull would become the zero
     retare = c.tare_count > s.tare_seen and not states.is_powered(s.state)
-    s.tare_seen = c.tare_count
+    s.tare_seen = c.tare_count  # a tare asked for in power is dropped, not done at the next rest
     t.command_seq = c.seq
     for axis in range(len(t.position_rad)):
         t.compensation[axis] = _share(c.compensation[axis])
@@ -132,6 +135,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
 def _silence(s: Record) -> int:
     """Ticks of silence of the renderer: nobody can have been silent since before there was anything to
     move."""
+    # a rig that becomes remote while armed gives the renderer its time
     return int(min(s.target_age_ticks, s.remote_ticks))
 
 
@@ -152,5 +156,6 @@ def target_fault(s: Record, p: Record, c: Record) -> int:
 def host_fault(s: Record, c: Record) -> int:
     """HOST_SILENT while powered and the host has broken the promise in its last command: no STOP would come
     either."""
+    # 0 promises nothing: a virtual clock
     silent = c.beat_ticks > 0 and s.beat_age_ticks > c.beat_ticks
     return _F_HOST if silent and states.is_powered(s.state) else 0

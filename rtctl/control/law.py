@@ -82,28 +82,30 @@ def step(
     skipped = detectors.count_late(t, s)
     faults, elapsed = accept_sample(t, s, p, skipped)
     faults |= detectors.late_fault(s, p, skipped) | detectors.realtime_fault(t, p) | detectors.age_fault(s, p)
+    # the state of the last tick, whose torque was held in the period that is judged now
     powered = is_powered(s.state)
     for axis in range(len(t.position_rad)):
-        dx = s.position_rad[axis] - s.position_before_rad[axis]
+        dx = s.position_rad[axis] - s.position_before_rad[axis]  # 0 on a missed sample: the next carries it
         # 3. velocity, 4. force
         faults |= _estimate(t, s, p, axis, elapsed, powered)
         faults |= _detect(t, s, p, axis, elapsed, skipped)
         # 5. virtual world behind the coupling, or around the virtual mass
         t.coupling_torque_nm[axis] = _display(t, s, p, c, axis, elapsed, powered)
         t.proxy_position_rad[axis] = s.proxy_position_rad[axis]
-        t.environment_kind[axis] = s.world_kind[axis]
+        t.environment_kind[axis] = s.world_kind[axis]  # in force, not asked for: a change takes ticks (3.3)
         # 6. friction: what it surely takes out, what is seen of it, and the help with it that both allow
         advance_rest(s, p, axis, t.hand_torque_nm[axis], s.authority * t.coupling_torque_nm[axis])
+        # the accounts below read its credit
         credit_friction(s, p, model[axis], axis, dx, elapsed, t.velocity_rad_s[axis])
         keep_assistance(s, p, axis, dx, elapsed, t.velocity_rad_s[axis], powered)
-        observe_friction(t, s, p, axis, elapsed)
+        observe_friction(t, s, p, axis, elapsed)  # judges of place and force read it below
         judge_place(t, s, p, model[axis], axis, dx)
-        t.place_trust[axis] = place_trust(s, p, axis)
+        t.place_trust[axis] = place_trust(s, p, axis)  # told: the drift watch goes by the law's own (0062)
         faults |= force_doubt.offset_fault(t, s, p, axis, elapsed, powered)
         velocity, doubt = device_velocity(t, s, p, axis, elapsed, dx)
         faults |= doubt | friction_feedforward(t, s, p, model[axis], axis, dx, velocity)
         _compensate(t, s, p, model[axis], axis, elapsed)
-        keep_account(s, p, axis, dx, elapsed, powered)
+        keep_account(s, p, axis, dx, elapsed, powered)  # before the feedback that may spend from it
         feedback = force_feedback(t, s, p, model[axis], axis, elapsed > 0)
         # or, in their place, an excitation program
         program = program_torque(t, s, p, c, model[axis], axis, elapsed)
@@ -115,10 +117,11 @@ def step(
     # 8. state machine
     may_arm = arm_allowed and tare_done(s, p)
     changed = advance(s, p, t.tick, faults, requests, may_arm, arming.tested(s, p), intake.holding(s, p, c))
-    if changed and s.state == _STOPPING:
+    if changed and s.state == _STOPPING:  # planned once: shares of what is left would never reach 0
         _plan_ramp(s, p)
     # 9. gate and current, 10. energies
     faults |= _send(t, s, p)
+    # apart from `_send`: a fault of the last axis takes the torque of the first away, too
     for axis in range(len(t.position_rad)):
         _account(t, s, p, axis)
     _report(t, s, faults)
@@ -133,6 +136,7 @@ def _estimate(t: Record, s: Record, p: Record, axis: int, elapsed: int, powered:
     t.motor_torque_nm[axis] = s.current_a[axis] * _torque_per_ampere(p, axis)
     t.hand_torque_raw_nm[axis] = s.force_raw_nm[axis]
     t.hand_torque_nm[axis] = hand_torque(s, p, axis, elapsed > 0, not powered)
+    # the bound on what a torque can give out counts on this cut (4.4)
     return _F_OVERSPEED if abs(velocity) > OVERSPEED_FACTOR * p.velocity_limit_rad_s[axis] else 0
 
 
@@ -143,6 +147,8 @@ def _display(t: Record, s: Record, p: Record, c: Record, axis: int, elapsed: int
     begin_display(s, p, c, axis)
     t.display_kind[axis] = int(s.display_kind[axis])
     if is_admittance(s, axis):
+        # a reading that begins or ends to be held is no motion: the servo would answer it by K_v Delta/T
+        # (2.10)
         if s.reading_slip_rad[axis] != 0.0 and elapsed > 0:
             difference -= s.reading_slip_rad[axis] / (elapsed * p.period_s)
         torque = servo_torque(s, p, c, axis, elapsed, difference, t.hand_torque_nm[axis], not powered)
@@ -198,26 +204,30 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     if spring != 0.0:
         t.feedforward_torque_nm[axis] = friction + spring  # the observer sees both
     t.observer_torque_nm[axis] = observer_torque(t, s, p, model, axis, elapsed)
+    # the tick tells the account's share alone: what else takes help away is no shortage
     share = assistance_share(s, p, axis)
     t.assistance_share[axis] = share
+    # each of these advances what it remembers, so all of them run in every tick, whatever another one leaves
     share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * steady_share(t, s, p, axis)
     share *= calm_share(s, p, axis)
     share *= paid_share(t, s, p, axis, elapsed)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
     if spring != 0.0:
-        t.feedforward_torque_nm[axis] += spring
+        t.feedforward_torque_nm[axis] += spring  # whole: it gives back by itself what it took up (8.9)
     t.observer_torque_nm[axis] *= share
+    # the observer alone lags, and so feeds (6.6)
     t.observer_torque_nm[axis] *= unfed_share(s, p, axis, elapsed)
 
 
 @inlined
 def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int, powered: bool) -> int:
     """Passivity observer, controller, and the energies the hand and the feed-forward have put in."""
+    # a hand's torque varies within a period
     work = 0.5 * (s.hand_torque_before_nm[axis] + t.hand_torque_nm[axis]) * dx
     s.energy_hand_j[axis] += work
     s.hand_torque_before_nm[axis] = t.hand_torque_nm[axis]
-    s.energy_feedforward_j[axis] += s.feedforward_applied_nm[axis] * dx
+    s.energy_feedforward_j[axis] += s.feedforward_applied_nm[axis] * dx  # the motor's is held: exact
     t.injected_damping_nms_rad[axis] = 0.0
     if not powered or in_program(s, axis):  # a program is a source by intent, behind guards of its own
         s.energy_port_j[axis] = s.mass_injected_nms_rad[axis] = 0.0
@@ -226,6 +236,7 @@ def _observe(t: Record, s: Record, p: Record, axis: int, dx: float, elapsed: int
         observe_hand(s, p, axis, work, granted(s, axis), t.velocity_rad_s[axis])
         asked = injected_damping(s, p, axis, dx, elapsed, p.servo_velocity_gain_nms_rad[axis])
         t.injected_damping_nms_rad[axis] = raise_damping(s, p, axis, asked)
+        # of rings too quick to wait for a deficit (14.5)
         t.injected_damping_nms_rad[axis] += s.mass_watch_nms_rad[axis]
     else:
         observe_port(s, p, axis, dx, elapsed)
@@ -241,6 +252,7 @@ def _sum_torques(t: Record, s: Record, p: Record, axis: int, feedback: float, pr
         t.coupling_torque_nm[axis] = 0.0
         t.feedforward_torque_nm[axis] = t.observer_torque_nm[axis] = 0.0
         s.force_feedback_nm[axis] = feedback = s.conservative_nm[axis] = 0.0
+    # by dx/T, as the deficit was reckoned (4.3): a smoothed velocity would pay late, and another sum
     t.damping_torque_nm[axis] = -t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
     if is_admittance(s, axis):  # it damps the mass, which the joint follows
         t.damping_torque_nm[axis] = 0.0
@@ -253,6 +265,7 @@ def _sum_torques(t: Record, s: Record, p: Record, axis: int, feedback: float, pr
 @compiled
 def _hold_torque(t: Record, p: Record, axis: int) -> float:
     """Damping of HOLD, capped at HOLD_SHARE of the limit."""
+    # it only takes: no authority scales it
     cap = HOLD_SHARE * p.torque_limit_nm[axis]
     damping = p.hold_damping_nms_rad[axis] + t.injected_damping_nms_rad[axis]
     return min(max(-damping * t.velocity_difference_rad_s[axis], -cap), cap)
@@ -262,6 +275,7 @@ def _hold_torque(t: Record, p: Record, axis: int) -> float:
 def _plan_ramp(s: Record, p: Record) -> None:
     """Step per tick that brings each torque to zero within `stop_ticks`."""
     for axis in range(len(s.torque_applied_nm)):
+        # of each axis its own: all end together
         s.ramp_step_nm[axis] = abs(s.torque_applied_nm[axis]) / max(p.stop_ticks, 1)
 
 
@@ -310,9 +324,10 @@ def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
     # A ramp only falls, and must not be stretched by a share that its start exceeded.
     share = 1.0 if s.state == _STOPPING else t.torque_share[axis] * _state_share(s.state)
     allowed = min(share * limit, window_limit)
+    # a program gives energy by intent, behind guards of its own
     if not in_program(s, axis):
         left = s.energy_port_j[axis] - in_flight(s, p, axis)
-        allowed = min(allowed, torque_to_take_back(p, axis, left))
+        allowed = min(allowed, torque_to_take_back(p, axis, left))  # torques in flight are spent (4.4)
     torque, flags = gate.gate_torque(
         _torque_of_state(t, s, p, axis),
         s.torque_applied_nm[axis],
@@ -324,10 +339,11 @@ def _gate(t: Record, s: Record, p: Record, axis: int) -> int:
         is_powered(s.state),
     )
     per_ampere = _torque_per_ampere(p, axis)
+    # without a constant `encoded_fits` passes 0 alone
     current = torque / per_ampere if per_ampere > 0.0 else 0.0
     if not gate.encoded_fits(torque, current, per_ampere, limit):
         flags |= _VIOLATION
-    if window_limit < limit:
+    if window_limit < limit:  # the flag tells what bounded the torque: it is compared with what left the gate
         flags |= gate.window_flag(window_limit, torque)
     t.torque_share[axis] = allowed / limit
     t.torque_applied_nm[axis] = torque
@@ -365,6 +381,7 @@ def _account(t: Record, s: Record, p: Record, axis: int) -> None:
     detectors.remember_torque(s, axis)
     s.window_mean_nm[axis] = gate.push_window(s.window_mean_nm[axis], torque, p.window_share)
     wanted = t.torque_wanted_nm[axis]
+    # what gate and authority left of the sum they left of each part of it
     share = torque / wanted if s.state == _ACTIVE and wanted != 0.0 else 0.0
     share = min(max(share, 0.0), 1.0)
     s.feedforward_applied_nm[axis] = share * (t.feedforward_torque_nm[axis] + t.observer_torque_nm[axis])
@@ -386,6 +403,7 @@ def _report(t: Record, s: Record, faults: int) -> None:
     t.targets_refused = s.targets_refused
     t.state = s.state
     t.enabled = 1 if is_powered(s.state) else 0
+    # kept in the state, felt in these two only
     t.authority = s.authority if s.state in (_ACTIVE, _HOLD) else 0.0
     t.epoch = s.epoch
     t.faults = faults

@@ -30,6 +30,7 @@ def load_magnitude(model: Record, speed: float, outside: float, motor: float) ->
         Torques of hand and motor, N m, of one sign; beyond the torque that was measured they count as that.
     """
     most = model.load_most_nm
+    # the squares would run away beyond what was measured
     e, m = min(max(outside, -most), most), min(max(motor, -most), most)
     base = abs(model.load_outside * e - model.load_motor * m)
     peak = abs(model.load_outside_peak * e - model.load_motor_peak * m)
@@ -40,7 +41,8 @@ def load_magnitude(model: Record, speed: float, outside: float, motor: float) ->
             peak += model.load_motor_square_per_nm * m * m
     if not peak > 0.0:
         return base + peak  # or NaN
-    u = math.sqrt(math.sqrt(speed * model.load_cells_s_rad))
+    u = math.sqrt(math.sqrt(speed * model.load_cells_s_rad))  # fine near standstill, where s falls
+    # compared first: an integer of a NaN is any number
     j = min(int(u), LOAD_CELLS - 1) if u < LOAD_CELLS else LOAD_CELLS - 1
     fall = model.load_fall
     return base + peak * (fall[j] + min(u - j, 1.0) * (fall[j + 1] - fall[j]))
@@ -51,7 +53,8 @@ def motor_through_gear(t: Record, s: Record, p: Record, axis: int) -> float:
     """The motor's torque on the gear, N m: what coupling and world ask for now, and the help that was sent in
     the last tick."""
     limit = p.torque_limit_nm[axis]
-    asked = min(max(s.authority * t.coupling_torque_nm[axis], -limit), limit)
+    asked = min(max(s.authority * t.coupling_torque_nm[axis], -limit), limit)  # as the gate lets it through
+    # this tick's is not there yet: it goes by the load
     return float(asked + s.compensation_nm[axis, (s.ticks - 1) % HELD])
 
 

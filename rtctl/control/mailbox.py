@@ -56,6 +56,7 @@ def compiled_checksum(row: np.ndarray, n: int) -> np.uint64:
     index = np.uint64(0)
     for i in range(n):
         index += _ONE
+        # + index: a row of zeros has a checksum that is not 0
         total += (row[i] + index) * (_TWO * index * PHI + _ONE)
     return total
 
@@ -67,12 +68,13 @@ def take(header: np.ndarray, slot_words: np.ndarray, command_words: np.ndarray) 
     A slot whose checksum does not fit is being overwritten: it is left alone, counted, and looked at again
     in the next tick."""
     seq = header[0].mailbox_seq
-    if np.uint64(seq) == command_words[0, 0]:
+    if np.uint64(seq) == command_words[0, 0]:  # not one command more: nothing is copied, nothing summed
         return 0
     slot = slot_words[seq % slot_words.shape[0]]
     n = command_words.shape[1]
     for i in range(n):
         command_words[1, i] = slot[i]
+    # checked in a copy of its own: the slot may be overwritten while it is read; an older one is no news
     if compiled_checksum(command_words[1], n) != slot[n] or command_words[1, 0] < command_words[0, 0]:
         header[0].commands_refused += 1
         return 0
@@ -90,4 +92,4 @@ def publish(header: np.ndarray, ring_words: np.ndarray, tick_words: np.ndarray) 
     row = ring_words[head % ring_words.shape[0]]
     for i in range(n):
         row[i] = tick_words[0, i]
-    header[0].head = head + 1
+    header[0].head = head + 1  # last: a reader that sees it finds the row whole

@@ -57,7 +57,7 @@ ways: open sooner than it sinks, it saws in step with a ring."""
 def advance_pace(s: Record, p: Record, axis: int) -> None:
     """Take the speed of this tick in; one that is no number is none."""
     speed = abs(s.velocity_rad_s[axis])
-    if math.isfinite(speed):
+    if math.isfinite(speed):  # one NaN would stay in the mean
         s.pace_rad_s[axis] += min(p.period_s / PACE_S, 1.0) * (speed - s.pace_rad_s[axis])
 
 

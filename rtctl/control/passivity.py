@@ -52,9 +52,10 @@ def granted(s: Record, axis: int) -> float:
     """Energy that the rise of the authority and the renderer, not the hand, put into the world felt, J; used
     up."""
     given = s.authority_grant_j[axis]
+    # once: it was put in by one rise
     s.authority_grant_j[axis] = 0.0
     if s.state == _ACTIVE:
-        given += s.authority * s.renderer_grant_j[axis]
+        given += s.authority * s.renderer_grant_j[axis]  # of a step of the world the hand feels this share
     return given
 
 
@@ -74,8 +75,9 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     Notes
     -----
     `dry_friction.credit_friction` has run for the same period."""
-    held = acted_torque(s, p, axis, elapsed)
+    held = acted_torque(s, p, axis, elapsed)  # not what was asked: gate and limits took their part
     dt = p.period_s * max(elapsed, 1)
+    # never more than b v^2 over the period took (2.3)
     credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
     credit += s.friction_credit_j[axis]
     energy = s.energy_port_j[axis] - held * dx + credit + granted(s, axis)
@@ -83,6 +85,7 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     if p.conservative_swing_j[axis] > 0.0:  # what the compensated cogging has taken up comes back
         felt += s.authority * place_trust(s, p, axis) * p.conservative_swing_j[axis]
     kept = cost_to_take_back(p, axis, s.torque_applied_nm[axis]) + in_flight(s, p, axis)
+    # an old surplus must not pay for a new defect
     s.energy_port_j[axis] = min(energy, felt + p.energy_bank_j + kept)
     return s.energy_port_j[axis]
 
@@ -96,16 +99,16 @@ def injected_damping(s: Record, p: Record, axis: int, dx: float, elapsed: int, m
     alpha = -E/(T v^2) with v = dx/T, capped at `most`, N m s/rad (an uncapped controller
     made a limit cycle of its own in simulation); 0 below one encoder count of motion, where v is noise."""
     energy = s.energy_port_j[axis]
-    if energy >= 0.0 or abs(dx) < p.count_rad[axis] or dx == 0.0:
+    if energy >= 0.0 or abs(dx) < p.count_rad[axis] or dx == 0.0:  # a count of 0: no encoder is told
         return 0.0
     dt = p.period_s * max(elapsed, 1)
-    return min(-energy * dt / (dx * dx), max(most, 0.0))
+    return min(-energy * dt / (dx * dx), max(most, 0.0))  # = -E/(t v^2)
 
 
 @compiled
 def passivity_fault(s: Record, p: Record, axis: int) -> int:
     """PASSIVITY and PASSIVITY_GROSS while the deficit exceeds their budgets; NaN is the worst deficit."""
     deficit = -s.energy_port_j[axis]
-    if deficit <= FAULT_FACTOR * p.energy_budget_j:
+    if deficit <= FAULT_FACTOR * p.energy_budget_j:  # this way round: NaN goes on to the worst
         return 0
     return _F_PASSIVITY if deficit <= GROSS_FACTOR * p.energy_budget_j else _F_GROSS

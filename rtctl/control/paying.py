@@ -53,11 +53,13 @@ def _pay(s: Record, p: Record, axis: int, bank: float, push: float, elapsed: int
     N m. What is no number leaves an empty account."""
     dx = s.position_rad[axis] - s.position_before_rad[axis]
     v = dx / (p.period_s * elapsed)
+    # of the sample between both ways, one tick ago
     torque = s.hand_torque_before_nm[axis] + s.paid_push_nm[axis]
     paid = torque * 0.5 * (dx + s.paid_rad[axis]) - 0.5 * p.inertia_kgm2[axis] * (
         v * v - s.paid_rad_s[axis] ** 2
     )
     energy = s.paid_j[axis] + paid - LEAST * s.friction_credit_j[axis]
+    # 0, not the bank: after a NaN help is whole and nothing is lent
     s.paid_j[axis] = max(min(energy, bank), -OWED_BANKS * bank) if math.isfinite(energy) else 0.0
     s.paid_rad[axis], s.paid_rad_s[axis], s.paid_push_nm[axis] = dx, v, push
 
@@ -73,6 +75,7 @@ def paid_share(t: Record, s: Record, p: Record, axis: int, elapsed: int) -> floa
         s.paid_rad[axis] = s.paid_rad_s[axis] = s.paid_push_nm[axis] = 0.0
         return 1.0
     if elapsed > 0:
+        # injected damping brakes: no hand is to pay for it as for friction
         damping = t.injected_damping_nms_rad[axis] * t.velocity_difference_rad_s[axis]
         _pay(s, p, axis, bank, t.coupling_torque_nm[axis] - damping, elapsed)
     left = min(max(1.0 + s.paid_j[axis] / bank, 0.0), 1.0)

@@ -25,7 +25,7 @@ def turn_waves(turns: float) -> tuple[float, float]:
     -----
     Without a branch, for a third of the time of both library functions: series at a quarter of the angle, |r|
     <= pi/4, and cos 2 r = 1 - 2 sin^2 r, sin 2 r = 2 sin r cos r twice."""
-    r = (turns - np.floor(turns + 0.5)) * (0.5 * math.pi)
+    r = (turns - np.floor(turns + 0.5)) * (0.5 * math.pi)  # a quarter of the angle, within +-pi/4
     z = r * r
     s = 1.0 / 362880.0 + z * (-1.0 / 39916800.0 + z * (1.0 / 6227020800.0 - z / 1307674368000.0))
     s = r + r * z * (-1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * s)))
@@ -49,7 +49,7 @@ def _of_branch(model: Record, branch: int, speed: float, position: float) -> tup
         return curve, 0.0
     if not math.isfinite(position):
         return curve, math.nan
-    j = min(j, PLACE_SEGMENTS - 1)
+    j = min(j, PLACE_SEGMENTS - 1)  # the table of places is shorter than the curve's
     cos, sin = turn_waves(model.place_turns_per_rad * position)
     c, s, h2 = cos, sin, h * h
     h3 = h * h2
@@ -58,6 +58,7 @@ def _of_branch(model: Record, branch: int, speed: float, position: float) -> tup
         a, b = table[2 * i], table[2 * i + 1]
         total += c * (a[0] + h * a[1] + h2 * a[2] + h3 * a[3])
         total += s * (b[0] + h * b[1] + h2 * b[2] + h3 * b[3])
+        # of the next order: no library call for each
         c, s = c * cos - s * sin, s * cos + c * sin
     return curve, total
 
@@ -97,7 +98,7 @@ def conservative_torque(model: Record, position: float) -> float:
     if not math.isfinite(position):
         return math.nan
     turns = per_rad * position
-    at = (turns - math.floor(turns)) * CONSERVATIVE_CELLS
+    at = (turns - math.floor(turns)) * CONSERVATIVE_CELLS  # floor, not int: angles below 0
     j = min(int(at), CONSERVATIVE_CELLS - 1)
     h = at - j
     c = model.conservative[j]

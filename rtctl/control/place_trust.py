@@ -72,7 +72,7 @@ def _as_seen(s: Record, p: Record, model: Record, axis: int, d: float, side: int
     x = place_of(s, p, axis)
     curve, place = curve_and_place(model, side, speed, x)
     curve, place = d * curve, d * place
-    if p.conservative_judged[axis] > 0.0:
+    if p.conservative_judged[axis] > 0.0:  # waves too quick for the observer would count as error
         place -= conservative_torque(model, x)
     if not math.isfinite(curve + place):
         return False
@@ -90,9 +90,9 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
         return
     speed, side = abs(v), FORWARD if v >= 0.0 else BACKWARD
     d = 1.0 if v >= 0.0 else -1.0
-    if not _as_seen(s, p, model, axis, d, side, speed) or dx == 0.0:
+    if not _as_seen(s, p, model, axis, d, side, speed) or dx == 0.0:  # the low-passes go on at rest, too
         return
-    sliding = slides(s, axis) and s.bristle_share[axis] * v > 0.0
+    sliding = slides(s, axis) and s.bristle_share[axis] * v > 0.0  # and the direction is sure
     if (
         not sliding
         or not own_rad(p, axis, SLOW_RAD_S) < speed < p.place_speed_rad_s[axis]
@@ -102,16 +102,17 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
     e, m = s.friction_observed_nm[axis] - s.place_model_nm[axis, 0], s.place_model_nm[axis, 1]
     if not math.isfinite(e + m):
         return
-    way = min(abs(dx) / length, 0.1)
+    way = min(abs(dx) / length, 0.1)  # a jump of the encoder is a tenth of what is known, at most
     s.place_way[axis] = min(s.place_way[axis] + way, 1.0)
-    share = way / s.place_way[axis]
+    share = way / s.place_way[axis]  # a plain mean at first, then forgotten over the way
     off, off_model = e - s.place_mean_nm[axis, side, 0], m - s.place_mean_nm[axis, side, 1]
+    # twice: each direction sees half of the way
     s.place_mean_nm[axis, side, 0] += min(2.0 * share, 1.0) * off
     s.place_mean_nm[axis, side, 1] += min(2.0 * share, 1.0) * off_model
     s.place_square_nm2[axis, 0] += share * (off * off - s.place_square_nm2[axis, 0])
     s.place_square_nm2[axis, 1] += share * (off_model * off_model - s.place_square_nm2[axis, 1])
     s.place_square_nm2[axis, 2] += share * (off * off_model - s.place_square_nm2[axis, 2])
-    if s.place_way[axis] >= 1.0:
+    if s.place_way[axis] >= 1.0:  # not sooner: a short way correlates by chance
         s.place_evidence[axis] += way * _telling(s, p, axis) * (_target(s, p, axis) - s.place_evidence[axis])
 
 
@@ -149,8 +150,9 @@ def _target(s: Record, p: Record, axis: int) -> float:
         return 1.0 if slope < WRONG_SLOPE else 0.0
     left = max(s.place_square_nm2[axis, 0] - slope * both, 0.0)
     if not SLOPE_LOW < slope < SLOPE_HIGH:
+        # a slope that does not fit takes trust away as far as noise does not explain it
         return now * left / (left + model)
-    turned = slope * slope * max(model, _whole_nm2(p, axis))
+    turned = slope * slope * max(model, _whole_nm2(p, axis))  # what a whole turn would show beside this noise
     return min(max(now, _believed(slope * both, left)), _believed(turned, left))
 
 
@@ -162,6 +164,6 @@ def conservative_feedforward(t: Record, s: Record, p: Record, model: Record, axi
     if not gain > 0.0:
         return 0.0
     trust = place_trust(s, p, axis)
-    if trust <= 0.0:
+    if trust <= 0.0:  # nor is a NaN of the model asked for then
         return 0.0
     return -t.compensation[axis] * gain * trust * fade * conservative_torque(model, place_of(s, p, axis))

@@ -44,7 +44,7 @@ def reference_at(shape: int, amplitude_rad: float, rate: float, t: float) -> tup
             amplitude_rad * rate * rate * math.cos(phase),
         )
     if shape == _TRIANGLE:
-        quarters = rate * t / abs(amplitude_rad)
+        quarters = rate * t / abs(amplitude_rad)  # one amplitude takes amplitude/rate
         phase = quarters - 4.0 * math.floor(quarters / 4.0)
         speed = rate if amplitude_rad > 0.0 else -rate
         if phase < 1.0:
@@ -64,7 +64,7 @@ def reference_fits(
         return False
     low, high, speed = min(amplitude_rad, 0.0), max(amplitude_rad, 0.0), 0.0
     if shape == _SINE:
-        low, high, speed = 2.0 * low, 2.0 * high, abs(amplitude_rad) * rate
+        low, high, speed = 2.0 * low, 2.0 * high, abs(amplitude_rad) * rate  # A (1 - cos): from 0 to 2 A
     elif shape == _TRIANGLE:
         low, high, speed = -abs(amplitude_rad), abs(amplitude_rad), rate
     elif shape != _STEP:
@@ -81,6 +81,6 @@ def friction_toward(
     if abs(v_r) > STANDING_RAD_S:
         side, speed = sign(v_r), abs(v_r)
     else:
-        side, speed = saturate(error / error_rad), abs(v)
+        side, speed = saturate(error / error_rad), abs(v)  # break-away before it moves
     branch = FORWARD if side >= 0.0 else BACKWARD
     return float(gain * side * branch_magnitude(model, branch, speed))

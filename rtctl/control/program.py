@@ -63,7 +63,7 @@ def take_program(s: Record, c: Record, p: Record, axis: int) -> None:
     A request is used up in the tick that sees it: one that arrives in any state but ACTIVE, or that was
     made in an epoch before the last stop, is void, so nothing queued before a stop can move the rig."""
     asked = c.program_count[axis] > s.program_seen_count[axis]
-    s.program_seen_count[axis] = c.program_count[axis]
+    s.program_seen_count[axis] = c.program_count[axis]  # in every state: what was asked at rest is void
     if s.state != _ACTIVE:
         s.program_kind[axis] = _OFF
         s.program_flags[axis] = 0
@@ -77,7 +77,7 @@ def take_program(s: Record, c: Record, p: Record, axis: int) -> None:
     s.program_ramp_nm[axis] = 0.0
     s.program_integral_nm[axis] = 0.0
     s.program_start_rad[axis] = s.position_rad[axis]
-    if before == _OFF:
+    if before == _OFF:  # else the estimate of the motion goes on
         s.program_velocity_rad_s[axis] = 0.0
     # from one servo motion into the next the reference runs on without a step
     if before != _SERVO or s.program_kind[axis] == _TRACK:
@@ -137,10 +137,12 @@ def _trackable(s: Record, c: Record, p: Record, axis: int) -> bool:
 def _tripped(t: Record, s: Record, c: Record, axis: int) -> int:
     """Guards that end the program now, as `ProgramFlag` bits."""
     flags = 0
+    # not: a torque that is NaN trips it
     if not abs(t.hand_torque_nm[axis] - c.program_hand_zero_nm[axis]) <= c.program_hand_nm[axis]:
         flags |= _HAND
     x, v = s.position_rad[axis], s.program_velocity_rad_s[axis]
     # outside the travel the way back stays open
+    # a joint that still sticks has no v
     outward = c.program_ramp_nm_s[axis] if s.program_kind[axis] == _RAMP else v
     if (x <= c.program_min_rad[axis] and outward < 0.0) or (x >= c.program_max_rad[axis] and outward > 0.0):
         flags |= _TRAVEL
@@ -201,6 +203,7 @@ def _track(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float)
     error, v = x_r - s.position_rad[axis], s.program_velocity_rad_s[axis]
     most = INTEGRAL_SHARE * p.torque_limit_nm[axis]
     integral = s.program_integral_nm[axis] + c.program_integral_nm_rad_s[axis] * error * dt
+    # no wind-up while the joint sticks
     s.program_integral_nm[axis] = integral = min(max(integral, -most), most)
     torque = c.program_stiffness_nm_rad[axis] * error + integral + c.program_damping_nms_rad[axis] * (v_r - v)
     torque += c.program_inertia_kgm2[axis] * a_r
@@ -226,6 +229,7 @@ def program_torque(
         if elapsed > 0:
             error = t.velocity_difference_rad_s[axis] - s.program_velocity_rad_s[axis]
             alpha = c.program_alpha[axis]
+            # BRAKE is not validated
             s.program_velocity_rad_s[axis] += (alpha if 0.0 < alpha <= 1.0 else 1.0) * error
         if s.program_kind[axis] != _BRAKE:
             s.program_flags[axis] |= _tripped(t, s, c, axis)
@@ -249,7 +253,7 @@ def _torque(s: Record, p: Record, c: Record, model: Record, axis: int, dt: float
     if s.program_kind[axis] == _TRACK:
         return _track(s, p, c, model, axis, dt)
     damping = c.program_damping_nms_rad[axis]
-    if not 0.0 <= damping < math.inf:
+    if not 0.0 <= damping < math.inf:  # of a refused or plain BRAKE: still brakes, as HOLD does
         damping = p.hold_damping_nms_rad[axis]
     cap = BRAKE_SHARE * p.torque_limit_nm[axis]
     return min(max(-damping * s.program_velocity_rad_s[axis], -cap), cap)

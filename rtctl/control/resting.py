@@ -79,6 +79,7 @@ def _moves_on(s: Record, p: Record, axis: int) -> bool:
     """True when the joint slides, and faster than it creeps; a joint that follows a virtual mass when it
     slides at all."""
     creep_rad_s = own_rad(p, axis, CREEP_RAD_S)
+    # a mass may be as slow as its hand likes, and its joint must follow (5.7)
     return slides(s, axis) and (abs(s.velocity_rad_s[axis]) > creep_rad_s or is_admittance(s, axis))
 
 
@@ -98,6 +99,7 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float, world: float) -> 
     if not math.isfinite(before):
         before = 0.0
     advance_pace(s, p, axis)
+    # the first of two low-passes; the second is the intent's or the gate's
     share = while_bent(s, p, axis, 1.0, 1.0)
     s.calm_hand_nm[axis] = before + share * (hand - before)
     s.calm_world_nm[axis] += share * (world - s.calm_world_nm[axis])
@@ -143,6 +145,7 @@ def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
     bristles, by more than the joint's damping (22 N s/m on a carriage with .3), while what holds the joint is
     no curve of speed there."""
     held = s.calm_speed_rad_s[axis]
+    # a quicker speed is taken at once: only falls are held
     if stands(s, p, axis) and held > speed:
         held += min(p.period_s / FORGOTTEN_S, 1.0) * (speed - held)
     else:  # or no number
@@ -161,6 +164,7 @@ def is_bent(s: Record, p: Record, axis: int) -> bool:
 def while_bent(s: Record, p: Record, axis: int, alpha: float, times: float) -> float:
     """Low-pass coefficient per tick, `alpha` (0 to 1) on a joint that slides; `times` that of rest on bent
     bristles."""
+    # min: a rig file may be slower still
     return min(alpha, times * p.rest_alpha[axis]) if is_bent(s, p, axis) else alpha
 
 
@@ -178,4 +182,5 @@ def while_resting(s: Record, p: Record, axis: int, alpha: float) -> float:
     """Low-pass coefficient per tick of the observer, which is `alpha`, 0 to 1, on a joint that slides."""
     quick = while_bent(s, p, axis, alpha, OBSERVER_TIMES)
     rest_s = s.rest_ticks[axis] * p.period_s
+    # falls as 1/t, at any moment: the help must not step as rest begins
     return quick if rest_s == 0.0 else min(quick, p.rest_alpha[axis] * (1.0 + CALMING_S / rest_s))

@@ -35,6 +35,7 @@ def _apart(s: Record, axis: int, floor: float, share: float) -> tuple[float, flo
     d, u, e, dd, du, uu = moments(s, axis)
     variance = of_mean(left, s.running_ticks[axis], floor, share)
     spread = (d * d * uu - 2.0 * d * u * du + u * u * dd) / area
+    # of two regressors: the variance of one goes by the square of the other
     error = math.sqrt(variance * dd / area)
     return 1.0 - rest, error, slope * d + rest * u - e, math.sqrt(variance * (1.0 + spread))
 
@@ -47,11 +48,12 @@ def _is_off(s: Record, p: Record, axis: int, floor: float, share: float) -> bool
     most_gain, most_offset = p.current_gain_error[axis], p.current_offset_nm[axis]
     gain, gain_error, offset, offset_error = _apart(s, axis, floor, share)
     if gain_error <= MOST_ERROR:
-        s.running_gain[axis], s.running_offset_nm[axis] = gain, offset
+        s.running_gain[axis], s.running_offset_nm[axis] = gain, offset  # told, whether or not it is off
         s.running_known_count[axis] = 1
         right = abs(gain - 1.0) <= most_gain + ERRORS * gain_error
         return not (right and abs(offset) <= most_offset + ERRORS * offset_error)
     error = math.sqrt(of_mean(sums[8] / n - e * e, n, floor, share))
+    # the sum of both is all that shows
     return not abs(e) <= most_gain * abs(u) + most_offset + ERRORS * error
 
 

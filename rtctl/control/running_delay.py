@@ -47,7 +47,7 @@ def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, 
     it."""
     slope, rest, left, area = regression(s, axis)
     gain = 1.0 - rest
-    if area == 0.0 or not gain >= LEAST_GAIN:
+    if area == 0.0 or not gain >= LEAST_GAIN:  # a dead current has no delay: that is CURRENT
         return 0.0, math.inf
     variance = of_mean(left, s.running_ticks[axis], floor, share)
     uu = moments(s, axis)[5]
@@ -58,12 +58,13 @@ def _estimate(s: Record, axis: int, share: float, floor: float) -> tuple[float, 
 def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> int:
     """Follow the torque of one axis; DELAY while its delay has left the proof of the coupling, CURRENT while
     it is another."""
+    # of the first tick the torque is ARMING's
     if p.follow_kind[axis] == 0 or s.state != _ACTIVE or s.ticks_in_state == 0:
         s.running_bad_count[axis] = s.running_gap_count[axis] = 0
-        s.running_ticks[axis] = -1
+        s.running_ticks[axis] = -1  # the low-passes begin at the present torque, not at 0
         return 0
     sent, measured = held_torque(s, axis, 1), t.motor_torque_nm[axis]
-    if skipped > 0 or s.running_ticks[axis] < 0:
+    if skipped > 0 or s.running_ticks[axis] < 0:  # a gap is no change per tick
         _restart(s, axis)
         s.running_sent_nm[axis], s.running_measured_nm[axis] = sent, measured
         return 0
@@ -96,6 +97,7 @@ def _judge(s: Record, p: Record, axis: int, share: float) -> int:
     delay, error = _estimate(s, axis, share, floor)
     other = judge_current(s, p, axis, floor, share)
     _restart(s, axis)
+    # the count of bad windows stays: one that shows nothing excuses nothing
     if not (error <= MOST_ERROR_TICKS and p.proof_delay_s[axis] > 0.0):
         return other
     s.running_delay[axis] = delay

@@ -27,7 +27,7 @@ def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
     d, u, e, dd, du, uu = moments(s, axis)
     de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
     area = dd * uu - du * du
-    if not area > 1e-6 * dd * uu:
+    if not area > 1e-6 * dd * uu:  # torque and its change go together: neither can be told
         return 0.0, 0.0, 0.0, 0.0
     slope, rest = (de * uu - ue * du) / area, (ue * dd - de * du) / area
     return slope, rest, ee - slope * de - rest * ue, area
@@ -37,4 +37,5 @@ def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
 def of_mean(variance: float, n: int, floor: float, share: float) -> float:
     """Variance of the mean of `n` values behind the low-pass, of which one in two time constants is
     independent."""
+    # a window without noise would be sure of everything
     return max(variance, floor * floor) * 2.0 / (share * n)

@@ -61,9 +61,9 @@ def _damage(t: Record, s: Record, p: Record) -> int:
     link = np.int64(t.link_faults)
     if link & _CHECKSUM:
         return _F_CHECKSUM
-    if link & _LOSS or t.sample_count <= s.sample_count:
+    if link & _LOSS or t.sample_count <= s.sample_count:  # <=: an older frame that comes late is none
         return _F_STALE
-    s.sample_count = t.sample_count
+    s.sample_count = t.sample_count  # before its range is asked: a bad sample is not fresh a tick later
     return 0 if _in_range(t, p) else _F_BAD
 
 
@@ -71,6 +71,7 @@ def _damage(t: Record, s: Record, p: Record) -> int:
 def _jumped(t: Record, s: Record, p: Record, elapsed: int) -> bool:
     """True when an axis moved further than JUMP_FACTOR v_max since the last valid sample."""
     for axis in range(len(t.position_rad)):
+        # grows with what was missed
         reach = JUMP_FACTOR * p.velocity_limit_rad_s[axis] * p.period_s * elapsed
         if abs(t.position_rad[axis] - s.position_rad[axis]) > reach:
             return True
@@ -87,8 +88,8 @@ def _take(t: Record, s: Record, p: Record, restart: bool) -> None:
         if restart:
             s.position_before_rad[axis] = s.position_rad[axis]
             s.history_count[axis] = 0
-            s.proxy_set_count[axis] = 0
-    take_wrench(t, s, p)
+            s.proxy_set_count[axis] = 0  # nor may a proxy pull from where the joint was
+    take_wrench(t, s, p)  # after the positions: levers turn with the pose
     s.sample_age_ticks = 0
 
 
@@ -114,6 +115,7 @@ def _link_state(t: Record, s: Record) -> int:
 @compiled
 def _forget(s: Record) -> None:
     """A lost device is cut and latched; whatever it counts and shows when it is back is a new beginning."""
+    # a device that was powered anew counts from 0
     s.sample_count = -1
     for axis in range(len(s.history_count)):
         s.history_count[axis] = 0
@@ -152,7 +154,7 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
         started = False
         _forget(s)
     cause = _damage(t, s, p)
-    if cause == 0 and not started:
+    if cause == 0 and not started:  # nothing is known to have jumped from
         _take(t, s, p, True)
         return faults, 1
     if cause == 0 and not _jumped(t, s, p, elapsed):
@@ -160,10 +162,10 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
         return faults, elapsed
     if cause == 0:
         s.jump_count[0] += 1
-        if s.jump_count[0] >= 2:
+        if s.jump_count[0] >= 2:  # twice at the new place: the encoder is there, not the glitch
             _take(t, s, p, True)
             return faults | _F_JUMP, 1
-        cause = _F_STALE
+        cause = _F_STALE  # a single jump is a missed sample
     s.sample_age_ticks = elapsed
     patience = p.stale_limit_ticks if started else max(p.stale_limit_ticks, p.ready_ticks)
     if elapsed >= patience and not faults & _F_END and (started or not faults & _F_LOST):

@@ -68,6 +68,7 @@ def _end_stroke(s: Record, axis: int) -> None:
     """Let the reference follow the peak of the stroke that ends; begin another."""
     peak = s.stroke_peak_rad_s[axis]
     above = max(s.stroke_reference_rad_s[axis] - peak, 0.0)
+    # c = 1 - t/.5 s: viscous damping alone must look like shrinking, to 1/(1 - .5 s/tau) (5.11)
     s.stroke_reference_rad_s[axis] = peak + above * max(1.0 - s.stroke_s[axis] / REFERENCE_S, KEPT)
     s.stroke_before_s[axis] = s.stroke_s[axis]
     s.stroke_peak_rad_s[axis] = s.stroke_s[axis] = 0.0
@@ -83,7 +84,7 @@ def _advance_stroke(s: Record, p: Record, axis: int, speed: float) -> None:
     if side != s.stroke_side[axis]:
         _end_stroke(s, axis)
         s.stroke_side[axis] = side
-    if not speed > own_rad(p, axis, CREEP_RAD_S):
+    if not speed > own_rad(p, axis, CREEP_RAD_S):  # who creeps ages nothing
         return
     s.stroke_s[axis] += p.period_s
     above = s.stroke_reference_rad_s[axis] - s.stroke_peak_rad_s[axis]
@@ -95,6 +96,7 @@ def _advance_stroke(s: Record, p: Record, axis: int, speed: float) -> None:
 def _is_over(t: Record, s: Record, p: Record, axis: int, speed: float) -> bool:
     """True when the peak of the stroke is behind the joint: it is slower, and not pushed on in the first half
     of the stroke, or it rests."""
+    # less a count in 10 ms: a slow peak may be nothing but the encoder's steps
     if not speed < FALLEN * s.stroke_peak_rad_s[axis] - p.count_rad[axis] / COUNT_S:
         return False
     if s.stroke_s[axis] >= min(0.5 * s.stroke_before_s[axis], LONG_S) or is_bent(s, p, axis):
@@ -116,9 +118,10 @@ def steady_share(t: Record, s: Record, p: Record, axis: int) -> float:
         _advance_stroke(s, p, axis, speed)
         peak = s.stroke_peak_rad_s[axis] = max(s.stroke_peak_rad_s[axis], speed)
         reference, wanted = s.stroke_reference_rad_s[axis], 0.0
-        if reference > own_rad(p, axis, CREEP_RAD_S):
+        if reference > own_rad(p, axis, CREEP_RAD_S):  # below, a reference means nothing
             short = (STEADY * reference - peak) / ((STEADY - SHRUNK) * reference)
             wanted = LEFT_MOST * min(max(short, 0.0), 1.0)
+        # more help at once, less when it is sure
         if _is_over(t, s, p, axis, speed) or wanted < s.stroke_wanted[axis]:
             s.stroke_wanted[axis] = wanted
     s.stroke_left[axis] += min(p.period_s / EASE_S, 1.0) * (s.stroke_wanted[axis] - s.stroke_left[axis])

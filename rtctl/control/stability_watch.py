@@ -46,8 +46,10 @@ def watch_force(s: Record, p: Record, axis: int, hand_nm: float) -> float:
     s.watch_fast_nm2[axis] += share * ((hand_nm - low) ** 2 - s.watch_fast_nm2[axis])
     s.watch_slow_nm2[axis] += share * (low * low - s.watch_slow_nm2[axis])
     fast, slow = s.watch_fast_nm2[axis], s.watch_slow_nm2[axis]
+    # alone the ratio would call noise a ring
     rings = fast > p.watch_floor_nm[axis] ** 2 and fast > SHARE * (fast + slow)
     s.watch_s[axis] = s.watch_s[axis] + dt if rings else 0.0
+    # up in 30 ms: a contact throws the joint within tenths of a second (14.5)
     step = dt / RISE_S if s.watch_s[axis] > STEP_S else -dt / FALL_S
     s.watch_share[axis] = min(max(s.watch_share[axis] + step, 0.0), 1.0)
     return s.watch_share[axis] * p.servo_velocity_gain_nms_rad[axis]

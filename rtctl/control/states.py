@@ -194,7 +194,7 @@ def stop_target(target: int, faults: int, requests: int) -> int:
 @compiled
 def _ramp_events(s: Record, p: Record) -> int:
     """The end of the ramp: nothing is left of the torque, or the time for it is over."""
-    if s.ticks_in_state < p.stop_ticks:
+    if s.ticks_in_state < p.stop_ticks:  # a torque that does not reach 0 ends anyway
         for axis in range(len(s.torque_applied_nm)):
             if s.torque_applied_nm[axis] != 0.0:
                 return 0
@@ -228,6 +228,7 @@ def _locks_out(s: Record, p: Record, tick: int) -> bool:
         s.fault_tick[i] = s.fault_tick[i + 1]
     s.fault_tick[LOCKOUT_FAULTS - 1] = tick
     s.fault_total += 1
+    # by the total, too: unused places of a zeroed state are no faults at slot 0
     return s.fault_total >= LOCKOUT_FAULTS and (tick - s.fault_tick[0]) * p.period_s <= LOCKOUT_S
 
 
@@ -240,7 +241,7 @@ def _enter(s: Record, state: int, faults: int) -> None:
         _latch(s, faults)
     if state == _IDLE:
         s.fault_first = -1
-    if state in (_ARMING, _ACTIVE):
+    if state in (_ARMING, _ACTIVE):  # back from HOLD, too: what was wound up meanwhile is paid (3.4)
         s.authority = 0.0
     s.state = state
     s.ticks_in_state = 0
@@ -274,27 +275,28 @@ def advance(
     silent : bool
         A remote environment's target is too old to follow."""
     s.ticks_in_state += 1
-    s.clear_ticks = 0 if faults else s.clear_ticks + 1
+    s.clear_ticks = 0 if faults else s.clear_ticks + 1  # any fault, not the one that stopped the rig
     ready = s.good_ticks >= p.ready_ticks and not faults
     events = fault_events(faults)
     if requests:
         if requests & STOP and not is_powered(s.state):
             s.epoch += 1  # a stop also voids whatever was queued while disabled
             s.lease = 0
+        # an emergency stop shows its own release
         may_reset = s.clear_ticks >= CLEAR_TICKS or s.state == _ESTOP
         events |= request_events(requests, arm_allowed and ready, may_reset)
     if tested:
         events |= _E_TESTED
     events |= _E_SILENT if silent else _E_FOLLOWED
     if s.state == _STOPPING:
-        s.stop_target = stop_target(s.stop_target, faults, requests)
+        s.stop_target = stop_target(s.stop_target, faults, requests)  # a ramp may yet become that of a fault
         _latch(s, faults)
         events |= _ramp_events(s, p)
     state = next_state(s.state, events)
     if state == s.state:
         _count(s, p, faults)
         return False
-    if state == _FAULT and _locks_out(s, p, tick):
+    if state == _FAULT and _locks_out(s, p, tick):  # after the table: how often is no event
         state = _LOCKOUT
     if state == _STOPPING:
         s.stop_target = stop_target(_IDLE, faults, requests)
@@ -308,7 +310,7 @@ def _count(s: Record, p: Record, faults: int) -> None:
     if s.state == _IDLE:
         if faults:
             s.good_ticks = 0
-        elif s.sample_age_ticks == 0:
+        elif s.sample_age_ticks == 0:  # a tick without a sample neither counts nor spoils
             s.good_ticks += 1
     elif s.state == _ACTIVE:
         raise_authority(s, p)

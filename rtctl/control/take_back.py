@@ -47,9 +47,9 @@ OVERSPEED_FACTOR = 1.2
 def cost(torque: float, rate: float, way: float) -> float:
     """c(|torque|), J; infinite for NaN. `rate` N m per tick, `way` rad per tick."""
     size = abs(torque)
-    if size <= rate:
+    if size <= rate:  # gone within one tick
         return way * size
-    if not (rate > 0.0 and math.isfinite(size)):
+    if not (rate > 0.0 and math.isfinite(size)):  # after `<=`, which NaN does not pass
         return math.inf
     return way * (size * size / (2.0 * rate) + 0.5 * size + 0.125 * rate)
 
@@ -61,7 +61,7 @@ def most_torque(left: float, rate: float, way: float) -> float:
         return 0.0
     if left <= way * rate:
         return left / way
-    return max(rate, math.sqrt(2.0 * rate * left / way) - 0.5 * rate)
+    return max(rate, math.sqrt(2.0 * rate * left / way) - 0.5 * rate)  # c(f) solved for f
 
 
 @compiled
@@ -97,7 +97,7 @@ def acted_torque(s: Record, p: Record, axis: int, ticks: int) -> float:
     if late == 0.0:
         return float(s.torque_applied_nm[axis])
     whole, total = int(late), 0.0
-    share, ticks = late - whole, min(max(ticks, 1), HELD - LATE_MOST - 2)
+    share, ticks = late - whole, min(max(ticks, 1), HELD - LATE_MOST - 2)  # what the ring still holds
     for k in range(1, ticks + 1):
         at = s.ticks - k - whole
         total += (1.0 - share) * s.held_nm[axis, at % HELD] + share * s.held_nm[axis, (at - 1) % HELD]
@@ -109,6 +109,7 @@ def in_flight(s: Record, p: Record, axis: int) -> float:
     """Most energy that torques which were sent and have not acted yet give out, J."""
     late = acting_delay(p, axis)
     whole = int(late)
+    # of the oldest a part has acted
     total = (late - whole) * abs(s.held_nm[axis, (s.ticks - 1 - whole) % HELD])
     for k in range(1, whole + 1):
         total += abs(s.held_nm[axis, (s.ticks - k) % HELD])

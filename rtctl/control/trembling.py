@@ -54,11 +54,12 @@ def calm_share(s: Record, p: Record, axis: int) -> float:
     position that is no number turns nothing."""
     s.turn_s[axis] += p.period_s
     way = -1.0 if s.turned[axis] != 0.0 else 1.0
-    on = (s.position_rad[axis] - s.turn_rad[axis]) * way
+    on = (s.position_rad[axis] - s.turn_rad[axis]) * way  # by position: a velocity would turn with each count
     if on > 0.0:
         s.turn_rad[axis] = s.position_rad[axis]
     elif on < -max(TURN_COUNTS * p.count_rad[axis], REST_SHARE * p.presliding_rad[axis]):
-        if s.turn_s[axis] <= p.tremble_turn_s[axis]:
+        if s.turn_s[axis] <= p.tremble_turn_s[axis]:  # 0 without a policy: nothing trembles
+            # by the time of the half swing: quick ones count no faster
             s.trembled_s[axis] = min(s.trembled_s[axis] + s.turn_s[axis], MOST_S)
         s.turn_rad[axis], s.turned[axis], s.turn_s[axis] = s.position_rad[axis], 1.0 - s.turned[axis], 0.0
         s.turn_from_rad[axis] = s.position_rad[axis]
@@ -70,6 +71,6 @@ def calm_share(s: Record, p: Record, axis: int) -> float:
         s.trembled_s[axis] = max(s.trembled_s[axis] - FORGETTING * p.period_s, 0.0)
     if not is_powered(s.state):
         s.trembled_s[axis] = 0.0
-    if s.trembled_s[axis] <= WHOLE_S or is_admittance(s, axis):
+    if s.trembled_s[axis] <= WHOLE_S or is_admittance(s, axis):  # asked last: what is remembered goes on
         return 1.0
     return max((GONE_S - s.trembled_s[axis]) / (GONE_S - WHOLE_S), 0.0)

@@ -148,6 +148,7 @@ def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, per
         intercept = total / (n + 1.0) + 0.5 * candidate * n
         if n > 1:
             turned = max(abs(intercept - before), abs(intercept - before - (candidate - slope) * (n - 1)))
+            # a bound, so that most windows look at one sample
             worst += turned + _ROUNDING * (abs(intercept) + abs(candidate) * n + band)
             newly = abs(y - (intercept - candidate * n))
             if not newly <= band:  # nor is what is no number within any band
@@ -158,7 +159,7 @@ def foaw_velocity(history: np.ndarray, count: int, window: int, band: float, per
                 worst = _worst_deviation(history, n, intercept, candidate)
                 if worst > band:
                     break
-        slope, before = candidate, intercept
+        slope, before = candidate, intercept  # n = 1, too: two samples are always a line
     return slope / period
 
 
@@ -199,11 +200,12 @@ def estimate_velocity(s: Record, p: Record, axis: int, elapsed: int) -> tuple[fl
         (x_k - x_{k-1})/T, rad/s: 0 on a missed sample, where the held position does not move."""
     if elapsed == 0:
         return s.velocity_rad_s[axis], 0.0
-    if s.history_count[axis] == 0:
+    if s.history_count[axis] == 0:  # no place before: a difference would be any number
         _start(s, axis)
         return 0.0, 0.0
     window = min(max(p.velocity_window_ticks[axis], 2), HISTORY)
     history = s.position_history_rad[axis]
+    # over all ticks since
     difference = (s.position_rad[axis] - s.position_before_rad[axis]) / (elapsed * p.period_s)
     push_history(history, s.position_rad[axis], elapsed, window)
     s.history_count[axis] = min(s.history_count[axis] + elapsed, HISTORY)
@@ -214,7 +216,7 @@ def estimate_velocity(s: Record, p: Record, axis: int, elapsed: int) -> tuple[fl
             history, s.history_count[axis], window, p.velocity_band_rad[axis], p.period_s
         )
     elif method == _LOWPASS:
-        keep = (1.0 - p.velocity_alpha[axis]) ** elapsed
+        keep = (1.0 - p.velocity_alpha[axis]) ** elapsed  # the low-pass over all ticks at once
         velocity = difference + keep * (s.velocity_rad_s[axis] - difference)
     elif method == _KALMAN:
         velocity = _kalman_velocity(s, p, axis, elapsed)

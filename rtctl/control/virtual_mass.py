@@ -73,7 +73,7 @@ def _forget(s: Record, axis: int) -> None:
 def _bend(s: Record, p: Record, axis: int, dx: float) -> None:
     """Move the joint on by `dx` within its bristles; at their end, or without any, it slides."""
     length = p.mass_rest_rad[axis]
-    if not (length > 0.0 and math.isfinite(dx)):
+    if not (length > 0.0 and math.isfinite(dx)):  # never stuck: no damping of rest
         s.mass_bristle_share[axis] = 1.0
         return
     s.mass_bristle_share[axis] = min(max(s.mass_bristle_share[axis] + dx / length, -1.0), 1.0)
@@ -94,6 +94,7 @@ def _rest_damping(s: Record, p: Record, axis: int) -> float:
         damping = p.mass_rest_nms_rad[axis]
     if damping == 0.0:
         s.mass_calm_rad_s[axis] = 0.0
+    # else it begins at 0: a damper to a mass at rest only takes (2.15)
     elif before == 0.0 and (blind or s.mass_velocity_rad_s[axis] * s.mass_bristle_share[axis] > 0.0):
         s.mass_calm_rad_s[axis] = s.mass_velocity_rad_s[axis]
     s.mass_calms_nms_rad[axis] = damping
@@ -111,7 +112,7 @@ def _measure(s: Record, p: Record, axis: int, elapsed: int, difference: float, h
         alpha = 1.0 - (1.0 - p.servo_velocity_alpha[axis]) ** elapsed
         s.servo_velocity_rad_s[axis] += alpha * (difference - s.servo_velocity_rad_s[axis])
     band = p.mass_force_deadband_nm[axis]
-    return s.mass_force_nm[axis] - towards(0.0, s.mass_force_nm[axis], band)
+    return s.mass_force_nm[axis] - towards(0.0, s.mass_force_nm[axis], band)  # a dead band without a step
 
 
 @compiled
@@ -153,21 +154,22 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     """One implicit step of the mass in its world, which looks at the mass where others look at the joint."""
     joint = s.position_rad[axis]
     before, dt, speed = s.proxy_position_rad[axis], p.period_s, s.mass_velocity_rad_s[axis]
-    s.position_rad[axis] = before
+    s.position_rad[axis] = before  # for `changes`: the mass is what lies between hand and world (14.3)
     follow_world(s, p, c, axis, abs(speed), False)
     follow_mass(s, p, c, axis, False)
     inertia = s.mass_kgm2[axis] / dt
     added = s.mass_injected_nms_rad[axis] + s.mass_watch_nms_rad[axis]
     added += (1.0 - felt_share(s, axis)) * p.servo_velocity_gain_nms_rad[axis]
     calms = _rest_damping(s, p, axis)
+    # A of 14.1: the mass is what the world is felt through
     stiffness = (inertia + s.mass_damping_nms_rad[axis] + added + calms) / dt
     drive = inertia * speed + felt_nm + calms * s.mass_calm_rad_s[axis] + stiffness * before
     after = _world_step(s, p, axis, drive, stiffness)
     s.position_rad[axis] = joint
     velocity = (after - before) / dt
-    held = s.servo_velocity_rad_s[axis]
+    held = s.servo_velocity_rad_s[axis]  # as the servo sees the joint: its torque then stays within the limit
     slip = p.torque_limit_nm[axis] / p.servo_velocity_gain_nms_rad[axis]
-    s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)
+    s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)  # what is held does not wind up (14.2)
     if calms > 0.0:
         beyond = s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis]
         s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * beyond
@@ -185,7 +187,7 @@ def _send_ahead(s: Record, p: Record, axis: int, acceleration: float, felt_nm: f
     """Low-pass what the mass's motion asks of the joint beyond the hand: J a_r + b v_r - tau_f, N m."""
     drag = p.viscous_nms_rad[axis] * s.mass_velocity_rad_s[axis]
     asked = p.inertia_kgm2[axis] * acceleration + drag - felt_nm
-    asked = towards(0.0, asked, p.torque_limit_nm[axis])
+    asked = towards(0.0, asked, p.torque_limit_nm[axis])  # a jolt of the force would stay in the low-pass
     s.mass_forward_nm[axis] += p.mass_forward_alpha[axis] * (asked - s.mass_forward_nm[axis])
 
 
@@ -236,6 +238,7 @@ def servo_torque(
         _forget(s, axis)
         return math.nan
     if s.proxy_set_count[axis] == 0 or disabled or s.state != _ACTIVE or in_program(s, axis):
+        # a display that was just exchanged: at the joint's speed
         begins = s.proxy_set_count[axis] == 0 and not in_program(s, axis)
         _rest(s, axis)
         follow_world(s, p, c, axis, 0.0, disabled)
@@ -271,6 +274,7 @@ def observe_hand(s: Record, p: Record, axis: int, work_j: float, granted_j: floa
     held = s.authority * s.stored_energy_j[axis] + 0.5 * p.inertia_kgm2[axis] * speed * speed
     held += 0.5 * s.mass_kgm2[axis] * s.mass_velocity_rad_s[axis] ** 2
     if p.mass_rest_alpha[axis] > 0.0:
+        # the mass that the damper of rest hangs on: b_r/(2 pi f_r)
         calms_kgm2 = s.mass_calms_nms_rad[axis] * p.period_s / p.mass_rest_alpha[axis]
         held += 0.5 * calms_kgm2 * s.mass_calm_rad_s[axis] ** 2
     if s.state == _ARMING:  # the test pulse works on whoever holds the joint, by intent

@@ -75,9 +75,10 @@ def _pose(s: Record, p: Record) -> None:
         joint = p.chain_axis[k]
         direction, lever, angle = p.axis_direction[joint], p.lever_m[joint], s.position_rad[joint]
         turn(s.weight, 0, direction, -angle)
-        for before in range(k):
+        for before in range(k):  # from the base on: each joint turns the axes of those before it
             _carry(s.screw[p.chain_axis[before]], direction, lever, angle)
     f, c = s.weight, p.tip_center_m
+    # moments that are not measured have no weight in them
     moments = 1.0 if p.moment_used != 0 else 0.0
     f[3] = moments * (c[1] * f[2] - c[2] * f[1])
     f[4] = moments * (c[2] * f[0] - c[0] * f[2])
@@ -98,7 +99,7 @@ def take_wrench(t: Record, s: Record, p: Record) -> None:
     """Take over force and moment of a fresh, valid sample whose positions are taken over already."""
     for i in range(3):
         s.wrench[i] = t.force_n[i]
-        s.wrench[3 + i] = t.moment_nm[i] if p.moment_used != 0 else 0.0
+        s.wrench[3 + i] = t.moment_nm[i] if p.moment_used != 0 else 0.0  # what is not used may be NaN
     _pose(s, p)
     for axis in range(len(s.position_rad)):
         s.force_raw_nm[axis] = torque_on(s, axis, s.wrench)
@@ -121,13 +122,13 @@ def beside(s: Record, part: int) -> float:
     perpendicular to each other, are taken away. 0 on a rig whose levers have all three directions."""
     found = 0
     for axis in range(len(s.position_rad)):
-        basis = s.beside_basis[min(found, 2)]
+        basis = s.beside_basis[min(found, 2)]  # room in the state: compiled code must not allocate in a tick
         for i in range(3):
             basis[i] = s.screw[axis, part + i]
         for k in range(found):
             _remove(basis, s.beside_basis[k])
         length = math.sqrt(basis[0] ** 2 + basis[1] ** 2 + basis[2] ** 2)
-        if length > TINY:
+        if length > TINY:  # a lever along another adds no direction
             for i in range(3):
                 basis[i] /= length
             found += 1

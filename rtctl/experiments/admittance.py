@@ -55,6 +55,7 @@ def run(order: Order) -> Outcome:
     order.require_simulated("admittance")
     _require_joint(order)
     loaded, shown = order.loaded, admittance_runs.usual(order.loaded)
+    # free motion is where the damping of the mass is all that is felt
     light = replace(shown, damping_nms_rad=LIGHT_DAMPING * loaded.config.axis[0].viscous_nms_rad)
     left = _left(order, light)
     order.progress(0.6, "felt mass")
@@ -102,7 +103,7 @@ def _left(order: Order, light: Shown) -> dict[str, dict[str, Estimate]]:
     found: dict[str, dict[str, Estimate]] = {}
     for at, motion in enumerate((FAST_SINE, SLOW_TRIANGLE)):
         order.progress(0.3 * at, motion.name)
-        bare = _hand_nm(order, motion, impedance, 0.0)
+        bare = _hand_nm(order, motion, impedance, 0.0)  # both displays against the same joint without help
         found[motion.name] = {
             name: estimate(_hand_nm(order, motion, *one) / bare) for name, one in rows.items()
         }

@@ -94,6 +94,7 @@ def contact_sentence(touched: Mapping[str, Mapping[str, Contact]]) -> str:
             and abs(worlds[f"spring of {k:g}"].stiffness_nm_rad / k - 1) <= 0.1
             for k in SPRINGS_NM_RAD
         ]
+        # up to the first that fails
         true = SPRINGS_NM_RAD[: right.index(False)] if False in right else SPRINGS_NM_RAD
         loud = [world for world, one in worlds.items() if not one.calm]
         rings = f", and rings or stops on: {', '.join(loud)}" if loud else ""

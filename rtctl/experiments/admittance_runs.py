@@ -76,8 +76,9 @@ def displayed(loaded: LoadedConfig, shown: Shown | None) -> LoadedConfig:
     table = loaded.config.model_dump(mode="json", by_alias=True)
     axis = table["axis"][0]
     axis["display"] = "impedance" if shown is None else "admittance"
-    axis["display_change"] = False
+    axis["display_change"] = False  # one display at a time: the other need not be proved
     if shown is not None:
+        # one mass: a range would have to be proved
         axis["admittance"] |= {**vars(shown), "mass_max_kgm2": 0.0, "damping_max_nms_rad": 0.0}
         axis["force_feedback"]["gain"] = 0.0
     return loaded.model_copy(update={"config": Config.model_validate(table)})
@@ -89,6 +90,7 @@ def slippery(simulation: Simulation) -> None:
         simulation.plant_params[name] *= SLIPPERY
     for name in ("force_noise_n", "force_resolution_n", "current_noise_a"):
         simulation.plant_params[name] = 0.0
+    # it hides the smallest forces, which are those of a mass by itself
     simulation.params["mass_force_deadband_nm"] = 0.0
 
 
@@ -130,6 +132,7 @@ def impedance_felt(loaded: LoadedConfig, hz: float) -> complex:
     simulation = Simulation(loaded)
     slippery(simulation)
     hold(simulation, 20.0, 0.1)
+    # whole periods, so that the sine leaks nowhere; 1/hz: of the same speed at all
     trace = _armed_run(simulation, max(2.0, math.ceil(hz * 2.0) / hz), 0.0, {hz: 0.1 / hz})
     if trace is None:
         return complex(math.nan, math.nan)
@@ -168,6 +171,7 @@ def contact(
     command, limit = simulation.command, float(simulation.params["torque_limit_nm"][0, 0])
     command["environment_kind"], command["environment_side"] = int(kind), 1
     command["environment_stiffness_nm_rad"], command["environment_damping_nms_rad"] = stiffness_nm_rad, 0.0
+    # the world begins where the joint is: the first touch is no jump
     rest = float(simulation.plant_state["position_rad"][0, 0])
     command["environment_center_rad"] = rest
     simulation.plant_params["hand_center_rad"] = rest
@@ -188,7 +192,7 @@ def contact(
         least = min(least, float(trace["energy_port_j"].min()))
     (low_nm, low_rad), (high_nm, high_rad) = loads
     way = high_rad - low_rad
-    stiffness = (high_nm - low_nm) / way if way != 0 else math.inf
+    stiffness = (high_nm - low_nm) / way if way != 0 else math.inf  # of two loads: friction and zero cancel
     return Contact(stiffness, rings, least, stopped=False, way_rad=high_rad - rest)
 
 
@@ -206,7 +210,7 @@ def widest(loaded: LoadedConfig, shown: Shown | None, damping_nms_rad: float) ->
 
 
 def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float) -> float:
-    """Largest K_p with this b_v at which the matrices bear every hand to that stiffness in any linear world,
+    """Largest K_p with this b_v at which the matrices bear every hand to `HAND_NM_RAD` in any linear world,
     N m/rad; 0: none."""
 
     def bears_hand(stiffness: float) -> bool:

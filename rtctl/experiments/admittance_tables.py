@@ -124,7 +124,7 @@ def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[floa
         what = "bears hands to" if certified else "stiffest calm wall in a hand of"
         plot.semilogy(
             damping,
-            np.maximum(stiffness, 1.0),
+            np.maximum(stiffness, 1.0),  # none, 0, has no place on a logarithmic axis
             "--" if certified else "o-",
             markersize=4,
             linewidth=0.9,

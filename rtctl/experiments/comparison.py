@@ -84,7 +84,7 @@ def parts(order: Order, found: Found, shown: Figures) -> list[Part]:
 
 def finite(values: np.ndarray) -> Estimate | None:
     """Mean over the seeds in which the figure exists; None when it exists in none."""
-    there = values[np.isfinite(values)]
+    there = values[np.isfinite(values)]  # a time that was never reached is no number
     return estimate(there) if len(there) else None
 
 

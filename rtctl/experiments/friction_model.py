@@ -48,7 +48,7 @@ def _tests(order: Order) -> list[FrictionPoints]:
     """Other speeds, measured with another noise per seed: none of them that of the training points."""
     import joblib
 
-    first = int(order.loaded.options.get("seed", 0)) + 1
+    first = int(order.loaded.options.get("seed", 0)) + 1  # not the training points' own noise
     seeds = range(first, first + order.seeds)
     found: list[FrictionPoints] = []
     order.progress(0.3, "measuring other points")

@@ -138,7 +138,7 @@ def measured(loaded: LoadedConfig, seed: int, settings: Settings | None = None) 
     hands = [{**hand, "kind": "none"} for hand in loaded.options["hand"]]
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed, "hand": hands}})
     again = without_feedforward(again)
-    settings = replace(settings, seed=seed)
+    settings = replace(settings, seed=seed)  # of the order of speeds, too
     rig, kept = rig_of(again, settings), Kept(motion=loaded.config.axis[0].motion)
     steps = identify(rig, settings, kept, lambda *_: None, lambda _text: None)
     drive(Simulation(again), steps, rig.axis)
@@ -152,7 +152,12 @@ def repeat(
     kept = measured(loaded, seed, settings)
     train, test = kept.of("train"), kept.of("test")
     options = ladder.Options(
-        families=tuple(families), strategy="full", symmetric="no", backend="sequential", n_jobs=1
+        # seeds run beside each other already
+        families=tuple(families),
+        strategy="full",
+        symmetric="no",
+        backend="sequential",
+        n_jobs=1,
     )
     climbed = ladder.ascend(train, options)
     name = loaded.config.rig.name

@@ -73,7 +73,7 @@ class KeptRuns:
             )
         found, self.models, self.runs = _read(self.path)
         for name, value in self._about.items():
-            if found.get(name) != value:
+            if found.get(name) != value:  # figures of two rigs, or two sets of points, are no comparison
                 raise DataError(
                     f"{self.path}: was measured with another {name} ({found.get(name)}); go back to that, "
                     "or choose another --out"
@@ -84,6 +84,7 @@ class KeptRuns:
         self.runs |= runs
         arrays = {_ABOUT: np.frombuffer(json.dumps(self._about).encode(), np.uint8)}
         for one in self.models:
+            # JSON has no NaN
             about = json.dumps([one.rmse_nm if np.isfinite(one.rmse_nm) else None, one.terms])
             arrays[f"{_MODEL}/{one.name}/about"] = np.frombuffer(about.encode(), np.uint8)
             arrays[f"{_MODEL}/{one.name}/record"] = np.frombuffer(one.record.tobytes(), np.uint8)
@@ -93,7 +94,7 @@ class KeptRuns:
             arrays[f"{name}/position_rad"], arrays[f"{name}/torque_nm"] = run.position_rad, run.torque_nm
         packed = io.BytesIO()
         np.savez(packed, allow_pickle=False, **arrays)
-        write_together(self.path.parent, {NAME: packed.getvalue()})
+        write_together(self.path.parent, {NAME: packed.getvalue()})  # after each session: a fault costs one
 
     def remove(self) -> None:
         """Take it away: the report has the runs now."""
@@ -134,7 +135,7 @@ def _model(file: Mapping[str, np.ndarray], key: str) -> Compared:
 
 def _key(text: str) -> Key:
     controller, rest = text.split("/", 1)
-    case, model = rest.rsplit("/", 1)
+    case, model = rest.rsplit("/", 1)  # a case may have a slash in its unit (rad/s)
     return controller, case, model
 
 

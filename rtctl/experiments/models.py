@@ -60,7 +60,7 @@ def points_of(order: Order) -> FrictionPoints:
             "and give its points_train.csv with --points"
         )
     order.progress(0.0, "measuring friction")
-    if order.motion == "linear":
+    if order.motion == "linear":  # `mock_points` turns: its jogs are whole turns
         return measured(order.loaded, int(order.loaded.options.get("seed", 0))).of("train")
     rows = [
         (p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count)
@@ -117,7 +117,7 @@ def compared(order: Order) -> list[Compared]:
     Raises
     ------
     DataError
-        Not one could be learned; says why of each. One of several is left out and announced."""
+        No support-vector model could be learned; says why of each. Another one is left out and announced."""
     points, found = climb(order)
     lost: list[str] = []
     models = [Compared("none", np.zeros(1, MODEL), float("nan"), "-")]
@@ -133,7 +133,10 @@ def compared(order: Order) -> list[Compared]:
         model = ladder.learn(points, found, rig=order.loaded.config.rig.name, rung=rung)
         terms = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
         models.append(Compared(name, model.record(), rung.rmse_nm, terms))
-    if len(models) == 1:
+    if not any(one.name in SVR for one in models):
         said = "; ".join(lost)
-        raise DataError(f"{points.source}: no friction model could be learned: {said}; measure more points")
+        raise DataError(
+            f"{points.source}: no support-vector model could be learned, which the others are compared with: "
+            f"{said}; measure more points"
+        )
     return models

@@ -36,6 +36,7 @@ def spring(order: Order) -> Outcome:
     _require(order, "spring")
     runs = real_run.compare(order)
     axis = order.loaded.config.axis[0]
+    # in series: what the hand should feel
     stiffness = stability.felt_stiffness(axis.coupling.stiffness_nm_rad, axis.environment.stiffness_nm_rad)
     wanted = {
         name: stiffness * (one["position_rad"] - axis.environment.center_rad) for name, one in runs.items()

@@ -69,6 +69,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     step = float(case.reference[-1, 0])
     share = run.position_rad / step
     period_s = SECONDS / len(share)
+    # settled after the last time it was outside, not before the first time inside
     outside = np.flatnonzero(np.abs(share - 1) > BAND)
     settled = (outside[-1] + 1 if len(outside) else 0) * period_s
     return {

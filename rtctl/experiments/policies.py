@@ -105,7 +105,7 @@ def coarse(counts: int) -> Change:
     def change(simulation: Simulation) -> None:
         count_rad = sizes.own("count_rad", 2 * math.pi / counts, simulation.motion)
         simulation.plant_params["count_rad"] = count_rad
-        for name in ("count_rad", "velocity_band_rad"):
+        for name in ("count_rad", "velocity_band_rad"):  # FOAW accepts what a count makes
             simulation.params[name] = count_rad
         simulation.params["velocity_window_ticks"] = COARSE[counts]
 
@@ -128,6 +128,7 @@ def run(order: Order) -> Outcome:
     tables, pictures = [], []
     numbers: dict[str, Any] = {}
     quiet = {rig: set(POLICIES) for rig in RIGS}
+    # the family are joints, and stand in the rig's own place
     end = 1.0 if order.plant or order.motion == "linear" else 1 - FAMILY_SHARE
     for at, (rig, change) in enumerate(RIGS.items()):
         part = order.part(end * at / len(RIGS), end * (at + 1) / len(RIGS))
@@ -194,7 +195,7 @@ def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
         try:
             run = virtual.measure(order.loaded, seed, motion, variant)
         except DataError:
-            return math.nan, math.nan
+            return math.nan, math.nan  # a rig that stopped is judged, not left out
         return rms(run.truth["hand_torque_nm"]), virtual.hand_energy_min_j(run)
 
     found = np.array(over_seeds(order, once))

@@ -108,6 +108,7 @@ def said(found: Mapping[str, Left]) -> tuple[str, ...]:
 
 
 def _loses(left: Left) -> bool:
+    # so written that a rig which stopped loses
     return any(not left[HYBRID][motion.name] <= left[ALONE][motion.name] for motion in MOTIONS)
 
 

@@ -56,7 +56,7 @@ def follow(
     for k in range(len(reference)):
         plant_read(tick, plant_state, plant_params)
         x = t.position_rad[0]
-        if k > 0:
+        if k > 0:  # no place before: it would be a jump
             v += g.alpha * ((x - x_before) / p.period_s - v)
         x_before = x
         x_r, v_r, a_r = reference[k, 0], reference[k, 1], reference[k, 2]
@@ -71,7 +71,7 @@ def follow(
         )
         t.enabled = 1
         t.current_command_a[0] = sent / per_ampere
-        out[k, 0] = plant_state[0].position_rad[0]
+        out[k, 0] = plant_state[0].position_rad[0]  # the truth, not the encoder
         out[k, 1] = sent
         plant_write(tick, plant_state, plant_params)
         t.tick += 1

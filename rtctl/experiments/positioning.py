@@ -71,6 +71,7 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
     axis, g = order.loaded.config.axis[0], np.zeros(1, GAINS)
     inertia = axis.inertia_kgm2
     g["kp_nm_rad"] = kp = KP_PER_INERTIA * inertia
+    # the joint's own damping is there already
     g["kd_nms_rad"] = max(2 * ZETA * np.sqrt(kp * inertia) - axis.viscous_nms_rad, 0.0)
     g["ki_nm_rad_s"] = INTEGRAL_PER_S * kp if controller == "PID" else 0.0
     g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
@@ -89,9 +90,10 @@ def scale(order: Order, reach_rad: float, speed_rad_s: float = 0.0) -> float:
 def follow_once(order: Order, seed: int, controller: str, case: Case, model: Compared) -> Followed:
     """One run of a fresh rig `seed` without a hand, from rest."""
     rig = virtual.make(order.loaded, seed)
-    rig.plant_params["hand_kind"] = 0
+    rig.plant_params["hand_kind"] = 0  # nobody holds it
     place = float(rig.plant_state["position_rad"][0, 0])
     out = np.zeros((len(case.reference), 2))
+    # each seed at a place of its own: friction differs over a turn
     shifted = case.reference + np.array([place, 0.0, 0.0])
     follow(
         shifted,

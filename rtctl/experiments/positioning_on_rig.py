@@ -87,6 +87,7 @@ class Session:
                 yield from _go(motion, home_rad)
                 found = yield from self._follow(motion, controller, case)
             except HandSeen:
+                # the last one ends it: `PAUSES` are used up
                 yield from motion.wait_for_free_rig(10 * (pause == MOST_PAUSES))
                 continue
             if found is not None:
@@ -154,6 +155,7 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
             "a rig whose axis 0 turns"
         )
     g = gains_of(order, "PD")[0]
+    # k_d alpha Delta/T: what one count makes of the torque at once
     grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.counts_of_turn / loaded.config.period_s
     if grain_nm > CHATTER_SHARE * axis.torque_limit_nm:
         raise ConfigError(
@@ -215,7 +217,7 @@ def _hold(order: Order, bare: LoadedConfig, session: Session, kept: KeptRuns) ->
         if not watcher.complete and kept.runs:
             order.announce(f"{len(kept.runs)} runs are kept in {kept.path}: go on with --resume")
     if not watcher.complete:
-        raise KeyboardInterrupt
+        raise KeyboardInterrupt  # Ctrl-C was the loop's: the caller must not go on to the next model
 
 
 def reported(order: Order, experiment: Experiment) -> Outcome:

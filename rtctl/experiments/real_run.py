@@ -79,6 +79,7 @@ class Comparison:
             return
         self._require_active(rows)
         phase = self.phases[self._at]
+        # those that ran under the command, not those under way when it was given
         self._take(phase, rows[rows["command_seq"] >= self._since_seq])
         total = sum(one.settle_s + one.seconds for one in self.phases)
         done = sum(one.settle_s + one.seconds for one in self.phases[: self._at])
@@ -99,7 +100,7 @@ class Comparison:
     def _arm(self, host: Host, rows: np.ndarray) -> None:
         last = rows[-1]
         self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch
-        if last["epoch"] != self._epoch:
+        if last["epoch"] != self._epoch:  # a stop voids what was asked before it
             raise FaultError(f"the rig was stopped while it armed: state {state_and_cause(last)}")
         if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
             self._armed = True
@@ -111,6 +112,7 @@ class Comparison:
                 f"not armed after {ARM_PATIENCE_S:g} s: state {state_and_cause(last)}; "
                 "the hand must rest while the sensor is tared"
             )
+        # each request counts as one: not in every batch
         if last["state"] == State.IDLE and time.monotonic() - self._asked > 0.2:
             self._asked = time.monotonic()
             host.set_compensation(self.phases[0].compensation)

@@ -161,7 +161,7 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
     files[PAGE] = _page(outcomes, title, facts).encode()
     write_together(folder, files)
     for outcome in outcomes:
-        outcome.written()
+        outcome.written()  # only now: what was kept for a restart is not needed any more
     return folder / PAGE
 
 

@@ -23,6 +23,7 @@ def over_seeds(order: Order, once: Callable[[Order, int], T]) -> list[T]:
         there are several seeds and cores: what it holds besides has to be data."""
     import joblib
 
+    # progress and announcements are of this process: they cannot be sent along
     bare = Order(order.loaded, order.seeds)
     jobs = min(order.seeds, joblib.cpu_count())
     if jobs == 1:

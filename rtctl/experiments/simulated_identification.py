@@ -35,6 +35,7 @@ def drive(
     except StopIteration:
         return
     finally:
+        # as `Host` ends a run: torque down, whatever ended the procedure
         simulation.run(0.1, stop_count=int(simulation.command["stop_count"][0]) + 1)
 
 

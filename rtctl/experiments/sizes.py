@@ -28,6 +28,7 @@ def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> f
         It starts at an end of its travel."""
     axis = loaded.config.axis[0]
     start_rad = float(loaded.options["axis"][0]["start_position_rad"])
+    # motions go to both sides: the nearer end counts
     up, down = axis.position_max_rad - start_rad, start_rad - axis.position_min_rad
     if not min(up, down) > 0:
         said = (
@@ -40,4 +41,4 @@ def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> f
     left = [USED_SHARE * min(up, down) / reach_rad]
     if speed_rad_s > 0:
         left.append(USED_SHARE * axis.velocity_limit_rad_s / speed_rad_s)
-    return min(factor, *left)
+    return min(factor, *left)  # place and speed by one factor: periods stay

@@ -85,6 +85,7 @@ def _measure(order: Order, seed: int, variant: Variant) -> Run:
             command["environment_stiffness_nm_rad"][0, 0] = sizes.own(
                 "stiffness_nm_rad", STIFFNESS_NM_RAD, simulation.motion
             )
+            # slack at first: the hand has not wound it up
             command["environment_center_rad"][0, 0] = simulation.plant_state["position_rad"][0, 0]
             virtual.with_policy(Policy.STOP_GATED)(simulation)
         variant.change(simulation)

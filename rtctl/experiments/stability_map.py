@@ -59,7 +59,7 @@ def run(order: Order) -> Outcome:
     below, above = _in_time(device, found)
     dry = {gain: _with_dry_friction(device, gain) for gain in DRY_GAINS}
     delayed = {}
-    delays = sorted({*DELAYS, math.ceil(axis.coupling.delay_ticks)} - {0})
+    delays = sorted({*DELAYS, math.ceil(axis.coupling.delay_ticks)} - {0})  # delay 0 is the map itself
     for at, delay in enumerate(delays):
         order.progress(0.6 + 0.4 * at / len(delays), f"delay of {delay} ticks")
         delayed[delay] = [_delayed(device, share, delay) for share in DELAY_SHARES]
@@ -159,6 +159,7 @@ def proven(device: Device, share: float) -> float:
 
 def _edge(device: Device, modes: int) -> list[float]:
     hand = worst_hand.worst(device.inertia, device.damping, device.period_s, modes)
+    # ten times the bound at b_c = 0, 2 b/T: whatever is unstable is so below
     high = 20 * device.damping / device.period_s
     return [
         worst_hand.first_unstable(hand, share * device.damping, device.period_s, high) for share in SHARES

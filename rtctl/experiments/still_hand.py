@@ -81,6 +81,7 @@ def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, da
     start_rad = float(simulation.plant_state["position_rad"][0, 0])
     trace = simulation.run(WATCHED_S)
     truth = simulation.truth
+    # the first step, too: else its work is missing
     steps_rad = np.diff(truth["position_rad"][:, 0], prepend=start_rad)
     given_j = -np.cumsum(truth["hand_torque_nm"][:, 0] * steps_rad)
     stopped = bool(np.any(trace["state"] != State.ACTIVE))

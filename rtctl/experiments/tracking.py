@@ -81,7 +81,7 @@ def _triangle(order: Order, speed_rad_s: float, amplitude_rad: float) -> Case:
 
 def judge(_case: Case, run: Followed) -> dict[str, float]:
     """RMS and largest error of the second half, rad, and RMS torque, N m."""
-    half = len(run.position_rad) // 2
+    half = len(run.position_rad) // 2  # the first period is the start from rest
     error = (run.reference[:, 0] - run.position_rad)[half:]
     return {
         "error_rms_rad": rms(error),

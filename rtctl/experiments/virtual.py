@@ -125,6 +125,7 @@ def with_gain(gain: float, viscous_gain: float = 0.0) -> Change:
 
     def change(simulation: Simulation) -> None:
         p = simulation.params
+        # it is gain times the least friction
         p["friction_ungated_cap_nm"] *= gain / np.maximum(p["friction_gain"], 1e-9)
         p["friction_gain"], p["friction_viscous_gain"] = gain, viscous_gain
 
@@ -147,6 +148,7 @@ def with_model_scaled(scale: float) -> Change:
         simulation.model["coefficient"] *= scale
         for name in ("friction_min_nm", "viscous_nms_rad"):
             simulation.model[name] *= scale
+        # all that the controller derives from its model is as wrong as that
         for name in ("friction_ungated_cap_nm", "friction_floor_nm", "assistance_bank_j"):
             simulation.params[name] *= scale
 
@@ -178,6 +180,7 @@ def make(loaded: LoadedConfig, seed: int) -> Simulation:
     draw = np.random.default_rng((int(options["seed"]), seed))
     axis = loaded.config.axis[0]
     room = min(axis.position_max_rad, -axis.position_min_rad)
+    # friction differs over a turn, where there is a turn
     place = float(draw.uniform(-math.pi, math.pi)) if room > 2 * math.pi else 0.0
     stiffness, damping = np.exp(HAND_SPREAD * draw.standard_normal(2))
     options["seed"] = int(draw.integers(1 << 62))
@@ -238,6 +241,7 @@ def hand_energy_min_j(run: Run) -> float:
 
     Below zero the hand was fed: the joint moved it."""
     steps_rad = np.diff(run.truth["position_rad"][:, 0], prepend=run.start_rad)
+    # what was stored when it began may come back without the hand being fed
     return run.start_j + float(np.cumsum(run.truth["hand_torque_nm"][:, 0] * steps_rad).min())
 
 
@@ -258,7 +262,7 @@ def speed_after_release(loaded: LoadedConfig, seed: int, variant: Variant) -> fl
     release_s = float(simulation.plant_params["hand_start_s"][0, 0]) + 2 * FAST_SINE.period_s
     simulation.plant_params["grip_count"][0, 0] = 1
     simulation.plant_params["grip_from_s"][0, 0, 0] = 0.0
-    simulation.plant_params["grip_to_s"][0, 0, 0] = release_s
+    simulation.plant_params["grip_to_s"][0, 0, 0] = release_s  # at full speed: whole periods after it began
     simulation.arm(compensation=variant.compensation)
     simulation.run(release_s - simulation.time_s)
     simulation.run(1.0)

@@ -57,7 +57,7 @@ def worst_environment(k_c: float, b_c: float, T: float, delay: int, theta: float
     z = np.exp(2j * theta)
     coupling = (z - 1) / ((b_c + k_c * T) * z - b_c)
     half = (math.pi - 2 * theta * (1 + delay)) / 2
-    half = (half + math.pi / 2) % math.pi - math.pi / 2
+    half = (half + math.pi / 2) % math.pi - math.pi / 2  # tan has the period pi
     s = float(coupling.real * math.tan(half) - coupling.imag)
     return Environment(s / math.tan(theta), 0.0) if s >= 0 else Environment(0.0, -s * math.tan(theta))
 
@@ -113,7 +113,7 @@ def first_unstable_share(
         hand = folded_hand(inertia, damping, T, float(theta), modes)
         environment = worst_environment(proven, b_c, T, delay, float(theta))
         for share in SEARCHED:
-            if share >= least:
+            if share >= least:  # another angle has done worse already
                 break
             if largest_pole(hand, share * proven, b_c, T, delay, environment) > 1 + UNSTABLE:
                 least = share

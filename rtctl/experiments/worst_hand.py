@@ -163,6 +163,7 @@ def peak_with_friction(
         held = -k_c * x - b_c * dx / T + compensated_nm * (1.0 if dx > 0.0 else (-1.0 if dx < 0.0 else 0.0))
         for _ in range(parts):
             v = np.dot(speed, q)
+            # no more than brings it to rest in this part: friction never turns a joint
             stops = inertia * abs(v) * parts / T
             dry = min(friction_nm, stops) * (1.0 if v > 0.0 else -1.0)
             q = np.dot(step, q) + push * (held - dry)

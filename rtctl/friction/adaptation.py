@@ -90,6 +90,7 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
     if not follows(axis, model):
         return axis, 1.0
     assert model is not None
+    # the cap grows with the factor, and may not pass what a rig file may ask for
     most = min(FACTOR_MOST, CAP_SHARE_MAX / max(axis.friction.cap_share, 1e-9))
     if model.load is not None and axis.friction.load_gain > 0:  # never more of the load than there is
         most = min(most, 1 / axis.friction.load_gain)
@@ -103,7 +104,7 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
     low, high = 1.0, most
     if high > low and passes(high):
         low = high
-    elif high > low and passes(low):
+    elif high > low and passes(low):  # else 1 itself fails: `rtctl check` says so
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
             low, high = (middle, high) if passes(middle) else (low, middle)

@@ -95,10 +95,10 @@ def save(model: FrictionModel, path: str | Path) -> None:
         text = render(document)
     except ValueError as error:
         refuse(path, "(file)", "the model holds a number that is not finite", f"not written ({error})")
-    _verified(path, text.encode())
+    _verified(path, text.encode())  # before the old file is replaced
     try:
         write_whole(path, text.encode())
-        folder = os.open(path.parent, os.O_RDONLY)
+        folder = os.open(path.parent, os.O_RDONLY)  # the new name is on the disk once the folder is
         try:
             os.fsync(folder)
         finally:
@@ -142,13 +142,14 @@ def require_rig(model: FrictionModel, rig: str, path: str | Path, motion: str = 
 @lru_cache(maxsize=4)  # a start verifies the same file for its proofs and for the law
 def _verified(path: Path, raw: bytes) -> FrictionModel:
     try:
+        # Python reads NaN and Infinity, which no JSON has
         data = json.loads(raw.decode(), parse_constant=_not_a_number)
         require_sane(data)
     except (ValueError, RecursionError) as error:
         refuse(path, "(file)", f"not a model file, or cut short: {error}")
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         refuse(path, "format", f"this is not an {FORMAT}")
-    if data.get("schema") != SCHEMA:
+    if data.get("schema") != SCHEMA:  # before the keys: those of another version are others
         refuse(
             path,
             "schema",
@@ -162,6 +163,7 @@ def _verified(path: Path, raw: bytes) -> FrictionModel:
     except ValidationError as error:
         told = explain(error, ModelDocument, data)[0]
         refuse(path, told.where, told.text)
+    # the spelling, too: of a key that is there twice the reader keeps the last, unseen by the checksum
     if checksum(data) != document.sha256 or render(data).encode() != raw:
         refuse(path, "sha256", "the checksum does not match: the file was edited or damaged")
     model = _model(document)

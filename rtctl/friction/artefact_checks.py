@@ -58,6 +58,7 @@ def check_compiled(path: Path, key: str, branch: Branch, document: BranchDocumen
         stored, found = getattr(document, name), getattr(branch, derived)
         if name == "compile_bound_nm" and found < stored <= _most_table_error_nm(branch):
             continue  # an older proof was coarser: it holds all the same
+        # not `>`: a NaN of what overflowed is refused, too
         if not abs(stored - found) <= 1e-9 + 1e-6 * abs(found):
             refuse(path, f"{key}.{name}", f"is {stored:.6g}, the curve itself gives {found:.6g}")
     seen = sampled_error(branch.source, branch.curve, branch.speed_max_rad_s)
@@ -92,6 +93,7 @@ def check_branch(path: Path, key: str, branch: Branch) -> None:
         refuse(path, f"{key}.coefficients", f"the friction is not positive at {at:.4g} rad/s")
     if not abs(values.max() - branch.friction_max_nm) <= 1e-9 * (1 + branch.friction_max_nm):
         refuse(path, f"{key}.friction_max_nm", "is not the largest value of the curve")
+    # the dry part's are others
     speeds = branch.curve.extreme_speeds(branch.speed_max_rad_s, branch.viscous_nms_rad)
     dry = branch.magnitude(speeds) - branch.viscous_nms_rad * speeds
     if not abs(dry.min() - branch.friction_min_nm) <= 1e-9 * (1 + branch.friction_max_nm):
@@ -109,6 +111,7 @@ def check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> Non
         refuse(path, "friction_max_nm", "is not the larger of both branches")
     velocity, expected = model.self_test.T
     branch = (velocity < 0).astype(int)
+    # beyond it the compiled curve is held and the learned one is not
     if not (np.abs(velocity) <= np.array([b.speed_max_rad_s for b in model.branches])[branch]).all():
         refuse(path, "self_test", "a vector lies outside the trained range")
     if set(branch) != {0, 1}:

@@ -29,7 +29,7 @@ Torque = Annotated[float, Field(ge=0, le=1e6)]
 Speed = Annotated[float, Field(ge=0, le=1e4)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 if TYPE_CHECKING:
-    Kind = str
+    Kind = str  # a type checker takes no Literal that is computed
 else:
     Kind = Literal[tuple(KINDS)]
 Temperature = Annotated[float, Field(ge=-100, le=300)]
@@ -43,7 +43,7 @@ Presliding = Annotated[float, Field(gt=0, le=LENGTH_MAX_RAD)]
 class BandDocument(Table):
     """The band: the fields of `rtctl.friction.band.Band`."""
 
-    edges_rad_s: tuple[Speed, ...] = Field(max_length=16, strict=False)
+    edges_rad_s: tuple[Speed, ...] = Field(max_length=16, strict=False)  # JSON has lists, no tuples
     half_width_nm: tuple[Torque, ...] = Field(min_length=1, max_length=17, strict=False)
     way: Text
     units: int = Field(ge=1, le=10**9)

@@ -52,9 +52,10 @@ class Binning:
             ticks, usable = np.concatenate([before[0], ticks]), np.concatenate([before[1], usable])
             values = np.concatenate([before[2], values], axis=1)
         number = ticks // self.stride
-        done = int(np.searchsorted(number, number[-1])) if len(number) else 0
+        done = int(np.searchsorted(number, number[-1])) if len(number) else 0  # more of the last bin may come
         if len(number) and ticks[-1] % self.stride == self.stride - 1:
             done = len(number)
+        # copies: views would keep the whole batch
         self._left = (ticks[done:].copy(), usable[done:].copy(), values[:, done:].copy())
         number, usable, values = number[:done], usable[:done], values[:, :done]
         if done == 0:
@@ -62,7 +63,7 @@ class Binning:
         starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
         whole = np.add.reduceat((usable & np.isfinite(values).all(axis=(0, 2))).astype(int), starts)
         kept = whole == self.stride
-        with np.errstate(invalid="ignore", over="ignore"):
+        with np.errstate(invalid="ignore", over="ignore"):  # in bins that are not kept
             means = np.add.reduceat(values, starts, axis=1)[:, kept] / self.stride
         return Bins(number[starts][kept], *means)
 

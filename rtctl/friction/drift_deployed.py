@@ -149,7 +149,7 @@ class Deployed:
         some speed."""
         found = 0.0
         for dry, viscous, most in self._taken_out:
-            with np.errstate(divide="ignore", invalid="ignore"):
+            with np.errstate(divide="ignore", invalid="ignore"):  # `where` computes both of its sides
                 found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
         return found
 

@@ -204,7 +204,7 @@ def _offsets(
         known = np.append(known, np.full(steps + 1, 1.0 / ((steps + 1) * OFFSET_SHARE**2)))
         moves = np.pad(moves, ((0, steps), (0, steps + 1)))
         moves[-steps:, -steps - 1 :] = np.diff(np.eye(steps + 1), axis=0) / math.sqrt(
-            end[-1] / (steps * apart)
+            end[-1] / (steps * apart)  # steps may be shorter than `apart`: chance grows as the root
         )
     of = np.zeros((len(rows), COLUMNS, COLUMNS - 1 + shares.shape[1]))
     same = np.arange(COLUMNS - 1)
@@ -291,7 +291,7 @@ def solved(sums: Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     rows, per_stroke, clusters = sums.all_rows, sums.per_stroke, len(sums.rows)
     scale = per_stroke * max(sums.yy / rows, sums.least)
     found: np.ndarray = np.zeros(len(sums.b))
-    for _ in range(3):
+    for _ in range(3):  # the variance is that of what is left, and weighs against what is known
         found = np.linalg.solve(sums.A / scale + known, sums.b / scale)
         left = max(sums.yy - 2 * found @ sums.b + found @ sums.A @ found, 0.0) / rows
         scale = per_stroke * max(left, sums.least)

@@ -36,12 +36,13 @@ class Rows:
 def bell(rate_hz: float) -> np.ndarray:
     """Low-pass, first and second derivative as columns, shape (2 h + 1, 3), for samples in the order of
     time."""
-    sigma_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * CUTOFF_HZ)
+    sigma_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * CUTOFF_HZ)  # -3 dB at the cut-off
     half = max(2, math.ceil(BELL_SIGMAS * sigma_s * rate_hz))
     t = np.arange(-half, half + 1) / rate_hz
     g = np.exp(-0.5 * (t / sigma_s) ** 2)
     first, second = t * g, (t**2 / sigma_s**2 - 1.0) * g
-    second -= g * (second.sum() / g.sum())
+    second -= g * (second.sum() / g.sum())  # 0 of a constant: the bell is cut off
+    # each is exact of what it is for: a constant, a straight line, a parabola
     return np.column_stack([g / g.sum(), first / (first @ t), second / (0.5 * (second @ t**2))])
 
 
@@ -74,7 +75,7 @@ class Sliding:
         self._next = -1
         self._bins = np.zeros((3, 0))
         self._filtered = np.zeros((0, 7))
-        self._from = math.nan
+        self._from = math.nan  # a joint that stands after a gap has no travel yet
         self._sign = 0.0
         self._stroke += 1
 
@@ -101,6 +102,7 @@ class Sliding:
         x, tau, trust = self._bins
         width = 2 * self._half + 1
         if len(x) >= width:
+            # x[0]: far from 0 the second derivative would be rounding
             windows = np.lib.stride_tricks.sliding_window_view(np.stack([x - x[0], tau]), width, axis=1)
             position, velocity, acceleration = (windows[0] @ self._kernel).T
             torque = windows[1] @ self._kernel[:, 0]

@@ -50,7 +50,7 @@ def restore(axis: AxisWatch, kept: object) -> bool:
     if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
         return False
     strokes = kept.get("strokes")
-    table = np.zeros((0, SUMS)) if strokes == [] else _table(strokes)
+    table = np.zeros((0, SUMS)) if strokes == [] else _table(strokes)  # none kept: [] has one dimension
     if table is None:
         return False
     axis.take_up(table, warned=kept.get("warned") is True, factor=_factor(kept.get("factor")))
@@ -77,9 +77,10 @@ def _table(rows: object) -> np.ndarray | None:
         and (session >= 0).all()
         and (np.diff(session) >= 0).all()
         and (session <= _MOST_SESSIONS).all()
+        # a piece more on one that was nearly full
         and ((count >= ROWS_MIN) & (count <= 2 * PIECE_ROWS)).all()
         and ((trust >= 0) & (trust <= count * (1 + 1e-9))).all()
-        and (squares == squares.transpose(0, 2, 1)).all()
+        and (squares == squares.transpose(0, 2, 1)).all()  # Z'Z is, to the last digit
         and (np.linalg.eigvalsh(squares) >= -1e-9 * np.trace(squares, axis1=1, axis2=2)[:, None]).all()
     )
     return table if sound else None

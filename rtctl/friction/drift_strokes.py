@@ -77,6 +77,7 @@ class Strokes:
     def take_up(self, table: np.ndarray) -> None:
         """Go on from the strokes of an earlier run; what comes is of a later session."""
         self.table, self.session = table[-STROKES:], int(table[-1, 0]) + 1
+        # when they ended the file does not say: now
         self._ended = np.full(len(self.table), float(self._moved))
 
     def keep_newest(self, count: int) -> None:
@@ -89,7 +90,7 @@ class Strokes:
 
     def begin_session(self) -> None:
         """Sensors were zeroed, or may have been: an offset of its own from here on."""
-        self._close()
+        self._close()  # first: the open stroke is of the session that ends
         self.session += 1
         self.from_rad = math.nan
 
@@ -126,6 +127,7 @@ class Strokes:
             newest_first = np.cumsum(self.table[::-1, 1])[::-1]
             kept = self._moved - self._ended < MOTION_FACTOR * self._most_rows
             kept[-KEPT_STROKES:] = True
+            # the stroke that crosses it stays whole
             kept &= newest_first - self.table[:, 1] < self._most_rows
             self.table, self._ended = self.table[kept], self._ended[kept]
         self._open = np.zeros(SUMS)
@@ -134,7 +136,7 @@ class Strokes:
 def settled(rows: Rows, by: Deployed) -> Rows:
     """The rows whose friction is that of their own speed, not of one that was a presliding length ago."""
     v, way = rows.velocity, np.sign(rows.velocity)
-    square = v * v - 2.0 * by.presliding_rad * way * rows.acceleration
+    square = v * v - 2.0 * by.presliding_rad * way * rows.acceleration  # at this acceleration, one length ago
     before = np.sqrt(np.minimum(np.maximum(square, 1e-12), by.speed_max_rad_s**2))
     now_nm, before_nm = np.split(by.dry_nm(np.concatenate([v, way * before])), 2)
     kept = np.abs(before_nm - now_nm) <= LATE_SHARE * now_nm

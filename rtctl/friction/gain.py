@@ -17,7 +17,7 @@ from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.friction_tables import CAP_SHARE_MAX
 
-_HALVINGS = 10
+_HALVINGS = 10  # the gain to .001, from below
 _GRID = 4000
 
 START_SHARE = 0.9
@@ -108,6 +108,7 @@ def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
 
     def margins(gain: float) -> tuple[float, float, float]:
         """(capped, uncapped margin; share of the sampled-data test) at a gain, with a gated policy."""
+        # the rig file's own cap must not bound what is sought
         update = {"gain": gain, "policy": "hybrid", "cap_share": CAP_SHARE_MAX}
         table = axis.friction.model_copy(update=update)
         figures = friction_figures(model, Path(), axis.model_copy(update={"friction": table}), T, count)

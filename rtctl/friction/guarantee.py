@@ -196,7 +196,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_source=source,
         credited_rad=credited_rad,
         bank_j=bank_j(peak_nm, credited_rad, own(BANK_LONGEST_RAD, "longest_rad", axis)),
-        intent_nm=friction.intent_nm or INTENT_SHARE * dry_nm,
+        intent_nm=friction.intent_nm or INTENT_SHARE * dry_nm,  # 0: the rig file names none
         gate_nm=friction.gate_nm or GATE_SHARE * dry_nm,
         gate_deadband_nm=friction.gate_deadband_nm
         or min(GATE_DEADBAND_SHARE * dry_nm, own(GATE_DEADBAND_MOST_NM, "most_nm", axis)),

@@ -46,7 +46,7 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
         )
     bound = error_bound(curve, table, speed_max)
     seen = sampled_error(curve, table, speed_max)
-    if not seen <= bound:
+    if not seen <= bound:  # a NaN contradicts it, too
         raise ModelError(f"the compiled curve is off by {seen:.3g} N m, proved were {bound:.3g}")
     return table, bound
 
@@ -117,7 +117,7 @@ def _cells(curve: Curve, speed_max: float) -> np.ndarray:
         if not wide.any():
             return edges
         edges = np.sort(np.append(edges, 0.5 * (edges[1:] + edges[:-1])[wide]))
-        if len(edges) > MAX_SEGMENTS + 1:
+        if len(edges) > MAX_SEGMENTS + 1:  # told here: halving a cell with no bound would never end
             raise ModelError(
                 f"a table of {curve.kind} to {tolerance:.2g} N m needs more than {MAX_SEGMENTS} cells: "
                 f"{curve.of.too_fine(curve, speed_max)}"

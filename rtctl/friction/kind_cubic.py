@@ -67,6 +67,7 @@ class PiecewiseCubic:
         for start, end, (c0, c1, c2, c3) in zip(self.knots, ends, self.coefficients, strict=True):
             cubic = [2 * c3, 3 * c3 * start + c2, 2 * c2 * start, c1 * start - c0 + loss]
             roots = np.roots(np.array(cubic))
+            # a double root comes out as a complex pair
             places += [start + r.real for r in roots if abs(r.imag) < 1e-9 and 0 < r.real < end - start]
         at = np.array(places)
         return float(np.min(np.maximum(self(at) - loss, 0.0) / at))

@@ -41,6 +41,7 @@ class Harmonics:
         """Mean of tau_c over a travel around each position, N m: what a measurement in motion sees of it."""
         per_rad = 2 * math.pi * self.orders / self.period_rad
         angle = np.asarray(position_rad, dtype=float)[..., None] * per_rad
+        # numpy has the pi within
         left = np.sinc(np.asarray(travel_rad, dtype=float)[..., None] * self.orders / self.period_rad)
         value: np.ndarray = (left * (self.cos * np.cos(angle) + self.sin * np.sin(angle))).sum(-1)
         return value
@@ -48,6 +49,7 @@ class Harmonics:
     def derivative(self, position_rad: np.ndarray, order: int) -> np.ndarray:
         """Derivative of `order` (0: the value) at each position, N m / rad^order."""
         per_rad = 2 * math.pi * self.orders / self.period_rad
+        # each derivative is a quarter turn ahead
         angle = np.asarray(position_rad, dtype=float)[..., None] * per_rad + order * math.pi / 2
         value: np.ndarray = (per_rad**order * (self.cos * np.cos(angle) + self.sin * np.sin(angle))).sum(-1)
         return value
@@ -65,7 +67,7 @@ class Harmonics:
     @property
     def swing_j(self) -> float:
         """Most energy that it gives from one place to another, J: what comes back on the way back."""
-        sizes = np.hypot(self.cos, self.sin) / np.maximum(self.orders, 1)
+        sizes = np.hypot(self.cos, self.sin) / np.maximum(self.orders, 1)  # integrated: 1 / n
         return float(2 * sizes.sum()) * self.period_rad / (2 * math.pi)
 
     def _most(self, order: int) -> float:
@@ -75,6 +77,7 @@ class Harmonics:
         next_most = float((per_rad ** (order + 1) * np.hypot(self.cos, self.sin)).sum())
         seen = float(np.abs(self.derivative(grid, order)).max()) if len(self.orders) else 0.0
         bound = float((per_rad**order * np.hypot(self.cos, self.sin)).sum())
+        # no place is further from the grid
         return min(bound, seen + next_most * 0.5 * self.period_rad / _GRID)
 
     def shifted(self, shift_rad: float) -> Harmonics:

@@ -41,11 +41,13 @@ class Mean(Kind):
         found = [np.zeros(0)]
         for _, part in c.parts:
             exact = part.exact
+            # a cubic's third derivative jumps there
             found.append(part.of.breaks(part) if exact is None else exact.knots)
         return np.unique(np.concatenate(found))
 
     def rounding(self, c: Curve, speed_max: float) -> float:
         """See `Kind`."""
+        # of adding them
         return float(sum(share * part.rounding(speed_max) for share, part in c.parts)) + 1e-12
 
     def too_fine(self, c: Curve, speed_max: float) -> str:

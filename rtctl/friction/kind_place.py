@@ -141,13 +141,14 @@ def compile_place(
     if x.shape != np.shape(speeds) or not np.isfinite(x).all():
         msg = f"positions {x.shape} and speeds {np.shape(speeds)} must be equally long and finite"
         raise ValueError(msg)
-    knots = np.unique(np.append(speeds, 0.0))
+    knots = np.unique(np.append(speeds, 0.0))  # as `compile_spline` has them: the law walks both by one index
     if len(knots) > PLACE_SEGMENTS or kernel.orders > PLACE_ORDERS:
         msg = (
             f"{len(knots)} speeds and {kernel.orders} orders, at most {PLACE_SEGMENTS} and {PLACE_ORDERS}: "
             "average the points by speed"
         )
         raise ValueError(msg)
+    # a cos and a sin of each order
     turned = _basis(kernel.angle(x), kernel.orders) * np.repeat(kernel.weights, 2)
     tables = [
         compile_spline(speeds, dual_coef * turned[:, i], 0.0, kernel.unit_rad_s)

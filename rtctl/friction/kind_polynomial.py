@@ -22,6 +22,7 @@ def powers(c: Curve) -> np.ndarray:
     """Coefficients of 1, v, v^2, ... of the sum."""
     degree = round(c.parameters["degree"])
     found = np.array(
+        # fsum: dual coefficients are large and cancel
         [math.comb(degree, k) * math.fsum(c.dual_coef * c.support_vectors**k) for k in range(degree + 1)]
     )
     found[0] += c.intercept

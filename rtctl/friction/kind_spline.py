@@ -98,7 +98,7 @@ def compile_spline(
     if not (np.isfinite(v).all() and np.isfinite(beta).all() and math.isfinite(intercept) and (v >= 0).all()):
         msg = "support vectors must be finite and >= 0, dual coefficients and intercept finite"
         raise ValueError(msg)
-    s0, s1 = math.fsum(beta), math.fsum(beta * (v / unit))
+    s0, s1 = math.fsum(beta), math.fsum(beta * (v / unit))  # duals are large and sum to nearly 0
     starts, where = np.unique(np.append(v, 0.0), return_inverse=True)
     jumps = np.zeros(len(starts))
     np.add.at(jumps, where[:-1], beta / 6)
@@ -112,7 +112,7 @@ def compile_spline(
         )
         rows.append(c)
     rows[-1][2:] = 0.0
-    return PiecewiseCubic(starts, np.array(rows) / unit ** np.arange(4))
+    return PiecewiseCubic(starts, np.array(rows) / unit ** np.arange(4))  # back from units of `unit`
 
 
 class Spline(Kernel):

@@ -115,6 +115,7 @@ class Load:
             row[f"load_{name}"] = getattr(self, name)
         fastest = float(row["speed_max_rad_s"].max())
         row["load_cells_s_rad"] = LOAD_CELLS**4 / fastest
+        # even over the fourth root: it falls near standstill, and a root costs the law less than a power
         row["load_fall"] = self.fall(np.linspace(0.0, 1.0, LOAD_CELLS + 1) ** 4 * fastest)
 
     def body(self) -> dict[str, float]:

@@ -256,6 +256,7 @@ class FrictionModel:
             knots, n = branch.curve.knots, len(branch.curve.knots)
             row["n_segments"][d] = n
             row["knot_rad_s"][d, :n] = knots
+            # the first of them ends the last segment: there the law holds
             row["knot_rad_s"][d, n:] = branch.speed_max_rad_s
             row["coefficient"][d, :n] = branch.curve.coefficients
             scale = LOOKUP_CELLS / branch.speed_max_rad_s
@@ -283,12 +284,12 @@ class FrictionModel:
 def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
     """Vectors (velocity, kernel sum) over the trained range of both branches, ends included, shape (64, 2).
 
-    Half way between regular speeds, so that a shifted knot or a swapped branch shows."""
+    Against a shifted knot or a swapped branch."""
     rows = []
     half = SELF_TEST_VECTORS // 2
     for sign, branch in zip((1.0, -1.0), branches, strict=True):
         # squared spacing: dense near zero, where the Stribeck curve bends
-        share = np.linspace(0 if sign > 0 else 1 / half, 1, half) ** 2
+        share = np.linspace(0 if sign > 0 else 1 / half, 1, half) ** 2  # 0 is forward, as in the law
         speed = share * branch.speed_max_rad_s
         rows.append(np.column_stack([sign * speed, branch.kernel_sum(speed)]))
     return np.concatenate(rows)

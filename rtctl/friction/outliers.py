@@ -86,15 +86,17 @@ def _contradicted(
     for at in range(n):
         others = np.flatnonzero(heard & (np.arange(n) != at))
         middle = int(np.searchsorted(others, at))
+        # at an end: more of the other side
         first = min(max(0, middle - NEIGHBOURS), max(0, len(others) - 2 * NEIGHBOURS))
         near = others[first : first + 2 * NEIGHBOURS]
         i, j = np.triu_indices(len(near), 1)
         slope = np.median((friction[near][j] - friction[near][i]) / (near[j] - near[i]))
         expected[at] = np.median(friction[near] + slope * (at - near))
     residual = friction - expected
+    # 1.4826: a normal distribution's; the floor: points that a computer made have no scatter to speak of
     scale = max(1.4826 * float(np.median(np.abs(residual))), 1e-3 * float(np.median(friction)))
     share = np.full(n, SHARE)
     share[[0, 1, -2, -1]] = END_SHARE
-    share[speed == 0] = BREAK_AWAY_SHARE
+    share[speed == 0] = BREAK_AWAY_SHARE  # after the ends: it is one of them
     bad: np.ndarray = (np.abs(residual) > SCALES * scale) & (np.abs(residual) > share * np.abs(expected))
     return expected, bad

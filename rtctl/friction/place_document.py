@@ -38,7 +38,7 @@ def parts(document: ModelDocument) -> dict[str, Any]:
         if place is None
         else PlaceKernel(place.period_rad, place.orders, place.share, place.decay, _unit(document)),
         "conservative": None
-        if part is None or not len(part.orders) == len(part.cos) == len(part.sin)
+        if part is None or not len(part.orders) == len(part.cos) == len(part.sin)  # `refusal` says so
         else Harmonics(
             part.period_rad, np.array(part.orders, dtype=float), np.array(part.cos), np.array(part.sin)
         ),

@@ -37,7 +37,7 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     path = Path(path)
     try:
         raw = read_bounded(path, MOST_BYTES)
-        lines = raw.decode("utf-8-sig").splitlines()
+        lines = raw.decode("utf-8-sig").splitlines()  # spreadsheets begin with a byte order mark
     except OSError as error:
         raise DataError(f"{path}: cannot read the points: {error.strerror}; correct the path") from error
     except UnicodeDecodeError as error:
@@ -111,7 +111,7 @@ def _number(text: str, named: str, where: str) -> float | None:
     except ValueError:
         if column is None:
             return None
-        value = math.inf
+        value = math.inf  # beyond every bound: refused below, in the words for it
     if column is None or (column.blank and math.isnan(value)):
         return value
     if not column.low <= value <= column.high:

@@ -83,6 +83,7 @@ class FrictionPoints:
         given, std, count = (rest.pop(name, unknown) for name in ("direction", "std_nm", "count"))
         known = ~np.isnan(given)
         at_rest = np.where(known, given, np.sign(torque_nm))
+        # at rest nothing else tells
         direction = np.where(velocity_rad_s != 0, np.sign(velocity_rad_s), at_rest)
         against = torque_nm * direction < 0
         for wrong, text in (
@@ -122,6 +123,7 @@ class FrictionPoints:
         `branch`."""
         mine = self.direction == direction
         chosen = np.flatnonzero(mine if self.left_out is None else mine & ~self.left_out)
+        # the last key leads; by friction, too: what is learned must not go by the order of the rows
         order = np.lexsort((self.friction_nm[chosen], np.abs(self.velocity_rad_s[chosen])))
         rows: np.ndarray = chosen[order]
         return rows

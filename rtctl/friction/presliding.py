@@ -122,6 +122,7 @@ def ramp_of(
         first[np.searchsorted(reached[first], each)] + last[np.searchsorted(kept[last], each)]
     ).astype(float)
     at = np.interp(rows, np.arange(len(share)), share)
+    # the moving mean is short of ticks at both ends
     usable = (at >= SHARE_LOW) & (at <= SHARE_HIGH) & (rows >= width) & (rows < len(share) - width)
     risen = np.searchsorted(np.maximum.accumulate(share), GRID)
     if risen[-1] >= len(share):

@@ -41,7 +41,7 @@ def evaluation_ns(record: np.ndarray) -> float:
         for sign, end in zip((1, -1), ends, strict=True)
         for share in np.linspace(0, end, _SPEEDS)
     ]
-    _evaluate(model, 0.0, 1e-15, 1)
+    _evaluate(model, 0.0, 1e-15, 1)  # compiles it before the clock runs
     slowest = 0.0
     for speed in speeds:
         rounds = []

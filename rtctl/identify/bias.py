@@ -31,11 +31,12 @@ def read_bias(motion: Motion) -> Steps[Bias]:
         rows = yield from motion.see_any(Order())
         rows = rows[(rows["enabled"] == 0) & (rows["sample_age_ticks"] == 0)]
         parts.append(rows)
-        seconds += max(len(rows), 1) * rig.period_s
+        seconds += max(len(rows), 1) * rig.period_s  # an end even where nothing comes
     rows = joined(parts)
     if len(rows) < 8:
         raise FaultError("no fresh samples while the motor was off; check the device (rtctl monitor)")
     torque = rows["hand_torque_raw_nm"][:, rig.axis]
+    # means: the sensor's noise is no hand
     blocks = torque[: len(torque) // 8 * 8].reshape(8, -1).mean(axis=1)
     if float(np.ptp(blocks)) > rig.hand_limit_nm:
         raise HandOnRigError(

@@ -97,12 +97,12 @@ def cogging_of(
         None where it is small beside the friction, or the ways have few places in common."""
     way = turn_rad / CELLS
     there, back = (_means(*each, way, turn_rad if whole else math.inf) for each in (forward, backward))
-    both = np.intersect1d(list(there), list(back))
+    both = np.intersect1d(list(there), list(back))  # half a sum needs both ways at a place
     if len(both) < _WAYS_LEAST:
         return Cogging.none()
     one, other = (np.array([means[cell] for cell in both]) for means in (there, back))
     torque_nm, friction_nm = 0.5 * (one + other), 0.5 * abs(float(np.mean(one - other)))
-    torque_nm -= torque_nm.mean()
+    torque_nm -= torque_nm.mean()  # an offset of the sensor is no cogging
     if not float(np.sqrt(np.mean(torque_nm**2))) > MATTERS_SHARE * friction_nm:
         return Cogging.none()
     return Cogging((both + 0.5) * way, torque_nm, turn_rad if whole else 0.0)

@@ -68,6 +68,7 @@ class Collected:
     def weakest_nm(self) -> float:
         """Torque at the place where it was least in size against the motion's direction, N m, signed."""
         torque = np.array([one.torque_nm for one in self.measurements])
+        # a place that gave nothing is none
         inner = [start for start in sorted(set(self.starts)) if 0 < start < len(torque)]
         places = np.array([part.mean() for part in np.split(torque, inner)])
         return float(places[np.argmin(places * np.sign(torque.mean()))])

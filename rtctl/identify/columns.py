@@ -44,6 +44,7 @@ def points_csv(
     points: Sequence[Mapping[str, Any]], rig: str, config_sha256: str, motion: str = "rotary"
 ) -> str:
     """The text of a CSV file of points, by direction and rising speed."""
+    # measured at random: read in order
     rows = sorted(points, key=lambda p: (-p["direction"], abs(p["target_rad_s"])))
     return table_csv(COLUMNS, rows, rig, config_sha256, motion)
 

@@ -174,10 +174,12 @@ class Dataset:
             **asdict(point),
             "session": len(self.document["sessions"]) - 1,
             "places": rows_of(point.direction, measurements),
+            # before the header names it: a cut-off leaves a file too many, not one too few
             "ticks_sha256": self._keep(point.name, measurements),
         }
         self.document["points"].append(entry)
         self._names.add(point.name)
+        # a slow speed may tell more of an older point at rest
         raise_break_away(self.document["points"], self.known())
         self.save()
 
@@ -248,6 +250,7 @@ def _holds_nothing(folder: Path) -> bool:
     """Whether a folder is empty, or a data set whose every start was refused before it had measured the
     bias."""
     names = {one.name for one in folder.iterdir()}
+    # somebody's file: not ours to write beside
     if HEADER not in names or names - {HEADER, "points_train.csv", "points_test.csv", "ticks"}:
         return not names
     return not read_document(folder)["sessions"] and not any((folder / "ticks").iterdir())

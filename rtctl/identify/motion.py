@@ -138,6 +138,7 @@ class Motion:
             "ramp_nm_s": 0.0,
             "fast_nm": 0.0,
             "slip_rad": SLIP_RAD * rig.radian,
+            # the guard is half a margin beyond what is planned
             "min_rad": max(rig.position_min_rad, self.low_rad - 0.5 * self.settings.margin_rad),
             "max_rad": min(rig.position_max_rad, self.high_rad + 0.5 * self.settings.margin_rad),
             "hand_nm": rig.hand_limit_nm,
@@ -176,9 +177,10 @@ class Motion:
     def see_any(self, order: Order) -> Steps[np.ndarray]:
         """As `see`, in any state and whatever the flags."""
         rows = yield order
-        while len(rows) == 0:
+        while len(rows) == 0:  # a host that was quicker than the loop
             rows = yield Order(look_s=order.look_s)
         self.last = rows[-1]
+        # the first: a stop since then voids all that is asked for
         self.epoch = int(rows["epoch"][0]) if self.epoch is None else self.epoch
         return rows
 
@@ -201,10 +203,11 @@ class Motion:
         """Come to rest with the motor off: stop by the servo, then brake until nothing moves."""
         speed = abs(float(self.last["velocity_rad_s"][self.rig.axis]))
         stop_s = speed / self.acceleration_rad_s2
-        if stop_s > self.rig.period_s:
+        if stop_s > self.rig.period_s:  # BRAKE alone would let a quick joint run out of its travel
             yield from self.watch(stop_s, Order(self.order(Program.SERVO, stop_s + 1.0), stop_s))
         rows = yield from self.watch(REST_S, Order(self.order(Program.BRAKE, 3600.0), REST_S))
         waited = REST_S
+        # counts: an encoder flickers at rest
         still_rad = 4 * self.rig.count_rad + (CREEP_RAD_S * REST_S * self.rig.radian if self.creeps else 0.0)
         while np.ptp(rows["position_rad"][:, self.rig.axis]) > still_rad:
             if waited > (CREEP_PATIENCE_S if self.creeps else REST_PATIENCE_S):
@@ -262,7 +265,7 @@ class Motion:
             if self.room_rad(direction) <= self.stopping_rad(speed_rad_s):
                 break
             look_s = abs(goal - self.position_rad) / speed_rad_s
-            look_s = min(max(look_s, self.rig.period_s), LOOK_S)
+            look_s = min(max(look_s, self.rig.period_s), LOOK_S)  # so as not to see the goal too late
             rows = yield from self.see(Order(order.fields if order else {}, look_s))
             beyond = int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.TRAVEL
             # a host that was late: the joint went out over the end still as this was asked, and was stopped

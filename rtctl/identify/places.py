@@ -35,7 +35,7 @@ def gap_to(motion: Motion, direction: int, place_rad: float, passed_rad: float) 
 
     Just passed: by no more than `passed_rad`."""
     gap = (place_rad - motion.position_rad) * direction % motion.rig.turn_rad
-    return 0.0 if gap > motion.rig.turn_rad - passed_rad else gap
+    return 0.0 if gap > motion.rig.turn_rad - passed_rad else gap  # else a whole turn for a hair's breadth
 
 
 def make_room(motion: Motion, direction: int, run_rad: float) -> Steps[None]:
@@ -87,11 +87,12 @@ def spots(motion: Motion, task: Task) -> Iterator[Spot]:
     run = 0.0
     if speed > 0:
         run = (2 * steady_s(motion, speed) + per_place(motion) * window_s(motion, speed)) * speed
+    # half as much again: runs are never quite as long as planned
     turns = max(1, math.ceil(1.5 * run * places / motion.rig.turn_rad))
     span = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad)
     start = motion.position_rad
     phased = 0.0 < motion.ripple.period_rad <= span / places
-    order = random.permutation(places)
+    order = random.permutation(places)  # phases in another order than places: neither follows the other
     for number in itertools.count():
         moved = float(random.uniform(-0.25, 0.25))
         place = start + task.direction * (number + 0.5 + moved) * turns * motion.rig.turn_rad / places

@@ -108,6 +108,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     while (
         steady and wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed
     ):
+        # whole periods of the ripple: no tick more
         rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
         if np.any(rows["program_flags"][:, rig.axis]):
             break  # a guard ended the run while the host was late: the joint brakes
@@ -153,10 +154,11 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
                 if got.hopeless(settings.measurements, last=_no_other_servo(task, got)):
                     yield from _other_servo(motion, task, got)
             except HandSeen:
+                # a hand that lets something be measured is not there to stay
                 pauses = 0 if len(got.measurements) > before else pauses + 1
                 yield from motion.wait_for_free_rig(pauses)
     finally:
-        motion.rig = rig
+        motion.rig = rig  # the servo of the next point is the usual one
     return got
 
 

@@ -138,6 +138,7 @@ def identify(
         task = todo.pop(0)
         progress(done_s, total_s, task.name)
         tried.add(task.name)
+        # the longest known: dry friction settles over some of it
         motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
         try:
             got = yield from collect(motion, task, bias.motor_torque_nm)

@@ -111,7 +111,7 @@ class Rig:
         With d = J / (4 tau) one count moves the torque by d count / tau = J count / (4 tau^2), which is
         to stay below CHATTER_SHARE of the limit."""
         quiet = math.sqrt(self.inertia_kgm2 * self.count_rad / (4 * CHATTER_SHARE * self.torque_limit_nm))
-        return self.calmer * max(2 * self.period_s, quiet)
+        return self.calmer * max(2 * self.period_s, quiet)  # two ticks: quicker it would be no filter
 
     @property
     def damping_nms_rad(self) -> float:
@@ -238,6 +238,7 @@ def without_feedforward(loaded: LoadedConfig) -> LoadedConfig:
     axes = tuple(
         axis.model_copy(
             update={
+                # help would be measured as friction that is not there
                 "friction": axis.friction.model_copy(update={"policy": "off"}),
                 "environment": axis.environment.model_copy(update={"kind": "free"}),
             }

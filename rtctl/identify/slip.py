@@ -41,11 +41,12 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     slow = len(got.measurements) % SLOW_EVERY == 0
     seen_nm = [abs(m.torque_nm) for m in got.measurements]
     slope_nm_s = ramp_slope(settings.ramp_nm_s, seen_nm)
-    limit_s = 2.0 * rig.torque_limit_nm / slope_nm_s
+    limit_s = 2.0 * rig.torque_limit_nm / slope_nm_s  # twice as long as it can take
     fields = motion.order(
         Program.RAMP,
         limit_s,
         ramp_nm_s=direction * slope_nm_s,
+        # the least seen: no ramp may be quick where it slips
         fast_nm=0.0 if slow else FAST_SHARE * min(seen_nm, default=math.inf),
         slip_rad=got.slip_rad,
     )
@@ -59,7 +60,7 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
             f"{task.name}: the joint did not move at {rig.servo_max_nm:g} N m, 90 % of "
             "torque_limit_nm; free the joint, or correct the torque constant or the limit in the rig file"
         )
-    ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))
+    ended = int(np.argmax(rows["program_flags"][:, rig.axis] != 0))  # from there on the joint is braked
     found = break_away(
         rows[:ended], rig.axis, rig.period_s, rig.count_rad, bias_nm, rig.inertia_kgm2, rig.radian
     )

@@ -29,7 +29,7 @@ def rows_per_turn(ripple_per_turn: float) -> int:
 def sweep(motion: Motion, speed_rad_s: float, bias_nm: float) -> Steps[list[Row]]:
     """Turn slowly through a turn, or the travel there is, each way; raises as the motions do."""
     rows: list[Row] = []
-    known, motion.cogging = motion.cogging, Cogging.none()
+    known, motion.cogging = motion.cogging, Cogging.none()  # it is the cogging that this measures
     for direction in (1, -1):
         ticks = yield from _one_way(motion, direction, speed_rad_s, steady=True)
         rows += averaged(motion, ticks, direction, speed_rad_s, bias_nm)
@@ -44,7 +44,7 @@ def look_for_cogging(motion: Motion) -> Steps[None]:
     for direction in (1, -1):
         ticks = yield from _one_way(motion, direction, speed, steady=False)
         x = ticks["position_rad"][:, rig.axis]
-        n = max(3, round(SMOOTH_S / rig.period_s) | 1)
+        n = max(3, round(SMOOTH_S / rig.period_s) | 1)  # odd: its middle is a tick
         smooth = np.convolve(x, np.full(n, 1.0 / n), "valid")
         moves_nm = rig.inertia_kgm2 * np.gradient(np.gradient(smooth, rig.period_s), rig.period_s)
         cut = slice(n // 2, n // 2 + len(smooth))

@@ -176,6 +176,7 @@ def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, b
     positions best. J a is small when the motion is steady, and has no error of its own worth naming.
     Slots that the loop left out are time that passed all the same."""
     position = rows["position_rad"][:, axis]
+    # by slots, not rows: what was left out passed all the same
     t = (rows["tick"] - np.mean(rows["tick"])) * period_s
     square = t * t - np.mean(t * t)
     velocity = float(t @ position / (t @ t))
@@ -247,6 +248,7 @@ def peak_nm(
     sign = math.copysign(1.0, float(torque_nm[-1]))
     noise_nm = math.sqrt(720.0 / 12.0) * count_rad * inertia_kgm2 / period_s**2
     size = max(abs(float(torque_nm[-1])), 1e-12)
+    # n^(5/2) of the noise, solved for n; odd, with a middle
     n = round(max(PEAK_S / period_s, (noise_nm / (PEAK_NOISE_SHARE * size)) ** 0.4)) | 1
     if n > min(len(position_rad), PEAK_MOST_S / period_s):
         return math.nan

@@ -57,6 +57,7 @@ class TickBlock:
 
     def _column(self, rows: np.ndarray, name: str) -> np.ndarray:
         values = rows[name]
+        # the force is the rig's, in three parts
         one = values[:, self._axis] if values.ndim == 2 and name != "force_n" else values
         return one.astype(_NARROW.get(name, one.dtype))
 

@@ -44,7 +44,7 @@ class Allowance:
 
 def per_place(motion: Motion) -> int:
     """Measurements taken at one place."""
-    return -(-motion.settings.measurements // motion.settings.spots)
+    return -(-motion.settings.measurements // motion.settings.spots)  # rounded up
 
 
 def window_s(motion: Motion, speed_rad_s: float) -> float:
@@ -84,6 +84,7 @@ def run_up_rad(motion: Motion, speed_rad_s: float) -> float:
 def fastest_rad_s(motion: Motion) -> float:
     """Highest speed at which the travel leaves room for a run with a window of 20 ms."""
     travel = motion.high_rad - motion.low_rad
+    # v^2/a + b v = travel, solved for v; .04: a window, and as much room
     b = STEADY_MIN_S + 2 * LOOK_S + SPARE_S + 0.04
     root = math.sqrt(b * b + 4 * travel / motion.acceleration_rad_s2)
     return 0.5 * motion.acceleration_rad_s2 * (root - b)

@@ -94,7 +94,7 @@ def _of_environment(parameter: Parameter) -> tuple[object, Any]:
     return float, number(parameter.low, parameter.high, text, default=parameter.default)
 
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a table made by a table of environments is nothing to a type checker
 
     class EnvironmentTable(Table):
         """What is read by name."""
@@ -257,7 +257,7 @@ class AxisTable(Table):
                 raise ValueError(msg)
         for least, most in (("mass_kgm2", "mass_max_kgm2"), ("damping_nms_rad", "damping_max_nms_rad")):
             low, high = getattr(self.admittance, least), getattr(self.admittance, most)
-            if 0 < high < low:
+            if 0 < high < low:  # 0: not to be changed
                 msg = f"admittance.{most} {high} is below {least} {low}: raise it, or 0 for no change"
                 raise ValueError(msg)
         if self.display_change and not self.coupling.stiffness_nm_rad > 0:
@@ -280,14 +280,14 @@ class AxisTable(Table):
         if not any(self.axis_direction):
             return self
         length = math.hypot(*self.axis_direction)
-        if not 0.99 <= length <= 1.01:
+        if not 0.99 <= length <= 1.01:  # as it is typed from a drawing; the law makes it one of length 1
             msg = (
                 f"axis_direction {self.axis_direction} is {length:.3g} long: give a unit vector, such as "
                 "[0, 0, 1]"
             )
             raise ValueError(msg)
         along = sum(u * x for u, x in zip(self.axis_direction, self.lever_m, strict=True))
-        if abs(along) > 0.02 * math.hypot(*self.lever_m):
+        if abs(along) > 0.02 * math.hypot(*self.lever_m):  # a percent of angle is a measured one's error
             msg = (
                 f"axis_direction {self.axis_direction}, lever_m {self.lever_m}: a lever is axis x arm, so "
                 "it is perpendicular to the axis; one of the two is wrong"

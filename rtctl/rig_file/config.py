@@ -122,6 +122,7 @@ class Config(Table):
     def _ports_differ(self) -> Config:
         first = self.gateway.port
         taken = (
+            # requests, targets, telemetry
             dict.fromkeys(range(first, first + 3), "gateway.port and the two after it")
             if self.gateway.bind
             else {}
@@ -173,6 +174,7 @@ class Config(Table):
             encoder_counts_per_rev=np.array([axis.counts_of_turn for axis in self.axis]),
             lever_m=np.array([axis.lever_m for axis in self.axis], dtype=float),
             axis_direction=np.array([axis.axis_direction for axis in self.axis], dtype=float),
+            # 0 is a linear motor
             lead_m=np.array([axis.lead_m if axis.motion == "linear" else -1.0 for axis in self.axis]),
         )
 
@@ -257,7 +259,7 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     ------
     ConfigError
         File and, one line each, every key at fault, its value and bound; or a `script` that nothing takes."""
-    path = real(path)
+    path = real(path)  # absolute: the daemon's folder may be another one
     if any("\ud800" <= letter <= "\udfff" for letter in str(path)):  # no text: cannot be told, nor recorded
         raise ConfigError(f"{path}: its name is not UTF-8; rename it")
     raw, data, told = read_toml(path)
@@ -273,13 +275,14 @@ def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
         faults += put_script(path, config.device, data, real(script))
     options, more = device_options(path, data, where)
     faults += more
-    if config is not None and not faults:
+    if config is not None and not faults:  # devices are asked only where their options are valid
         faults += [f"{path}: {line}" for line in config.composition(options).faults()]
     if config is None or faults or turned.faults:
         raise ConfigError(
             f"{path}: {len(faults) + len(turned.faults)} fault(s) in the rig file",
             (*turned.faults, *turned.spoken(faults)),
         )
+    # of the bytes: a comment makes another file, and a data set says so
     digest = hashlib.sha256(raw).hexdigest()
     return LoadedConfig(
         path=path, sha256=digest, config=config, options=options[0], more_options=tuple(options[1:])

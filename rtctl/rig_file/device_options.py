@@ -49,7 +49,7 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
     axes = device.get("axes") or data.get("axis")
     if isinstance(axes, list):
         facts["n_axes"] = len(axes)
-    own_hz = device.get("rate_hz")
+    own_hz = device.get("rate_hz")  # raw values: the tables may be at fault themselves
     if isinstance(own_hz, int | float) and own_hz > 0:
         facts["device_rate_hz"] = float(own_hz)
     loop = data.get("loop", {})

@@ -71,7 +71,7 @@ class Composition:
 
     def faults(self) -> list[str]:
         """Everything that keeps the devices from being one whole rig: a line each, naming devices and key."""
-        out = self._name_faults()
+        out = self._name_faults()  # first: a wrong name would make a dozen faults of one
         if out:
             return out
         try:
@@ -169,10 +169,10 @@ class Composition:
     def _overlaps(self) -> list[str]:
         out = []
         every = frozenset().union(*(self._provided(i) for i in range(len(self.tables))))
-        for channel in sorted(every - {"estop"}):
+        for channel in sorted(every - {"estop"}):  # any number: one that is pressed is enough
             for axis, devices in enumerate(self._providers(channel)):
                 if len(devices) > 1:
-                    last = devices[-1]
+                    last = devices[-1]  # the later one is told to give way: it was added
                     out.append(
                         f"device[{last}].channels: {_and(self.labels[i] for i in devices)} both provide "
                         f"{self._what(channel, axis)}: list here what the rig takes from this one "
@@ -189,6 +189,7 @@ class Composition:
 
     def _gaps(self) -> list[str]:
         have = "; ".join(f"{label} has {_list(self._used(i))}" for i, label in enumerate(self.labels))
+        # what a real rig lacks has to be said: a sensor that was forgotten reads 0 for ever
         needed = {"position"} if self.simulated else {"position", "current", "force"} - set(self.absent)
         out = []
         for channel in sorted(needed):
@@ -246,7 +247,7 @@ class Composition:
             return table.max_age_ticks
         if table.rate_hz is None or "position" in self._provided(i):
             return 0
-        return math.ceil(round(self._rate_hz / table.rate_hz, 6))
+        return math.ceil(round(self._rate_hz / table.rate_hz, 6))  # rounding makes no tick
 
     def _age_faults(self, i: int) -> list[str]:
         """A sensor may be slower than the loop only as far as its channels bear it."""

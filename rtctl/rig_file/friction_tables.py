@@ -34,7 +34,7 @@ class ObserverTable(Table):
 
     def bandwidth_at(self, rate_hz: float) -> float:
         """Bandwidth in Hz of a loop of this rate, behind a force sensor that is not late."""
-        return self.bandwidth_hz or min(20.0, rate_hz / 20)
+        return self.bandwidth_hz or min(20.0, rate_hz / 20)  # a slower loop lags more
 
 
 class DriftTable(Table):

@@ -111,12 +111,13 @@ class LinearKeys:
         found: dict[str, Any] = {}
         for key, value in table.items():
             field = known.get(key, key)
-            if key in known.values():
+            if key in known.values():  # the rotary name would be read in another unit than it says
                 rotary = (*own, key)
                 self.faults.append(
                     f"{self._where(rotary)}: {written(rotary)}: the axis is linear: write "
                     f"{name(key, 'linear')}"
                 )
+            # faults are found under the turned name, and told under the written one
             self._own[(*turned, field)] = (*own, key)
             inner = (
                 next(_models(model.model_fields[field].annotation), None)
@@ -153,8 +154,8 @@ def with_defaults(table: Mapping[str, Any], model: type[BaseModel]) -> dict[str,
         elif (
             key not in whole
             and isinstance(field.default, float)
-            and key not in ENDS
-            and at_handle(key) != 1.0
+            and key not in ENDS  # +-1000 is no travel of anything
+            and at_handle(key) != 1.0  # a gain or a time is the same for both
         ):
             whole[key] = at_handle(key) * field.default
     return whole

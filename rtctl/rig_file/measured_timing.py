@@ -59,6 +59,7 @@ def devices_sha256(loaded: LoadedConfig) -> str:
     """What the timing is a property of: rate of the loop, kind and options of every device but scripted
     faults."""
     options = [
+        # a fault that is played is no other device
         {key: value for key, value in table.items() if key != "faults"}
         for table in (loaded.options, *loaded.more_options)
     ]
@@ -87,6 +88,7 @@ def _axis(table: object) -> AxisTiming | None:
     numbers: dict[str, float] = {}
     for name, (low, high) in BOUNDS.items():
         value = table.get(name)
+        # to Python true is a number; NaN is within no bounds
         if isinstance(value, bool) or not isinstance(value, int | float) or not low <= value <= high:
             return None
         numbers[name] = float(value)

@@ -34,6 +34,7 @@ def no_files(where: Where, prefix: Key, folder: Path, device: dict[str, Any]) ->
     named = {key: options[key] for key in FILE_OPTIONS if key in options} if isinstance(options, dict) else {}
     found = []
     for key, name in named.items():
+        # what the system would refuse to look up
         if isinstance(name, str) and "\0" not in name and len(name) < MOST_MESSAGE:
             place = Path(folder, name).expanduser()
             if name and place.exists() and not place.is_file():

@@ -72,7 +72,7 @@ class Wire:
         twice = self._claimed_twice()
         if twice:
             return [f"{self._keys}: {self._who}, and both use {twice}: put these drives into one [[device]]"]
-        limit = min(bus.load_limit for bus in buses)
+        limit = min(bus.load_limit for bus in buses)  # the most careful of them
         fault = load.fault(self.load(rate_hz), buses[0].bitrate, 1.0 / rate_hz, limit)
         return [f"{self._keys}: {self._who}: {fault}"] if fault else []
 
@@ -81,6 +81,7 @@ class Wire:
         for user in self.users:
             both = claimed & user.identifiers()
             if both:
+                # without the bit that says it is an extended one
                 return f"identifier 0x{min(both) & 0x1FFF_FFFF:x}"
             claimed |= user.identifiers()
         return ""

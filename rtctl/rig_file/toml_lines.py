@@ -34,11 +34,12 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
         if depth == 0:
             yield number, line
         for quotes in ('"""', "'''"):
-            if line.count(quotes) == 1:
+            if line.count(quotes) == 1:  # opened, and not closed on its line
                 ends = quotes
         if ends or (depth == 0 and _HEADER.match(line)):
             continue
         bare = _QUOTED.sub("", line)
+        # max: this counts brackets and is no parser, and a line too many must not lose all that follow
         depth = max(0, depth + sum(map(bare.count, "[{")) - sum(map(bare.count, "]}")))
 
 
@@ -52,7 +53,7 @@ class TomlLines:
         for number, line in _statements(text):
             if header := _HEADER.match(line):
                 table = self._open(_names(header[2]), several=header[1] == "[[")
-                self._lines.setdefault(table, number)
+                self._lines.setdefault(table, number)  # the first: a table may be opened again by its parts
             elif found := _ASSIGNMENT.match(line):
                 self._lines.setdefault((*table, *_names(found[1])), number)
 

@@ -79,6 +79,7 @@ def _with(plant: str) -> LoadedConfig:
 def _sensor(seed: int, index: int) -> dict[str, Any]:
     """The force sensor's own filter, of rig `index`: none of half of them."""
     draw = np.random.default_rng((seed, index, _SENSOR_STREAM))
+    # drawn in any case: the stream stays in step
     lowpass_hz = float(draw.choice([0.0, log_uniform(draw, 30.0, 1000.0)]))
     return {"lowpass_hz": lowpass_hz, "delay_ticks": int(draw.choice([0, 0, 1, 2, 4]))}
 
@@ -89,6 +90,7 @@ def _loaded(plant: str, sensor: dict[str, Any], draw: np.random.Generator) -> Lo
     table = base.config.model_dump(mode="json", by_alias=True)
     axis: dict[str, Any] = table["axis"][0]
     inertia = float(axis["inertia_kgm2"])
+    # of a feedback the certificate knows nothing
     axis["display"], axis["force_feedback"]["gain"] = "admittance", 0.0
     axis["admittance"] |= {
         "mass_kgm2": inertia * log_uniform(draw, 0.4, 6.0),
@@ -99,7 +101,7 @@ def _loaded(plant: str, sensor: dict[str, Any], draw: np.random.Generator) -> Lo
         "position_gain_nm_rad": float(draw.choice([0.0, log_uniform(draw, 1.0, 40.0)])),
         "force_lowpass_hz": log_uniform(draw, 60.0, 300.0),
         "velocity_lowpass_hz": log_uniform(draw, 60.0, 200.0),
-        "force_deadband_nm": 0.0,
+        "force_deadband_nm": 0.0,  # which would only hide a small swing
         "feedforward": float(draw.choice([0.0, 1.0, draw.random()])),
         "feedforward_lowpass_hz": log_uniform(draw, 10.0, 60.0),
         "hand_stiffness_nm_rad": log_uniform(draw, 3.0, 1000.0),
@@ -119,6 +121,7 @@ def drawn(seed: int, index: int) -> Rig | None:
     for tried in range(TRIES):
         loaded = _loaded(plant, sensor, draw)
         loop = stability_report.admittance_loop(loaded, 0)
+        # the quick question first: most draws end there
         if not (admittance_margin.judge_stiffest(loop).ok and _certified(loop)):
             continue
         if loop.bristle_nm_rad == 0 or admittance_sticking.judge_stuck(loop).ok:
@@ -154,9 +157,10 @@ def pair(rig: Rig, seed: int, number: int) -> Pair:
     """Hand and world `number` of a rig: the corners of its box first."""
     draw = np.random.default_rng((seed, rig.index, number))
     box = rig.loop.box
-    corner = number < PAIRS // 2
+    corner = number < PAIRS // 2  # the stiffest hand decides most
     return Pair(
         stiffness_nm_rad=box.stiffness_nm_rad * (1.0 if corner else draw.random() ** 2),
+        # hardly damped: a damped hand calms what the certificate let through
         damping_nms_rad=box.damping_nms_rad * (0.0 if draw.random() < 0.8 else draw.random() ** 3),
         inertia_kgm2=box.inertia_kgm2 * float(draw.choice([0.0, 1.0, draw.random()])),
         world=_WORLDS[int(draw.integers(len(_WORLDS)))],

@@ -45,6 +45,7 @@ def _stuck(plant: Record, plant_p: Record, elapsed: int) -> bool:
 def _heard_nothing(plant: Record, plant_p: Record, skipped: int) -> int:
     """Invariant 20: after more slots than time to live and actuation delay, the motor holds no torque."""
     for axis in range(len(plant.motor_torque_nm)):
+        # commands under way still act
         late = math.ceil(plant_p.torque_delay_ticks[axis] + plant_p.transport_delay_ticks)
         silent = skipped > plant_p.time_to_live_ticks + late
         if silent and plant.motor_torque_nm[axis] != 0.0:
@@ -115,7 +116,7 @@ def drive(
     for k in range(ticks):
         skipped = 0
         if passive:
-            if k % 50 == 0:
+            if k % 50 == 0:  # asks until it is ready, and again after a fault
                 c.arm_count += 1
                 c.epoch = s.epoch
             stream_world(c, k, rng)
@@ -129,22 +130,24 @@ def drive(
             silence = render(s, c, rng, silence)
             skipped = slots_missed(rng)
         c.seq += 1
-        t.tick += 1 + skipped
+        t.tick += 1 + skipped  # slots are never caught up
         t.missed_ticks += skipped
         stuck = _stuck(plant_state[0], plant_params[0], t.tick - 1 - plant_state[0].first_tick)
         call_for_int(at[0], (tick, plant_state, plant_params))
+        # a motor that a script holds hears nothing
         bad = 0 if stuck else _heard_nothing(plant_state[0], plant_params[0], skipped)
         call(at[1], (tick, state, params, command, model))
         bad |= watch(t, s, p, c, model, m, passive)
         visits[t.state] += 1
         for axis in range(len(t.program_kind)):
             programs[t.program_kind[axis]] += 1
-        faults = np.int64(t.faults)
+        faults = np.int64(t.faults)  # signed: Numba makes a float of signed and unsigned together
         for bit in range(32):
-            seen[bit] += (faults & ~faults_before) >> bit & 1
+            seen[bit] += (faults & ~faults_before) >> bit & 1  # appeared, not stayed
         faults_before = faults
         call_for_int(at[2], (tick, plant_state, plant_params))
         if passive:
+            # after the plant's step: the truth of this period
             bad |= watch_hand(t, plant_state[0], plant_params[0], p, m)
         if len(trace) > 0:
             trace[k % len(trace)] = tick[0]
@@ -155,5 +158,5 @@ def drive(
             closed = 0
             _restart(c)
             state[0] = fresh_state[0]
-            memory[0] = fresh_memory[0]
+            memory[0] = fresh_memory[0]  # the monitor is restarted with the law it watches
     return 0, ticks

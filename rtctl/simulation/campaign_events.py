@@ -52,9 +52,10 @@ def broken(rng: np.ndarray, value: float) -> float:
 @compiled
 def operate(s: Record, c: Record, rng: np.ndarray) -> None:
     """Requests of the operator, some of them in the wrong state or epoch."""
+    # mostly where it can be granted, or nothing would ever run
     if chance(rng, 40.0) and (s.state == _IDLE or chance(rng, 50.0)):
         c.arm_count += 1
-        c.epoch = s.epoch if not chance(rng, 10.0) else s.epoch - 1
+        c.epoch = s.epoch if not chance(rng, 10.0) else s.epoch - 1  # one in ten of before the last stop
     if chance(rng, 60.0) and (s.state in (_FAULT, _ESTOP) or chance(rng, 50.0)):
         c.reset_count += 1
     if chance(rng, 3000.0):
@@ -74,6 +75,7 @@ def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> No
     c.environment_damping_nms_rad[axis] = between(rng, 0.0, 0.2)
     c.environment_center_rad[axis] = between(rng, -0.3, 0.3)
     for which in range(len(TRIED)):
+        # drawn, wanted or not: the stream stays in step
         value = between(rng, TRIED[which][0], TRIED[which][1])
         if own:
             set_own(c, axis, which, value)
@@ -128,7 +130,7 @@ def render(s: Record, c: Record, rng: np.ndarray, silence: int) -> int:
     if silence > 0:
         return silence - 1
     if chance(rng, 400.0):
-        return int(between(rng, 1.0, 250.0))
+        return int(between(rng, 1.0, 250.0))  # across HOLD (20) and STOP (100)
     c.target_count += 1
     c.target_epoch = s.epoch if not chance(rng, 50.0) else s.epoch - 1
     c.target_lease = RIGHT_LEASE if not chance(rng, 20.0) else WRONG_LEASE
@@ -145,5 +147,5 @@ def render(s: Record, c: Record, rng: np.ndarray, silence: int) -> int:
 def slots_missed(rng: np.ndarray) -> int:
     """Grid slots that pass before the next tick."""
     if chance(rng, 300.0):
-        return int(between(rng, 1.0, 4.0))
-    return int(between(rng, 8.0, 40.0)) if chance(rng, 8000.0) else 0
+        return int(between(rng, 1.0, 4.0))  # across OVERRUN, 3 in a row, and STALE
+    return int(between(rng, 8.0, 40.0)) if chance(rng, 8000.0) else 0  # across STALLED, 10 periods

@@ -61,6 +61,7 @@ class Found:
     @property
     def rests(self) -> bool:
         """The joint came to rest, or is on its way. NaN is not."""
+        # so written that NaN shakes
         quiet = self.speed_rad_s <= QUIET_RAD_S or self.speed_rad_s <= GROWS * self.before_rad_s
         return quiet and self.fault < 0
 
@@ -74,7 +75,8 @@ def _simulation(rig: Rig, held: Pair, seed: int) -> Simulation:
     for name in ("force_noise_n", "force_resolution_n", "current_noise_a"):
         plant[name] = 0.0
     plant["count_rad"] = p["count_rad"] = 1e-7  # steps of encoder and force are rows of their own
-    plant["force_range_n"] = p["force_limit_n"] = 1e4
+    plant["force_range_n"] = p["force_limit_n"] = 1e4  # a swing is to be seen, not clipped
+    # both would calm what the certificate let through
     p["watch_floor_nm"], p["energy_budget_j"] = math.inf, 1e6
     plant["hand_kind"] = int(Hand.NONE)
     command["environment_kind"], command["environment_side"] = int(held.world), 1
@@ -99,6 +101,7 @@ def _take_hold(made: Simulation, held: Pair) -> None:
         made.plant_state["position_rad"][0],
     )
     plant["hand_sine_rad"] = 0.0
+    # a soft hand would swing round and round
     plant["hand_sine_rad"][0, 0, 0] = min(torque / held.stiffness_nm_rad, 0.1)
     plant["hand_sine_rad_s"][0, 0, 0] = 2 * math.pi * 3.0
 

@@ -65,6 +65,7 @@ def network(J: float, b: float, w2: np.ndarray, p2: np.ndarray) -> Plant:
     In root energy coordinates: stretch of the spring to ground, speed of the mass, then stretch and speed of
     every further mass on its spring."""
     modes = len(w2)
+    # Foster's form: poles and zeros in turn along the axis are a network of masses on springs
     ground = J * w2[0] * math.prod(w2[1:] / p2)
     a, rate = np.zeros((2 * modes, 2 * modes)), math.sqrt(ground / J)
     a[0, 1], a[1, 0], a[1, 1] = rate, -rate, -b / J
@@ -72,6 +73,7 @@ def network(J: float, b: float, w2: np.ndarray, p2: np.ndarray) -> Plant:
         others = np.arange(len(p2)) != i
         ratio = float(np.prod((w2[1:][others] - one) / (p2[others] - one)))
         spring = J * (w2[0] - one) / -one * (w2[i + 1] - one) * ratio
+        # max: rounding of a spring that is none
         stretch, own, to_mass = 2 + 2 * i, math.sqrt(one), math.sqrt(max(spring, 0.0) / J)
         a[stretch, stretch + 1], a[stretch + 1, stretch] = own, -own
         a[stretch, 1], a[1, stretch] = -to_mass, to_mass
@@ -143,7 +145,7 @@ def _tick(
     out = np.zeros((size, size))
     middle = early[0] @ eye[:m] + np.outer(early[1], torques[k0 + 1])
     out[:m] = late[0] @ middle + np.outer(late[1], torques[k0])
-    out[m : m + line] = torques[:line]
+    out[m : m + line] = torques[:line]  # the line of torques under way moves on
     out[m + line :] = law[1:] @ see
     return out
 
@@ -158,7 +160,7 @@ def _steps(case: Case, share: float) -> tuple[np.ndarray, np.ndarray]:
     a[:m, :m], a[:m, m] = plant.a, plant.b
     if case.tau > 0:
         a[m, m], a[m, m + 1] = -1 / (case.tau * case.T), 1 / (case.tau * case.T)
-    exact = expm(a * case.T * share)
+    exact = expm(a * case.T * share)  # of state and held torque together
     return exact[:-1, :-1], exact[:-1, -1]
 
 

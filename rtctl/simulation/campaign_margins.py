@@ -75,15 +75,13 @@ def _lag_hz(tau: float, T: float) -> float:
     return 1 / (2 * math.pi * tau * T) if tau > 0 else 0.0
 
 
-def _loop(draw: np.random.Generator, *, late: bool = True) -> tuple[Loop, float]:
+def _loop(draw: np.random.Generator) -> tuple[Loop, float]:
     """Period, delay, lag, guaranteed damping and b_c of a random rig, and the inertia of its joint."""
     T, b = log_uniform(draw, 1e-4, 4e-3), log_uniform(draw, 0.01, 0.3)
     J = log_uniform(draw, 1e-3, 0.1)
     b = min(b, 0.3 * J / T)  # what a single pole of the joint takes in a tick
     delay = float(draw.choice([0.0, 1.0, 2.0, draw.uniform(0, 3), draw.uniform(0, 3)]))
     tau = log_uniform(draw, 0.03, 3.0) if draw.random() < 0.5 else 0.0
-    if not late:
-        delay = tau = 0.0
     return Loop(T, delay, tau, 0.0, b * draw.uniform(0, 0.8), b), J
 
 
@@ -97,7 +95,7 @@ def certified(seed: int, index: int) -> Certified:
 
 def _proven(loop: Loop, between: Between, draw: np.random.Generator) -> float:
     """A stiffness inside the proof, often close to its edge."""
-    share = 1 - log_uniform(draw, 1e-4, 0.3)
+    share = 1 - log_uniform(draw, 1e-4, 0.3)  # up to .9999 of the bound: an error of the proof shows there
     return share * stability.k_max_between(loop.b, loop.b_c, loop.T, between)
 
 
@@ -178,8 +176,9 @@ def _old(draw: np.random.Generator) -> Case:
     # a sample taken after `a` ticks is held for the ticks until the next one
     pattern: list[tuple[int, float]] = []
     for i, age in enumerate(ages):
-        before = ages[i - 1]
+        before = ages[i - 1]  # of the first the last: the pattern repeats
         pattern += [(before, loop.delay), *[(0, loop.delay)] * (age - 1)]
+    # the worst hand for a loop of n times the period: a bad one here, too
     near = Loop(loop.T * n, (loop.delay + (n - 1) / 2) / n, loop.tau / n, k, loop.b_c, loop.b)
     if draw.random() < 0.6:
         plant = worst_rig(near, J, worst_place(near))[0]
@@ -218,7 +217,7 @@ def distance(seed: int, index: int) -> float:
         )
 
     low, high = 1.0, 1.02
-    while not unstable(high):
+    while not unstable(high):  # steps that double: most bounds are within some percent
         low, high = high, 1 + 2 * (high - 1)
         if high > FARTHEST:
             return math.inf

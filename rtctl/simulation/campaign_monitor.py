@@ -19,6 +19,7 @@ _HOLD, _STOPPING, _FAULT = int(State.HOLD), int(State.STOPPING), int(State.FAULT
 _ESTOP, _LOCKOUT = int(State.ESTOP), int(State.LOCKOUT)
 _OFF, _BRAKE = int(Program.OFF), int(Program.BRAKE)
 
+# written down once more: a fault that the law's own table gives the wrong reaction shows
 _CUT = int(
     Fault.STALE | Fault.BAD_SAMPLE | Fault.JUMP | Fault.CHECKSUM | Fault.LINK_LOST | Fault.DEVICE
     | Fault.ACTUATOR_WRONG | Fault.OVERSPEED | Fault.STALLED | Fault.PASSIVITY_GROSS | Fault.WIRING
@@ -116,8 +117,9 @@ def _torque(t: Record, p: Record, m: Record, axis: int) -> int:
             and torque * t.velocity_rad_s[axis] > 0.0
         ):
             bad |= 1 << 15
-    if t.state == _STOPPING and abs(torque) > abs(before):
+    if t.state == _STOPPING and abs(torque) > abs(before):  # a ramp only falls
         bad |= 1 << 8
+    # new in this tick: one that stays has had its reaction
     appeared = np.int64(t.faults) & (_CUT | _RAMP) & ~m.faults
     if appeared and _powered(m.state) and abs(torque) > abs(before):
         bad |= 1 << 19
@@ -148,7 +150,7 @@ def _entries(t: Record, c: Record, m: Record) -> int:
     """Invariants of how states are entered."""
     bad = 0
     state, before = t.state, m.state
-    fresh_arm = c.arm_count > m.arm_count and c.epoch == m.epoch
+    fresh_arm = c.arm_count > m.arm_count and c.epoch == m.epoch  # of the epoch before the tick
     if (t.enabled != 0) != _powered(state):
         bad |= 1 << 5
     if state == _ARMING and before != _ARMING and not (before == _IDLE and fresh_arm):
@@ -170,7 +172,7 @@ def _reactions(t: Record, m: Record) -> int:
     if (faults & _CUT and _powered(state)) or (faults & _RAMP and moving):
         bad |= 1 << 8
     m.ramp_age = m.ramp_age + 1 if state == _STOPPING else 0
-    if m.ramp_age > STOP_TICKS:
+    if m.ramp_age > STOP_TICKS:  # 50 and the tick that ends it
         bad |= 1 << 8
     if state in (_FAULT, _LOCKOUT) and t.fault_first < 0:
         bad |= 1 << 9
@@ -246,9 +248,11 @@ def watch_hand(t: Record, plant: Record, plant_p: Record, p: Record, m: Record) 
     allowed = p.renderer_store_j + p.renderer_power_w * p.period_s * m.armed_ticks + 1.5 * p.energy_budget_j
     for axis in range(len(m.given_j)):
         hand, place = plant.hand_torque_nm[axis], plant.position_rad[axis]
+        # the truth, not the sensor
         m.given_j[axis] -= 0.5 * (m.hand_nm[axis] + hand) * (place - m.place_rad[axis])
         if m.armed_ticks == 0:
             bristle = 0.5 * plant_p.bristle_stiffness_nm_rad[axis] * plant.bristle_rad[axis] ** 2
+            # what bristles and motion hold when it is armed may come back to the hand
             m.given_j[axis] = -bristle - 0.5 * plant_p.inertia_kgm2[axis] * plant.velocity_rad_s[axis] ** 2
         if not m.given_j[axis] <= allowed:
             bad = 1 << 21
@@ -271,7 +275,7 @@ def watch(t: Record, s: Record, p: Record, c: Record, model: np.ndarray, m: Reco
         bad |= _torque(t, p, m, axis) | _feedforward(t, p, model[axis], axis) | _program(t, c, m, axis)
         if not _powered(t.state) and t.torque_applied_nm[axis] != 0.0:
             bad |= 1 << 5
-        if passive and not t.energy_port_j[axis] >= -1.5 * p.energy_budget_j:
+        if passive and not t.energy_port_j[axis] >= -1.5 * p.energy_budget_j:  # not: NaN breaks it, too
             bad |= 1 << 13
         m.torque_nm[axis] = t.torque_applied_nm[axis]
     m.state, m.epoch, m.faults, m.fault_first = t.state, t.epoch, np.int64(t.faults), t.fault_first

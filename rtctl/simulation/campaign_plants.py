@@ -65,6 +65,7 @@ def put_timing(p: np.void, plant: np.void, like: np.void, delay_ticks: int) -> N
     for name in _TIMING:
         plant[name] = like[name]
     plant["torque_delay_ticks"], p["follow_delay_ticks"] = 0, delay_ticks
+    # the age of the sample, a tick of every second, is no delay of the torque
     p["actuator_delay_ticks"] = delay_ticks - 1
 
 
@@ -80,17 +81,17 @@ def put_plant(plant: np.void, like: np.void, usual: np.void, axis: int) -> None:
     size = float(plant["inertia_kgm2"][axis] / usual["inertia_kgm2"][axis])
     for name in _SHAPE:
         plant[name][axis] = like[name][axis]
-    plant["joint_stiffness_nm_rad"][axis] *= size
+    plant["joint_stiffness_nm_rad"][axis] *= size  # by the inertia: the resonance stays
     plant["joint_damping_nms_rad"][axis] *= size
     plant["ripple_wave"][axis, :, 0] *= friction
     for name in ("load_outside_square_nm", "load_motor_square_nm"):
-        plant[name][axis] /= friction
+        plant[name][axis] /= friction  # a square term over a friction of another size
     elastic = bool(like["joint_stiffness_nm_rad"][axis] > 0)
     dry, viscous = (
         float(like[f"link_{kind}_share"][axis]) if elastic else 0.0 for kind in ("dry", "viscous")
     )
     waves = float(np.abs(like["friction_wave"][axis, :, 0]).sum())
-    up = friction / ((1 - dry) * (1 - waves))
+    up = friction / ((1 - dry) * (1 - waves))  # what acts on the motor's side, at the weakest place
     for name in ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "bristle_stiffness_nm_rad"):
         plant[name][axis] = up * like[name][axis]
     for name in _CURVE:

@@ -39,7 +39,7 @@ def ask_for_programs(s: Record, p: Record, c: Record, rng: np.ndarray) -> None:
             c.epoch = s.epoch
         c.program_kind[axis] = int(_KINDS * uniform(rng))
         if chance(rng, 50.0):
-            c.program_kind[axis] = 7
+            c.program_kind[axis] = 7  # no kind
         _motion(p, c, axis, rng)
         _guards(s, p, c, axis, rng)
 

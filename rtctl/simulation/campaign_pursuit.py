@@ -54,9 +54,10 @@ def pursue(s: Record, p: Record, c: Record, plant: Record, foe: Record, k: int, 
         The truth: what no renderer can know better.
     foe : record of `foe_dtype`
         Its strategy."""
-    if uniform(rng) * 3000.0 < 1.0:
+    if uniform(rng) * 3000.0 < 1.0:  # help on and off at will: nothing of it may be a source
         for axis in range(len(c.compensation)):
             c.compensation[axis] = 1.0 if c.compensation[axis] < 0.5 else 0.0
+    # each return from HOLD raises the authority anew: a source without end if nobody paid for it
     if k % max(foe.between_ticks, 1) < foe.silent_ticks or k % max(foe.every_ticks, 1) != 0:
         return
     c.target_count += 1
@@ -81,7 +82,7 @@ def foe_record(draw: np.random.Generator) -> np.ndarray:
     row["rate"] = math.exp(draw.uniform(math.log(2.0), math.log(60.0)))
     row["pull"] = draw.choice([0.0, 1.0, draw.uniform(-2.0, 2.0)])
     row["every_ticks"] = draw.choice([1, 1, 5, 17])
-    row["silent_ticks"] = draw.choice([0, 22, 30, 60])
+    row["silent_ticks"] = draw.choice([0, 22, 30, 60])  # 20 are HOLD, 100 STOP
     row["between_ticks"] = draw.integers(150, 1500)
     return foe
 

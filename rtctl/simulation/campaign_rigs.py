@@ -84,7 +84,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     p, command, plant = made.params[0], made.command[0], made.plant_params[0]
     p["ready_ticks"] = draw.integers(20, 500)
     p["soft_start_ticks"] = draw.integers(50, 600)
-    p["late_limit_ticks"] = 3
+    p["late_limit_ticks"] = 3  # a mock is not judged for lateness by itself; a campaign's is
     plant["estop_from_s"] = plant["estop_to_s"] = 0.0
     name = campaign_plants.drawn(np.random.default_rng((seed, index, _PLANT_STREAM)))
     for axis in range(made.plan.n_axes):
@@ -143,7 +143,7 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
     plant["inertia_kgm2"][axis] = p["inertia_kgm2"][axis] = inertia
     p["viscous_nms_rad"][axis] = p["hold_damping_nms_rad"][axis] = viscous
     p["injected_damping_max_nms_rad"][axis] = viscous
-    plant["viscous_nms_rad"][axis] = viscous * draw.uniform(1.0, 1.3)
+    plant["viscous_nms_rad"][axis] = viscous * draw.uniform(1.0, 1.3)  # the law is told the least
     count = 2 * math.pi / log_uniform(draw, 2e3, 4e5)
     plant["count_rad"][axis] = p["count_rad"][axis] = p["velocity_band_rad"][axis] = count
     delay = int(draw.integers(0, 3))
@@ -155,7 +155,7 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
         p["torque_continuous_nm"][axis] = limit * draw.uniform(0.2, 0.9)
     p["torque_rate_nm"][axis] = limit * draw.uniform(0.05, 0.5)
     p["velocity_limit_rad_s"][axis] = draw.uniform(4.0, 12.0)
-    plant["current_max_a"][axis] = 1e3
+    plant["current_max_a"][axis] = 1e3  # no cut of the device's own: it is not what is judged
     p["current_limit_a"][axis] = 1e3
     p["arming_torque_nm"][axis] = min(
         0.05 * limit,
@@ -205,6 +205,7 @@ def _coupling(p: np.void, axis: int, draw: np.random.Generator) -> None:
     delay = int(p["follow_delay_ticks"][axis])
     share = draw.uniform(*SHARES["margin"])
     damping = draw.uniform(0.0, 0.3) * b
+    # room for a stiffness
     while stability.damping_needed_sampled_data(0.0, damping, period_s, delay) > 0.9 * b:
         damping *= 0.5
     most = stability.k_max_sampled_data(b, damping, period_s, delay)
@@ -224,6 +225,7 @@ def _force_feedback(p: np.void, axis: int, draw: np.random.Generator) -> None:
     p["force_feedback_deadband_nm"][axis] = draw.uniform(0.0, 0.01)
     p["force_feedback_cap_nm"][axis] = draw.uniform(0.05, 0.3) * p["torque_limit_nm"][axis]
     p["force_feedback_share"][axis] = draw.uniform(0.5, 0.98)
+    # what the coupling leaves: a feedback that spends more is told an untruth
     margin = stability.margin_sampled_data(float(p["viscous_nms_rad"][axis]), k_c, b_c, period_s, delay)
     p["force_feedback_damping_nms_rad"][axis] = max(0.0, margin)
     p["force_feedback_reserve_nm"][axis] = k_c * count / 2 + b_c * count / period_s
@@ -317,6 +319,7 @@ def _value(kind: Kind, draw: np.random.Generator) -> float:
 
 def _faults(plant: np.void, count: int, ticks: int, draw: np.random.Generator) -> list[str]:
     """Spread `count` faults over the run; returns their names, for a person."""
+    # the loop's lateness is drawn tick by tick
     kinds = [kind for kind in KINDS.values() if kind.channel is not Channel.LOOP]
     names = []
     plant["fault_count"] = count

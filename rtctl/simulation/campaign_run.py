@@ -106,6 +106,7 @@ class Result:
 
 def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Result, Rig, np.ndarray]:
     """Run rig `index` in this process; also the rig, and its last `keep` ticks."""
+    # by the number: a rig can be made again alone
     name = "mock-2axis.toml" if index % TWO_AXES_OF == 0 else "mock.toml"
     rig = make(
         _loaded(name), order.seed, index, passive=order.passive, faults=order.faults, ticks=order.ticks
@@ -157,6 +158,7 @@ def run_part(order: Order, indices: range) -> Result:
 
 
 def _parts(order: Order) -> Iterator[range]:
+    # some seconds of work: progress is told, and cores stay busy
     size = max(1, min(20, 2_000_000 // order.ticks))
     for first in range(0, order.rigs, size):
         yield range(first, min(first + size, order.rigs))

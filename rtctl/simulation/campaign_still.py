@@ -95,6 +95,7 @@ def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     except FaultError:
         return Found(case, math.nan, math.nan, int(simulation.state["fault_first"][0]))
     moved_s = simulation.time_s - float(simulation.plant_params["hand_start_s"][0, 0])
+    # arming took some of the motion
     ends_s = PERIOD_S * (PERIODS + math.ceil(max(moved_s, 0.0) / PERIOD_S)) + case.stop_s
     simulation.run(ends_s - moved_s)
     period_s = simulation.plan.period_s
@@ -124,6 +125,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
         wish = replace(found.case, policy="off", amplitude_rad=farther * found.case.amplitude_rad)
         for later_s in LATER_S:
             alone = run_case(_ending_later(wish, later_s), hold_s)
+            # a larger motion than with help excuses nothing
             if farther > 1.0 and not alone.swing_rad <= found.swing_rad:
                 return False
             as_long = found.late_rad_s <= max(OWN_RING * alone.late_rad_s, QUIET_RAD_S)

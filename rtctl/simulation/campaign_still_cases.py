@@ -75,7 +75,7 @@ def _drawn(seed: int, index: int, policies: tuple[str, ...]) -> Case:
     stop_s = float(draw.choice([0.0, PERIOD_S / 2]) if ends == "middle" else draw.uniform(0.0, PERIOD_S))
     return Case(
         index=index,
-        policy=policies[index % len(policies)],
+        policy=policies[index % len(policies)],  # in turn, not drawn: each has as many cases
         model=str(draw.choice(_KINDS)),
         bristle_stiffness_nm_rad=log_uniform(draw, 50.0, 2000.0),
         bristle_damping_nms_rad=log_uniform(draw, 0.1, 3.0),
@@ -153,6 +153,7 @@ def rig(case: Case) -> Simulation:
         "friction": {"policy": case.policy, "presliding_rad": breakaway_nm / case.bristle_stiffness_nm_rad}
     }
     if case.joint_hz > 0:
+        # only the motor's damping counts on an elastic joint, and a coupling inside what that leaves
         told |= {"viscous_nms_rad": 0.8 * axis["viscous_nms_rad"], "coupling": {"stiffness_nm_rad": 45.0}}
     table["axis"] = [merged(axis, told)]
     options["axis"] = [merged(own, _joint(case, axis["inertia_kgm2"]))]

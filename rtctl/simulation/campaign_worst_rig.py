@@ -46,7 +46,7 @@ def _sampling(theta: np.ndarray, T: float) -> np.ndarray:
 
 def worst_place(loop: Loop) -> float:
     """Theta at which the loop needs the most damping."""
-    theta = np.linspace(0.01, 1.54, 200)
+    theta = np.linspace(0.01, 1.54, 200)  # 0 and pi/2 have no width
     w, A = loop.aliases(theta)
     S0, S1, S2 = (1 / w**2).sum(axis=1), (A / w**2).sum(axis=1), (np.abs(A) ** 2 / w**2).sum(axis=1)
     g = (1 / loop.coupling(theta)).real
@@ -63,7 +63,7 @@ def worst_rig(loop: Loop, J: float, theta: float) -> tuple[Plant, Law]:
     g = admittance.real
     chi = np.linspace(-1.55, 1.55, 2001)
     turned = np.exp(1j * chi) * E * S1
-    inside = np.maximum(abs(E) ** 2 * S0 * S2 - turned.imag**2, 0)
+    inside = np.maximum(abs(E) ** 2 * S0 * S2 - turned.imag**2, 0)  # of rounding
     worst = float(chi[int(np.argmax(np.cos(chi) * (turned.real + np.sqrt(inside))))])
     s = -g * math.tan(worst) - admittance.imag  # 1/Z = 1/Z_c + j s has the phase -worst
     law = Law(
@@ -81,11 +81,12 @@ def _folded_hand(loop: Loop, J: float, theta: float, c: complex, S1: complex) ->
     near = np.argsort(np.abs(w))[:MODES]
     w, A = w[near], A[near]
     phase = np.angle(2 * loop.b - c * S1) - np.angle(c * A)
-    half = (phase / 2 + np.pi / 2) % np.pi - np.pi / 2
+    half = (phase / 2 + np.pi / 2) % np.pi - np.pi / 2  # tan has the period pi
     reactance = np.clip(-loop.b * np.tan(half), -20 * loop.b, 20 * loop.b) * np.sign(w)
     at = np.abs(w)
     p2 = (0.5 * (at[1:] + at[:-1])) ** 2
     slope = [2 * J * np.prod((np.delete(at, i) ** 2 - one**2) / (p2 - one**2)) for i, one in enumerate(at)]
+    # a resonance below 0 is none
     shifted = np.sort(np.maximum(at - reactance / np.array(slope), 1e-3 * at[0]))
     return network(J, loop.b, shifted**2, p2)
 

@@ -8,6 +8,7 @@ the rig file's."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -38,10 +39,10 @@ def _friction(model: str, stiffness: float = 250.0, damping: float = 1.0, **more
     return {"friction": {"model": model, **bristles, **more}}
 
 
-def _elastic(hz: float, inertia_kgm2: float = 0.012, damping_ratio: float = 0.02) -> Change:
+def _elastic(hz: float) -> Change:
     """A joint whose two equal masses swing freely at `hz`; .8 of the viscous damping is the motor's."""
-    reduced, omega = inertia_kgm2 / 4, 2 * 3.141592653589793 * hz
-    stiffness, damping = round(reduced * omega**2, 1), round(2 * damping_ratio * reduced * omega, 5)
+    reduced, omega = 0.012 / 4, 2 * math.pi * hz  # two halves of the usual joint swing against each other
+    stiffness, damping = round(reduced * omega**2, 1), round(2 * 0.02 * reduced * omega, 5)
     return {"elastic": {"stiffness_nm_rad": stiffness, "damping_nms_rad": damping, "link_viscous_share": 0.2}}
 
 
@@ -159,7 +160,7 @@ def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:
         wanted = options_with(plant, loaded.options)
         options = registry.options_model("mock").model_validate(wanted, context={"n_axes": config.n_axes})
     except ValidationError as error:
-        of_rig = error.title == Config.__name__
+        of_rig = error.title == Config.__name__  # two models may refuse: each explains its own keys
         told = (
             explain(error, Config, table)
             if of_rig

@@ -66,7 +66,7 @@ def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray
     """
     params = plant_records(loaded.options, loaded.config.hardware())[0]
     dry, ripple_nm = _means_over_travel(loaded, axis, params[0])
-    params["modulation_share"], params["friction_wave_count"] = 0.0, 0
+    params["modulation_share"], params["friction_wave_count"] = 0.0, 0  # their mean is in the factor already
     for name in ("coulomb_nm", "breakaway_nm"):
         params[name][0, axis] *= dry
     return np.array(
@@ -78,7 +78,7 @@ def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> 
     """Friction F = F(v, motor torque F) of steady sliding, N m, by iteration: load adds a small part of what
     loads."""
     loaded = params.copy()
-    friction = -1.0
+    friction = -1.0  # no friction is this: the first round never ends it
     for _ in range(_LOAD_STEPS):
         before, friction = friction, abs(static_friction(velocity_rad_s, 0.0, loaded[0], axis))
         if abs(friction - before) <= _LOAD_PRECISION * friction:
@@ -119,6 +119,7 @@ def of_points(
         still = velocity == 0
         if still.all():
             continue
+        # break-away has a direction, and no speed
         true_nm = true_friction_nm(loaded, axis, np.where(still, direction * 1e-12, velocity))
         error = np.abs(torque) - true_nm
         found.append(_deviation(loaded, axis, direction, error[~still], error[still], true_nm[~still]))

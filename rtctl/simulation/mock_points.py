@@ -165,6 +165,7 @@ def _break_away(
         _cycle(tick, state, params, step_a * k)
         positions_rad[k] = tick[0].position_rad[0]
         currents_a[k] = tick[0].current_a[0]
+        # the bend of the bristles is no motion
         if k > 2 * look_back and abs(positions_rad[k] - positions_rad[k - look_back]) >= moving_rad:
             return k - look_back
     return -1
@@ -236,6 +237,7 @@ def rested_a(rig: Rig) -> float:
 
 def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) -> Point:
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
+    # never slower than the run itself
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
     jog_s = 2 * math.pi / measurements / abs(jog)
     settle_s = SETTLE_S + rig.settle_rad / abs(velocity_rad_s)

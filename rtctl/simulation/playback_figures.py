@@ -110,6 +110,7 @@ def _judged(log: AxisLog, settings: Settings) -> Judged:
             f"{log.source}: the regression gives inertia {inertia:.3g} kg m^2: "
             "turn the sign of the torque (scale = -1), or give the inertia"
         )
+    # half of the sum of both directions: an offset, not friction
     bias = dynamics.midpoint_nm if settings.bias == "midpoint" else 0.0
     samples = friction_samples(
         log, inertia, bias_nm=bias, cutoff_hz=settings.cutoff_hz, speed_min_rad_s=settings.speed_min_rad_s
@@ -234,12 +235,12 @@ def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: floa
     ------
     DataError
         No tick with full authority."""
-    fresh = rows[rows["sample_age_ticks"] == 0]
+    fresh = rows[rows["sample_age_ticks"] == 0]  # held samples would be steps of the velocity
     position = smooth(fresh["position_rad"][:, 0], rate_hz, cutoff_hz)
     velocity = np.gradient(position, 1.0 / rate_hz)
     inertial = inertia_kgm2 * np.gradient(velocity, 1.0 / rate_hz)
     counted = (fresh["state"] == State.ACTIVE) & (fresh["authority"] >= 1.0)
-    edge = round(rate_hz / cutoff_hz)
+    edge = round(rate_hz / cutoff_hz)  # a smoothed end is one-sided: its derivative is wrong
     counted[:edge] = counted[len(counted) - edge :] = False
     if not counted.any():
         raise DataError("no tick had full authority: arming and soft start outlast the log; use a longer one")

@@ -149,7 +149,7 @@ def _from_options(job: Job) -> LoadedConfig:
     options = of_file({"time": job.time, "axis": [{"position": job.position, **torques}]}, job.log)
     axis: dict[str, Any] = {
         "inertia_kgm2": job.inertia_kgm2 or 1.0,  # the free environment does not use it
-        "viscous_nms_rad": 0.0,
+        "viscous_nms_rad": 0.0,  # nothing is known to be damped
         "encoder_counts_per_rev": job.counts_per_rev,
         "torque_constant_nm_a": 1.0,
         "lever_m": [0.0, job.lever_m, 0.0],
@@ -159,7 +159,7 @@ def _from_options(job: Job) -> LoadedConfig:
         "current_limit_a": 1e3,
         "force": {"tare_s": 0.0, "limit_n": 1e4},
     }
-    guess = config_for_log(options, 1000.0, axis)
+    guess = config_for_log(options, 1000.0, axis)  # any rate: the log's own is not known before it is read
     rate_hz = load_log(options, guess.config.hardware()).rate_hz
     return config_for_log(options, round(rate_hz, 6), axis)
 

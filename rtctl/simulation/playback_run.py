@@ -62,7 +62,7 @@ def changed(
     data = loaded.config.model_dump(mode="json", by_alias=True)
     for table, keys in axis.items():
         data["axis"][0][table].update(keys)
-    data["loop"]["clock"] = "virtual"
+    data["loop"]["clock"] = "virtual"  # as fast as it goes, and no tick is late
     config = Config.model_validate(data)
     return LoadedConfig(path=loaded.path, sha256=loaded.sha256, config=config, options=dict(options))
 
@@ -79,6 +79,7 @@ def config_for_log(options: Mapping[str, Any], rate_hz: float, axis: Mapping[str
         "rig": {"name": "playback"},
         "loop": {"rate_hz": rate_hz, "clock": "virtual", "realtime": "off"},
         "axis": [{"name": "lever", **axis}],
+        # nothing moves: a recorded motion owes this law no energy
         "passivity": {"budget_j": 100.0, "bank_j": 0.0},
         "device": [{"kind": "playback", "options": dict(options)}],
     }

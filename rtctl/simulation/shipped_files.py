@@ -19,7 +19,7 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,31}")
 def shipped(name: str) -> Path:
     """Path of a file that comes with rtctl, e.g. `configs/mock.toml` or `docs/view.md`."""
     package = Path(__file__).parents[1]
-    inside = package / name
+    inside = package / name  # a wheel has them in the package, a checkout beside it
     return inside if inside.exists() else package.parent / name
 
 
@@ -82,7 +82,7 @@ def write_copy(source: str, target: Path, name: str) -> list[Path]:
             else:
                 new.write_bytes(old.read_bytes())
         target.parent.mkdir(parents=True, exist_ok=True)
-        with target.open("x") as file:
+        with target.open("x") as file:  # x: a file that appeared meanwhile is not overwritten
             file.write(text)
     except OSError as error:
         raise ConfigError(f"{error.filename or target}: {error.strerror}") from error

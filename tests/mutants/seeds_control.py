@@ -257,6 +257,14 @@ SEEDS = (
         "    t.feedforward_torque_nm[axis] *= share\n", "", ASSISTANCE,
     ),
     Seed(
+        "the account of the force feedback takes the torque for as late as the current may show it",
+        "rtctl/control/force_feedback.py",
+        "late = min(max(p.actuator_delay_ticks[axis], 0), HELD - 3)",
+        "late = min(max(p.follow_delay_ticks[axis], 0), HELD - 3)",
+        (f"{UNIT}/test_force_feedback.py"
+         "::test_the_account_takes_the_worse_of_when_the_torque_acts_and_one_tick_more",),
+    ),
+    Seed(
         "the monitor judges the feed-forward alone", "rtctl/simulation/campaign_monitor.py",
         " or abs(value + observer) > cap:", ":", MONITOR,
     ),

@@ -9,6 +9,26 @@ SIZES = ("tests/unit/experiments/test_sizes_of_an_axis.py",)
 
 SEEDS = (
     Seed(
+        "a comparison goes on without the model that it is of",
+        "rtctl/experiments/models.py",
+        "if not any(one.name in SVR for one in models):",
+        "if len(models) == 1:",
+        (
+            "tests/unit/experiments/test_positioning.py"
+            "::test_a_comparison_without_a_support_vector_model_is_refused_before_anything_moves",
+        ),
+    ),
+    Seed(
+        "formulas may be asked for alone",
+        "rtctl/cli/experiment.py",
+        "if not set(models) & set(SVR):",
+        "if False:",
+        (
+            "tests/unit/experiments/test_positioning.py"
+            "::test_a_comparison_without_a_support_vector_model_is_refused_before_anything_moves",
+        ),
+    ),
+    Seed(
         "a speed that is not a number is quiet",
         "rtctl/experiments/still_hand.py",
         "not self.speed_rad_s <= most_rad_s",

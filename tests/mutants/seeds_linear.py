@@ -7,6 +7,7 @@ from seed import Seed
 HANDLE = ("tests/unit/control/test_handle.py",)
 WAVES = ("tests/unit/friction/test_waves.py",)
 CONTROL = "rtctl/control/"
+CHECK = "tests/unit/cli/test_shake_of_a_carriage.py"
 
 
 def _of_a_joint(what: str, file: str, own: str) -> Seed:
@@ -74,6 +75,18 @@ SEEDS = (
         "if before and (other := SPELT.get(said.lower(), said)) in OTHERS:",
         "if before and (other := SPELT.get(said.lower(), said)) is None:",
         ("tests/unit/cli/test_columns_said.py",),
+    ),
+    Seed(
+        "a carriage may shake ten times as fast as a joint does at its handle",
+        "rtctl/check/verdicts_of_loop.py",
+        'return own(SHAKE_RAD_S, "shake_rad_s", s.table)', "return SHAKE_RAD_S",
+        (f"{CHECK}::test_a_carriage_may_shake_no_faster_than_a_joint_does_at_its_handle",
+         f"{CHECK}::test_a_carriage_that_sticks_may_shake_no_faster_either"),
+    ),
+    Seed(
+        "a carriage's shake is refused from ten times the speed on", "rtctl/check/verdicts_of_loop.py",
+        'return own(FELT_RAD_S, "felt_rad_s", s.table)', "return FELT_RAD_S",
+        (f"{CHECK}::test_a_carriage_may_shake_no_faster_than_a_joint_does_at_its_handle",),
     ),
     Seed(
         "a pressure is a force", "hw/playback/units.py", '"bar", "Pa", "MPa", "psi", ', "",

@@ -79,9 +79,19 @@ SEEDS = (
         CHECK,
     ),
     Seed(
+        "a bound of the intent that is rounded to 0 divides",
+        "rtctl/check/verdicts_of_friction.py",
+        "lowpass_hz / later_hz if later_hz > 0 else math.inf",
+        "lowpass_hz / later_hz",
+        (
+            "tests/unit/cli/test_check_friction.py"
+            "::test_an_intent_that_only_a_low_pass_below_a_tenth_of_a_hertz_would_settle_is_told",
+        ),
+    ),
+    Seed(
         "a shake by the encoder's steps is never refused",
         "rtctl/check/verdicts_of_loop.py",
-        "Outcome.FAIL if shake > FELT_RAD_S else outcome",
+        "Outcome.FAIL if shake > _felt_rad_s(s) else outcome",
         "outcome",
         CHECK,
     ),

@@ -10,6 +10,20 @@ BETWEEN = ("tests/unit/friction/test_between_speeds.py",)
 
 SEEDS = (
     Seed(
+        "two points have a noise that is no number",
+        "rtctl/friction/learn/grids.py",
+        "/ 0.6745 if len(size) else 0.0,",
+        "/ 0.6745,",
+        ("tests/unit/friction/test_foretold.py",),
+    ),
+    Seed(
+        "a formula of more numbers than the first sessions have points refuses the whole fit",
+        "rtctl/friction/learn/foretold.py",
+        "except (FailedFitError, UnidentifiableError):",
+        "except FailedFitError:",
+        ("tests/unit/friction/test_foretold.py",),
+    ),
+    Seed(
         "the ends of a session held out tell where it lies",
         "rtctl/friction/learn/hold_out.py",
         "whole = 2 * measured.sum(axis=1) >= measured.any(axis=0).sum()",

@@ -81,12 +81,12 @@ def felt_through(s: Record, p: Record, axis: int) -> float:
 def gate_room(s: Record, p: Record, axis: int, k: float) -> float:
     """Most energy, stored and of motion, that the gate can follow with an environment of stiffness `k`, J."""
     k_c = felt_through(s, p, axis)
-    series = k_c * k / (k_c + k)
+    series = k_c * k / (k_c + k)  # a wall of 1e6 lags no more than the coupling does
     if series <= 0.0:
         return math.inf
     speed = min(MOTION_SHARE * p.torque_rate_nm[axis] / (series * p.period_s), p.velocity_limit_rad_s[axis])
     motion = 0.5 * p.inertia_kgm2[axis] * speed * speed
-    return min(motion, 0.5 * p.torque_limit_nm[axis] ** 2 / series)
+    return min(motion, 0.5 * p.torque_limit_nm[axis] ** 2 / series)  # beyond, the torque limit hides it
 
 
 @compiled
@@ -127,7 +127,7 @@ def _carried(s: Record, axis: int, k_c: float, k: float, center: float) -> float
         return proxy
     share = then / (then + k_c)
     moved = share * (center - s.world_center_rad[axis])
-    if s.world_kind[axis] not in SNAPPING:
+    if s.world_kind[axis] not in SNAPPING:  # of detents only a bound of the stretch is known
         moved -= (share - now / (now + k_c)) * way
     return proxy + moved
 
@@ -142,6 +142,7 @@ def _take_step(s: Record, p: Record, axis: int, k: float, center: float) -> bool
         proxy = _carried(s, axis, k_c, k, center)
     stored = potential(s, axis, k, center, proxy) + 0.5 * k_c * (x - proxy) ** 2
     work = stored - environment_energy(s, axis, before) - 0.5 * k_c * (x - before) ** 2
+    # what stiffens for nothing lags behind a fast joint as well
     if work > 0.0 or k > s.world_stiffness_nm_rad[axis]:
         motion = 0.5 * p.inertia_kgm2[axis] * s.velocity_rad_s[axis] ** 2
         if not (work <= s.renderer_store_j[axis] and stored + motion <= gate_room(s, p, axis, k)):
@@ -168,12 +169,14 @@ def _step_stiffness(s: Record, p: Record, axis: int, wanted: float) -> None:
         return
     way = abs(stretch(s, axis, s.world_center_rad[axis]))
     rate = (RAISE_SHARE if wanted > k else LOWER_SHARE) * p.torque_rate_nm[axis]
+    # even steps of the torque felt: k_c share way
     share, share_wanted = k / (k + k_c), wanted / (wanted + k_c)
     step = abs(share_wanted - share)
     if way > 0.0:
         step = min(step, rate / (k_c * way))
     for _ in range(HALVINGS):
         new = towards(share, share_wanted, step)
+        # a share that is undone would miss by rounding
         k_new = wanted if new == share_wanted else k_c * new / (1.0 - new)
         if _take_step(s, p, axis, k_new, s.world_center_rad[axis]):
             return
@@ -189,6 +192,7 @@ def _step_center(s: Record, p: Record, axis: int, wanted: float) -> None:
     center = s.world_center_rad[axis]
     if center == wanted:
         return
+    # a bound has no direction
     lowers = s.world_kind[axis] not in SNAPPING and (wanted - center) * stretch(s, axis, center) > 0.0
     rate = (LOWER_SHARE if lowers else RAISE_SHARE) * p.torque_rate_nm[axis]
     step = min(p.velocity_limit_rad_s[axis] * p.period_s, rate * (k + k_c) / (k_c * k))
@@ -222,7 +226,7 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
     Notes
     -----
     The command is finite (`laws.finite_command`); `law.step` stops on one that is not."""
-    s.renderer_grant_j[axis] = 0.0
+    s.renderer_grant_j[axis] = 0.0  # of this tick: `passivity.granted` has had the last one's
     if disabled or felt_through(s, p, axis) <= 0.0:
         _take_all(s, c, axis)
         s.renderer_store_j[axis] = p.renderer_store_j
@@ -230,7 +234,7 @@ def follow_world(s: Record, p: Record, c: Record, axis: int, speed: float, disab
     refilled = s.renderer_store_j[axis] + p.renderer_power_w * p.period_s
     s.renderer_store_j[axis] = min(refilled, p.renderer_store_j)
     if not _same_shape(s, c, axis):
-        _step_damping(s, p, axis, 0.0, speed)
+        _step_damping(s, p, axis, 0.0, speed)  # to nothing first: between two kinds nothing leads
         _step_stiffness(s, p, axis, 0.0)
         if s.world_stiffness_nm_rad[axis] != 0.0 or s.world_damping_nms_rad[axis] != 0.0:
             return

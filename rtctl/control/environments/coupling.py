@@ -30,6 +30,7 @@ def _remote_force(s: Record, p: Record, axis: int, difference: float) -> float:
     """Coupling force towards the renderer's target (`targets.follow_target`)."""
     velocity = follow_target(s, p, axis, difference)
     stretch = s.position_rad[axis] - s.proxy_position_rad[axis]
+    # the damper follows the target's velocity, as far as paid, not the proxy's steps
     slip = difference - velocity
     return p.coupling_stiffness_nm_rad[axis] * stretch + p.coupling_damping_nms_rad[axis] * slip
 
@@ -70,13 +71,14 @@ def coupling_torque(
         s.proxy_position_rad[axis] = x
         s.proxy_set_count[axis] = 1
     if not finite_command(c, axis):
+        # before the state is touched: one NaN in proxy or store would outlast the fault
         s.proxy_position_rad[axis], s.stored_energy_j[axis], s.renderer_grant_j[axis] = x, 0.0, 0.0
         return math.nan
     follow_world(s, p, c, axis, abs(difference), disabled)
-    dt = p.period_s * max(elapsed, 1)
+    dt = p.period_s * max(elapsed, 1)  # on a missed sample the proxy may still move: of one period
     b = p.coupling_damping_nms_rad[axis] / dt
     stiffness = p.coupling_stiffness_nm_rad[axis] + b
-    if stiffness <= 0.0:
+    if stiffness <= 0.0:  # no coupling: there is nothing to solve, and A would divide
         s.proxy_position_rad[axis] = x
         s.stored_energy_j[axis] = 0.0
         return 0.0
@@ -86,7 +88,7 @@ def coupling_torque(
         before = s.proxy_position_rad[axis]
         drive = p.coupling_stiffness_nm_rad[axis] * x + b * (x - s.position_before_rad[axis] + before)
         proxy = solve_proxy(s, axis, drive, stiffness, before, dt)
-        force = drive - stiffness * proxy
+        force = drive - stiffness * proxy  # w - A p: equal to the environment's, without asking its kind
         s.proxy_position_rad[axis] = proxy
     if not math.isfinite(s.proxy_position_rad[axis]):
         s.proxy_position_rad[axis] = x

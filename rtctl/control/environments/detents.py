@@ -40,6 +40,7 @@ def energy(s: Record, axis: int, k: float, center: float, proxy: float) -> float
     offset, pitch = proxy - center, s.world_pitch_rad[axis]
     if not (pitch > 0.0 and math.isfinite(offset)):
         return 0.0
+    # 1 - cos by half the angle: no digits are lost in a valley
     half_sine = math.sin(math.pi * offset / pitch)
     return 2.0 * k * (pitch / (2.0 * math.pi) * half_sine) ** 2
 
@@ -61,14 +62,14 @@ def force(p: float, before: float, k: float, center: float, pitch: float) -> tup
     phase = scale * (p - center)
     half = 0.5 * scale * (p - before)
     mean = phase - half
-    if abs(half) < 1e-4:
+    if abs(half) < 1e-4:  # sin(h)/h by its series: exact to 1e-17 there
         sinc, sinc_slope = 1.0 - half * half / 6.0, -half / 3.0
     else:
         sinc = math.sin(half) / half
         sinc_slope = (math.cos(half) - sinc) / half
     slope_force = peak * math.sin(phase)
     secant = peak * math.sin(mean) * sinc
-    if (slope_force - secant) * half >= 0.0:
+    if (slope_force - secant) * half >= 0.0:  # the larger of both in the direction of the motion
         return slope_force, k * math.cos(phase)
     return secant, 0.5 * k * (math.cos(mean) * sinc + math.sin(mean) * sinc_slope)
 
@@ -93,16 +94,17 @@ def solve(drive: float, stiffness: float, k: float, center: float, pitch: float,
         return before
     direction = -1.0 if residual > 0.0 else 1.0
     near = before
+    # where even the greatest force balances
     far = (drive + direction * k * pitch / (2.0 * math.pi)) / stiffness
     p = before
     for i in range(MAX_STEPS):
         slope += stiffness
-        step = -residual / slope if slope > 0.0 else direction * pitch
-        step = min(max(step, -0.125 * pitch), 0.125 * pitch)
+        step = -residual / slope if slope > 0.0 else direction * pitch  # on a crest Newton's step points back
+        step = min(max(step, -0.125 * pitch), 0.125 * pitch)  # or it would jump over the nearest answer
         trial = p + step
         if i >= NEWTON_STEPS or (trial - near) * direction <= 0.0 or (far - trial) * direction <= 0.0:
             trial = 0.5 * (near + far)
-        if trial == p:
+        if trial == p:  # the bracket is as narrow as numbers are
             break
         p = trial
         push, slope = force(p, before, k, center, pitch)

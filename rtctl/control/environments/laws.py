@@ -47,7 +47,7 @@ def _chain(name: str, arguments: str, otherwise: str) -> Callable[..., Any]:
 def _asked(parameter: Parameter) -> str:
     """What is commanded of a parameter."""
     value = f"c.environment_{parameter.name}[axis]"
-    return f"(1 if {value} >= 0 else -1)" if parameter.sign else value
+    return f"(1 if {value} >= 0 else -1)" if parameter.sign else value  # a 0 is a sign, too
 
 
 def _same(kind: Environment) -> str:
@@ -100,6 +100,7 @@ finite_command = _written(
     "c, axis",
     [
         "return "
+        # one test for all: a sum is finite only if each is
         f"math.isfinite({' + '.join((*_DISPLAY, *(_asked(one) for one in PARAMETERS if not one.sign)))})"
     ],
 )

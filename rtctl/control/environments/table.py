@@ -47,6 +47,7 @@ else:
     KindName = Literal[NAMES]
 
 PARAMETERS: tuple[Parameter, ...] = tuple(
+    # each once, in order
     dict.fromkeys((*SHARED, *(one for kind in Environment for one in kind.about.parameters)))
 )
 OWN = PARAMETERS[len(SHARED) :]

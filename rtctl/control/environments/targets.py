@@ -27,9 +27,9 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
     paid, one after the other, and what the store does not pay for is not done. The proxy then lags behind its
     target. It rests until the first target since the environment became remote: what was sent before was
     meant for another world."""
-    if s.target_age_ticks >= s.remote_ticks:
+    if s.target_age_ticks >= s.remote_ticks:  # sent before the world was remote
         return 0.0
-    age = min(s.target_age_ticks, p.target_hold_ticks)
+    age = min(s.target_age_ticks, p.target_hold_ticks)  # a silent renderer's proxy stops where HOLD begins
     velocity = s.target_velocity_rad_s[axis]
     target = s.target_position_rad[axis] + velocity * p.period_s * age
     before = s.proxy_position_rad[axis]
@@ -38,7 +38,7 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
         if step == 0.0 or _move_proxy(s, p, axis, before + step):
             break
         step *= 0.5
-    if s.target_age_ticks > p.target_hold_ticks:
+    if s.target_age_ticks > p.target_hold_ticks:  # its velocity is not believed then
         return 0.0
     velocity = towards(0.0, velocity, p.velocity_limit_rad_s[axis])
     for _ in range(HALVINGS):
@@ -56,6 +56,7 @@ def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
     stored = 0.5 * k_c * (x - proxy) ** 2
     work = stored - 0.5 * k_c * (x - s.proxy_position_rad[axis]) ** 2
     room = 0.5 * p.torque_limit_nm[axis] ** 2
+    # what gives energy back is never refused
     if work > 0.0 and not (work <= s.renderer_store_j[axis] and k_c * stored <= room):
         return False
     s.proxy_position_rad[axis] = proxy
@@ -67,6 +68,7 @@ def _move_proxy(s: Record, p: Record, axis: int, proxy: float) -> bool:
 def _pull_damper(s: Record, p: Record, axis: int, velocity: float, difference: float) -> bool:
     """Pay for the coupling's damper following `velocity` while the joint moves at `difference`; True when
     done."""
+    # the renderer's work on its end of the damper; below 0 where it takes, which the store does not get
     work = -p.coupling_damping_nms_rad[axis] * (difference - velocity) * velocity * p.period_s
     if work > s.renderer_store_j[axis]:
         return False

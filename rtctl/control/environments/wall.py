@@ -39,7 +39,7 @@ def proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, d
     if side * (free - face) <= 0.0:
         return free
     pressed = (drive + k * face + damping * before) / (stiffness + k + damping)
-    if side * (free - pressed) <= 0.0:
+    if side * (free - pressed) <= 0.0:  # it would have to pull
         return free
     return face if side * (pressed - face) < 0.0 else pressed
 
@@ -65,4 +65,5 @@ def free_center(s: Record, axis: int, center: float) -> float:
     nearest = max(nearest, side * s.proxy_position_rad[axis])
     if side * face < nearest:
         return face
+    # up to the joint or the proxy at once; from there on it is felt, and paid
     return side * max(side * center, nearest)

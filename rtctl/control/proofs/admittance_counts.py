@@ -90,10 +90,12 @@ def hunting(loop: AdmittanceLoop, *, held: bool) -> Hunting:
     flicker."""
     shares = (*SOFTER, *(4.0**n for n in range(round(math.log(loop.bristles_to, 4)) + 1)))
     stuck = [share * loop.bristle_nm_rad for share in shares] if loop.bristle_nm_rad > 0 else [0.0]
+    # a relay of few samples may see each edge late
     late = replace(loop, delay=loop.delay + _LATE_TICKS * loop.sample_ticks)
     tried = [(loop, bristle, *one) for bristle in stuck for one in LESS]
     tried += [(late if counts < LESS[0][1] else loop, stuck[-1], seen, counts) for seen, counts in MORE]
     if held:
+        # within a flicker the reading is held: no swing lasts
         tried = [one for one in tried if one[-1] > FLICKER_COUNTS]
         tried += [(_blind(loop), bristle, 0.0, HELD_COUNTS) for bristle in stuck]
     return max((_fastest(*one) for one in tried), key=lambda one: one.counts_1_s)
@@ -122,7 +124,7 @@ def _answered(loop: AdmittanceLoop, blind: np.ndarray, sight: np.ndarray, turns:
     z = np.exp(1j * turns * loop.period_s)[:, None, None, None]
     error = np.broadcast_to(sight[:, :, :1].astype(complex), (len(turns), *sight.shape[:2], 1))
     answer = np.linalg.solve(z * np.eye(sight.shape[1]) - blind - sight, error)[:, :, 0, 0]
-    return np.nan_to_num(np.abs(answer) * turns[:, None], nan=math.inf)
+    return np.nan_to_num(np.abs(answer) * turns[:, None], nan=math.inf)  # no number is the worst number
 
 
 def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
@@ -131,6 +133,7 @@ def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:
     for damping in (share * loop.velocity_gain_nms_rad for share in _DAMPINGS):
         one = replace(loop, rest_damping_nms_rad=damping)
         if damping > loop.rest_damping_nms_rad and hunting(one, held=True).counts_1_s <= most_counts_1_s:
+            # more damping at rest may ring where the joint sticks
             return damping if judge_stuck(one).ok else 0.0
     return 0.0
 
@@ -154,7 +157,7 @@ def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple
     at, blind, sight = _seeing(loop, bristle_nm_rad)
     z = eigenvalues_of(loop, blind + seen * sight)
     turns = np.abs(np.angle(z)) / loop.period_s
-    grows = ~(np.abs(z) <= edge(loop)) & ~(turns <= _SLOWEST_RAD_S)
+    grows = ~(np.abs(z) <= edge(loop)) & ~(turns <= _SLOWEST_RAD_S)  # so written that NaN grows
     speeds = np.where(grows, np.nan_to_num(turns, nan=math.inf), 0.0).max(axis=1)
     worst = int(np.argmax(speeds))
     return float(speeds[worst]), at.words(loop, worst) if speeds[worst] > 0 else ""

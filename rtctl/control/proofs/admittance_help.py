@@ -115,12 +115,13 @@ def _growth(
     bristle, helps = stiff * loop.bristle_nm_rad, loop.help_share * friction_nm / loop.help_turns_rad
     held = replace(at, bristle=np.full(at.size, bristle * spring))
     w, growth = np.full(at.size, _BEGIN_RAD_S), np.zeros(at.size)
-    for _ in range(_ROUNDS):
+    for _ in range(_ROUNDS):  # n''/w needs the frequency that it decides: three rounds
         swing = Swing(
             bristle * loss / w, np.full(at.size, helps * pulls), helps * feeds / w, np.ones(at.size)
         )
         z = eigenvalues(loop, held, swing)
         turns = np.abs(np.angle(z))
+        # faster, mass and joint do not swing alike, and the two functions say nothing
         swings = np.where((turns > _SLOWEST_RAD_S * T) & (turns < FASTEST_RAD_S * T), np.abs(z), 0.0)
         worst = np.arange(at.size), np.argmax(swings, axis=1)
         size = swings[worst]

@@ -193,18 +193,20 @@ def matrices(loop: AdmittanceLoop, at: Points, swing: Swing | None = None) -> np
     whole = math.floor(loop.delay + 1e-9)
     D, L = whole + 2, math.ceil(loop.sensor_ticks / n)
     size = STATES + D + L + _OWN_STATES
-    steps = held_steps(A, T, loop.delay)
+    steps = held_steps(A, T, loop.delay)  # of a tick, not of a frame: the mass goes on between samples
     s = np.broadcast_to(np.eye(size), (at.size, size, size)).copy()  # a state per column
     p, u, late_force, ends = np.split(s, np.cumsum((STATES, D, L)), axis=1)
     before, sensed, felt, v_hat, v_r, x_r, calm, ahead = ends.swapaxes(0, 1)
     x = position(loop, at, p) if swing is None else swing.seen[:, None] * position(loop, at, p)
     shown = np.einsum("ki,kij->kj", hand[:, :STATES], p) + hand[:, STATES:] * u[:, whole]
     forces = np.concatenate([shown[:, None], late_force], axis=1)  # newest first
+    # forces[L]: L samples old
     sensed = sensed + lowpass_alpha(loop.intake_lowpass_hz, T) * (forces[:, L] - sensed)
     felt = felt + lowpass_alpha(loop.force_lowpass_hz, T) * (sensed - felt)  # both once a sample
     v_hat = v_hat + over(loop.velocity_lowpass_hz, loop) * ((x - before) / (n * T) - v_hat)
     k_e, b_e = at.k_e[:, None], at.b_e[:, None]
     calms = np.where(at.bristle > 0, loop.rest_damping_nms_rad, 0.0)[:, None]
+    # the step is implicit: damping and spring of the world stand beside the mass
     weight = loop.mass_kgm2 + T * (loop.virtual_damping_nms_rad + calms + b_e) + T * T * k_e
     share, quick = loop.feedforward, lowpass_alpha(loop.feedforward_lowpass_hz, T)
     for _ in range(n):
@@ -248,4 +250,4 @@ def eigenvalues_of(loop: AdmittanceLoop, M: np.ndarray) -> np.ndarray:
     z = np.full(M.shape[:2], np.inf, dtype=complex)
     if good.any():
         z[good] = eigenvalues_of_each(M[good])
-    return z if loop.sample_ticks == 1 else z ** (1 / loop.sample_ticks)
+    return z if loop.sample_ticks == 1 else z ** (1 / loop.sample_ticks)  # of a frame of n ticks

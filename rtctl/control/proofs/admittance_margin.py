@@ -76,7 +76,7 @@ def edge(loop: AdmittanceLoop) -> float:
 
 def judge(loop: AdmittanceLoop) -> Finding:
     """The worst of the grid, a joint that slides."""
-    at = grid(replace(loop, bristle_nm_rad=0.0))
+    at = grid(replace(loop, bristle_nm_rad=0.0))  # a joint that sticks has a judge of its own
     return worst_of(loop, at.beside(fine_worlds(loop, only_stiffest=False)))
 
 
@@ -116,7 +116,7 @@ def worst_among(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> Finding:
     size = np.abs(z)
     radius, kept = size.max(axis=1), _kept(loop, at, z)
     stable = bool(radius.max() <= edge(loop))  # NaN is not
-    worst = int(np.argmin(kept) if stable else np.argmax(radius))
+    worst = int(np.argmin(kept) if stable else np.argmax(radius))  # the nearest to it, or what is beyond
     return Finding(float(radius.max()), float(kept.min()), at.words(loop, worst), at.size, stable)
 
 
@@ -128,8 +128,8 @@ def _kept(loop: AdmittanceLoop, at: Points, z: np.ndarray) -> np.ndarray:
     with np.errstate(divide="ignore"):
         rate = -np.log(ring) / loop.period_s
     mass = loop.mass_kgm2 + at.m_h
-    alone = (loop.virtual_damping_nms_rad + at.b_h + at.b_e) / (2 * mass)
-    return np.minimum(rate / np.clip(alone, 1e-3, DAMPED_1_S), 1.0)
+    alone = (loop.virtual_damping_nms_rad + at.b_h + at.b_e) / (2 * mass)  # of a mass on a spring: b/(2 m)
+    return np.minimum(rate / np.clip(alone, 1e-3, DAMPED_1_S), 1.0)  # what dies in 50 ms is damped enough
 
 
 def proof(loop: AdmittanceLoop) -> Proof:
@@ -159,6 +159,7 @@ def largest_hand(loop: AdmittanceLoop, *, world: bool = True) -> float:
     low = 0.0
     if not passes(low):
         return 0.0
+    # a box may be stiffer than all that is tried
     most = max(_STIFFEST_HAND * loop.size, loop.box.stiffness_nm_rad)
     for k_h in np.geomspace(_SOFTEST_HAND * loop.size, most, _STEPS):
         if not passes(float(k_h)):
@@ -196,7 +197,7 @@ def smallest_mass(loop: AdmittanceLoop) -> float:
     0 if none does."""
     masses = np.geomspace(loop.inertia_kgm2 / 16, loop.inertia_kgm2 * _HEAVIEST, _STEPS)
     heavier = None
-    for mass in masses[::-1]:
+    for mass in masses[::-1]:  # from the heaviest: what passes need not be one stretch
         if not passes_stiffest(with_mass(loop, float(mass))):
             if heavier is None:
                 continue  # so heavy that the filters outweigh it: lighter may do
@@ -227,6 +228,7 @@ def _with_hand(loop: AdmittanceLoop, k_h: float) -> AdmittanceLoop:
 def with_mass(loop: AdmittanceLoop, mass: float) -> AdmittanceLoop:
     """With the share that is sent ahead of a mass below the joint's
     (`admittance_table.AdmittanceTable.sent_ahead`)."""
+    # m/J of it is sent ahead of a lighter mass (14.2)
     now, then = (min(1.0, one / loop.inertia_kgm2) for one in (loop.mass_kgm2, mass))
     return replace(loop, mass_kgm2=mass, feedforward=loop.feedforward * then / now)
 

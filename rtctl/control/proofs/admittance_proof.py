@@ -78,6 +78,7 @@ def prove(loop: AdmittanceLoop, budget: int = BUDGET) -> Proof:
     looked = 0
     for joint in range(len(loop.joints)):
         for bristle in loop.bristles:
+            # no crossing proves no more than "as stable as here"
             if not _stable_somewhere(loop, joint, bristle):
                 return Proof(False, looked, "unstable at the point that the proof begins with")
             drive = Joint(loop, loop.joints[joint], bristle)
@@ -107,6 +108,7 @@ def _cells(drive: Joint, budget: int) -> tuple[int, tuple[np.ndarray, np.ndarray
         proved, cut = examine(drive, ends, box)
         bad = ~proved
         halves = _halves(ends[bad], box[bad], cut[bad])
+        # depth first: memory stays small
         left = np.concatenate([halves[0], rest[0]]), np.concatenate([halves[1], rest[1]])
     return looked, None
 
@@ -134,6 +136,7 @@ def _first(loop: AdmittanceLoop) -> tuple[np.ndarray, np.ndarray]:
     w, top = [SLOWEST_RAD_S], math.pi / loop.period_s
     while w[-1] < top:
         w.append(min(w[-1] * _RATIO, w[-1] + _LONGEST / loop.period_s, top))
+    # around the root of a joint that nothing holds
     detour = [SLOWEST_RAD_S * complex(1 - t, t) for t in np.linspace(0, 1, 40)]
     curve = np.array([*detour, *(1j * one for one in w[1:])])
     pieces = np.stack([curve[:-1], curve[1:]], axis=1)
@@ -158,11 +161,12 @@ def examine(drive: Joint, ends: np.ndarray, box: np.ndarray) -> tuple[np.ndarray
         Intervals of k_h, b_h, m_h, k_e, b_e, m."""
     hands = HandCell(box[:, 0], box[:, 1], box[:, 2])
     middle, half = 0.5 * (ends[:, 0] + ends[:, 1]), 0.5 * np.abs(ends[:, 1] - ends[:, 0])
+    # clear of s = 0, where the hand's 1/s has its pole
     around = np.minimum(_AROUND * np.abs(middle), _AROUND / drive.loop.period_s)
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
         most = _corners(coefficients(drive, Disc(middle, around), hands), Disc(middle, around), drive, box)
         both = [_corners(coefficients(drive, point(s), hands), point(s), drive, box) for s in ends.T]
-        bend = _most(most) * _across((half / (around - half)) ** 2)
+        bend = _most(most) * _across((half / (around - half)) ** 2)  # h^2/2 of |F''| <= 2 max|F|/(rho - h)^2
         bend = np.where(_across(half < around), bend, np.inf)[:, None]
         F = np.stack([_value(one) for one in both], axis=1)
         wide = np.stack([_radius(one) for one in both], axis=1)
@@ -229,17 +233,17 @@ def _judge(F: np.ndarray, wide: np.ndarray, bend: np.ndarray) -> tuple[np.ndarra
     axes = tuple(range(1, 8))
     size = np.abs(F)
     unit = F / size
-    off = np.angle(unit * np.conj(unit.sum(axis=axes, keepdims=True)))
+    off = np.angle(unit * np.conj(unit.sum(axis=axes, keepdims=True)))  # against their mean: no jump at pi
     angle = np.arcsin(np.minimum((wide + bend) / size, 1.0))
     proved = (off + angle).max(axis=axes) - (off - angle).min(axis=axes) < math.pi - _INWARD
-    proved &= (wide + bend < size).all(axis=axes)
+    proved &= (wide + bend < size).all(axis=axes)  # a disc that holds 0 has no direction
     spreads = []
     for axis in range(1, 8):
         one, other = np.take(unit, [0], axis=axis), np.take(unit, [-1], axis=axis)
         spreads.append(np.abs(np.angle(one * np.conj(other))).max(axis=axes))
     spreads[_FREQUENCY] += 2 * np.arcsin(np.minimum(bend / size, 1.0)).max(axis=axes)
     spreads[_M] += 2 * np.arcsin(np.minimum(wide / size, 1.0)).max(axis=axes)
-    score = np.nan_to_num(np.array(spreads), nan=math.pi)
+    score = np.nan_to_num(np.array(spreads), nan=math.pi)  # where F is no number, cut
     return proved, np.argmax(score, axis=0)
 
 

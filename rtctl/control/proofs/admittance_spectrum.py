@@ -110,7 +110,7 @@ class Joint:
             spring = self.joint.damping_nms_rad + self.joint.stiffness_nm_rad / least
             e_m, e_l, e_j = own / least, (b_l + hand) / least, spring / least
             left = (J_m - e_m) * (J_l + light - e_l - e_j) - e_j * (J_l + light + e_l)
-            left = np.maximum(left, 0.0)
+            left = np.maximum(left, 0.0)  # 0: no bound, infinite, which proves nothing
             return (J_l + heavy + e_l + e_j) / left, (heavy + hand / least) * spring / left
 
 
@@ -198,6 +198,7 @@ def _aliases(drive: Joint, s: Disc, back: Disc, hands: HandCell, rest: Disc) -> 
     loop, T = drive.loop, drive.loop.period_s
     (k, w_k), (b, w_b), (m, w_m) = (_middle(one) for one in (hands.k_h, hands.b_h, hands.m_h))
     mass, J = Disc(m + 0j, w_m), loop.inertia_kgm2
+    # the force of a rigid joint's hand has a part that no alias weakens: it is summed apart
     share = mass * (mass + J).inverse() if drive.rigid else point(np.zeros_like(s.center))
     R_x, R_t = point(np.zeros_like(s.center)), -(share * rest)
     (_, _), (own, _) = drive.masses, drive.dampings

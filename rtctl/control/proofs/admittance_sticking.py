@@ -64,6 +64,7 @@ def sticking(loop: AdmittanceLoop) -> Sticking:
         return Sticking(found, 0.0, "")
     worst, at = 0.0, found.at
     for share, one in _tried(loop):
+        # stiffer bristles slide sooner; softer ones are those of a smaller friction
         length = loop.presliding_rad / max(share, 1.0)
         for point in _followed(one, share):
             speed = length * _swing(one, point)
@@ -81,6 +82,7 @@ def calming_rest_damping(loop: AdmittanceLoop) -> float:
     for damping in (loop.size * np.geomspace(_LEAST_DAMPING, _MOST_DAMPING, _DAMPINGS)).tolist():
         if all(_rests(replace(one, rest_damping_nms_rad=damping), at) for one, at in weak):
             found = _MORE * damping
+            # half more may be too much elsewhere
             return found if judge_stuck(replace(loop, rest_damping_nms_rad=found)).ok else 0.0
     return 0.0
 

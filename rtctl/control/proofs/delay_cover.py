@@ -76,7 +76,7 @@ def delay_covered_ticks(b: float, k_c: float, b_c: float, T: float, declared_tic
         return low
     if passes(high):
         return high
-    while high - low > RESOLUTION_TICKS:
+    while high - low > RESOLUTION_TICKS:  # what is returned passes: `low`
         middle = 0.5 * (low + high)
         low, high = (middle, high) if passes(middle) else (low, middle)
     return low

@@ -169,7 +169,7 @@ def plant(
     share, k_j, b_j = shares[points.joint.astype(int)].T
     rigid = k_j == 0.0
     J, b, n = loop.inertia_kgm2, loop.viscous_nms_rad, points.k_h.size
-    b_m = np.where(rigid, b, loop.motor_share * b)
+    b_m = np.where(rigid, b, loop.motor_share * b)  # one mass has all of it
     critical = 2 * np.sqrt(points.bristle * J)
     b_m = b_m + BRISTLE_DAMPING_SHARE * critical + rubs
     b_l = np.where(rigid, 0.0, (1 - loop.motor_share) * b) + points.b_h
@@ -190,8 +190,9 @@ def plant(
     if tau == 0:  # the torque is the command itself
         A[:, :, STATES] += A[:, :, 4]
         A[:, :, 4] = 0.0
-        A[:, 4, 4] = _UNUSED_1_S
+        A[:, 4, 4] = _UNUSED_1_S  # a row of zeros would be an eigenvalue of 1: a joint that drifts
     at, moving = np.where(rigid, 0, 2), np.where(rigid, 1, 3)
+    # -m_h dv/dt: by the row of the acceleration
     hand = -points.m_h[:, None] * A[np.arange(n), moving]
     hand[np.arange(n), at] -= points.k_h
     hand[np.arange(n), moving] -= points.b_h

@@ -67,7 +67,7 @@ def two_line_margin(
     margin = c_a - c_0 - k_c Delta/2 - b_c Delta/T - c_1 Delta/T, best over c_1 >= 0. The margin is concave
     in c_1, and each c_1 is a valid certificate, so halving on the sign of its slope cannot err towards
     unsafe."""
-    if np.isnan(F_lo).any() or np.isnan(ff).any():
+    if np.isnan(F_lo).any() or np.isnan(ff).any():  # argmax and argmin would choose it or not
         return TwoLine(np.nan, np.nan)
     need = b_c + k_c * T / 2
 
@@ -84,11 +84,12 @@ def two_line_margin(
     if slope <= 0:
         return best
     high = 1.0
-    while at(high)[1] > 0 and high < 1e12:
+    while at(high)[1] > 0 and high < 1e12:  # 1e12: two lines may part for ever
         high *= 2
     for _ in range(80):
         middle = 0.5 * (low + high)
         found, slope = at(middle)
+        # each c_1 is a certificate: the best ever seen
         best = max(best, found, key=lambda line: line.margin_nm)
         low, high = (middle, high) if slope > 0 else (low, middle)
     return best

@@ -56,6 +56,7 @@ def _needed(k_c: float, b_c: float, T: float, n: int, d: float, tau: float) -> f
     felt: dict[int, float] = {}  # share of a tick that the torque of so many ticks ago is felt for
     for share, late in delays(d, tau):
         k = math.floor(late)
+        # a delay between whole ticks is felt as both
         for piece, length in ((k + 1, late - k), (k, 1 - late + k)):
             felt[piece] = felt.get(piece, 0.0) + share * length
     total = np.zeros((len(back), n, n), dtype=complex)

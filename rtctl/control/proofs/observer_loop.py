@@ -94,6 +94,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     n, frame = loop.sample_ticks, loop.sample_ticks * loop.period_s
     A, hand, _ = plant(loop, points)
     whole = math.floor(loop.delay / n + 1e-9)
+    # frames back to the torque that it believes to act
     acting = math.ceil((1 + loop.acting_ticks + loop.own_ticks) / n)
     D, L, V = max(whole + 2, acting), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
     size = STATES + D + L + V + 6
@@ -108,6 +109,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     v = (x - before) / frame
     moved = np.concatenate([v[:, None], late_v], axis=1)
     quick, slow = _alpha(SMOOTHING * loop.bandwidth_hz, loop), _alpha(loop.bandwidth_hz, loop)
+    # `force`, not `felt`: the sample before, as the law's (6.1)
     q1 = q1 + quick * (u[:, acting - 1] + force - q1)
     w1 = w1 + quick * (moved[:, V] - w1)
     behind = w1 - w2

@@ -69,6 +69,7 @@ def modes(loop: Loop, points: Points) -> tuple[np.ndarray, np.ndarray]:
     if good.any():
         z[good] = eigenvalues_of_each(M[good])
     size = np.abs(z) ** (1 / loop.sample_ticks)
+    # an eigenvalue turns over a whole frame
     rings = np.abs(np.angle(z)) > 2 * math.pi * RINGS_HZ * loop.period_s * loop.sample_ticks
     return size.max(axis=1), np.where(rings, size, 0.0).max(axis=1)
 
@@ -130,6 +131,7 @@ def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[flo
     """First pair of gain and bandwidth that passes. The points that are worst as things are come first: they
     decide most."""
     radius, kept = _kept(loop, grid(loop), _alone(loop))
+    # twice: another gain or bandwidth moves the weakest point
     weak = np.flatnonzero((radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST))
     for gain, bandwidth_hz in tried:
         other = replace(loop, gain=gain, bandwidth_hz=bandwidth_hz)
@@ -158,7 +160,7 @@ def slowest_sensor(loop: Loop) -> float:
         return _passes_everywhere(loop, hz, some, some_alone)
 
     held = 0
-    while held < len(SENSORS_HZ) and passes(SENSORS_HZ[held]):
+    while held < len(SENSORS_HZ) and passes(SENSORS_HZ[held]):  # the stretch down to the first that fails
         held += 1
     whole = held == len(SENSORS_HZ)
     while held > 0 and not _passes_everywhere(loop, SENSORS_HZ[held - 1], points, alone):

@@ -78,6 +78,7 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint,
     """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration
     enough behind every sensor, those of unknown gears, too; the last if none does."""
     points, hard, hard_gears = _sliding(loop), _Hard(), _Hard()
+    # 0 to D/2: later, an early sensor rings in stiff hands (6.4)
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
     tried: list[Loop] = []
     for hz, excess in product(bandwidths_hz, EXCESSES):
@@ -133,7 +134,7 @@ def _sliding(loop: Loop) -> np.ndarray:
 
 def _share(found: Finding) -> float:
     """Share of its damping that the least damped vibration keeps; less than 0 where something grows."""
-    return found.kept if found.ok else -found.radius
+    return found.kept if found.ok else -found.radius  # below every share: even the least stable has a rank
 
 
 def _kept(loop: Loop, points: np.ndarray, hard: _Hard, wanted: float = KEPT_WANTED) -> float:

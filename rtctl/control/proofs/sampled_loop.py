@@ -70,7 +70,7 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
     second, fourth = _moments(2 + d, tau)
     second_r, fourth_r = _moments(1.0, tau) if tau > 0 else (0.0, 0.0)
     sine2 = np.sin(theta) ** 2
-    sine2[0] = 1.0
+    sine2[0] = 1.0  # 0/0 at 0: its limit is put in below
     ends = []
     for side in (slice(None, -1), slice(1, None)):
         W = turned[side] + 0.5 * (ratio[side] / lam + lam)
@@ -175,7 +175,7 @@ def _alias_sums(theta: np.ndarray, d: float, tau: float) -> tuple[np.ndarray, np
     f = d - k
     back = np.exp(-2j * theta)  # 1/z
     inner = 1 - (f + tau) * (1 - back)
-    ratio = np.ones_like(theta)
+    ratio = np.ones_like(theta)  # S2/S0 without a lag: all aliases answer alike
     if tau > 0:
         q = math.exp(-1 / tau)
         inner = inner + tau * math.exp(-(1 - f) / tau) * (1 - back) ** 2 / (1 - q * back)

@@ -123,6 +123,7 @@ def _cases(T: float, between: Between) -> list[tuple[float, float]]:
 
     Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
     lags between are some steps, as the damping needed changes little from one to the next."""
+    # a little delay may need less than none: nothing may rest on that (2.4)
     delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
     lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
     return [(d, lag) for d in delays for lag in lags]
@@ -187,7 +188,7 @@ def _largest_stiffness(
     needed: Callable[[float], float], b: float, high: float, tolerance: float = 0.0
 ) -> float:
     """Largest k_c up to `high` with needed(k_c) <= b; `needed` rises with k_c. 0 without any."""
-    if not needed(0.0) <= b:
+    if not needed(0.0) <= b:  # NaN passes nothing
         return 0.0
     if needed(high) <= b:
         return high
@@ -219,7 +220,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
         return 2 * (b - b_c) / T
     W, U = peaks(float(d), lag_ticks(lag_hz, T))
     left, spare = b_c * (2 * b - W * b_c), b - W * b_c
-    if np.min(left) < 0:
+    if np.min(left) < 0:  # at k_c = 0 already too much is asked
         return 0.0
     root = np.sqrt(spare * spare + U * left)
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -229,7 +230,7 @@ def k_max_sampled_data(b: float, b_c: float, T: float, d: float = 0.0, lag_hz: f
     def needed(k: float) -> float:
         return damping_needed_sampled_data(k, b_c, T, d, lag_hz)
 
-    below = low * (1 - 1e-12)
+    below = low * (1 - 1e-12)  # the root is rounded: what is returned must pass
     if needed(low * (1 + 1e-9)) > b >= needed(below):
         return below
     return _largest_stiffness(needed, b, low * (1 + 1e-3))  # a closed form lets a little more pass

@@ -161,7 +161,7 @@ def of_errors(
     whole = math.sqrt(float(np.mean(size**2)))
     known = count >= REGION_MIN // 2  # equal speeds may leave a region nearly empty
     scale = np.where(known, np.sqrt(squares / np.maximum(count, 1)), whole)
-    scale = np.maximum(scale, np.finfo(float).tiny)
+    scale = np.maximum(scale, np.finfo(float).tiny)  # errors of 0 are divided by it
     rank = math.ceil((n + 1) * LEVEL)
     quantile = float(np.sort(size / scale[region])[min(rank, n) - 1])
     if rank > n:

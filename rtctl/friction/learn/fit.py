@@ -250,6 +250,7 @@ def fit_points(
     chosen = [
         candidate(one.hyper_parameters["C"], epsilon_nm, one.parameters.get(UNIT, 1.0)) for one in branches
     ]
+    # 1: as `train` weighs them
     band = bands.band_of(points, list(zip(chosen, (1, -1), strict=True)), folds, break_away_weight=1.0)
     both = bands.with_band((branches[0], branches[1]), band)
     return assemble(points, both, rig=rig, fade_rad_s=fade_rad_s)

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.errors import UnidentifiableError
 from rtctl.friction.learn.grids import in_scale_of
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Side
@@ -52,7 +53,7 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
             scaled = in_scale_of(one, data.speed, data.friction_nm, kept, data.session)
             try:
                 curve = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept]).curve
-            except FailedFitError:
+            except (FailedFitError, UnidentifiableError):  # of few points, a formula has more numbers
                 return None
             speed = data.speed[held]
             parts.append((speed, curve(speed) - data.friction_nm[held], np.full(len(speed), at)))

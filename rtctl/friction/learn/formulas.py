@@ -113,6 +113,7 @@ def _peak_p_value(
     without = float(np.sum((straight @ _bounded(straight, friction_nm * root) - friction_nm * root) ** 2))
     left = len(speed) - n
     gain = max(0.0, without - left * variance) / 2
+    # else the points are exact
     return float(fdtrc(2, left, gain / variance)) if variance > 0 else float(gain == 0)
 
 
@@ -189,7 +190,7 @@ def _linear_design(formula: Formula, speed: np.ndarray, v_s: float = 1.0) -> np.
     if formula.is_straight:
         return np.column_stack([np.ones(len(speed)), speed])[:, : len(formula.names)]
     shape = formula.shape(speed / v_s)
-    return np.column_stack([1 - shape, speed, shape])
+    return np.column_stack([1 - shape, speed, shape])  # of F_s itself, not of F_s - F_c: its bound is then 0
 
 
 def _bounded(design: np.ndarray, target: np.ndarray) -> np.ndarray:
@@ -249,7 +250,7 @@ def _covariance(jacobian: np.ndarray, values: np.ndarray, variance: float) -> np
     free = values > 0
     covariance = np.zeros((len(values), len(values)))
     normal = jacobian[:, free].T @ jacobian[:, free]
-    scale = np.sqrt(np.diag(normal))
+    scale = np.sqrt(np.diag(normal))  # the columns' units differ: unscaled, the condition would be theirs
     if not (scale > 0).all() or np.linalg.cond(normal / np.outer(scale, scale)) > 1e12:
         return np.full_like(covariance, np.inf)
     covariance[np.ix_(free, free)] = (

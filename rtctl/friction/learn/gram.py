@@ -46,7 +46,7 @@ def pivoted(matrix: np.ndarray, tolerance: float) -> np.ndarray:
     Cholesky)."""
     left = matrix.diagonal().copy()
     limit = tolerance * left.max()
-    columns = np.zeros((len(matrix), len(matrix)), order="F")
+    columns = np.zeros((len(matrix), len(matrix)), order="F")  # filled column by column
     for rank in range(len(matrix)):
         at = int(np.argmax(left))
         if left[at] <= limit:

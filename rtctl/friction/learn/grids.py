@@ -62,7 +62,8 @@ def noise_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | N
     size = np.concatenate([*sizes, np.zeros(0)])
     if not len(size):
         size = _second_differences(speed, friction_nm)
-    return max(float(np.median(size)) / 0.6745, 1e-3 * float(friction_nm.max()))
+    # two points show none
+    return max(float(np.median(size)) / 0.6745 if len(size) else 0.0, 1e-3 * float(friction_nm.max()))
 
 
 def _second_differences(speed: np.ndarray, friction_nm: np.ndarray) -> np.ndarray:

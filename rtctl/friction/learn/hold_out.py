@@ -79,6 +79,7 @@ def units_of(points: FrictionPoints, way: str) -> np.ndarray:
         As `way_for`."""
     if way == "speed":
         levels = levels_of(np.abs(points.velocity_rad_s))
+        # the same speed the other way is another measurement
         return np.where(points.direction > 0, 2 * levels, 2 * levels + 1)
     need = {
         "time": ("time_s",),
@@ -206,6 +207,7 @@ def folds_by_speed(speed: np.ndarray, n_folds: int = FOLDS, levels: np.ndarray |
     levels = own if levels is None else levels
     block = levels_of(speed, levels)
     end = (block == block.min()) | (block == block.max())
+    # neighbours in different folds: what is held out lies between speeds that train
     fold: np.ndarray = np.where(end, TRAINS, block % min(n_folds, len(levels) - 2))
     return fold
 

@@ -115,7 +115,7 @@ def _solved(
     cost = np.concatenate([tube - friction_nm, tube + friction_nm])
     scale = max(float(np.abs(friction_nm).max()), 1e-300)
     upper = np.concatenate([bound, bound])
-    x = 0.1 * upper if nu is None else 0.5 * nu * upper
+    x = 0.1 * upper if nu is None else 0.5 * nu * upper  # of nu: where its equation holds already
     at = _Iterate(np.stack([x, upper - x, 0 * x + scale, 0 * x + scale]), np.zeros(len(equations)))
     reach = np.tile((factor**2).sum(axis=1), 2)
     beta, converged = np.zeros(n), False
@@ -183,5 +183,6 @@ def _better(
     tried = step(-products)
     mean = at.gap / (2 * len(off))
     left = at.stepped(at.furthest(tried), tried).gap / (2 * len(off))
+    # Mehrotra's centring: the further the prediction gets, the less it is held in the middle
     final = step(mean * (left / mean) ** 3 - products - tried.parts[:2] * tried.parts[2:])
     return at.stepped(min(1.0, _BACK * at.furthest(final)), final)

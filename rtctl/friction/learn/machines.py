@@ -117,6 +117,7 @@ def train(
         tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
     if gram.factor is None:
         found = _by_libsvm(candidate, speed, friction_nm, weight, gram, tolerance_nm, max_iterations)
+        # early rounds of a search stop early on purpose, and are content with where it is
         if found is not None and (found.converged or max_iterations < MAX_ITERATIONS):
             return found
         assert gram.matrix is not None
@@ -208,7 +209,7 @@ def _tube(machine: SVR | NuSVR, c: float, weight: np.ndarray, residual: np.ndarr
     """Half width of the tube a nu-SVR found, N m: its free support vectors lie on the edge."""
     at = machine.support_
     size = np.abs(residual[at])
-    free = np.abs(machine.dual_coef_[0]) < c * weight[at] * (1 - 1e-9)
+    free = np.abs(machine.dual_coef_[0]) < c * weight[at] * (1 - 1e-9)  # the others are at C but for rounding
     if free.any():
         return float(np.median(size[free]))
     return float(size.min(initial=0.0))

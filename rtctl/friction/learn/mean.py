@@ -29,6 +29,7 @@ def shares(rungs: Sequence[Rung]) -> dict[str, float]:
     `rungs` are usable ones."""
     expected = np.array([rung.compared_nm for rung in rungs])
     least = float(expected.min())
+    # twice: these are roots of what `POWER` is of
     heavy = np.where(expected > 0, least / np.where(expected > 0, expected, 1.0), 1.0) ** (2 * POWER)
     heavy[heavy < LEAST] = 0.0
     heavy /= heavy.sum()

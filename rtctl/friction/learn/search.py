@@ -273,7 +273,8 @@ def _promising(scores: Sequence[Score], sides: Sequence[Side]) -> list[tuple[Can
     kept = []
     for members in groups.values():
         ranked = sorted(members, key=lambda score: score.compared_nm)
-        best = ranked[: -(-len(ranked) // KEEP)]
+        best = ranked[: -(-len(ranked) // KEEP)]  # rounded up: a family keeps one at least
+        # `is`: scores hold arrays, which have no one answer to ==
         done = [score for score in ranked if score.converged and not any(score is one for one in best)]
         kept += best + done[:1]
     return [(score.candidate, index[score.direction]) for score in kept]

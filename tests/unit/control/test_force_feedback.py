@@ -113,13 +113,18 @@ def test_energy_in_the_account_may_be_spent_but_half_the_bank_stays_and_a_defici
     assert limit(-0.001) == limit(-1.0) == limit(math.nan) == 0.0
 
 
-def test_the_account_takes_the_worse_of_the_delay_it_knows_and_one_tick_more():
-    rig = push(made(friction_policy=0).arm(), 0.02, n=50)
+@pytest.mark.parametrize(
+    ("ago", "shown_late"),
+    [(2, 0), (1, 3)],
+    ids=["one tick more than the delay that is known", "not as late as the current may show it"],
+)
+def test_the_account_takes_the_worse_of_when_the_torque_acts_and_one_tick_more(ago, shown_late):
+    """Samples every third tick make the measured current up to two ticks older, and the torque no later."""
+    rig = push(made(friction_policy=0, follow_delay_ticks=shown_late).arm(), 0.02, n=50)
     rig.state["force_feedback_energy_j"] = 0.0
     rig.state["assistance_nm"] = 0.0
     rig.state["bristle_share"] = 1.0
-    now = int(rig.state["ticks"][0])
-    rig.state["assistance_nm"][0, 0, (now - 2) % 32] = 0.3  # sent two ticks ago: acts now if one tick is lost
+    rig.state["assistance_nm"][0, 0, (int(rig.state["ticks"][0]) - ago) % 32] = 0.3  # it acts now
     rig.tick(position=rig.position + 1e-5)
     v = abs(rig["velocity_rad_s"])
     friction = 0.25 + 0.1 * math.exp(-((v / 0.1) ** 2))

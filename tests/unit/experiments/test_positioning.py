@@ -3,17 +3,20 @@
 import math
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
+import click
 import numpy as np
 import pytest
 
+from rtctl.cli.experiment import _known
 from rtctl.control.jit import records
 from rtctl.control.position import friction_toward, reference_at
 from rtctl.control.proofs import stability
 from rtctl.control.records import MODEL
 from rtctl.control.vocabulary import Shape
-from rtctl.errors import ConfigError
-from rtctl.experiments import point_to_point, positioning, tracking, worst_delay, worst_hand
+from rtctl.errors import ConfigError, DataError
+from rtctl.experiments import models, point_to_point, positioning, tracking, worst_delay, worst_hand
 from rtctl.experiments.models import Compared
 from rtctl.experiments.order import Order
 from rtctl.experiments.positioning import Followed
@@ -32,6 +35,21 @@ def order():
 @pytest.fixture(scope="module")
 def shipped():
     return Compared("shipped", artefact.load(CONFIGS / "friction" / "mock.json").record(), 0.0, "")
+
+
+def test_a_comparison_without_a_support_vector_model_is_refused_before_anything_moves(order, monkeypatch):
+    """The page says what the best of them saves: without one it ended in a traceback, after all runs."""
+    with pytest.raises(click.BadParameter, match="name one of these, too"):
+        _known(("Coulomb",))
+    assert _known(("Coulomb", "nu-SVR, RBF")) == ("Coulomb", "nu-SVR, RBF")
+    assert _known(()) == ()
+    rungs = [SimpleNamespace(family="coulomb", refused="", scores=[], rmse_nm=0.0)]
+    climbed = SimpleNamespace(choice=SimpleNamespace(rungs=rungs))
+    monkeypatch.setattr(models, "climb", lambda _: (SimpleNamespace(source="points.csv"), climbed))
+    learned = SimpleNamespace(record=lambda: np.zeros(1, MODEL))
+    monkeypatch.setattr(models.ladder, "learn", lambda *_, **__: learned)
+    with pytest.raises(DataError, match=r"points\.csv: no support-vector model could be learned"):
+        models.compared(order)
 
 
 NONE = Compared("none", np.zeros(1, MODEL), 0.0, "")

@@ -4,6 +4,8 @@ not.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -45,6 +47,28 @@ def test_three_sessions_foretell_nothing_and_speeds_are_no_sessions() -> None:
     assert of(sessions([1.0, 1.1, 1.2])) is None
     data = search.side(sessions([1.0, 1.1, 1.2, 1.3]), 1, folds="speed")
     assert foretold.foretold([(Candidate("formula", "coulomb"), data)]) is None
+
+
+def test_a_formula_that_has_more_numbers_than_two_short_sessions_have_points_foretells_nothing() -> None:
+    """Such a fit was refused: "gaussian: 4 points for 4 parameters; add points"."""
+    whole = sessions([1.0, 1.1, 1.2, 1.3])
+    at = np.arange(len(whole.direction)) % 10
+    # two speeds each way in each session, each session at others
+    points = replace(whole, left_out=at % 5 != whole.columns["log"])
+    assert of(points) is not None
+    gaussian = [(Candidate("formula", "gaussian"), search.side(points, 1, folds="log"))]
+    assert foretold.foretold(gaussian) is None
+
+
+def test_two_points_of_two_sessions_foretell_by_what_they_are() -> None:
+    """Their noise was no number, the tube neither, and the curve 0: all of the friction was the error."""
+    whole = sessions([1.0, 1.0, 1.0, 1.0])
+    at, log = np.arange(len(whole.direction)) % 10, whole.columns["log"]
+    points = replace(whole, left_out=np.where(log < 2, at != 9 * log, False))
+    data = search.side(points, 1, folds="log")
+    found = foretold.foretold([(Candidate("epsilon", "spline", 5.0, 0.005), data)])
+    assert found is not None
+    assert np.abs(found.error_nm).max() < 0.02
 
 
 def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
