@@ -150,13 +150,19 @@ class LoopProcess:
         end."""
         return is_dying(self.pid)
 
+    @property
+    def core(self) -> int:
+        """The core that it keeps to; -1: it runs on several, or is gone."""
+        with contextlib.suppress(OSError):
+            taken = os.sched_getaffinity(self.pid)
+            return taken.pop() if len(taken) == 1 else -1
+        return -1
+
     def leave_it_its_core(self) -> None:
         """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its
         core."""
         with contextlib.suppress(OSError):
-            taken = os.sched_getaffinity(self.pid)
-            others = os.sched_getaffinity(0) - taken
-            if len(taken) == 1 and others:
+            if (core := self.core) >= 0 and (others := os.sched_getaffinity(0) - {core}):
                 os.sched_setaffinity(0, others)
 
     def _hear(self, message: dict[str, Any]) -> None:

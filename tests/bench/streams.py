@@ -25,7 +25,7 @@ from rtctl.errors import RtctlError
 from rtctl.rig_file.config import load
 from tests.bench import cyclictest
 from tests.bench.cyclictest import Latencies
-from tests.bench.loop import last_core, run_daemon
+from tests.bench.loop import loop_core, run_daemon
 from tests.bench.row import Row, in_turns
 
 SUBSCRIBERS = 10
@@ -48,7 +48,7 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> Iterator[Row]:
     found: list[tuple[Run, Latencies, Latencies | None]] = []
 
     def reference(seconds: float) -> Latencies:
-        return cyclictest.run(seconds, interval_us, loop.priority, last_core())
+        return cyclictest.run(seconds, interval_us, loop.priority, loop_core())
 
     def turns() -> Iterator[None]:
         for _ in range(rounds):
@@ -56,7 +56,7 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> Iterator[Row]:
             run = _daemon_with_subscribers(config, rig, seconds)
             after = reference(seconds / 2)
             beside = None
-            if others := os.sched_getaffinity(0) - {last_core()}:
+            if others := os.sched_getaffinity(0) - {loop_core()}:
                 with ThreadPoolExecutor(1, initializer=os.sched_setaffinity, initargs=(0, others)) as pool:
                     work = pool.submit(_daemon_with_subscribers, config, rig, seconds)
                     beside = reference(seconds)
