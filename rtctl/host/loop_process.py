@@ -10,6 +10,7 @@ import subprocess
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import IO, Any, NamedTuple, cast
 
 import numpy as np
@@ -159,11 +160,14 @@ class LoopProcess:
         return -1
 
     def leave_it_its_core(self) -> None:
-        """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its
-        core."""
-        with contextlib.suppress(OSError):
-            if (core := self.core) >= 0 and (others := os.sched_getaffinity(0) - {core}):
-                os.sched_setaffinity(0, others)
+        """Run on the other cores, with every thread that is there by now, ZeroMQ's among them: what they do
+        in the kernel for each subscriber a loop waits for, and a loop that dies is taken apart for 30 ms, at
+        its priority and on its core."""
+        core = self.core
+        for thread in (int(task.name) for task in Path("/proc/self/task").iterdir() if core >= 0):
+            with contextlib.suppress(OSError):  # it has ended
+                if others := os.sched_getaffinity(thread) - {core}:
+                    os.sched_setaffinity(thread, others)
 
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":
