@@ -17,7 +17,7 @@ import numpy as np
 
 from rtctl.client import RigClient
 from rtctl.errors import ClientError, NoReplyError
-from rtctl.tick import FIELD
+from rtctl.tick import FIELD, joined
 from rtctl.wire.fault_names import FaultPlaces
 
 KEPT_BATCHES = 600
@@ -88,7 +88,7 @@ class Follower:
         self.news.clear()
         batches = [self.batches.popleft() for _ in range(len(self.batches))]
         events = [self.events.popleft() for _ in range(len(self.events))]
-        return (np.concatenate(batches) if batches else None), events
+        return (joined(batches) if batches else None), events
 
 
 class Feed:

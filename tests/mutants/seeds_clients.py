@@ -213,4 +213,25 @@ SEEDS = (
         '    if False and any("\\ud800" <= letter',
         ("tests/unit/cli/test_last_words.py::test_a_rig_file_whose_name_is_no_text_is_refused",),
     ),
+    Seed(
+        "a column of another width is taken for words",
+        "rtctl/client/samples.py",
+        '(column["dtype"], column["shape"]) == (word.dtype, [n, *word.shape]) and ',
+        "",
+        ("tests/unit/test_client.py::test_one_column_that_is_not_like_the_others_is_read_by_itself",),
+    ),
+    Seed(
+        "columns of words are those of the word before",
+        "rtctl/host/exchange/samples.py",
+        "flat[8 * n * word.place : 8 * n * (word.place + 1)]",
+        "flat[8 * n * (word.place - 1) : 8 * n * word.place]",
+        ("tests/unit/host/test_telemetry_parts.py::test_columns_of_any_record_are_its_fields",),
+    ),
+    Seed(
+        "a field that is half a word is copied as one",
+        "rtctl/tick.py",
+        "if dtype.itemsize == dtype.base.itemsize == 8 and not place % 8 and not record.itemsize % 8",
+        "if dtype.itemsize == dtype.base.itemsize and not record.itemsize % 8",
+        ("tests/unit/host/test_telemetry_parts.py::test_columns_of_any_record_are_its_fields",),
+    ),
 )
