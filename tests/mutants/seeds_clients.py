@@ -234,4 +234,31 @@ SEEDS = (
         "if dtype.itemsize == dtype.base.itemsize and not record.itemsize % 8",
         ("tests/unit/host/test_telemetry_parts.py::test_columns_of_any_record_are_its_fields",),
     ),
+    Seed(
+        "the page reads ticks that nobody looks at",
+        "rtctl/client/view_feed.py",
+        "        while self._followed.wait() and",
+        "        while self._followed.set() is None and",
+        (
+            "tests/integration/test_view_streams.py::test_ticks_are_read_while_somebody_looks_and_forgotten_when_nobody_does",
+        ),
+    ),
+    Seed(
+        "who opens the page sees ticks of the last time it was open",
+        "rtctl/client/view_feed.py",
+        "            self._ticks_while_followed()\n            self._begin()\n",
+        "            self._ticks_while_followed()\n",
+        (
+            "tests/integration/test_view_streams.py::test_ticks_are_read_while_somebody_looks_and_forgotten_when_nobody_does",
+        ),
+    ),
+    Seed(
+        "one of two browsers that closes stops the other",
+        "rtctl/client/view_feed.py",
+        "            if not self._followers:\n                self._followed.clear()",
+        "            self._followed.clear()",
+        (
+            "tests/integration/test_view_streams.py::test_ticks_are_read_while_somebody_looks_and_forgotten_when_nobody_does",
+        ),
+    ),
 )
