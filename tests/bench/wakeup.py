@@ -93,7 +93,7 @@ class Beside:
         slots, theirs = 1e6 / self.rate_hz, self.theirs.missed(1e6 / self.rate_hz)
         text = f"{self.missed} missed, cyclictest {theirs}; of {slots:g} us each"
         yield Row(f"missed slots, {self.name}", self.missed / max(theirs, 1), "x", text)
-        text = f"awake {np.mean(self.early_us):.0f} us before a deadline at the end"
+        text = f"on core {self.core}; awake {np.mean(self.early_us):.0f} us before a deadline at the end"
         yield Row(f"looking at the clock, {self.name}", float(np.mean(self.cost)), "of a core", text, target)
 
 

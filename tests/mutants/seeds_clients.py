@@ -216,7 +216,7 @@ SEEDS = (
     Seed(
         "a column of another width is taken for words",
         "rtctl/client/samples.py",
-        '(column["dtype"], column["shape"]) == (word.dtype, [n, *word.shape]) and ',
+        '            and (column["dtype"], column["shape"]) == (word.dtype, [n, *word.shape])\n',
         "",
         ("tests/unit/test_client.py::test_one_column_that_is_not_like_the_others_is_read_by_itself",),
     ),
