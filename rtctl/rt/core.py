@@ -28,7 +28,7 @@ the loop wherever it runs."""
 
 
 class Interrupts(NamedTuple):
-    """Of one line since the machine was started."""
+    """What came by one line since the machine was started."""
 
     devices: str
     """Who uses the line."""

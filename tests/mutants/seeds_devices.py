@@ -29,7 +29,6 @@ ENCODER = (
 MOMENTS = (f"{HW}/test_moments_of_boards.py",)
 FORCE = (f"{HW}/test_force_codecs.py",)
 LOOP = ("tests/unit/rt/test_loop.py",)
-CORE = ("tests/unit/rt/test_core.py",)
 WHOLE = ("tests/unit/rt/test_whole_cycle.py",)
 REHEARSAL = ("tests/unit/rt/test_rehearsal.py",)
 SERIAL_CYCLE = ("tests/unit/hw/test_serial_compiled_cycle.py",)
@@ -268,36 +267,5 @@ SEEDS = (
         "a copy of a rig file with other devices keeps those of its origin", "rtctl/rig_file/config.py",
         "if self._made is None or not all(map(is_, self._made[0], made_of)):", "if self._made is None:",
         ("tests/unit/test_config_devices.py::test_a_copy_with_other_tables_has_devices_of_its_own",),
-    ),
-    Seed(
-        "another core's interrupts are the loop's", "rtctl/rt/core.py",
-        "return self.counts[core] if core < len(self.counts) else 0", "return self.counts[0]",
-        ("tests/unit/doctor/test_doctor_machine.py::test_devices_that_interrupt_the_loops_core_are_named_with_the_way_to_"
-         "move_them", *CORE),
-    ),
-    Seed(
-        "the loop stays where the disk interrupts it", "rtctl/rt/core.py",
-        "    if counts[last] < busy or counts[last] < FEWER * counts[quiet]:\n", "    if True:\n", CORE,
-    ),
-    Seed(
-        "the loop's core changes with a few interrupts", "rtctl/rt/core.py",
-        "counts[last] < FEWER * counts[quiet]", "counts[last] <= counts[quiet]", CORE,
-    ),
-    Seed(
-        "the loop flees from its own timer", "rtctl/rt/core.py",
-        "devices and not _OF_A_CORE.search(devices) and all", "devices and all", CORE,
-    ),
-    Seed(
-        "a core that the rig file names is only a wish", "rtctl/rt/core.py",
-        "    if asked >= 0:\n", "    if asked in allowed:\n", CORE,
-    ),
-    Seed(
-        "an isolated core is like others", "rtctl/rt/core.py",
-        "if cores), (allowed, \"\")", "if False), (allowed, \"\")", CORE,
-    ),
-    Seed(
-        "an isolated core is taken that is not allowed", "rtctl/rt/core.py",
-        'name: cores_of(_text(root / _CPU / name)) & allowed', 'name: cores_of(_text(root / _CPU / name))',
-        CORE,
     ),
 )  # fmt: skip

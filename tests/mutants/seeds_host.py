@@ -292,10 +292,4 @@ SEEDS = (
         "rtctl/host/exchange/late_core.py",
         "latency if latency < _ETERNAL_NS else NAN", "latency", CORE,
     ),
-    Seed(
-        "ZeroMQ's threads stay on the loop's core", "rtctl/host/loop_process.py",
-        '(int(task.name) for task in Path("/proc/self/task").iterdir() if core >= 0)',
-        "[os.getpid()] if core >= 0 else []",
-        ("tests/unit/host/test_loop_process.py",),
-    ),
 )  # fmt: skip
