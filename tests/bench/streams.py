@@ -107,7 +107,7 @@ def _batch_rows(loaded: LoadedConfig) -> Iterator[Row]:
     from rtctl.host.exchange.samples import tick_columns
 
     n = max(1, round(BATCH_S * loaded.config.loop.rate_hz))
-    ticks = new_ticks(n, len(loaded.config.axes))
+    ticks = new_ticks(n, loaded.config.n_axes)
     message = msgpack.unpackb(msgpack.packb({"rows": n, "columns": tick_columns(ticks)}))
     for name, work in (
         ("made into columns", lambda: tick_columns(ticks)),
