@@ -121,7 +121,7 @@ def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
             together.append(data)
         else:
             rows[name] = np.frombuffer(data, np.dtype(column["dtype"])).reshape(column["shape"])
-    if places:  # all at once: field by field takes six times as long
+    if places:  # all at once: field by field takes twice as long
         table = rows.view((np.uint64, rows.dtype.itemsize // 8))
         table[:, places] = np.frombuffer(b"".join(together), np.uint64).reshape(len(places), n).T
 
