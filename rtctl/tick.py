@@ -13,7 +13,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -222,6 +222,25 @@ def tick_dtype(n_axes: int = 1) -> np.dtype[np.void]:
         msg = f"n_axes must be at least 1, not {n_axes}"
         raise ValueError(msg)
     return np.dtype([field.dtype(n_axes) for field in FIELDS])
+
+
+class Word(NamedTuple):
+    """Dtype, shape within a record and place, in words, of a field that is one word of 8 bytes."""
+
+    dtype: str
+    shape: tuple[int, ...]
+    place: int
+
+
+@cache
+def single_words(record: np.dtype[np.void]) -> dict[str, Word]:
+    """The fields of such records that are one word each: those can be copied many at a time."""
+    fields = {name: (part[0], part[1]) for name, part in (record.fields or {}).items()}
+    return {
+        name: Word(dtype.base.str, dtype.shape, place // 8)
+        for name, (dtype, place) in fields.items()
+        if dtype.itemsize == dtype.base.itemsize == 8 and not place % 8 and not record.itemsize % 8
+    }
 
 
 def new_ticks(n: int = 1, n_axes: int = 1) -> np.ndarray:

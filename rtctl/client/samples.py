@@ -11,7 +11,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ClientError
-from rtctl.tick import tick_dtype
+from rtctl.tick import single_words, tick_dtype
 
 STALE_S = 0.1
 """Age of a sample from which it no longer tells what the rig does."""
@@ -102,11 +102,28 @@ def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigStat
 
 
 def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
-    """Take the fields of records from their columns; columns that this version does not know are left out."""
+    """Take the fields of records, in one piece, from their columns; columns that this version does not know
+    are left out."""
+    words, n = single_words(rows.dtype), len(rows)
+    places: list[int] = []
+    together: list[bytes] = []
     for name in rows.dtype.names or ():
-        if name in columns:
-            column = columns[name]
-            rows[name] = np.frombuffer(column["data"], np.dtype(column["dtype"])).reshape(column["shape"])
+        if name not in columns:
+            continue
+        column, word = columns[name], words.get(name)
+        data = column["data"]
+        if (
+            word
+            and (column["dtype"], column["shape"]) == (word.dtype, [n, *word.shape])
+            and len(data) == 8 * n
+        ):
+            places.append(word.place)
+            together.append(data)
+        else:
+            rows[name] = np.frombuffer(data, np.dtype(column["dtype"])).reshape(column["shape"])
+    if places:  # all at once: field by field takes twice as long
+        table = rows.view((np.uint64, rows.dtype.itemsize // 8))
+        table[:, places] = np.frombuffer(b"".join(together), np.uint64).reshape(len(places), n).T
 
 
 def tick_rows(message: Mapping[str, Any]) -> np.ndarray:

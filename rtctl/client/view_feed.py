@@ -17,7 +17,7 @@ import numpy as np
 
 from rtctl.client import RigClient
 from rtctl.errors import ClientError, NoReplyError
-from rtctl.tick import FIELD
+from rtctl.tick import FIELD, joined
 from rtctl.wire.fault_names import FaultPlaces
 
 KEPT_BATCHES = 600
@@ -89,11 +89,12 @@ class Follower:
         self.news.clear()  # first: what comes while this takes wakes the follower again
         batches = [self.batches.popleft() for _ in range(len(self.batches))]
         events = [self.events.popleft() for _ in range(len(self.events))]
-        return (np.concatenate(batches) if batches else None), events
+        return (joined(batches) if batches else None), events
 
 
 class Feed:
-    """Reads ticks, events and health of one rig until it is closed.
+    """Reads events and health of one rig until it is closed, and its ticks while somebody follows: those are
+    most of the work, and nobody sees them otherwise.
 
     Attributes
     ----------
@@ -109,12 +110,12 @@ class Feed:
         self._followers: list[Follower] = []
         self._lock = threading.Lock()
         self._closed = threading.Event()
+        self._followed = threading.Event()
         self.health: dict[str, Any] = {}
-        self.silent = "connecting"
-        self._heard_s = time.monotonic()
         self.newest: np.ndarray | None = None
         self.places = FaultPlaces()
-        self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
+        self._histograms: dict[str, Histogram] = {}
+        self._begin()
         self._threads = [
             threading.Thread(target=target, name=f"rtctl-view-{name}", daemon=True)
             for name, target in (("ticks", self._ticks), ("events", self._events), ("health", self._health))
@@ -132,16 +133,20 @@ class Feed:
         follower = Follower()
         with self._lock:
             self._followers.append(follower)
+            self._followed.set()
         return follower
 
     def leave(self, follower: Follower) -> None:
         """Stop following."""
         with self._lock:
             self._followers.remove(follower)
+            if not self._followers:
+                self._followed.clear()
 
     def close(self) -> None:
         """Stop reading."""
         self._closed.set()
+        self._followed.set()  # who waits for a follower sees the end
         for thread in self._threads:
             thread.join(2.0)
 
@@ -154,9 +159,19 @@ class Feed:
         with self._lock:
             return list(self._followers)
 
+    def _begin(self) -> None:
+        """Nothing has been seen, as far as who comes next is told."""
+        self.silent, self._heard_s, self.newest = "connecting", time.monotonic(), None
+        self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
+
     def _ticks(self) -> None:
+        while self._followed.wait() and not self._closed.is_set():
+            self._ticks_while_followed()
+            self._begin()
+
+    def _ticks_while_followed(self) -> None:
         with self._client.ticks() as stream:
-            while not self._closed.is_set():
+            while self._followed.is_set() and not self._closed.is_set():
                 try:
                     rows = stream.receive(0.5)
                 except (ClientError, NoReplyError) as error:

@@ -10,6 +10,7 @@ import subprocess
 import time
 from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
 from typing import IO, Any, NamedTuple, cast
 
 import numpy as np
@@ -153,15 +154,24 @@ class LoopProcess:
         end."""
         return is_dying(self.pid)
 
-    def leave_it_its_core(self) -> None:
-        """Run on the other cores: a loop that dies is taken apart for 30 ms, at its priority and on its
-        core."""
+    @property
+    def core(self) -> int:
+        """The core that it keeps to; -1: it runs on several, or is gone."""
         with contextlib.suppress(OSError):
             taken = os.sched_getaffinity(self.pid)
-            others = os.sched_getaffinity(0) - taken
-            # a loop without a core of its own, or a machine with one core: there is nowhere to go
-            if len(taken) == 1 and others:
-                os.sched_setaffinity(0, others)
+            return taken.pop() if len(taken) == 1 else -1
+        return -1
+
+    def leave_it_its_core(self) -> None:
+        """Run on the other cores, with every thread that is there by now, ZeroMQ's among them: what they do
+        in the kernel for each subscriber a loop waits for, and a loop that dies is taken apart for 30 ms, at
+        its priority and on its core."""
+        core = self.core
+        for thread in (int(task.name) for task in Path("/proc/self/task").iterdir() if core >= 0):
+            with contextlib.suppress(OSError):  # it has ended
+                # on a machine with one core there is nowhere to go
+                if others := os.sched_getaffinity(thread) - {core}:
+                    os.sched_setaffinity(thread, others)
 
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":

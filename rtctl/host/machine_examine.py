@@ -22,6 +22,7 @@ from rtctl.host import (
 )
 from rtctl.host.machine_line import Line
 from rtctl.rig_file.rig_tables import LoopTable
+from rtctl.rt.core import choose
 
 
 @dataclass(frozen=True)
@@ -100,18 +101,18 @@ def examine(
         _add(list(machine_network.gateway(root, loaded.config.gateway.bind, loaded.config.gateway.port)))
     elif config is None:
         _add(machine_ports.usb_adapters(root))
-    core = machine.loop_core(loop.cpu, os.sched_getaffinity(0))
-    _add(machine.check(root, core))
+    chosen = choose(loop.cpu, os.sched_getaffinity(0), root)
+    _add(machine.check(root, chosen))
     _add([machine.early_look(root, loop.early_us, loop.rate_hz, len(os.sched_getaffinity(0)))])
     _add(machine_rights.check(root, loaded.config.rig.name if loaded else "", loop.priority, install))
     found = None
     if seconds:
         measuring(seconds)
-        found = machine_wakeup.measure(seconds, round(1e9 / loop.rate_hz), loop.priority, loop.cpu)
+        found = machine_wakeup.measure(seconds, round(1e9 / loop.rate_hz), loop.priority, chosen.core)
         if found is None:
             again = "python -m rtctl.host.machine_wakeup 1 1000000 80 -1 shows why"
             _add([Line("wake-up", "warn", "could not be measured", again)])
         else:
             real = loaded is not None and not loaded.config.simulated
-            _add(machine_wakeup.judge(found, core, real=real, required=loop.realtime == "require"))
+            _add(machine_wakeup.judge(found, chosen.core, real=real, required=loop.realtime == "require"))
     return Report(tuple(lines), found)

@@ -14,26 +14,20 @@ import numpy as np
 from rtctl.host.exchange.late_trace import EVENTS
 from rtctl.host.machine_line import Line, text
 from rtctl.rt import early
+from rtctl.rt.core import BUSY_HZ, Choice, cores_of, interrupts, since_start_s
 
 # these are read without a system call (vDSO); hpet and acpi_pm are registers of a slow device
 GOOD_CLOCKS = ("tsc", "arch_sys_counter", "kvm-clock", "hyperv_clocksource_tsc_page", "riscv_clocksource")
 _CPU = Path("sys/devices/system/cpu")
 
-BUSY_HZ = 1.0
-"""A device that interrupts a core more often than that, on average since the machine started, is named."""
 
-
-def loop_core(cpu: int, allowed: set[int]) -> int:
-    """The core the loop will take: `loop.cpu`, or the last one allowed."""
-    return max(allowed) if cpu < 0 else cpu
-
-
-def check(root: Path, core: int) -> list[Line]:
-    """Everything about the machine. `core` is the loop's."""
+def check(root: Path, chosen: Choice) -> list[Line]:
+    """Everything about the machine; `chosen` is the loop's core."""
+    core = chosen.core
     return [
         preemption(root),
         clock_source(root),
-        core_present(root, core),
+        core_present(root, chosen),
         governor(root, core),
         isolation(root, core),
         device_interrupts(root, core),
@@ -98,11 +92,11 @@ def clock_source(root: Path) -> Line:
     return Line("clock source", "warn", f"{current} is slow to read", fix + _boot_option("tsc=reliable"))
 
 
-def core_present(root: Path, core: int) -> Line:
-    """Whether the loop's core is there and switched on."""
-    online = _cores(text(root / _CPU / "online") or "")
+def core_present(root: Path, chosen: Choice) -> Line:
+    """Whether the loop's core is there and switched on, and why it is that one."""
+    core, online = chosen.core, cores_of(text(root / _CPU / "online") or "")
     if not online or core in online:
-        return Line("loop core", "ok", f"core {core}")
+        return Line("loop core", "ok", f"core {core}: {chosen.why}")
     return Line(
         "loop core",
         "fail",
@@ -124,7 +118,7 @@ def governor(root: Path, core: int) -> Line:
 
 def isolation(root: Path, core: int) -> Line:
     """Whether other processes are kept off the loop's core."""
-    isolated = _cores(text(root / _CPU / "isolated") or "")
+    isolated = cores_of(text(root / _CPU / "isolated") or "")
     if core in isolated:
         return Line("isolated cores", "ok", f"core {core} is isolated")
     options = f"isolcpus={core} nohz_full={core} rcu_nocbs={core} irqaffinity=0"
@@ -133,31 +127,25 @@ def isolation(root: Path, core: int) -> Line:
     return Line("isolated cores", "warn", f"core {core} is shared{others}", fix)
 
 
-def device_interrupts(root: Path, core: int) -> Line:
+def device_interrupts(root: Path, core: int, since_s: float | None = None) -> Line:
     """Whose interrupts come to the loop's core: each takes some microseconds, and the work that the kernel
-    puts off until after them takes more."""
-    name, uptime = "device interrupts", (text(root / "proc/uptime") or "").split()
-    lines = (text(root / "proc/interrupts") or "").splitlines()
-    cores, *rows = (line.split() for line in lines or [""])
-    column = cores.index(f"CPU{core}") + 1 if f"CPU{core}" in cores else 0
-    if not column or not uptime or not uptime[0].replace(".", "").isdigit():
+    puts off until after them takes more. `since_s`: how long they have been counted."""
+    name, lines = "device interrupts", interrupts(root)
+    if not any(core < len(line.counts) for line in lines.values()):
         return Line(name, "ok", "not told here")
-    # just after the start of the machine: less than one would name every interrupt that ever came
-    least = max(BUSY_HZ * float(uptime[0]), 1.0)
-    numbers = {
-        row[0].rstrip(":"): row[-1]
-        for row in rows  # those of the processor itself have no number
-        if row[0].rstrip(":").isdigit() and len(row) > len(cores) + 1 and int(row[column]) >= least
-    }
-    if not numbers:
+    # max: just after the start less than one would name every interrupt that ever came
+    busy = BUSY_HZ * max(since_start_s() if since_s is None else since_s, 1.0)
+    often = {number: line for number, line in lines.items() if line.on(core) >= busy}
+    if not often:
         return Line(name, "ok", f"none that comes often to core {core}")
-    lists = " ".join(f"/proc/irq/{number}/smp_affinity_list" for number in numbers)
+    lists = " ".join(f"/proc/irq/{number}/smp_affinity_list" for number in often)
     fix = (
         f"echo {0 if core else 1} | sudo tee {lists} (until the next start; irqbalance moves them back "
         f"unless it is told IRQBALANCE_BANNED_CPULIST={core}); "
         "one that cannot be moved: another core for loop.cpu"
     )
-    return Line(name, "warn", f"core {core} serves {', '.join(sorted(set(numbers.values())))}", fix)
+    devices = ", ".join(sorted({line.devices for line in often.values()}))
+    return Line(name, "warn", f"core {core} serves {devices}", fix)
 
 
 def idle_states(root: Path) -> Line:
@@ -217,16 +205,6 @@ def early_look(root: Path, asked: float | str, rate_hz: float, cores: int) -> Li
     # as a loop with the rights would choose; whether there are any is told by machine_rights
     chosen = early.choose(early_ns, asked, 1 / rate_hz, cores, granted=True, share=share)
     return Line("early look", "ok", chosen.detail)
-
-
-def _cores(listed: str) -> set[int]:
-    """Cores of a kernel list such as `0-3,8`. Empty for an empty or unreadable one."""
-    out: set[int] = set()
-    for part in listed.split(","):
-        first, _, last = part.strip().partition("-")
-        if first.isdigit() and (not last or last.isdigit()):
-            out |= set(range(int(first), int(last or first) + 1))
-    return out
 
 
 def _span(cores: set[int]) -> str:

@@ -246,7 +246,7 @@ class Host:
         self.telemetry.set_realtime(self.loop.grants)
         self.telemetry.early = Look(self.memory.early_ns).told
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
-        self.view = ViewProcess.of(self.loaded, self.runtime)
+        self.view = ViewProcess.of(self.loaded, self.runtime, self.loop.core)
         self.notifier.ready()
 
     def _watch_late(self) -> None:
@@ -257,7 +257,7 @@ class Host:
         from rtctl.host.exchange.late_trace import trace
         from rtctl.host.exchange.late_watch import LateWatch
 
-        pid, core = self.loop.pid, self.loaded.config.loop.cpu
+        pid, core = self.loop.pid, self.loop.core
         seen = self.loaded.config.loop.clock != "virtual"
         counters, tasks = (Counters(pid, core), Tasks(pid, exits=exits())) if seen else (None, None)
         watched = trace(pid) if seen else None

@@ -65,13 +65,10 @@ class ViewProcess:
         self._start()
 
     @classmethod
-    def of(cls, loaded: LoadedConfig, runtime: RuntimeDirectory) -> ViewProcess | None:
+    def of(cls, loaded: LoadedConfig, runtime: RuntimeDirectory, loop_core: int) -> ViewProcess | None:
         """The view of this rig, if its file asks for one."""
-        table, loop = loaded.config.view, loaded.config.loop
-        if table is None:
-            return None
-        core = max(os.sched_getaffinity(0)) if loop.cpu < 0 else loop.cpu
-        return cls(runtime.path, table.port, core)
+        table = loaded.config.view
+        return None if table is None else cls(runtime.path, table.port, loop_core)
 
     def describe(self) -> list[str]:
         """Lines that tell a person where to look."""

@@ -18,7 +18,7 @@ from hw.outside import json_of, opened, shown
 from rtctl.bounded_npz import read_arrays
 from rtctl.errors import DataError
 from rtctl.recording.event_log import Event
-from rtctl.tick import MOST_AXES, tick_dtype
+from rtctl.tick import MOST_AXES, joined, tick_dtype
 
 BEFORE_TICKS = 200
 AFTER_TICKS = 50
@@ -126,11 +126,11 @@ class Capture:
         """The last `before` ticks up to the end of `rows`, copied."""
         if len(rows) >= self._before or self._kept is None:
             return rows[max(0, len(rows) - self._before) :].copy()
-        return np.concatenate((self._kept, rows))[-self._before :]
+        return joined((self._kept, rows))[-self._before :]
 
     def _finish(self) -> Incident:
         assert self._trigger is not None
-        ticks = np.concatenate(self._parts)
+        ticks = joined(self._parts)
         first, last = (int(ticks["tick"][0]), int(ticks["tick"][-1])) if len(ticks) else (0, 0)
         inside = [e for e in self._events if first <= e["tick"] <= last or e is self._trigger]
         incident = Incident(self._trigger, ticks, inside)

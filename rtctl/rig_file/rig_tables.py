@@ -38,7 +38,13 @@ class LoopTable(Table):
         "ask, else as waive",
     )
     priority: int = number(1, 98, "SCHED_FIFO priority", default=80)
-    cpu: int = number(-1, 1023, "core of the loop; -1: the last core of the machine", default=-1)
+    cpu: int = number(
+        -1,
+        1023,
+        "core of the loop; -1: the last one that it may use, or one that devices interrupt four times less "
+        "often; isolated ones first",
+        default=-1,
+    )
     early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(
         "auto",
         description="time before each deadline that the loop is awake and looks at the clock: a sleeper is "

@@ -9,6 +9,8 @@ import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from rtctl.rt import core
+
 _MCL_CURRENT, _MCL_FUTURE = 1, 2
 _PR_SET_TIMERSLACK = 29
 _DMA_LATENCY = Path("/dev/cpu_dma_latency")
@@ -36,7 +38,7 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
     priority
         SCHED_FIFO priority, 1 to 98.
     cpu
-        Core to stay on; -1 picks the last one this process may use.
+        Core to stay on; -1: a quiet one of those this process may use (`rtctl.rt.core`).
 
     Returns
     -------
@@ -85,17 +87,17 @@ def _lock_memory() -> Grant:
 
 
 def _affinity(cpu: int) -> Grant:
-    allowed = sorted(os.sched_getaffinity(0))
-    wanted = allowed[-1] if cpu < 0 else cpu
+    allowed = os.sched_getaffinity(0)
+    wanted, why = core.choose(cpu, allowed)
     try:
         os.sched_setaffinity(0, {wanted})
     except OSError as error:
         remedy = (
-            f"core {wanted}: {error.strerror}; this process may use {allowed}: set loop.cpu to one of them "
-            "or -1"
+            f"core {wanted}: {error.strerror}; this process may use {sorted(allowed)}: set loop.cpu to one "
+            "of them or -1"
         )
         return Grant("affinity", granted=False, required=False, detail=remedy)
-    return Grant("affinity", granted=True, required=False, detail=f"core {wanted}")
+    return Grant("affinity", granted=True, required=False, detail=f"core {wanted}: {why}")
 
 
 def _dma_latency(held: list[int]) -> Grant:

@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.errors import FaultError, RtctlError
 from rtctl.rig_file.config import load
+from rtctl.rt import core
 from tests.bench import cyclictest
 from tests.bench.cyclictest import Latencies
 from tests.bench.row import Row, in_turns
@@ -38,9 +39,9 @@ def probe(kind: str, config: Path, seconds: float, rate_hz: float = 0.0, cpu: in
     return np.array(json.loads(done.stdout))
 
 
-def last_core() -> int:
-    """The core the loop takes by default."""
-    return sorted(os.sched_getaffinity(0))[-1]
+def loop_core(asked: int = -1) -> int:
+    """The core that the loop takes, as the daemon chooses it."""
+    return core.choose(asked, os.sched_getaffinity(0)).core
 
 
 def cycle_rows(config: Path, rounds: int, seconds: float) -> Iterator[Row]:
@@ -55,7 +56,7 @@ def cycle_rows(config: Path, rounds: int, seconds: float) -> Iterator[Row]:
             bare, work, six = (probe(kind, config, seconds) for kind in ("empty", "loop", "six"))
             theirs = None
             if cyclictest.available():
-                theirs = cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, last_core())
+                theirs = cyclictest.run(seconds, round(1e6 / loop.rate_hz), loop.priority, loop_core())
             found.append((work, bare, six, theirs))
             yield
 

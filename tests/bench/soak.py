@@ -22,7 +22,7 @@ from tests.bench import cyclictest
 from tests.bench.child import SAID, START_S
 from tests.bench.cyclictest import Latencies
 from tests.bench.flood import daemon_on_loopback, flooding
-from tests.bench.loop import last_core
+from tests.bench.loop import loop_core
 from tests.bench.row import Row, in_turns
 
 FLOODS = ("junk", "valid", "targets")
@@ -89,7 +89,7 @@ def _turns(config: Path, seconds: float, found: Found, say: Callable[[str], None
         found.looks.append(_footprint(process, folder, rig))
         if cyclictest.available():
             whole_s = seconds - warm_up_s + REST_S + LAST_S
-            found.beside = pool.submit(cyclictest.run, whole_s, interval_us, loaded.priority, last_core())
+            found.beside = pool.submit(cyclictest.run, whole_s, interval_us, loaded.priority, loop_core())
         for came in _churn(rig, folder, seconds - warm_up_s, say):
             found.subscribers += came
             found.looks.append(_footprint(process, folder, rig))

@@ -14,22 +14,28 @@ import os
 import subprocess
 import sys
 import tempfile
+import timeit
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
+import msgpack
 import numpy as np
 
 from rtctl.errors import RtctlError
-from rtctl.rig_file.config import load
+from rtctl.rig_file.config import LoadedConfig, load
+from rtctl.tick import new_ticks
 from tests.bench import cyclictest
 from tests.bench.cyclictest import Latencies
-from tests.bench.loop import last_core, run_daemon
+from tests.bench.loop import loop_core, run_daemon
 from tests.bench.row import Row, in_turns
 
 SUBSCRIBERS = 10
 
+BATCH_S = 0.008
+"""Of ticks in a message, about."""
 
 Run = tuple[dict[str, Any], list[dict[str, int]]]
 """Summary of a daemon, and what each subscriber saw."""
@@ -48,7 +54,7 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> Iterator[Row]:
     found: list[tuple[Run, Latencies, Latencies | None]] = []
 
     def reference(seconds: float) -> Latencies:
-        return cyclictest.run(seconds, interval_us, loop.priority, last_core())
+        return cyclictest.run(seconds, interval_us, loop.priority, loop_core())
 
     def turns() -> Iterator[None]:
         for _ in range(rounds):
@@ -56,7 +62,7 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> Iterator[Row]:
             run = _daemon_with_subscribers(config, rig, seconds)
             after = reference(seconds / 2)
             beside = None
-            if others := os.sched_getaffinity(0) - {last_core()}:
+            if others := os.sched_getaffinity(0) - {loop_core()}:
                 with ThreadPoolExecutor(1, initializer=os.sched_setaffinity, initargs=(0, others)) as pool:
                     work = pool.submit(_daemon_with_subscribers, config, rig, seconds)
                     beside = reference(seconds)
@@ -64,7 +70,7 @@ def rows(config: Path, seconds: float, rounds: int = 1) -> Iterator[Row]:
             found.append((run, before + after, beside))
             yield
 
-    return in_turns(turns(), lambda: _rows(found, interval_us, seconds))
+    return chain(in_turns(turns(), lambda: _rows(found, interval_us, seconds)), _batch_rows(loaded))
 
 
 def _rows(
@@ -93,6 +99,22 @@ def _rows(
     yield from _against("with the machine to itself", ours, alone, told)
     if beside:
         yield from _against("beside the same work", ours, beside, told)
+
+
+def _batch_rows(loaded: LoadedConfig) -> Iterator[Row]:
+    """What a batch of ticks costs: the host once, and each of its subscribers."""
+    from rtctl.client.samples import tick_rows
+    from rtctl.host.exchange.samples import tick_columns
+
+    n = max(1, round(BATCH_S * loaded.config.loop.rate_hz))
+    ticks = new_ticks(n, loaded.config.n_axes)
+    message = msgpack.unpackb(msgpack.packb({"rows": n, "columns": tick_columns(ticks)}))
+    for name, work in (
+        ("made into columns", lambda: tick_columns(ticks)),
+        ("read by a subscriber", lambda: tick_rows(message)),
+    ):
+        best_s = min(timeit.repeat(work, number=100, repeat=20)) / 100
+        yield Row(f"{n} ticks {name}", 1e6 * best_s, "us", f"quickest of 20; {1 / BATCH_S:g} times a second")
 
 
 def _against(how: str, ours: list[int], theirs: list[int], told: str) -> Iterator[Row]:

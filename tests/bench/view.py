@@ -38,8 +38,11 @@ class Shown:
 
 
 def rows(config: Path, seconds: float, loads: int) -> Iterator[Row]:
-    """CPU and memory with one browser's stream open; page loads in a Chromium, where there is one."""
+    """CPU while nobody looks, then CPU and memory with one browser's stream open; page loads in a Chromium,
+    where there is one."""
     with daemon_with_view(config) as shown:
+        idle, before = _share(shown.pid, seconds), "before any browser came"
+        yield Row("view: share of a core while nobody looks", 100 * idle, "%", before, 1.0)
         share, resident_mb, own_mb = _cost(shown, seconds)
         text = f"one browser, {seconds:g} s, source at 1 kHz"
         yield Row("view: share of a core", 100 * share, "%", text, 5.0)
@@ -90,9 +93,7 @@ def _cost(shown: Shown, seconds: float) -> tuple[float, float, float]:
     follower = threading.Thread(target=_follow, args=(shown.port, done))
     follower.start()
     time.sleep(SETTLE_S)
-    before, began = _cpu_s(shown.pid), time.monotonic()
-    time.sleep(seconds)
-    share = (_cpu_s(shown.pid) - before) / (time.monotonic() - began)
+    share = _share(shown.pid, seconds)
     resident_mb, own_mb = (
         _status_mb(shown.pid, "status", "VmHWM"),
         _status_mb(shown.pid, "smaps_rollup", "Pss_Anon"),
@@ -110,6 +111,13 @@ def _follow(port: int, done: threading.Event) -> None:
     while not done.is_set():
         answer.readline()
     link.close()
+
+
+def _share(pid: int, seconds: float) -> float:
+    """Of a core, over so long from now on."""
+    before, began = _cpu_s(pid), time.monotonic()
+    time.sleep(seconds)
+    return (_cpu_s(pid) - before) / (time.monotonic() - began)
 
 
 def _cpu_s(pid: int) -> float:

@@ -23,7 +23,7 @@ from rtctl.errors import RtctlError
 from rtctl.rig_file.config import load
 from tests.bench import cyclictest, loads
 from tests.bench.cyclictest import Latencies
-from tests.bench.loop import last_core, probe
+from tests.bench.loop import loop_core, probe
 from tests.bench.row import Row, in_turns
 
 RATES_HZ = (1000.0, 4000.0, 10_000.0)
@@ -43,7 +43,7 @@ class Beside:
 
     rate_hz: float
     load: str
-    core: int = field(default_factory=last_core)
+    core: int = field(default_factory=loop_core)
     apart: bool = False
     ours: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
     theirs: Latencies = field(default_factory=lambda: Latencies.of(np.zeros(0)))
@@ -93,7 +93,7 @@ class Beside:
         slots, theirs = 1e6 / self.rate_hz, self.theirs.missed(1e6 / self.rate_hz)
         text = f"{self.missed} missed, cyclictest {theirs}; of {slots:g} us each"
         yield Row(f"missed slots, {self.name}", self.missed / max(theirs, 1), "x", text)
-        text = f"awake {np.mean(self.early_us):.0f} us before a deadline at the end"
+        text = f"on core {self.core}; awake {np.mean(self.early_us):.0f} us before a deadline at the end"
         yield Row(f"looking at the clock, {self.name}", float(np.mean(self.cost)), "of a core", text, target)
 
 
@@ -109,7 +109,7 @@ class Conditions:
 
     def pairs(self) -> list[Beside]:
         """One for each condition and rate; nothing is measured yet."""
-        core = last_core() if self.cpu < 0 else self.cpu
+        core = loop_core(self.cpu)
         every = [
             ("idle", False),
             *((one, away) for one in self.loads for away in ((False, True) if self.apart else (False,))),

@@ -174,6 +174,33 @@ def test_a_browser_that_does_not_read_keeps_a_bounded_past():
     feed.close()
 
 
+def test_ticks_are_read_while_somebody_looks_and_forgotten_when_nobody_does():
+    rig, opened = Rig(), []
+    feed = Feed(rig)
+    ticks = rig.ticks
+    rig.ticks = lambda: opened.append(None) or ticks()
+    rig.told.put({"event": "started", "tick": 0})
+    until(rig.told.empty, "an event, which is read in any case")
+    assert not opened
+    for times in (1, 2):
+        followers = [feed.follow(), feed.follow()]
+        rig.batch(20)
+        until(lambda: feed.newest is not None, "ticks")
+        assert len(opened) == times
+        assert sum(feed.histogram()["wakeup"]) == 20
+        assert feed.silent == ""
+        feed.leave(followers[0])
+        rig.batch(20, first=20)
+        until(lambda: feed.newest["tick"][0] == 39, "the second still looks")
+        feed.leave(followers[1])
+        rig.batch(1, first=40)
+        until(lambda: feed.newest is None, "what was seen before is not shown to who comes next")
+        assert feed.silent == "connecting"
+        while not rig.rows.empty():
+            rig.rows.get()
+    feed.close()
+
+
 def test_thinning_keeps_order_and_the_newest():
     rows = new_ticks(1000, 1)
     rows["time_ns"] = np.arange(1000) * 1_000_000

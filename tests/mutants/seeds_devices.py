@@ -268,10 +268,4 @@ SEEDS = (
         "if self._made is None or not all(map(is_, self._made[0], made_of)):", "if self._made is None:",
         ("tests/unit/test_config_devices.py::test_a_copy_with_other_tables_has_devices_of_its_own",),
     ),
-    Seed(
-        "another core's interrupts are the loop's", "rtctl/host/machine_kernel.py",
-        'cores.index(f"CPU{core}") + 1 if', "1 if",
-        ("tests/unit/doctor/test_doctor_machine.py::test_devices_that_interrupt_the_loops_core_are_named_with_the_way_to_"
-         "move_them",),
-    ),
 )  # fmt: skip

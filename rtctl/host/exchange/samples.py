@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.host.exchange.rig_description import RigDescription
-from rtctl.tick import FIELDS
+from rtctl.tick import FIELDS, single_words
 
 STATE_FIELDS = tuple(field.name for field in FIELDS if field.name != "seal")
 """Tick fields of a state sample. The seal guards shared memory and says nothing to a client."""
@@ -75,8 +75,17 @@ def state_samples(
 
 def tick_columns(rows: np.ndarray) -> dict[str, dict[str, Any]]:
     """Columns of the topic `rtctl/ticks`: name -> {dtype, shape, data}, little endian, C order."""
+    words, n = single_words(rows.dtype), len(rows)
+    # all columns of a word one behind the other: copied at once
+    flat = (
+        np.ascontiguousarray(rows).view((np.uint64, rows.dtype.itemsize // 8)).T.tobytes() if words else b""
+    )
     columns = {}
     for name in rows.dtype.names or ():
-        column = np.ascontiguousarray(rows[name])
-        columns[name] = {"dtype": column.dtype.str, "shape": list(column.shape), "data": column.tobytes()}
+        if word := words.get(name):
+            data = flat[8 * n * word.place : 8 * n * (word.place + 1)]
+            columns[name] = {"dtype": word.dtype, "shape": [n, *word.shape], "data": data}
+        else:
+            column = rows[name]
+            columns[name] = {"dtype": column.dtype.str, "shape": list(column.shape), "data": column.tobytes()}
     return columns

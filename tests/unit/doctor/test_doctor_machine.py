@@ -7,6 +7,7 @@ import pytest
 
 from rtctl.host import machine_kernel as machine
 from rtctl.host import machine_rights
+from rtctl.rt.core import Choice
 
 DYNAMIC = "Linux version 6.1.0 (x) #1 SMP PREEMPT_DYNAMIC Debian"
 
@@ -104,38 +105,32 @@ def test_the_loops_core_is_looked_up_in_the_isolated_ones(tmp_path, isolated, st
         assert "loop.cpu = 3" in line.fix
 
 
-INTERRUPTS = """\
-           CPU0       CPU1
- 24:          1          0  IO-APIC   5-edge      ACPI:Ged
- 36:          7    1891772 PCI-MSIX-0000:00:02.0   1-edge      virtio1-req.0
- 41:      19811        199 PCI-MSIX-0000:00:04.0   1-edge      eth0, eth1
-LOC:   12052052   25827021   Local timer interrupts
-ERR:          0"""
+def interrupts(root):
+    for number, devices, counts in ((24, "ACPI:Ged", "1,0"), (36, "virtio1-req.0", "7,1891772"),
+                                    (41, "eth0,eth1", "19811,199")):  # fmt: skip
+        put(root, f"sys/kernel/irq/{number}/actions", devices)
+        put(root, f"sys/kernel/irq/{number}/per_cpu_count", counts)
 
 
 def test_devices_that_interrupt_the_loops_core_are_named_with_the_way_to_move_them(tmp_path):
-    put(tmp_path, "proc/interrupts", INTERRUPTS)
-    put(tmp_path, "proc/uptime", "200.00 390.12")
-    line = machine.device_interrupts(tmp_path, 1)
+    interrupts(tmp_path)
+    line = machine.device_interrupts(tmp_path, 1, 200.0)
     assert (line.status, line.found) == ("warn", "core 1 serves virtio1-req.0")
     assert "echo 0 | sudo tee /proc/irq/36/smp_affinity_list " in line.fix
-    assert machine.device_interrupts(tmp_path, 0).found == "core 0 serves eth1", "99 a second"
-    put(tmp_path, "proc/uptime", "2000000 3900000")
-    assert machine.device_interrupts(tmp_path, 1).status == "ok"
+    assert machine.device_interrupts(tmp_path, 0, 200.0).found == "core 0 serves eth0,eth1", "99 a second"
+    assert machine.device_interrupts(tmp_path, 1, 2e6).status == "ok"
 
 
-@pytest.mark.parametrize(("interrupts", "uptime"), [(INTERRUPTS, ""), ("", "200 1"), (INTERRUPTS, "nan 1")])
-def test_what_is_not_told_of_interrupts_is_no_warning(tmp_path, interrupts, uptime):
-    put(tmp_path, "proc/interrupts", interrupts)
-    put(tmp_path, "proc/uptime", uptime)
+def test_what_is_not_told_of_interrupts_is_no_warning(tmp_path):
     assert machine.device_interrupts(tmp_path, 1).found == "not told here"
+    interrupts(tmp_path)
     assert machine.device_interrupts(tmp_path, 9).found == "not told here", "a core that is not there"
 
 
 def test_a_core_that_is_switched_off_fails(tmp_path):
     put(tmp_path, CPU + "online", "0-1,4")
-    assert machine.core_present(tmp_path, 4).status == "ok"
-    line = machine.core_present(tmp_path, 2)
+    assert machine.core_present(tmp_path, Choice(4, "the last one")).found == "core 4: the last one"
+    line = machine.core_present(tmp_path, Choice(2, "loop.cpu"))
     assert line.status == "fail"
     assert "0, 1, 4" in line.found
 
@@ -178,12 +173,12 @@ def test_no_file_whatever_it_holds_raises(tmp_path, content):
         "etc/systemd/system/rtctl@.service",
     ):  # fmt: skip
         put(tmp_path, path, content)
-    machine.check(tmp_path, 1)
+    machine.check(tmp_path, Choice(1, "loop.cpu"))
     machine_rights.check(tmp_path, "mock", 80)
 
 
 def test_an_empty_tree_raises_nothing(tmp_path):
-    assert len(machine.check(tmp_path, 0)) == 9
+    assert len(machine.check(tmp_path, Choice(0, "loop.cpu"))) == 9
     assert machine_rights.check(tmp_path, "", 80)
 
 

@@ -3,7 +3,42 @@ import signal
 import subprocess
 import sys
 
-from rtctl.host.loop_process import is_dying
+import pytest
+
+from rtctl.host.loop_process import LoopProcess, is_dying
+
+LEAVE = """
+import os, threading, types, zmq
+from rtctl.host.loop_process import LoopProcess
+
+zmq.Context.instance().socket(zmq.PUB).bind("inproc://here")
+threading.Thread(target=threading.Event().wait, daemon=True).start()
+core = max(os.sched_getaffinity(0))
+before = [os.sched_getaffinity(int(thread)) for thread in os.listdir("/proc/self/task")]
+LoopProcess.leave_it_its_core(types.SimpleNamespace(core=core))
+after = [os.sched_getaffinity(int(thread)) for thread in os.listdir("/proc/self/task")]
+assert len(after) == len(before) >= 4, after
+assert after == [one - {core} or one for one in before], after
+"""
+
+
+def test_every_thread_of_the_host_leaves_the_loop_its_core():
+    """ZeroMQ's threads, which write to each subscriber, had stayed there."""
+    subprocess.run([sys.executable, "-c", LEAVE], check=True)
+
+
+@pytest.mark.parametrize(("taken", "core"), [({3}, 3), ({0, 1}, -1), (OSError, -1)])
+def test_the_loops_core_is_the_one_it_keeps_to(monkeypatch, taken, core):
+    def affinity(_pid):
+        if taken is OSError:
+            raise ProcessLookupError
+        return set(taken)
+
+    monkeypatch.setattr(os, "sched_getaffinity", affinity)
+    process = LoopProcess.__new__(LoopProcess)
+    process._process = subprocess.CompletedProcess([], 0)
+    process._process.pid = 1
+    assert process.core == core
 
 
 def test_a_process_counts_as_dying_from_its_end_on_before_anybody_has_waited_for_it():

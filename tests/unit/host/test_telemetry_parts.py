@@ -3,6 +3,7 @@ from dataclasses import replace
 
 import msgpack
 import numpy as np
+import pytest
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.host.exchange.events import EventDetector
@@ -75,6 +76,23 @@ def test_columns_rebuild_the_rows_bit_for_bit():
     for name, column in tick_columns(some).items():
         again[name] = np.frombuffer(column["data"], column["dtype"]).reshape(column["shape"])
     assert again.tobytes() == some.tobytes()
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        [("a", "u1"), ("b", "<f8")],
+        [("a", "<f8"), ("b", "<i4"), ("c", "<i4")],
+        [("a", "<f8", (2, 3)), ("b", "<u8", (1, 1))],
+        [("a", ">f8")],
+    ],
+)
+def test_columns_of_any_record_are_its_fields(record):
+    some = np.frombuffer(np.random.default_rng(2).bytes(4 * np.dtype(record).itemsize), record)
+    for part in (some, some[::2], some[:0]):
+        for name, column in tick_columns(part).items():
+            assert column == {"dtype": some.dtype[name].base.str, "shape": list(part[name].shape),
+                              "data": part[name].tobytes()}  # fmt: skip
 
 
 def test_one_event_per_transition_across_batches():
