@@ -23,6 +23,13 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "a table of another code page than Western Windows' is none",
+        "hw/playback/columns.py",
+        'CODE_PAGES = ("cp1252", "cp932", "gb18030", "cp1251", "latin-1")',
+        'CODE_PAGES = ("cp1252", "latin-1")',
+        LAYOUTS,
+    ),
+    Seed(
         "a servo's strokes at one speed are a torque that assists",
         "rtctl/friction/logs/regression.py",
         'if fit.parameters["coulomb_nm"].high < 0 < _usual_friction(fit, signals):',
