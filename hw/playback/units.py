@@ -97,6 +97,13 @@ def said_unit(name: str, row: str) -> str:
     return _ours(text) or text.strip()
 
 
+def says_unit(name: str, row: str, used: str) -> bool:
+    """Whether the file says a unit of a column that is read in `used`; an ending is believed that is the
+    letter of this one alone (`force_n`), and before a name of an axis, too (`force_n.carriage`)."""
+    bare = name.partition(".")[0]
+    return bool(said_unit(name, row) or said_unit(bare, "")) or bare.lower().endswith(f"_{used.lower()}")
+
+
 def _ours(text: str) -> str | None:
     plain = _KIND_OF_MEAN.sub("", text.strip().lower())
     words = [_WORDS.get(word, word) for word in _BETWEEN.split(plain)]

@@ -23,6 +23,13 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "a unit in the header is asked for all the same",
+        "hw/playback/units.py",
+        'return bool(said_unit(name, row) or said_unit(bare, "")) or bare',
+        "return bare",
+        ("tests/unit/cli/test_identify_log_of_a_linear_axis.py",),
+    ),
+    Seed(
         "a table of another code page than Western Windows' is none",
         "hw/playback/columns.py",
         'CODE_PAGES = ("cp1252", "cp932", "gb18030", "cp1251", "latin-1")',
