@@ -23,6 +23,20 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "logs of two loads are no cause that has a name",
+        "rtctl/friction/logs/changed_within.py",
+        "return _changed_between(balance, plain)",
+        "return None",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "a Japanese dot between N and m makes no unit",
+        "hw/playback/units.py",
+        "⋅×・･∙•",
+        "⋅×",
+        UNITS,
+    ),
+    Seed(
         "a unit in the header is asked for all the same",
         "hw/playback/units.py",
         'return bool(said_unit(name, row) or said_unit(bare, "")) or bare',

@@ -128,6 +128,23 @@ def test_what_the_model_does_not_know_is_named(name, tmp_path):
     assert any(re.search(cause, text) for text in warnings), warnings
 
 
+@pytest.mark.parametrize(
+    ("rig", "load", "place", "effort"), [(Rig(law=DAHL), 2.0, "rad", "Nm"), (CARRIAGE, 1.6, "mm", "N")]
+)
+def test_logs_of_two_loads_are_told_for_it(rig, load, place, effort, tmp_path):
+    arguments = ["--column", f"position=x:{place}", "--column", f"torque=motor:{effort}", "--json"]
+    for k, each in enumerate((rig, replace(rig, inertia=load * rig.inertia))):
+        log, scale = log_of(each, MICROMETRE), {"rad": 1.0, "mm": 1e3}[place]
+        columns = np.column_stack([log.time, scale * log.position, log.torque])
+        path = tmp_path / f"{k}.csv"
+        np.savetxt(path, columns, delimiter=",", header="time_s,x,motor", comments="", fmt="%.9g")
+        arguments += ["--log", str(path)]
+    _, out, err = said_by(*arguments, "--gear-ratio", "1")
+    told = re.search(r"the inertia differs between the logs, ([\d.]+) \S.* in 0\.csv, ([\d.]+) k", out + err)
+    assert told, out + err
+    assert float(told[2]) / float(told[1]) == pytest.approx(load, rel=0.03)
+
+
 def test_friction_that_bends_over_speed_is_no_change_within_the_log(tmp_path):
     _, warnings = identified(
         log_of(Rig(law=DAHL, power=2.0, viscous=0.03, program="moves"), Logger()), tmp_path
