@@ -188,8 +188,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
         document["units"] = units_of(known)
         untold = (*found.untold, *unknown)
         document["cannot_tell"] = untold
-        unsaid = {column for part in parts for column in part.unsaid}
-        asked = () if config else units_to_confirm(known, unsaid, fit, motion)
+        silent = {column for part in parts for column in part.unsaid}
+        asked = () if config else units_to_confirm(known, silent, fit, motion)
         document["to_confirm"] = asked
         document["motion"] = motion
         document["presliding"] = asdict(bent) if bent else None
