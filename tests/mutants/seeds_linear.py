@@ -19,6 +19,10 @@ def _of_a_joint(what: str, file: str, own: str) -> Seed:
 
 SEEDS = (
     Seed(
+        "a carriage is probed in rad", "rtctl/host/probe_device_readings.py",
+        '"rotary" if whole_rig else self._motions[i]', '"rotary"', ("tests/unit/host/test_probe.py",),
+    ),
+    Seed(
         "a model that a playback learned of a carriage is a joint's", "rtctl/simulation/playback_figures.py",
         "replace(level_points(pool(seen)), motion=rig.moves(0)[0])", "level_points(pool(seen))", PLAYED,
     ),
