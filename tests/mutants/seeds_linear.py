@@ -19,6 +19,11 @@ def _of_a_joint(what: str, file: str, own: str) -> Seed:
 
 SEEDS = (
     Seed(
+        "a line of the monitor is in rad whatever moves", "rtctl/cli/monitor_text.py",
+        '"linear" if all(axis.get("motion") == "linear"', '"rotary" if all(axis.get("motion") == "linear"',
+        ("tests/unit/test_monitor.py",),
+    ),
+    Seed(
         "a carriage is probed in rad", "rtctl/host/probe_device_readings.py",
         '"rotary" if whole_rig else self._motions[i]', '"rotary"', ("tests/unit/host/test_probe.py",),
     ),
