@@ -33,6 +33,10 @@ MIN_SAMPLES = 2
 
 Reader = Callable[[Path, tuple[str, ...]], Mapping[str, np.ndarray]]
 
+CODE_PAGES = ("cp1252", "cp932", "gb18030", "cp1251", "latin-1")
+"""Code pages of Windows: Western (a degree sign in a header), Japanese, Chinese, Cyrillic; any byte is of the
+last."""
+
 READERS: dict[str, Reader] = {}
 """Readers of further endings, of who knows them: file and names -> arrays by name. They raise
 `BackendError`."""
@@ -61,7 +65,7 @@ def read_table(
         stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
         table = Table(_flat(path, arrays, order), dict.fromkeys(stamps, "s") | units)
     else:
-        text = _text(path)
+        text = _text(path, order)
         if not text.strip():
             raise BackendError(f"{path}: the file is empty; a header line and rows are needed")
         table = read_text(path, text, order, delimiter, decimal)
@@ -87,19 +91,19 @@ def _require_sound(path: Path, columns: Mapping[str, np.ndarray]) -> None:
         )
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, names: tuple[str, ...]) -> str:
     raw = read_unpacked(path)
     if told := what_it_is(raw):
         raise BackendError(f"{path}: no table; {told}")
     try:
-        return _decoded(raw).replace("\r\n", "\n").replace("\r", "\n")
+        return _decoded(raw, names).replace("\r\n", "\n").replace("\r", "\n")
     except UnicodeDecodeError as error:
         raise BackendError(f"{path}: not a text file ({error.reason} at byte {error.start})") from error
 
 
-def _decoded(raw: bytes) -> str:
-    """UTF-8, UTF-16 by its mark or by the zeros of plain letters, or the code page of Western Windows (a
-    degree sign in a header)."""
+def _decoded(raw: bytes, names: tuple[str, ...]) -> str:
+    """UTF-8, UTF-16 by its mark or by the zeros of plain letters, or the one of `CODE_PAGES` in which the
+    text has the wanted names, else the first that it can be in."""
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw.decode("utf-16")
     for order, zeros, letters in (("le", raw[1:40:2], raw[:40:2]), ("be", raw[:40:2], raw[1:40:2])):
@@ -110,7 +114,16 @@ def _decoded(raw: bytes) -> str:
     except UnicodeDecodeError:
         if any(byte < 9 for byte in raw[:4096]):  # control characters: no text of any code page
             raise
-        return raw.decode("cp1252")
+    texts = [text for page in CODE_PAGES if (text := _in_page(raw, page)) is not None]
+    wanted = [name for name in names if not PLACE.fullmatch(name)]
+    return next((text for text in texts if all(name in text for name in wanted)), texts[0])
+
+
+def _in_page(raw: bytes, page: str) -> str | None:
+    try:
+        return raw.decode(page)
+    except UnicodeDecodeError:
+        return None
 
 
 def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any] | Table:

@@ -20,7 +20,7 @@ from hw.playback.quantum import quantum
 from hw.playback.rising import counts_rows, require_epoch, require_rising, require_steady
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.text_table import NoColumnError
-from hw.playback.units import require_unit
+from hw.playback.units import require_unit, says_unit
 
 # Factors to SI of the units that hw.playback.options admits (pydantic stays out of the loop process).
 TIME_UNITS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0, "days": 86400.0}
@@ -54,6 +54,8 @@ class Recording:
     """When it begins, s after the log's first row; above 0 for what comes after a gap."""
     notes: tuple[str, ...] = ()
     steps_rad: tuple[float, ...] = ()
+    unsaid: tuple[str, ...] = ()
+    """Columns of whose unit the file says nothing."""
 
     def __len__(self) -> int:
         return len(self.position_rad)
@@ -97,6 +99,7 @@ class _Table:
             ) from error
         self.raw, self.said = found.columns, found.units
         self.notes: tuple[str, ...] = ()
+        self.unsaid: tuple[str, ...] = ()
         self.time_s = self._stamps(options["time"]) if options.get("time") else None
 
     def _stamps(self, column: Mapping[str, Any]) -> np.ndarray:
@@ -131,7 +134,10 @@ class _Table:
                 f"{self.path}: column {name!r} is read in {unit}, which this axis does not have: it has "
                 f"{', '.join(units)}; correct the unit, or motion and lead_m of the axis"
             )
-        require_unit(self.path, name, self.said.get(name, ""), column, tuple(units))
+        said = self.said.get(name, "")
+        require_unit(self.path, name, said, column, tuple(units))
+        if not says_unit(name, said, unit):
+            self.unsaid += (name,)
         factor = column.get("scale", 1.0) * units[unit]
         return np.asarray(factor * (raw - column.get("offset", 0.0)))
 
@@ -241,6 +247,7 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
             force_n=_of(stretch, tip),
             velocity_rad_s=_of(stretch, velocity),
             steps_rad=steps,
+            unsaid=table.unsaid,
         )
         for stretch in grid.stretches
     ]

@@ -30,6 +30,14 @@ SPELT = {
     "lsb": "counts", "lb": "lbf", "pounds": "lbf", "inch": "in", "inches": "in", "ips": "in/s",
     "°c": "degC", "celsius": "degC", "deg c": "degC", "°f": "degF", "fahrenheit": "degF", "kelvin": "K",
     "arms": "A", "aeff": "A", "apk": "A",
+    "degré": "deg", "degrés": "deg", "gradi": "deg", "grados": "deg", "graus": "deg", "град": "deg",
+    "度": "deg", "ラジアン": "rad", "弧度": "rad",
+    "secondes": "s", "secondi": "s", "segundos": "s", "с": "s", "秒": "s", "мс": "ms", "毫秒": "ms",
+    "ミリ秒": "ms", "мкс": "us", "微秒": "us",
+    "мм": "mm", "毫米": "mm", "ミリメートル": "mm", "мкм": "um", "微米": "um", "米": "m", "メートル": "m",
+    "н": "N", "牛": "N", "牛顿": "N", "ニュートン": "N", "кн": "kN", "千牛": "kN", "н м": "N m",
+    "牛 米": "N m", "牛米": "N m", "мн м": "mN m", "об/мин": "rpm", "转/分": "rpm", "回転/分": "rpm",
+    "а": "A", "安": "A",
 }  # fmt: skip
 """Other spellings, in small letters -> ours."""
 
@@ -40,7 +48,7 @@ _WORDS = {
 }  # fmt: skip
 """Words that a unit of two is made of."""
 
-_BETWEEN = re.compile(r"[\s.\-*_·⋅×]+")
+_BETWEEN = re.compile(r"[\s.\-*_·⋅×・･∙•]+")
 """What stands between them: `N.m`, `lbf-in`, `Pound inches`."""
 
 SCALED = {
@@ -63,7 +71,7 @@ _KNOWN = {unit.lower(): unit for unit in ("s", "ms", "us", "ns", "min", "h", "da
 
 _LENGTHS = ("m", "mm", "um", "m/s", "mm/s")
 
-_BRACKETS = re.compile(r"[\[(]([^\])]{1,20})[\])]\s*$")
+_BRACKETS = re.compile(r"[\[(（［【]([^\])）］】]{1,20})[\])）］】]\s*$")
 _SUFFIX = re.compile(
     r"_(rad_s|deg_s|rev_s|mm_s|um_s|mm|um|cm|kn|mn|ms|us|ns|rad|deg|mrad|rev|counts|rpm|nm|mnm|ncm|ma"
     r"|inch(?:es)?|lbf?|kgf|(?:ozf?|lbf?|kgf?)[-_]?(?:in|ft|cm)|(?:in|ft)[-_]lbf?|percent|pct|per_?mille|promille)$",
@@ -95,6 +103,13 @@ def said_unit(name: str, row: str) -> str:
     if not text and (behind := _BEHIND.search(name)):
         return _ours((behind[1] or behind[2]).strip("()")) or ""
     return _ours(text) or text.strip()
+
+
+def says_unit(name: str, row: str, used: str) -> bool:
+    """Whether the file says a unit of a column that is read in `used`; an ending is believed that is the
+    letter of this one alone (`force_n`), and before a name of an axis, too (`force_n.carriage`)."""
+    bare = name.partition(".")[0]
+    return bool(said_unit(name, row) or said_unit(bare, "")) or bare.lower().endswith(f"_{used.lower()}")
 
 
 def _ours(text: str) -> str | None:

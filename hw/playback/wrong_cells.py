@@ -75,5 +75,6 @@ def no_number(
     if all(_HEXADECIMAL.fullmatch(each[at]) for each in below if at < len(each)):
         hint = " (hexadecimal? Write 0x before each)"
     return (
-        f"{where}: {cells[at][:40]!r} is not a number{hint}; every cell of a mapped column must be a number"
+        f"{where}: {cells[at][:40]!r} is not a number{hint}; drop the row if nothing was measured in it (a "
+        "gap in the stamps is fine): every cell of a mapped column must be a number"
     )

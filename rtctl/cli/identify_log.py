@@ -15,7 +15,15 @@ import click
 
 from hw.motion import name, named, of_units, words
 from rtctl.cli.columns import tables, text_of, text_options
-from rtctl.cli.identify_log_text import fit_lines, reversal_lines, ungeared, unheld, units_line, units_of
+from rtctl.cli.identify_log_text import (
+    fit_lines,
+    reversal_lines,
+    ungeared,
+    unheld,
+    units_line,
+    units_of,
+    units_to_confirm,
+)
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder, errors_in_units_of
@@ -180,6 +188,9 @@ def command(  # longer than 50 lines: the steps are in order of the work
         document["units"] = units_of(known)
         untold = (*found.untold, *unknown)
         document["cannot_tell"] = untold
+        silent = {column for part in parts for column in part.unsaid}
+        asked = () if config else units_to_confirm(known, silent, fit, motion)
+        document["to_confirm"] = asked
         document["motion"] = motion
         document["presliding"] = asdict(bent) if bent else None
         document["reversals"] = asdict(turned) if turned else None
@@ -192,7 +203,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
     lines += [f"cannot be told: {text}" for text in untold]
-    told_as = json_text(named(document, motion)) if as_json else "\n".join([*lines, units_line(known)])
+    lines = [*(f"please confirm: {text}" for text in asked), *lines, units_line(known)]
+    told_as = json_text(named(document, motion)) if as_json else "\n".join(lines)
     click.echo(told_as)
 
 

@@ -3,10 +3,11 @@ worth, and units."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from hw.motion import name
+from hw.motion import FORCE_UNITS, HANDLE_M, name
+from hw.playback.reader import CURRENT_UNITS, TORQUE_UNITS
 from rtctl.errors import ConfigError
 
 if TYPE_CHECKING:
@@ -88,6 +89,30 @@ def unheld(
             "of another source, or --config, holds them"
         )
     return tuple(warned), tuple(told)
+
+
+def units_to_confirm(
+    known: Mapping[str, Mapping[str, Any]], unsaid: Collection[str], fit: JointFit, motion: str
+) -> tuple[str, ...]:
+    """What a person is asked first: the unit of the only torque, where the file says none.
+
+    A factor in it makes inertia and friction wrong alike and leaves nothing over, so that no log can tell it;
+    who looks at what moves can."""
+    (role, *others) = {"motor_torque", "current", "hand_torque"} & set(known)
+    column, unit = known[role]["column"], str(known[role].get("unit", DEFAULT_UNITS[role]))
+    if others or column not in unsaid or abs(known[role].get("scale", 1.0)) != 1:
+        return ()
+    family = next(each for each in (CURRENT_UNITS, FORCE_UNITS, TORQUE_UNITS) if unit in each)
+    inertia, of = fit.symmetric.parameters["inertia_kgm2"].value, "kg" if motion == "linear" else "kg m^2"
+    by_factor = {factor: text for text, factor in reversed(family.items()) if factor != family[unit]}
+    others = [
+        f"in {text} {inertia * factor / family[unit]:.3g} {of}" for factor, text in sorted(by_factor.items())
+    ]
+    hand = "" if motion == "linear" else f" (as {inertia / HANDLE_M**2:.3g} kg at {1e3 * HANDLE_M:.0f} mm)"
+    return (
+        f"is {column!r} in {unit}? The file does not say, and no log can: what moves has {inertia:.3g} {of}"
+        f"{hand} then, {', '.join(others)}; write the unit behind the column's name, or give --config RIG",
+    )
 
 
 def fit_lines(fit: JointFit, bent: Presliding | None, radian: float, motion: str) -> list[str]:

@@ -182,4 +182,4 @@ def _show(watch: Watch, end: float) -> None:
         if tty:
             click.echo(_HOME_AND_CLEAR + "\n".join(table(watch.hello, shown)))
         else:
-            click.echo(line(shown))
+            click.echo(line(watch.hello, shown))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hw.motion import unit, words
+from hw.motion import name, unit, words
 from rtctl.control.vocabulary import Display
 from rtctl.wire.event_words import device_line
 from rtctl.wire.fault_words import Entry, sentence
@@ -181,8 +181,12 @@ def _late(health: dict[str, Any]) -> list[str]:
     return [f"late ticks (above {late['above_us']:.0f} us): {late['ticks']}: {causes}"]
 
 
-def line(shown: Shown) -> str:
-    """One plain line, for a log or a pipe."""
+_OF_LINE = ("position_rad", "velocity_rad_s", "hand_torque_nm", "feedforward_torque_nm")
+
+
+def line(hello: dict[str, Any], shown: Shown) -> str:
+    """One plain line, for a log or a pipe; names are those of m and N where every axis is linear."""
+    motion = "linear" if all(axis.get("motion") == "linear" for axis in hello["axes"]) else "rotary"
     sample, health = shown.sample, shown.health
     faults = ",".join(str(fault.name) for fault in sample.faults) or "-"
     latency = "-"
@@ -192,9 +196,8 @@ def line(shown: Shown) -> str:
     cause = f" cause={shown.cause['name']}:{shown.cause['axis'] or '-'}" if shown.cause else ""
     return (
         f"{sample.timestamp:.3f} {state if shown.no_data else sample.state.name} faults={faults}{cause} "
-        f"position_rad={_vector(sample.position_rad)} velocity_rad_s={_vector(sample.velocity_rad_s)} "
-        f"hand_torque_nm={_vector(sample.hand_torque_nm)} "
-        f"feedforward_torque_nm={_vector(sample.feedforward_torque_nm)} wakeup_us_p50/p99={latency} "
+        + "".join(f"{name(one, motion)}={_vector(getattr(sample, one))} " for one in _OF_LINE)
+        + f"wakeup_us_p50/p99={latency} "
         f"missed={sample.missed_ticks} lost={shown.lost}"
         + "".join(f" {what}=BROKEN" for what in ("log", "recording") if broken(health, what))
         + "".join(f" warning={warning['name']}:{warning['axis']}" for warning in _warnings(health))

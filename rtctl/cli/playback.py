@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from hw.motion import HANDLE_M, named, words
 from hw.playback.text_rows import is_number
 from rtctl.cli.columns import unit_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
-from rtctl.cli.outputs import OutputFile
+from rtctl.cli.outputs import OutputFile, errors_in_units_of
 
 if TYPE_CHECKING:
     from rtctl.simulation.playback_job import Job
@@ -68,8 +69,20 @@ _NUMBER = Number(1e-9, 1e9)
 )
 @click.option("--train-share", type=Number(0.1, 1.0), default=1.0, help="train on the first part only")
 @click.option("--cutoff-hz", type=Number(0.1, 1e4), default=20.0, show_default=True)
-@click.option("--speed-min-rad-s", type=Number(0, 100), default=0.03, show_default=True)
-@click.option("--epsilon-nm", type=_NUMBER, default=0.001, show_default=True, help="tube of the regression")
+@click.option(
+    "--speed-min-rad-s",
+    "--speed-min-m-s",
+    "speed_min_rad_s",
+    type=Number(0, 100),
+    help="slower is told apart; default 0.03 rad/s, of a linear axis 1.5 % of the largest",
+)
+@click.option(
+    "--epsilon-nm",
+    "--epsilon-n",
+    "epsilon_nm",
+    type=_NUMBER,
+    help="tube of the regression; default 0.001 N m, of a linear axis 0.01 N",
+)
 @click.option(
     "--presliding",
     "presliding_rad",
@@ -92,12 +105,16 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
             "give CONFIG, or --log, --fit-from, --time and --position with a torque column"
         )
     from rtctl.recording.as_columns import register
+    from rtctl.rig_file.config import load
     from rtctl.simulation.playback_job import Job, run
 
     register()
     job = Job(config=config, **options)
-    result = run(job)
-    click.echo(json_text(result) if as_json else "\n".join(_lines(result, job)))
+    motion = load(config).config.axis[0].motion if config else "rotary"
+    with errors_in_units_of(motion):
+        result = run(job)
+    result_lines = _lines(result, job)
+    click.echo(json_text(named(result, motion)) if as_json else words("\n".join(result_lines), motion))
 
 
 def _lines(result: dict[str, Any], job: Job) -> list[str]:
@@ -111,7 +128,7 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
         lines.append(
             f"model    {fit['points']} points, support vectors {fit['support_vectors']} (forward, backward)"
         )
-        lines.append(f"         presliding length: {_presliding(fit['presliding'])}")
+        lines.append(f"         presliding length: {_presliding(fit['presliding'], result['motion'])}")
         lines += [f"warning  {text}" for text in fit["warnings"]]
     for name, title in (("held_out", "held-out part of the training logs"), ("prediction", "the log")):
         if name in result:
@@ -121,11 +138,12 @@ def _lines(result: dict[str, Any], job: Job) -> list[str]:
     return lines
 
 
-def _presliding(found: dict[str, Any] | None) -> str:
+def _presliding(found: dict[str, Any] | None, motion: str) -> str:
     from rtctl.friction.presliding import Presliding
 
     if found is None:
-        return "not told by these logs: taken for 5 mrad, so less help near reversals (--presliding)"
+        taken = 5.0 * (HANDLE_M if motion == "linear" else 1.0)
+        return f"not told by these logs: taken for {taken:g} mrad, so less help near reversals (--presliding)"
     return str(Presliding(**found))
 
 

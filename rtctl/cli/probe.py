@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from hw.motion import words
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 
@@ -108,11 +109,12 @@ def _actuator_line(one: dict[str, Any]) -> str:
     found = one["measured"]
     if found is None:
         return f"{declared}; not measured yet: the test pulse of arming does, where a current is measured"
-    return (
+    told = (
         f"{declared}, measured at least {found['delay_s'] * 1e3:.3g} ms (lag {found['lag_s'] * 1e3:.3g}) on "
         f"{found['date']}; current {found['gain']:.3g} of what was sent, {found['offset_nm']:+.3g} N m off; "
         f"a sample every {found['sample_period_s'] * 1e3:.4g} ms"
     )
+    return words(told, one["motion"])
 
 
 def _tare(value: dict[str, Any]) -> str:

@@ -21,6 +21,7 @@ def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
         late = lateness.of_axis(loaded, a)
         found.append({
             "axis": axis.name,
+            "motion": axis.motion,
             "declared_delay_ms": round(late.declared_s(loaded.config.period_s) * 1e3, 4),
             "declared_by": late.delay_from,
             "measured": asdict(known[axis.name]) if axis.name in known else None,

@@ -28,9 +28,11 @@ from hw.interface import (
     SpeakingBackend,
 )
 from hw.member import Member
+from hw.motion import unit
 from hw.rig_words import subset
 from rtctl.errors import ConfigError
 from rtctl.host.probe_force_zero import Tare
+from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.tick import FIELD, new_ticks
 
@@ -52,11 +54,12 @@ class DeviceProbe:
         Why it cannot be read (any more); empty while it can."""
 
     def __init__(
-        self, member: Member, backend: Backend, axis_names: Sequence[str], poll: bool, tare_samples: int = 0
+        self, member: Member, backend: Backend, axes: Sequence[AxisTable], poll: bool, tare_samples: int = 0
     ) -> None:
         self.member, self.backend, self.error = member, backend, ""
         self._claims = Claims()
-        self._axis_names, self._poll = axis_names, poll and bool(backend.consumes)
+        self._axis_names, self._poll = [axis.name for axis in axes], poll and bool(backend.consumes)
+        self._motions = [axis.motion for axis in axes]
         self._tare = Tare(tare_samples)
         self.tick = new_ticks(1, len(member.axes))
         self._fresh = self._cycles = 0
@@ -205,14 +208,14 @@ class DeviceProbe:
         total, squares, low, high, _first = self._sums[channel]
         mean = total / self._fresh
         spread = np.sqrt(np.maximum(squares / self._fresh - mean * mean, 0.0))
-        force = channel == "force"
+        force, whole_rig = channel == "force", channel in WHOLE_RIG_CHANNELS
         if force:
             latest, low, high = (self._tare.applied(values) for values in (latest, low, high))
         for i, value in enumerate(latest):
             yield {
                 "channel": channel,
                 "of": self._of(channel, i),
-                "unit": FIELD[field].unit,
+                "unit": unit(FIELD[field].unit, "rotary" if whole_rig else self._motions[i]),
                 "value": float(value),
                 "min": float(low[i]),
                 "max": float(high[i]),
@@ -239,8 +242,8 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
         if only is not None and only not in (str(i), table.name or table.kind):
             continue
         backend = registry.create(member.kind, member.options, subset(config.hardware(), member.axes))
-        names = [config.axis[axis].name for axis in member.axes]
-        found.append(DeviceProbe(member, backend, names, poll, tare_samples))
+        axes = [config.axis[axis] for axis in member.axes]
+        found.append(DeviceProbe(member, backend, axes, poll, tare_samples))
     if not found:
         known = ", ".join(f"{i} ({table.name or table.kind})" for i, table in enumerate(config.device))
         raise ConfigError(f"{loaded.path}: no device {only!r}; there are {known}")

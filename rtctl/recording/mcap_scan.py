@@ -111,7 +111,10 @@ def chunks(path: Path, contents: Contents) -> Iterator[Chunk]:
     try:
         with opened(path) as file:
             if file.read(len(MAGIC)) != MAGIC:
-                raise DataError(f"{path}: not an MCAP file")
+                raise DataError(
+                    f"{path}: not an MCAP file, which recordings of rtctl are; a log of another program is "
+                    "for rtctl identify --log"
+                )
             for op, content in _records(file, contents):
                 if op == Op.CHUNK:
                     found = _chunk(content, contents, file.tell())

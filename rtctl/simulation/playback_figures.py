@@ -136,7 +136,7 @@ def learn(
         end = settings.train_share * len(each.log.position_rad) / each.log.rate_hz
         seen.append(each.samples.between(0.0, end) if settings.train_share < 1 else each.samples)
         held.append(each.samples.between(end, np.inf))
-    points = level_points(pool(seen))
+    points = replace(level_points(pool(seen)), motion=rig.moves(0)[0])
     return Learned(
         model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm, folds=way_for(points)),
         symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),

@@ -10,18 +10,22 @@ from typing import Any, Literal
 
 import numpy as np
 
+from hw.motion import HANDLE_M, of_units
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ConfigError
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import GATE_SHARE, INTENT_SHARE
 from rtctl.friction.learn.point_evidence import with_presliding
-from rtctl.friction.logs.log_input import of_file
+from rtctl.friction.logs.dynamics import SPEED_MIN_RAD_S
+from rtctl.friction.logs.log_input import TOP_RAD_S, of_file
+from rtctl.friction.logs.plausibility import largest_speed
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.presliding import Presliding
 from rtctl.rig_file import config as rig_file
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.simulation.playback_figures import (
+    EPSILON_NM,
     Judged,
     Learned,
     Settings,
@@ -64,8 +68,8 @@ class Job:
     bias: Literal["midpoint", "zero"] = "midpoint"
     train_share: float = 1.0
     cutoff_hz: float = 20.0
-    speed_min_rad_s: float = 0.03
-    epsilon_nm: float = 0.001
+    speed_min_rad_s: float | None = None
+    epsilon_nm: float | None = None
     presliding_rad: float | None = None
     save_model: Path | None = None
     plot: Path | None = None
@@ -82,11 +86,13 @@ def run(job: Job) -> dict[str, Any]:
     rig = loaded.config.hardware()
     settings = _settings(job, loaded)
     evaluated = judge(loaded.options, rig, settings)
-    result: dict[str, Any] = {"rate_hz": loaded.config.loop.rate_hz, "log": evaluated.summary()}
+    motion = loaded.config.axis[0].motion
+    result: dict[str, Any] = {"rate_hz": loaded.config.loop.rate_hz, "motion": motion}
+    result["log"] = evaluated.summary()
     learned = None
     if job.fit_from:
         learned = learn(job.fit_from, loaded.options, rig, settings, loaded.config.rig.name)
-        bent = _presliding(job, learned)
+        bent = _presliding(job, learned, settings)
         learned = replace(learned, model=with_presliding(learned.model, bent))
         result["fit"] = {**_fit_summary(learned), "presliding": asdict(bent) if bent else None}
         if learned.held_out is not None:
@@ -99,17 +105,18 @@ def run(job: Job) -> dict[str, Any]:
             artefact.save(learned.model, job.save_model)
     signals = None
     if _has_hand(loaded.options):
-        result["interaction"], signals = _interaction(job, loaded, evaluated, learned)
+        result["interaction"], signals = _interaction(job, loaded, evaluated, learned, settings)
     if job.plot and learned:
-        save_plot(job.plot, learned, evaluated, signals)
+        save_plot(job.plot, learned, evaluated, signals, motion)
     return result
 
 
-def _presliding(job: Job, learned: Learned) -> Presliding | None:
+def _presliding(job: Job, learned: Learned, settings: Settings) -> Presliding | None:
     """As given, or from the turns in the logs that were learned from."""
     if job.presliding_rad is not None:
         return Presliding(job.presliding_rad, None, 0)
-    return presliding_of_logs([each.log for each in learned.logs], job.cutoff_hz, job.speed_min_rad_s)
+    slowest = settings.speed_min_rad_s
+    return presliding_of_logs([each.log for each in learned.logs], job.cutoff_hz, slowest)
 
 
 def _has_hand(options: Mapping[str, Any]) -> bool:
@@ -120,14 +127,23 @@ def _settings(job: Job, loaded: LoadedConfig) -> Settings:
     inertia = job.inertia_kgm2
     if inertia is None and job.config and not job.fit_inertia:
         inertia = loaded.config.axis[0].inertia_kgm2
+    linear, slowest = loaded.config.axis[0].motion == "linear", job.speed_min_rad_s
+    if slowest is None:
+        slowest = SPEED_MIN_RAD_S * (_radian(loaded) if linear else 1.0)
     return Settings(
         inertia_kgm2=inertia,
         bias=job.bias,
         cutoff_hz=job.cutoff_hz,
-        speed_min_rad_s=job.speed_min_rad_s,
-        epsilon_nm=job.epsilon_nm,
+        speed_min_rad_s=slowest,
+        epsilon_nm=job.epsilon_nm or (EPSILON_NM / HANDLE_M if linear else EPSILON_NM),
         train_share=job.train_share,
     )
+
+
+def _radian(loaded: LoadedConfig) -> float:
+    """What stands for a radian in the thresholds of a linear log: as `rtctl identify --log` takes it."""
+    log = load_log(loaded.options, loaded.config.hardware())
+    return largest_speed(log.position_rad[:, 0], log.rate_hz) / TOP_RAD_S or 1.0
 
 
 def _from_rig_file(job: Job) -> LoadedConfig:
@@ -145,6 +161,12 @@ def _from_options(job: Job) -> LoadedConfig:
     What the observer would say of a device with unknown damping is no question to a log without a rig file.
     """
     assert job.log, "the command line asks for it, and for its columns"
+    columns = (job.position, job.motor_torque, job.hand_torque)
+    if of_units(column.get("unit") for column in columns if column) == "linear":
+        raise ConfigError(
+            "a log of a linear axis needs a rig file, for its mass, limits and travel: "
+            'configs/playback.toml with motion = "linear" (docs/linear-axis.md)'
+        )
     torques = {name: column for name in ("motor_torque", "hand_torque") if (column := getattr(job, name))}
     options = of_file({"time": job.time, "axis": [{"position": job.position, **torques}]}, job.log)
     axis: dict[str, Any] = {
@@ -177,7 +199,7 @@ def _fit_summary(learned: Learned) -> dict[str, Any]:
 
 
 def _interaction(
-    job: Job, loaded: LoadedConfig, evaluated: Judged, learned: Learned | None
+    job: Job, loaded: LoadedConfig, evaluated: Judged, learned: Learned | None, settings: Settings
 ) -> tuple[dict[str, Any], Trace]:
     """Run the loop over the log with the model in force."""
     options: Mapping[str, Any] = loaded.options
@@ -200,7 +222,7 @@ def _interaction(
         **_end_of(rows, loaded.config.loop.rate_hz),
         "limited_ticks": int((active["gate_flags"][:, 0] != 0).sum()),
         "in_range_share": in_range_share(model, signals.velocity_rad_s),
-        **interaction(signals, job.speed_min_rad_s),
+        **interaction(signals, settings.speed_min_rad_s),
     }, signals
 
 

@@ -6,12 +6,14 @@ from pathlib import Path
 
 import numpy as np
 
+from hw.motion import words
 from rtctl import pictures
 from rtctl.simulation.playback_figures import Judged, Learned, Trace
 
 
-def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | None) -> None:
-    """Write a PNG. Without a hand torque there is no `signals`, and the friction alone is shown."""
+def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | None, motion: str) -> None:
+    """Write a PNG in the units of this motion. Without a hand torque there is no `signals`, and the friction
+    alone is shown."""
     figure = pictures.blank(11, 4 if signals is None else 8)
     axes = figure.subplots(1 if signals is None else 2, 1, squeeze=False)[:, 0]
     if signals is not None:
@@ -20,7 +22,8 @@ def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | 
         top.plot(signals.time_s, signals.feedforward_nm, label="feed-forward of the model", linewidth=0.8)
         top.plot(signals.time_s, signals.left_nm, label="what is left", linewidth=0.8)
         top.plot(signals.time_s, signals.inertial_nm, label="of it inertia", linewidth=0.8, linestyle="--")
-        top.set(xlabel="time in the log, s", ylabel="torque, N m", title=Path(evaluated.log.source).name)
+        effort = words("torque, N m", motion)
+        top.set(xlabel="time in the log, s", ylabel=effort, title=Path(evaluated.log.source).name)
         top.grid(visible=True, alpha=0.3)
         top.legend(loc="upper right")
     bottom = axes[-1]
@@ -29,7 +32,7 @@ def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | 
     for direction, branch in zip((1, -1), learned.model.branches, strict=True):
         v = direction * np.linspace(0, branch.speed_max_rad_s, 400)[1:]
         bottom.plot(v, direction * learned.model.magnitude(v), "k", label="model" if direction > 0 else None)
-    bottom.set(xlabel="velocity, rad/s", ylabel="friction, N m")
+    bottom.set(xlabel=words("velocity, rad/s", motion), ylabel=words("friction, N m", motion))
     bottom.grid(visible=True, alpha=0.3)
     bottom.legend(loc="upper left")
     pictures.save(figure, path)

@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from hw.interface import Backend, BackendError, Rig
+from hw.motion import effort_units
 from hw.plain_words import explain
 from hw.playback.backend import PlaybackBackend
 from hw.playback.reader import TORQUE_UNITS, Recording
@@ -50,7 +51,7 @@ def with_bias(options: Mapping[str, Any], rig: Rig, bias_nm: float) -> dict[str,
     column = axis.get("hand_torque")
     if column is None:
         raise ConfigError("a bias can be removed from a hand_torque column only, not from force columns")
-    factor = column["scale"] * TORQUE_UNITS[column["unit"]]
+    factor = column["scale"] * effort_units(TORQUE_UNITS, *rig.moves(0))[column["unit"]]
     axis["hand_torque"] = {**column, "offset": column["offset"] + bias_nm / factor}
     return {**options, "axis": [axis, *options["axis"][1:]]}
 

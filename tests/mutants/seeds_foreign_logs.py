@@ -23,6 +23,34 @@ JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
     Seed(
+        "logs of two loads are no cause that has a name",
+        "rtctl/friction/logs/changed_within.py",
+        "return _changed_between(balance, plain)",
+        "return None",
+        ("tests/unit/friction/test_other_makes.py",),
+    ),
+    Seed(
+        "a Japanese dot between N and m makes no unit",
+        "hw/playback/units.py",
+        "⋅×・･∙•",
+        "⋅×",
+        UNITS,
+    ),
+    Seed(
+        "a unit in the header is asked for all the same",
+        "hw/playback/units.py",
+        'return bool(said_unit(name, row) or said_unit(bare, "")) or bare',
+        "return bare",
+        ("tests/unit/cli/test_identify_log_of_a_linear_axis.py",),
+    ),
+    Seed(
+        "a table of another code page than Western Windows' is none",
+        "hw/playback/columns.py",
+        'CODE_PAGES = ("cp1252", "cp932", "gb18030", "cp1251", "latin-1")',
+        'CODE_PAGES = ("cp1252", "latin-1")',
+        LAYOUTS,
+    ),
+    Seed(
         "a servo's strokes at one speed are a torque that assists",
         "rtctl/friction/logs/regression.py",
         'if fit.parameters["coulomb_nm"].high < 0 < _usual_friction(fit, signals):',

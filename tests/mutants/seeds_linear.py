@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 HANDLE = ("tests/unit/control/test_handle.py",)
+PLAYED = ("tests/unit/cli/test_playback_of_a_linear_axis.py",)
 WAVES = ("tests/unit/friction/test_waves.py",)
 CONTROL = "rtctl/control/"
 CHECK = "tests/unit/cli/test_shake_of_a_carriage.py"
@@ -18,6 +19,23 @@ def _of_a_joint(what: str, file: str, own: str) -> Seed:
 
 
 SEEDS = (
+    Seed(
+        "a line of the monitor is in rad whatever moves", "rtctl/cli/monitor_text.py",
+        '"linear" if all(axis.get("motion") == "linear"', '"rotary" if all(axis.get("motion") == "linear"',
+        ("tests/unit/test_monitor.py",),
+    ),
+    Seed(
+        "a carriage is probed in rad", "rtctl/host/probe_device_readings.py",
+        '"rotary" if whole_rig else self._motions[i]', '"rotary"', ("tests/unit/host/test_probe.py",),
+    ),
+    Seed(
+        "a model that a playback learned of a carriage is a joint's", "rtctl/simulation/playback_figures.py",
+        "replace(level_points(pool(seen)), motion=rig.moves(0)[0])", "level_points(pool(seen))", PLAYED,
+    ),
+    Seed(
+        "the zero of a hand's force is in N m", "rtctl/simulation/playback_run.py",
+        "effort_units(TORQUE_UNITS, *rig.moves(0))[column", "TORQUE_UNITS[column", PLAYED,
+    ),
     _of_a_joint("a carriage creeps below 10 mm/s", "assistance.py", "> own_rad(p, axis, CREEP_RAD_S)"),
     _of_a_joint("a carriage rests below 10 mm/s", "resting.py",
         "creep_rad_s = own_rad(p, axis, CREEP_RAD_S)"),

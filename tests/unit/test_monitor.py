@@ -97,7 +97,7 @@ def test_a_rig_that_is_gone_is_no_data_within_half_a_second_and_its_age_grows(cl
         watch.receive(0.1)
     assert "NO DATA for 0.5 s (was ACTIVE)" in drawn(watch)
     assert "state   ACTIVE" not in drawn(watch)
-    assert line(watch.shown()).split()[1:4] == ["NO_DATA", "silent_s=0.5", "was=ACTIVE"]
+    assert line(HELLO, watch.shown()).split()[1:4] == ["NO_DATA", "silent_s=0.5", "was=ACTIVE"]
     clock.now += 3.0
     assert "NO DATA for 3.5 s" in drawn(watch)
     assert "age 3501" in drawn(watch)
@@ -150,7 +150,7 @@ def test_a_latched_cause_is_shown_with_its_place_when_the_fault_is_gone(clock, c
     watch.receive(0.1)
     text = "cause   DEVICE (axis tip, device[0] 'drive'): DC_BUS_UNDER_VOLTAGE: the drive or sensor reports"
     assert text in drawn(watch)
-    assert " cause=DEVICE:tip " in line(watch.shown())
+    assert " cause=DEVICE:tip " in line(HELLO, watch.shown())
     client.states_.items.append(sample_at(clock, state=State.ESTOP, fault_first=number))
     watch.receive(0.1)
     assert "cause   ESTOP: the emergency stop is pressed" in drawn(watch)
@@ -177,8 +177,17 @@ def test_the_table_names_state_faults_axes_latency_and_losses(sample):
     assert "wait" in "\n".join(table(HELLO, Shown(sample, 0.0, 0)))
 
 
+def test_a_line_of_carriages_is_in_metres_and_newtons(sample):
+    axes = [{**axis, "motion": "linear"} for axis in HELLO["axes"]]
+    text = line({**HELLO, "axes": axes}, Shown(sample, 0.0, 7, HEALTH))
+    assert all(f" {name}=" in text for name in ("position_m", "velocity_m_s", "hand_torque_n"))
+    assert "_rad" not in text
+    mixed = line({**HELLO, "axes": [HELLO["axes"][0], axes[1]]}, Shown(sample, 0.0, 7, HEALTH))
+    assert " position_rad=" in mixed
+
+
 def test_a_line_is_one_line(sample):
-    text = line(Shown(sample, 0.0, 7, HEALTH))
+    text = line(HELLO, Shown(sample, 0.0, 7, HEALTH))
     assert "\n" not in text
     assert "faults=STALE,JUMP" in text
     assert "3.0/40.0" in text
@@ -195,7 +204,7 @@ def test_a_warning_of_the_daemon_is_shown_and_is_no_fault(sample):
     assert "WARNING: axis tip: friction was learned at 22-31 degC" in table(
         HELLO, Shown(sample, 0.0, 0, health)
     )
-    assert line(Shown(sample, 0.0, 0, health)).endswith(" warning=TEMPERATURE:tip")
+    assert line(HELLO, Shown(sample, 0.0, 0, health)).endswith(" warning=TEMPERATURE:tip")
     assert "WARNING" not in "".join(table(HELLO, Shown(sample, 0.0, 0, HEALTH)))
 
 
@@ -233,6 +242,8 @@ def test_a_log_or_recording_the_disk_refuses_is_shown(sample):
     text = "\n".join(table(HELLO, Shown(sample, 0.0, 0, health)))
     assert "RECORDING BROKEN: no space left" in text
     assert "EVENT LOG" not in text
-    assert "recording=BROKEN" in line(Shown(sample, 0.0, 0, health))
-    assert "BROKEN" not in line(Shown(sample, 0.0, 0, {**HEALTH, "log": {"broken": None}, "recording": None}))
-    assert "log=BROKEN" in line(Shown(sample, 0.0, 0, {**HEALTH, "log": {"broken": "full"}}))
+    assert "recording=BROKEN" in line(HELLO, Shown(sample, 0.0, 0, health))
+    assert "BROKEN" not in line(
+        HELLO, Shown(sample, 0.0, 0, {**HEALTH, "log": {"broken": None}, "recording": None})
+    )
+    assert "log=BROKEN" in line(HELLO, Shown(sample, 0.0, 0, {**HEALTH, "log": {"broken": "full"}}))

@@ -1,9 +1,10 @@
 """A log that is of two parts: from some time on the torque has another zero or scale, the position another
-scale, or another joint moves."""
+scale, or another joint moves. Of several logs: one moves another load."""
 
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -17,6 +18,9 @@ PART_LEAST = 150
 
 SAME = 0.1
 """Share by which Coulomb friction may differ to be the same."""
+
+LOADED = 1.2
+"""Factor between the inertias of several logs that is told."""
 
 FACTOR_MOST = 5.0
 """Largest change of the inertia that is told: more is that of a part whose strokes, each at one speed, hardly
@@ -33,7 +37,9 @@ def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The time from which on a log has other parameters, that leaves least over; the parameters told are
     those before it."""
     n = len(balance.time_s)
-    if len(balance.signals.sources) > 1 or n < 3 * PART_LEAST:
+    if len(balance.signals.sources) > 1:
+        return _changed_between(balance, plain)
+    if n < 3 * PART_LEAST:
         return None
     rows = np.linspace(PART_LEAST, n - PART_LEAST, TRIED).astype(int)
     best = int(np.argmin([_parted(balance, row).rest for row in rows]))
@@ -50,6 +56,33 @@ def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
         f"{what} changes within the log, at about {balance.time_s[row]:.3g} s: with that, "
         f"{100 * fit.rest / balance.spread:.2g} % of the torque is left over instead of "
         f"{100 * plain.rest / balance.spread:.2g} %; cut the log there",
+        fit,
+    )
+
+
+def _changed_between(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
+    """Logs of which something else was moved in each; the parameters told are those of the first."""
+    sources = balance.signals.sources
+    own = np.hstack([balance.motion * (balance.log == k)[:, None] for k in range(1, len(sources))])
+    fit, bends = balance.fit(added=own), balance.bends()
+    first = np.array([fit.inertia, fit.viscous, fit.coulomb])
+    each = np.vstack([first, first + fit.added.reshape(-1, 3)])
+    joints = [replace(fit, inertia=j, viscous=b, coulomb=c) for j, b, c in each.tolist()]
+    if not all(one.is_joint(balance.speed) for one in joints):
+        return None
+    inertias = each[:, 0]
+    if inertias.max() < LOADED * inertias.min() or not inertias.max() < FACTOR_MOST * inertias.min():
+        return None
+    bent = balance.fit(added=bends).rest
+    if balance.fit(added=np.hstack([bends, own])).rest > STILL * bent:
+        return None
+    told = ", ".join(
+        f"{inertia:.3g} kg m^2 in {Path(one).name}" for inertia, one in zip(inertias, sources, strict=True)
+    )
+    return (
+        f"the inertia differs between the logs, {told} (another load, a part taken off, another joint, "
+        f"a scale): with one of each {100 * fit.rest / balance.spread:.2g} % of the torque is left over "
+        f"instead of {100 * plain.rest / balance.spread:.2g} %; give only logs of the same load at a time",
         fit,
     )
 

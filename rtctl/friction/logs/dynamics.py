@@ -57,7 +57,8 @@ class AxisLog:
     is what stands for a radian in every threshold of the logs: 1 of a rotary axis, so many m of a linear one
     (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
     `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its
-    bristles bend, 0 where that is not longer than usual."""
+    bristles bend, 0 where that is not longer than usual; `unsaid` are columns of whose unit the file says
+    nothing."""
 
     rate_hz: float
     position_rad: np.ndarray
@@ -72,6 +73,7 @@ class AxisLog:
     step_rad: float = 0.0
     plateaus: tuple[Plateau, ...] = ()
     settle_rad: float = 0.0
+    unsaid: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,7 @@ def axis_log(
         start_s=recording.start_s,
         notes=recording.notes,
         step_rad=recording.steps_rad[axis] if recording.steps_rad else 0.0,
+        unsaid=recording.unsaid,
     )
 
 

@@ -4,6 +4,7 @@ N.
 
 import json
 import math
+import re
 from pathlib import Path
 
 import numpy as np
@@ -113,6 +114,35 @@ def test_the_table_and_the_points_speak_of_m_and_n(monkeypatch, capsys, logs, tm
     assert [line for line in text.splitlines() if any(unit in line for unit in ("rad", "N m", "_nm"))] == []
     head = (tmp_path / "out" / "points.csv").read_text().splitlines()[0].split(",")
     assert head[:4] == ["velocity_m_s", "friction_torque_n", "direction", "std_n"]
+
+
+def first_line(monkeypatch, capsys, log, *columns, more=()):
+    mapped = [word for column in columns for word in ("--column", column)]
+    code, text, err = run(
+        monkeypatch, capsys, "identify", "--log", log, *mapped, "--torque-delay", "0", *more
+    )
+    assert code == 0, err
+    return text.splitlines()[0]
+
+
+def test_a_unit_that_the_file_does_not_say_is_asked_before_anything_else(monkeypatch, capsys, logs):
+    kilograms = 0.012 / M**2
+    asked = first_line(monkeypatch, capsys, logs["m"], "position=place:m", "torque=effort:kN")
+    assert asked.startswith("please confirm: is 'effort' in kN? The file does not say")
+    told = [float(each) for each in re.findall(r"([\d.e+-]+) kg\b", asked)]
+    assert told == pytest.approx([1e3 * kilograms, 1e-3 * kilograms, kilograms], rel=0.02)
+    asked = first_line(monkeypatch, capsys, logs["rotary"], "position=place", "torque=effort")
+    assert re.match(r"please confirm: is 'effort' in N m\?.* 0\.012 kg m\^2 \(as 1\.2 kg at 100 mm\)", asked)
+
+
+@pytest.mark.parametrize("name", ["effort [N]", "effort_n", "effort_n.carriage"])
+def test_a_unit_that_the_file_says_is_not_asked(monkeypatch, capsys, logs, name):
+    said = logs["m"].with_name("said.csv")
+    said.write_text(logs["m"].read_text().replace("effort", name))
+    line = first_line(monkeypatch, capsys, said, "position=place:m", f"torque={name}:N")
+    assert line.startswith("symmetric: ")
+    scaled = first_line(monkeypatch, capsys, logs["m"], "position=place:m", "torque=effort:N:1.5")
+    assert scaled.startswith("symmetric: ")
 
 
 @pytest.mark.parametrize(

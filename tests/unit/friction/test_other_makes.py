@@ -1,7 +1,9 @@
 """Logs of rigs of another make (`other_rigs`): right parameters, or a warning that names the cause."""
 
 import json
+import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,6 +11,7 @@ from dirty_logs import OFF, said_by
 from other_loggers import Logger, log_of
 from other_rigs import BLIMAN_SORINE, DAHL, GMS, Rig
 
+from hw.motion import name as key
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 
 pytestmark = pytest.mark.compiled
@@ -25,6 +28,33 @@ RIGHT = {
         Logger(counts=16384.0, current_step=2e-3),
     ),
 }
+
+CARRIAGE = Rig(
+    inertia=1.2, coulomb=6.0, breakaway=7.5, stribeck=0.01, viscous=5.0, bend=2e-5, travel=0.05,
+    servo=(6e3, 150.0), kt=20.0,
+)  # fmt: skip
+"""A linear axis: the numbers of `Rig` in m, N and kg, N/A."""
+
+MICROMETRE = Logger(counts=2 * math.pi / 1e-6)
+
+CARRIAGES = {
+    "moves": (replace(CARRIAGE, law=BLIMAN_SORINE, program="moves", travel=0.5), MICROMETRE, None),
+    "many sines": (replace(CARRIAGE, law=DAHL, lag=0.02), MICROMETRE, None),
+    "a stiff belt": (replace(CARRIAGE, law=DAHL, inertia=0.4, link=0.8, shaft=8e4), MICROMETRE, None),
+    "a soft belt": (replace(CARRIAGE, inertia=0.4, link=0.8, shaft=1500.0), MICROMETRE, r"no noise.*elastic"),
+    "play": (replace(CARRIAGE, inertia=0.4, link=0.8, play=3e-3, shaft=4e4), MICROMETRE, r"no noise.*play"),
+    "one direction rubs more": (
+        replace(CARRIAGE, law=BLIMAN_SORINE, asymmetry=0.2),
+        MICROMETRE,
+        r"an offset of 1\.2 N, .* --keep-offset",
+    ),
+    "a current that was filtered": (
+        CARRIAGE,
+        replace(MICROMETRE, current_filter_hz=20.0),
+        r"torque looks .* late",
+    ),
+}
+"""Carriages, what wrote their logs, and the cause that is named; None: right, and no alarm."""
 
 NAMED = {
     "an elastic shaft": (Rig(inertia=0.004, link=0.008, shaft=15.0), Logger(), r"no noise.*elastic shaft"),
@@ -54,26 +84,41 @@ NAMED = {
 LEVEL = r"hardly any sliding below"
 
 
-def identified(log, folder):
-    path = folder / "log.csv"
-    columns = np.column_stack([log.time, log.position, log.torque])
+def identified(log, folder, place="rad", effort="Nm"):
+    path, scale = folder / "log.csv", {"rad": 1.0, "mm": 1e3}[place]
+    columns = np.column_stack([log.time, scale * log.position, log.torque])
     np.savetxt(path, columns, delimiter=",", header="time_s,x,motor", comments="", fmt="%.9g")
     code, out, err = said_by(
-        *("--log", str(path), "--column", "position=x", "--column", "torque=motor", "--gear-ratio", "1"),
-        "--json",
+        *("--log", str(path), "--column", f"position=x:{place}", "--column", f"torque=motor:{effort}"),
+        *("--gear-ratio", "1", "--json"),
     )
     assert code == 0, err
     found = json.loads(out)
     values = found["symmetric"]["parameters"]
-    off = {name: values[name]["value"] / truth - 1 for name, truth in log.truth.items()}
+    off = {name: values[key(name, found["motion"])]["value"] / truth - 1 for name, truth in log.truth.items()}
     return off, [text for text in found["warnings"] if not re.search(LEVEL, text)]
+
+
+INSTANTS = r"instants of the position|looks 0\.\d+ ms"
+
+
+@pytest.mark.parametrize("name", CARRIAGES)
+def test_a_carriage_of_another_make_is_right_or_its_cause_is_named(name, tmp_path):
+    rig, logger, cause = CARRIAGES[name]
+    off, warnings = identified(log_of(rig, logger), tmp_path, "mm", "N")
+    assert not [text for text in warnings if re.search(r"\brad\b|N m\b|kg m", text)]
+    if cause:
+        assert any(re.search(cause, text) for text in warnings), warnings
+    else:
+        assert all(abs(off[parameter]) <= most for parameter, most in OFF.items()), off
+        assert not [text for text in warnings if not re.search(INSTANTS, text)]
 
 
 @pytest.mark.parametrize("name", RIGHT)
 def test_a_sound_log_of_another_make_gives_its_parameters_and_no_alarm(name, tmp_path):
     off, warnings = identified(log_of(*RIGHT[name]), tmp_path)
     assert all(abs(off[parameter]) <= 0.5 * most for parameter, most in OFF.items()), off
-    assert not [text for text in warnings if not re.search(r"instants of the position|looks 0\.\d+ ms", text)]
+    assert not [text for text in warnings if not re.search(INSTANTS, text)]
 
 
 @pytest.mark.parametrize("name", NAMED)
@@ -81,6 +126,23 @@ def test_what_the_model_does_not_know_is_named(name, tmp_path):
     rig, logger, cause = NAMED[name]
     _, warnings = identified(log_of(rig, logger), tmp_path)
     assert any(re.search(cause, text) for text in warnings), warnings
+
+
+@pytest.mark.parametrize(
+    ("rig", "load", "place", "effort"), [(Rig(law=DAHL), 2.0, "rad", "Nm"), (CARRIAGE, 1.6, "mm", "N")]
+)
+def test_logs_of_two_loads_are_told_for_it(rig, load, place, effort, tmp_path):
+    arguments = ["--column", f"position=x:{place}", "--column", f"torque=motor:{effort}", "--json"]
+    for k, each in enumerate((rig, replace(rig, inertia=load * rig.inertia))):
+        log, scale = log_of(each, MICROMETRE), {"rad": 1.0, "mm": 1e3}[place]
+        columns = np.column_stack([log.time, scale * log.position, log.torque])
+        path = tmp_path / f"{k}.csv"
+        np.savetxt(path, columns, delimiter=",", header="time_s,x,motor", comments="", fmt="%.9g")
+        arguments += ["--log", str(path)]
+    _, out, err = said_by(*arguments, "--gear-ratio", "1")
+    told = re.search(r"the inertia differs between the logs, ([\d.]+) \S.* in 0\.csv, ([\d.]+) k", out + err)
+    assert told, out + err
+    assert float(told[2]) / float(told[1]) == pytest.approx(load, rel=0.03)
 
 
 def test_friction_that_bends_over_speed_is_no_change_within_the_log(tmp_path):

@@ -103,6 +103,15 @@ def test_it_shows_values_with_axis_unit_and_spread(loaded):
     assert {value["channel"]: value["of"] for value in mock["values"]}["position"] == "joint"
 
 
+def test_a_carriage_is_shown_in_metres():
+    (device,) = devices(load(MOCK.with_name("mock-linear.toml")))
+    device.open()
+    device.read(0)
+    units = {value["channel"]: value["unit"] for value in device.report()["values"]}
+    device.close()
+    assert (units["position"], units["force"], units["current"]) == ("m", "N", "A")
+
+
 def test_it_counts_fresh_samples_damage_and_what_the_link_counts(loaded):
     (finger,) = run(loaded, 6, only="finger")
     assert (finger["cycles"], finger["samples"]) == (6, 3)

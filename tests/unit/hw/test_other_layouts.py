@@ -9,9 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from other_layouts import every_layout
+from other_layouts_of_carriages import LEVER_M
 from other_loggers import Logger, log_of
 from other_rigs import BLIMAN_SORINE, Rig
 
+from hw.motion import of_units
 from rtctl.cli.columns import tables
 from rtctl.cli.identify_log import ROLES
 from rtctl.errors import RtctlError
@@ -56,9 +58,19 @@ REFUSED = {
     "a row for each signal in an npz, asked for by their names": r"'q' stands in the rows of 'signal'.*pivot",
     "a night in which summer time ends, without zones": r"set back by an hour, as summer time ends; cut it",
     "ros2 topic echo as it is shown": r"ros2 topic echo --csv",
+    "carriage: kilograms of a load cell, taken for newtons": r"Force \(kgf\).*says kgf.*give 9\.80665 N",
+    "carriage: kN in the header, taken for newtons": r"'Kraft' is read in N, the file says kN; give",
+    "carriage: millimetres and newton-metres": r"'tau_nm' is read in Nm, which this axis does not have",
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""
+
+
+GEAR = {
+    "--torque-constant": "torque_constant_nm_a",
+    "--counts-per-rev": "counts_per_rev",
+    "--lead-m": "lead_m",
+}
 
 
 @cache
@@ -80,20 +92,21 @@ def read(name, folder):
         elif option == "--rate-hz":
             rate = float(value)
         else:
-            key = {"--torque-constant": "torque_constant_nm_a", "--counts-per-rev": "counts_per_rev"}[option]
-            gear[key] = float(value)
+            gear[GEAR[option]] = float(value)
     mapped = {ROLES[role]: table for role, table in tables(tuple(columns), None, tuple(ROLES)).items()}
-    return read_log(options_of(path, mapped, rate), Gearing(**gear), 0.0)
+    units = of_units(table.get("unit") for table in mapped.values())
+    gearing = Gearing(motion="linear" if "lead_m" in gear else units, **gear).of_screw()
+    return read_log(options_of(path, mapped, rate), gearing, 0.0)
 
 
 @pytest.mark.parametrize("name", [name for name in LAYOUTS if name not in REFUSED])
 def test_a_layout_is_read_as_it_is(name, tmp_path):
     (found,) = read(name, tmp_path)
-    n = len(found.position_rad)
+    n, lever = len(found.position_rad), LEVER_M if name.startswith("carriage: ") else 1.0
     assert abs(n - len(log().time)) <= 2
     assert found.rate_hz == pytest.approx(1000, rel=1e-4)
-    assert np.abs(found.position_rad - log().position[:n]).max() < 2e-4
-    assert np.abs(found.torque_nm - log().torque[:n]).max() < 2.5e-3
+    assert np.abs(found.position_rad / lever - log().position[:n]).max() < 2e-4
+    assert np.abs(found.torque_nm * lever - log().torque[:n]).max() < 2.5e-3
 
 
 @pytest.mark.parametrize("name", [name for name, said in REFUSED.items() if said])

@@ -56,6 +56,12 @@ from hw.playback.units import require_unit, said_unit
         ("F [daN]", "", "daN"),
         ("stroke (cm)", "", "cm"),
         ("p_A [bar]", "", "bar"),
+        ("Angle (degrés)", "", "deg"),
+        ("Angolo", "gradi", "deg"),
+        ("トルク [mN・m]", "", "mN m"),
+        ("位置（毫米）", "", "mm"),
+        ("力（牛）", "", "N"),
+        ("Момент [Н·м]", "", "N m"),
     ],
 )
 def test_units_are_understood_however_they_are_spelt(name, row, unit):
