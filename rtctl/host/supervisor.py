@@ -19,7 +19,7 @@ import zmq
 
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
-from rtctl.errors import LoopDiedError
+from rtctl.errors import FaultError, LoopDiedError
 from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
@@ -184,6 +184,7 @@ class Host:
     def _attach(self) -> None:
         """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
         from rtctl.host.exchange.device_words import DeviceWords
+        from rtctl.host.exchange.force_zero import ForceZero
         from rtctl.host.exchange.friction_watch import FrictionWatch
         from rtctl.host.exchange.gateway import Gateway
         from rtctl.host.exchange.rig_description import describe_run
@@ -201,6 +202,7 @@ class Host:
         self.words = DeviceWords(rig)
         tables = [axis.friction.drift for axis in self.loaded.config.axis]
         self.friction = FrictionWatch(rig, plan.params, plan.model, tables, state_folder(rig.name))
+        self.zero = ForceZero(rig, state_folder(rig.name))
         self.telemetry = Telemetry(
             self.context, endpoints, rig, access=self.access, words=self.words, friction=self.friction
         )
@@ -213,6 +215,7 @@ class Host:
             access=self.access,
             book=self.telemetry.book,
             friction=self.friction,
+            zero=self.zero,
             announce=self.announce,
         )
         self.telemetry.commands = self.gateway.counts
@@ -227,6 +230,7 @@ class Host:
             self._record_to,
             self.words,
             self.friction,
+            self.zero,
         )
         self._serve(rig)
 
@@ -393,7 +397,11 @@ class Host:
 
     def arm(self, epoch: int) -> None:
         """Ask the law to arm in `epoch`, that of the tick in which somebody decided to: a stop since then
-        voids it."""
+        voids it. Raises FaultError where the force sensor was tared under a hand."""
+        if self.zero.taring(int(self.writer.command["tare_count"][0])):
+            return  # the law would not arm yet either
+        if why := self.zero.refusal():
+            raise FaultError(why)
         self.writer.command["epoch"] = epoch
         self.writer.command["arm_count"] += 1
         self.writer.send()

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_requests import RIG, Desk
 
+from rtctl.control.records import params_dtype
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.messages import Refusal
 from rtctl.host.exchange.operations import OPERATIONS
@@ -22,7 +23,7 @@ def desk():
 
 @pytest.mark.parametrize("shown", [0.051, -0.051, 40.0, np.nan])
 def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none(desk, shown):
-    params = np.zeros(1, [("force_offset_limit_nm", "f8", 2)])
+    params = np.zeros(1, params_dtype(2))
     params["force_offset_limit_nm"] = 0.2
     described = replace(RIG, axes=(RIG.axes[0], replace(RIG.axes[1], motion="linear")), params=params)
     desk.requests = Requests(desk.writer, described, Endpoints("ipc://t", "ipc://c"), lambda: desk.row)
