@@ -3,6 +3,8 @@
 from seed import Seed
 
 ZERO = "rtctl/host/exchange/force_zero.py"
+REFUSED = "tests/unit/host/test_requests_refused.py"
+WATCH = "tests/unit/host/test_friction_watch.py"
 UNIT = "tests/unit/host/test_force_zero.py"
 
 SEEDS = (
@@ -30,5 +32,20 @@ SEEDS = (
         "a hand that has let go is still a hand", ZERO,
         "row[\"hand_torque_nm\"] + self.moved_nm()", "row[\"hand_torque_nm\"]",
         (f"{UNIT}::test_a_hand_that_has_let_go_is_seen_by_the_zero_of_before",),
+    ),
+    Seed(
+        "a rig that was stopped for its friction is armed at once", "rtctl/host/exchange/requests.py",
+        "return \"\" if self._friction is None else", "return \"\" if True else",
+        (f"{REFUSED}::test_a_rig_that_was_stopped_for_its_friction_is_armed_by_less_compensation_or_a_word_only",),
+    ),
+    Seed(
+        "less compensation does not lead on", "rtctl/friction/drift_watch.py",
+        "verdict.overcompensated(self.found, self.by, share))", "True)",
+        (f"{WATCH}::test_what_the_rig_was_stopped_for_hinders_arming_until_the_cause_is_gone_or_somebody_says_so",),
+    ),
+    Seed(
+        "the page's tare says that there is no hand", "rtctl/client/view_panel.py",
+        "body.get(\"hands\") == \"off\"", "True",
+        ("tests/unit/view/test_guidance.py::test_the_page_tares_under_a_pull_only_when_it_was_told_to",),
     ),
 )  # fmt: skip

@@ -236,7 +236,9 @@ class Requests:
             return f"state {state.name}: arming starts from IDLE: stop first"
         if faults:
             return f"state IDLE with faults present: {faults}; arm again when they are gone"
-        return "" if self._zero.taring(int(self._slot.command["tare_count"])) else self._zero.refusal()
+        if not self._zero.taring(int(self._slot.command["tare_count"])) and (moved := self._zero.refusal()):
+            return moved
+        return "" if self._friction is None else self._friction.hindrance(self._slot.command["compensation"])
 
     def _stop(self, _request: Request, _row: np.void, _caller: Caller) -> Result:
         return {"command_seq": self.stop()}
@@ -249,6 +251,8 @@ class Requests:
     def _reset(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
         if state not in (State.FAULT, State.ESTOP):
+            if state == State.IDLE and self._friction is not None and self._friction.dismiss():
+                return {"command_seq": self._slot.send()}
             return Refusal("not_ready", f"state {state.name}: there is no latched fault to reset")
         if row["estop"]:
             return Refusal(

@@ -40,6 +40,33 @@ def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none
     assert desk.sent["tare_count"] == 2
 
 
+class Stopped:
+    """A friction watch that has stopped the rig."""
+
+    seen = False
+
+    def hindrance(self, compensation):
+        return "" if self.seen or compensation.max() < 0.5 else "dry friction is at most .8"
+
+    def dismiss(self):
+        self.seen, before = True, self.seen
+        return not before
+
+
+def test_a_rig_that_was_stopped_for_its_friction_is_armed_by_less_compensation_or_a_word_only(desk):
+    desk.writer.command["compensation"] = 1.0
+    desk.requests._friction = Stopped()
+    assert desk.refused("not_ready", "arm", 0) == "dry friction is at most .8"
+    desk.writer.command["compensation"] = 0.4
+    assert "command_seq" in desk.ask("arm", 0)
+    desk.writer.command["compensation"] = 1.0
+    assert desk.refused("not_ready", "arm", 0)
+    desk.ask("reset")
+    assert desk.sent["reset_count"] == 0, "nothing of the loop's"
+    assert "command_seq" in desk.ask("arm", 0)
+    assert "no latched fault" in desk.refused("not_ready", "reset")
+
+
 @pytest.mark.parametrize("state", [State.LOCKOUT, State.SHUTDOWN])
 def test_a_closed_rig_answers_stops_and_refuses_whatever_would_change_it(desk, state):
     desk.row["state"] = state
