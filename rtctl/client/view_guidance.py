@@ -31,7 +31,7 @@ def next_step(state: State, faults: int) -> str:
     if faults & Fault.ESTOP:
         return "No torque. Release the emergency stop, then Reset."
     if faults and state in (State.FAULT, State.ESTOP):
-        return "No torque. Remove the cause; Reset once it has been gone for 1000 ticks."
+        return "No torque. Remove the cause; Reset once it has been gone for a second."
     if faults and state == State.IDLE:
         return "No torque. Not ready to arm: remove the cause below."
     return _NEXT[state]

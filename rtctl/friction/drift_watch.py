@@ -187,7 +187,7 @@ class RigWatch:
         return self.share(a, float(row["compensation"][a]), float(factor))
 
     def share(self, a: int, compensation: float, factor: float) -> float:
-        """The same of a share of what is configured and a factor of the learned friction."""
+        """Share of the feed-forward of `deployed` that these two make, 0 to 1."""
         return compensation * factor / float(self._largest[a])
 
     def _sessions(self, moving: np.ndarray) -> None:

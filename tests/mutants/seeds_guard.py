@@ -5,6 +5,8 @@ from seed import Seed
 ZERO = "rtctl/host/exchange/force_zero.py"
 REFUSED = "tests/unit/host/test_requests_refused.py"
 WATCH = "tests/unit/host/test_friction_watch.py"
+PLAN = "tests/unit/test_plan_arrays.py"
+TIMES = "test_a_ramp_is_never_longer_and_a_renderers_silence_never_shorter_than_at_1_khz"
 UNIT = "tests/unit/host/test_force_zero.py"
 
 SEEDS = (
@@ -47,5 +49,22 @@ SEEDS = (
         "the page's tare says that there is no hand", "rtctl/client/view_panel.py",
         "body.get(\"hands\") == \"off\"", "True",
         ("tests/unit/view/test_guidance.py::test_the_page_tares_under_a_pull_only_when_it_was_told_to",),
+    ),
+    Seed(
+        "a cause that is gone for 1000 ticks is gone, however quick the loop", "rtctl/control/states.py",
+        "(s.clear_ticks + 0.5) * p.period_s >= CLEAR_S", "s.clear_ticks >= 1000",
+        ("tests/unit/control/test_state_sequences.py::test_a_cause_must_be_gone_for_a_second_at_any_rate",),
+    ),
+    Seed(
+        "a ramp takes 50 ticks, however slow the loop", "rtctl/check/law_plan.py",
+        "min(STOP_TICKS, round(STOP_S * rate_hz))", "STOP_TICKS", (f"{PLAN}::{TIMES}",),
+    ),
+    Seed(
+        "a renderer is silent after 20 ticks, however quick the loop", "rtctl/check/law_plan.py",
+        "max(TARGET_HOLD_TICKS, round(TARGET_HOLD_S * rate_hz))", "TARGET_HOLD_TICKS", (f"{PLAN}::{TIMES}",),
+    ),
+    Seed(
+        "a renderer is lost after 100 ticks, however quick the loop", "rtctl/check/law_plan.py",
+        "max(TARGET_STOP_TICKS, round(TARGET_STOP_S * rate_hz))", "TARGET_STOP_TICKS", (f"{PLAN}::{TIMES}",),
     ),
 )  # fmt: skip
