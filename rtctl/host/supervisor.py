@@ -7,6 +7,7 @@ ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it."""
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
@@ -47,6 +48,10 @@ FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
 
 READY_TIMEOUT_S = 300.0  # without another function compiled: a first start on a slow or busy machine goes on
 STOP_TIMEOUT_S = 2.0
+
+EPOCH_BITS = 31
+"""The first epoch of a daemon is a random number of so many bits: what a client asks by the epoch of one that
+has ended is void with the next one."""
 
 MOST_TICKS = 256
 """Taken from the ring in one turn, on a wall clock: after a standstill of the host there are thousands, and
@@ -159,6 +164,7 @@ class Host:
         self._most_ticks = self.memory.ring_rows if virtual else MOST_TICKS
         self.writer = CommandWriter(self.memory)
         self.writer.command[:] = plan.command
+        self.writer.command["epoch"] = secrets.randbits(EPOCH_BITS) or 1
         self.writer.send()
         endpoints, openings = self.runtime.endpoints, Openings.of(self.loaded)
         if openings.group is not None:

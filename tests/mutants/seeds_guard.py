@@ -67,4 +67,34 @@ SEEDS = (
         "a renderer is lost after 100 ticks, however quick the loop", "rtctl/check/law_plan.py",
         "max(TARGET_STOP_TICKS, round(TARGET_STOP_S * rate_hz))", "TARGET_STOP_TICKS", (f"{PLAN}::{TIMES}",),
     ),
+    Seed(
+        "a new daemon knows the epochs of the one before it", "rtctl/control/intake.py",
+        "s.epoch = max(c.epoch, 0)", "s.epoch = 0",
+        ("tests/unit/control/test_state_sequences.py::test_a_daemon_begins_in_the_epoch_that_its_first_command_names",),
+    ),
+    Seed(
+        "every daemon begins in the same epoch", "rtctl/host/supervisor.py",
+        "secrets.randbits(EPOCH_BITS) or 1", "1",
+        ("tests/integration/test_restarted_daemon.py::test_what_a_client_knows_of_a_daemon_that_ended_is_void_with_the_next_one",),
+    ),
+    Seed(
+        "a carriage that was pushed past its travel has a loose wire", "rtctl/host/exchange/fault_origin.py",
+        "PAST_TRAVEL if _slid(scene, axis) else \"\"", "\"\"",
+        ("tests/unit/host/test_fault_book.py::test_a_joint_that_was_moved_past_its_travel_is_no_fault_of_the_wiring",),
+    ),
+    Seed(
+        "a position that jumped was pushed there", "rtctl/host/exchange/fault_origin.py",
+        "PAST_TRAVEL if _slid(scene, axis) else \"\"", "PAST_TRAVEL",
+        ("tests/unit/host/test_fault_book.py::test_a_joint_that_was_moved_past_its_travel_is_no_fault_of_the_wiring",),
+    ),
+    Seed(
+        "what could not be stopped is said twice", "rtctl/cli/stop_rig.py",
+        "        if one.confirmed:\n", "        if True:\n",
+        ("tests/unit/host/test_safe_stop.py::test_the_command_says_what_is_not_confirmed_once",),
+    ),
+    Seed(
+        "Ctrl-C while an object ends is lost", "rtctl/cli/__init__.py",
+        "        sys.unraisablehook = _unraisable\n", "",
+        ("tests/unit/cli/test_last_words.py::test_ctrl_c_while_an_object_ends_is_heard_all_the_same",),
+    ),
 )  # fmt: skip

@@ -42,6 +42,18 @@ def test_arming_waits_for_good_ticks_also_when_the_tare_is_complete():
     assert rig.tick().mode is State.ARMING
 
 
+@pytest.mark.parametrize("first", [0, 7, 2**31 - 1, -1])
+def test_a_daemon_begins_in_the_epoch_that_its_first_command_names(first):
+    rig = LawRig()
+    rig.command["epoch"] = first
+    rig.run(2)
+    assert rig["epoch"] == max(first, 0)
+    rig.command["epoch"] = first + 1
+    assert rig.tick()["epoch"] == max(first, 0), "and in no other one without a stop"
+    rig.request("stop_count")
+    assert rig.tick()["epoch"] == max(first, 0) + 1
+
+
 def test_arming_waits_for_the_tare():
     rig = LawRig(tare_ticks=100).run(60)
     rig.request("arm_count")
