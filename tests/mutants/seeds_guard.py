@@ -97,4 +97,9 @@ SEEDS = (
         "        sys.unraisablehook = _unraisable\n", "",
         ("tests/unit/cli/test_last_words.py::test_ctrl_c_while_an_object_ends_is_heard_all_the_same",),
     ),
+    Seed(
+        "an encoder whose every count is a jump passes", "rtctl/check/verdicts_of_motion.py",
+        "Outcome.FAIL if cuts else Outcome.WARN", "Outcome.WARN",
+        ("tests/unit/test_delay_on_the_mock.py::test_an_encoder_whose_counts_are_jumps_on_a_quick_loop_is_told",),
+    ),
 )  # fmt: skip
