@@ -1,6 +1,7 @@
 """A daemon that is started anew: nothing that a client knew of the one before moves the rig."""
 
 import msgpack
+import pytest
 import zmq
 from test_force_zero_of_a_run import rig as rig  # the mock in simulated time
 
@@ -8,6 +9,8 @@ from rtctl.control.vocabulary import State
 from rtctl.host.supervisor import Host
 from rtctl.rig_file.config import load
 from rtctl.wire.protocol import endpoints_in
+
+pytestmark = pytest.mark.compiled
 
 
 def test_what_a_client_knows_of_a_daemon_that_ended_is_void_with_the_next_one(rig):
