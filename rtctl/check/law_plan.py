@@ -36,9 +36,12 @@ from rtctl.rig_file.config import Config, LoadedConfig
 
 SOFT_START_S = 0.5
 READY_S = 0.5
-STOP_TICKS = 50
-TARGET_HOLD_TICKS = 20
-TARGET_STOP_TICKS = 100
+STOP_TICKS, STOP_S = 50, 0.05
+"""RAMP takes neither more ticks nor longer than this."""
+TARGET_HOLD_TICKS, TARGET_HOLD_S = 20, 0.02
+TARGET_STOP_TICKS, TARGET_STOP_S = 100, 0.1
+"""Silence of a renderer is neither fewer ticks nor shorter than this: an ordinary process is not late by less
+on a quicker loop."""
 LATE_LIMIT_TICKS = 3
 WAIVER_SHARE = 0.25
 ARMING_PART_S = 0.02
@@ -138,15 +141,20 @@ def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
     return model
 
 
+def target_hold_ticks(rate_hz: float) -> int:
+    """Age of a renderer's target that causes HOLD."""
+    return max(TARGET_HOLD_TICKS, round(TARGET_HOLD_S * rate_hz))
+
+
 def _fill_scalars(p: np.void, config: Config) -> None:
     rate_hz = config.loop.rate_hz
     p["period_s"] = config.period_s
     # by the contract a count of cycles, by a person a time
     p["ready_ticks"] = max(MIN_SOFT_START_TICKS, round(READY_S * rate_hz))
     p["soft_start_ticks"] = max(MIN_SOFT_START_TICKS, round(SOFT_START_S * rate_hz))
-    p["stop_ticks"] = STOP_TICKS
-    p["target_hold_ticks"] = TARGET_HOLD_TICKS
-    p["target_stop_ticks"] = TARGET_STOP_TICKS
+    p["stop_ticks"] = min(STOP_TICKS, round(STOP_S * rate_hz))
+    p["target_hold_ticks"] = target_hold_ticks(rate_hz)
+    p["target_stop_ticks"] = max(TARGET_STOP_TICKS, round(TARGET_STOP_S * rate_hz))
     p["stale_limit_ticks"] = STALE_LIMIT_TICKS
     p["late_limit_ticks"] = 0 if config.may_be_late else LATE_LIMIT_TICKS
     p["waiver_share"] = _waiver_share(config)

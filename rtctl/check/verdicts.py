@@ -68,6 +68,7 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_friction.conservative_part,
     verdicts_of_motion.places_seen,
     verdicts_of_motion.travel,
+    verdicts_of_motion.count_is_no_jump,
     verdicts_of_load.load,
     verdicts_of_friction.damping_and_model,
     verdicts_of_units.acceleration,

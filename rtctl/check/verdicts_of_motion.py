@@ -80,3 +80,36 @@ def travel(s: Subject) -> list[Verdict]:
         f"position_max_rad: {ends[1]:g} is meant in rad at the link, and position_min_rad {ends[0]:g}, too; "
         "a joint that turns without end leaves both out",
     )
+
+
+def count_is_no_jump(s: Subject) -> list[Verdict]:
+    """A count that is further than the velocity limit allows in a period is a JUMP, and so is the next
+    sample: on a quick loop any motion of a coarse encoder stops the rig."""
+    from rtctl.control.sample import JUMP_FACTOR  # the names of a report must not load the compiler
+
+    reach = JUMP_FACTOR * s.table.velocity_limit_rad_s * s.period_s
+    ticks = s.axis.count_rad / reach
+    if ticks <= 1.0:
+        return []
+    most_hz = 2.0 * JUMP_FACTOR * s.table.velocity_limit_rad_s / s.axis.count_rad
+    cuts = ticks > 2.0
+    told = (
+        f"{s.where}: axis {s.axis.name}: one encoder count is {s.axis.count_rad:.3g} rad, and in a tick the "
+        f"joint may move by {reach:.3g} (1.5 velocity_limit_rad_s): each count is taken for a jump"
+        + (
+            f", and the second sample of it cuts the torque; loop.rate_hz = {most_hz:.4g} at most"
+            if cuts
+            else ""
+        )
+    )
+    return [
+        s.row(
+            "encoder count against a jump",
+            f"{ticks:.3g} ticks",
+            "<= 2",
+            Outcome.FAIL if cuts else Outcome.WARN,
+            "one count over what the joint may move by in a tick, 1.5 velocity_limit_rad_s",
+            ticks / 2.0,
+            told,
+        )
+    ]

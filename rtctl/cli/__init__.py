@@ -8,6 +8,7 @@ import importlib
 import os
 import signal
 import sys
+import threading
 from contextlib import suppress
 from difflib import get_close_matches
 from typing import Any
@@ -94,6 +95,7 @@ def main() -> None:
     # else a shell script has started this in the background, where Ctrl-C is ignored: it stays so
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
         signal.signal(signal.SIGINT, _interrupt)
+        sys.unraisablehook = _unraisable
     code = _exit_code()
     if runs:
         _leave_at_once(code)
@@ -107,6 +109,18 @@ def _interrupt(number: int, _frame: object) -> None:
     """Remember Ctrl-C: pydantic, for one, makes an error of its own of the exception that this raises."""
     _interrupts.append(number)
     raise KeyboardInterrupt
+
+
+AGAIN_S = 0.05
+
+
+def _unraisable(what: sys.UnraisableHookArgs) -> None:
+    """Ctrl-C while Python ends an object, or runs a callback of C, goes nowhere: it is said again, some
+    instructions later."""
+    if _interrupts and issubclass(what.exc_type, KeyboardInterrupt):
+        threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
+    else:
+        sys.__unraisablehook__(what)
 
 
 def _exit_code() -> int:

@@ -88,7 +88,8 @@ def stop(client: RigClient) -> None:
 
 @_operation("reset")
 def reset(client: RigClient) -> None:
-    """Leave FAULT or ESTOP once its cause has been gone for a second. Never arms."""
+    """Leave FAULT or ESTOP once its cause has been gone for a second; in IDLE, say that a rig which was
+    stopped for its friction may be armed as it is. Never arms."""
     client.reset()
 
 

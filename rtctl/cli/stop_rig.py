@@ -29,7 +29,8 @@ def command(config: Path, *, as_json: bool) -> None:
         click.echo(json_text({"ok": not bad, "devices": [one.as_dict() for one in stopped]}))
         sys.exit(DeviceError.exit_code if bad else 0)
     for one in stopped:
-        click.echo(one.text())
+        if one.confirmed:
+            click.echo(one.text())
     if not stopped:
         click.echo("no actuator but simulated ones: nothing to stop")
     if bad:

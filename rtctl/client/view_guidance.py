@@ -4,6 +4,9 @@ The daemon decides all the same; this keeps the page from offering what it would
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 from rtctl.control.vocabulary import Fault, State
 
 _NEXT = {
@@ -28,22 +31,27 @@ def next_step(state: State, faults: int) -> str:
     if faults & Fault.ESTOP:
         return "No torque. Release the emergency stop, then Reset."
     if faults and state in (State.FAULT, State.ESTOP):
-        return "No torque. Remove the cause; Reset once it has been gone for 1000 ticks."
+        return "No torque. Remove the cause; Reset once it has been gone for a second."
     if faults and state == State.IDLE:
         return "No torque. Not ready to arm: remove the cause below."
     return _NEXT[state]
 
 
-def hindrances(state: State, faults: int) -> dict[str, str]:
+STOPPED = "OVERCOMPENSATION"
+"""The warning that a rig was stopped for: in IDLE a reset dismisses it."""
+
+
+def hindrances(state: State, faults: int, warnings: Sequence[Mapping[str, Any]] = ()) -> dict[str, str]:
     """Why each button would be refused now; empty where it would not."""
     latched = state in (State.FAULT, State.ESTOP)
+    stopped = state == State.IDLE and any(one.get("name") == STOPPED for one in warnings)
     if state == State.IDLE:
         arm = "a fault is present: its remedy comes first" if faults else ""
     else:
         arm = f"the rig is in {state.name}" + (": Reset first" if latched else "")
     return {
         "arm": arm,
-        "reset": "" if latched else f"there is nothing to reset in {state.name}",
+        "reset": "" if latched or stopped else f"there is nothing to reset in {state.name}",
         "tare": "" if state in _TARED_IN else f"the force is tared at rest, not in {state.name}",
     }
 

@@ -89,7 +89,7 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
         **out,
         "state": state.name,
         "next": next_step(state, faults),
-        "hindrances": hindrances(state, faults),
+        "hindrances": hindrances(state, faults, health.get("warnings", [])),
         "enabled": bool(row["enabled"]),
         "authority": float(row["authority"]),
         "faults": [_said(entry) for entry in feed.places.entries(faults)],
@@ -140,8 +140,8 @@ def _reset(client: RigClient, _world: World, _body: dict[str, Any]) -> None:
     client.reset(wait=False)
 
 
-def _tare(client: RigClient, _world: World, _body: dict[str, Any]) -> None:
-    client.tare()
+def _tare(client: RigClient, _world: World, body: dict[str, Any]) -> None:
+    client.tare(hands_off=body.get("hands") == "off")
 
 
 def _compensation(client: RigClient, _world: World, body: dict[str, Any]) -> None:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from rtctl.control.vocabulary import Fault, Reaction
 
-CLEARED = "cause absent for 1000 ticks, then an operator's reset"
+CLEARED = "cause absent for 1 s, then an operator's reset"
 
 
 @dataclass(frozen=True)
@@ -269,7 +269,8 @@ TABLE: tuple[FaultRow, ...] = (
         Fault.TARGET_LOST,
         Reaction.STOP,
         1,
-        "no target of the lease holder for 100 ticks of a remote environment; HOLD from 20 on",
+        "no target of the lease holder for 100 ms (100 ticks below 1 kHz) of a remote environment; HOLD from "
+        "20 on",
         "the renderer stopped sending targets, or the daemon refused them (`targets.refused` in `health` "
         "counts): mend or start the renderer, then arm",
         clears="a new lease and an operator's arm",

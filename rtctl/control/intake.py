@@ -115,6 +115,7 @@ def take_command(t: Record, s: Record, p: Record, c: Record) -> tuple[int, bool]
         The command belongs to the present epoch: an arm request queued before a stop is void."""
     if s.ticks == 0:
         s.fault_first = -1  # the zeroed state would name the fault of bit 0
+        s.epoch = max(c.epoch, 0)  # where this daemon begins: no client of an earlier one knows it
     requests = _rising_requests(s, c)
     _take_target(s, p, c)
     _hear_host(s, c)

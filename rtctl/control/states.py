@@ -26,8 +26,9 @@ RESET = 4
 TERMINATE = 8
 """Request bits."""
 
-CLEAR_TICKS = 1000
-"""The cause of a fault must have been absent this long before a reset is accepted."""
+CLEAR_S = 1.0
+"""The cause of a fault must have been absent this long before a reset is accepted: a loose plug is no quicker
+on a quick loop."""
 
 LOCKOUT_S = 60.0
 """LOCKOUT_FAULTS faults within this time close the rig."""
@@ -84,14 +85,16 @@ TRANSITIONS: tuple[Transition, ...] = (
     Transition((_S.INIT,), Event.ALWAYS, _S.IDLE, "system", "the self-tests passed before the first tick"),
     Transition((_S.IDLE,), Event.STOP, _S.IDLE, "anyone", "a stop voids an arm request of the same tick"),
     Transition((_S.IDLE,), Event.ARM, _S.ARMING, "operator", "a fresh request while ready and tared"),
-    Transition((_S.FAULT,), Event.RESET, _S.IDLE, "operator", "cause absent for 1000 ticks"),
+    Transition((_S.FAULT,), Event.RESET, _S.IDLE, "operator", "cause absent for 1 s"),
     Transition((_S.ESTOP,), Event.RESET, _S.IDLE, "operator", "released"),
     Transition(_MOVING, Event.RAMP, _S.STOPPING, "fault", "a fault of reaction RAMP"),
     Transition(_MOVING, Event.END, _S.STOPPING, "system", "the recording played back is over"),
     Transition(_MOVING, Event.STOP, _S.STOPPING, "anyone", "stop asked for, or the renderer lost"),
     Transition(_MOVING, Event.TERMINATE, _S.STOPPING, "system", "the process is ended"),
     Transition((_S.ARMING,), Event.TESTED, _S.ACTIVE, "system", "the test pulse passed"),
-    Transition((_S.ACTIVE,), Event.SILENT, _S.HOLD, "lease holder", "no target for 20 ticks"),
+    Transition(
+        (_S.ACTIVE,), Event.SILENT, _S.HOLD, "lease holder", "no target for 20 ms (20 ticks below 1 kHz)"
+    ),
     Transition((_S.HOLD,), Event.FOLLOWED, _S.ACTIVE, "lease holder", "a target of the same epoch and lease"),
     Transition((_S.STOPPING,), Event.RAMPED_TO_SHUTDOWN, _S.SHUTDOWN, "system", "ramp over, process ending"),
     Transition((_S.STOPPING,), Event.RAMPED_TO_FAULT, _S.FAULT, "system", "ramp over, a fault caused it"),
@@ -283,7 +286,7 @@ def advance(
             s.epoch += 1  # a stop also voids whatever was queued while disabled
             s.lease = 0
         # an emergency stop shows its own release
-        may_reset = s.clear_ticks >= CLEAR_TICKS or s.state == _ESTOP
+        may_reset = (s.clear_ticks + 0.5) * p.period_s >= CLEAR_S or s.state == _ESTOP
         events |= request_events(requests, arm_allowed and ready, may_reset)
     if tested:
         events |= _E_TESTED

@@ -89,6 +89,10 @@ class AxisWatch:
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)
 
+    def still_too_much(self, share: float) -> bool:
+        """Whether `share` of the feed-forward would stop the rig again for what it was stopped for."""
+        return bool(self.stopped and self.found and verdict.overcompensated(self.found, self.by, share))
+
     def adapt(self, moved_s: float, *, faulty: bool) -> None:
         """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP
         or beside a fault."""
@@ -180,7 +184,11 @@ class RigWatch:
         """Share of the feed-forward of `deployed` that is in force, 0 to 1."""
         axis = self.axes[a]
         factor = row["friction_factor"][a] if axis is not None and axis.bounds is not None else 1.0
-        return float(row["compensation"][a] * factor / self._largest[a])
+        return self.share(a, float(row["compensation"][a]), float(factor))
+
+    def share(self, a: int, compensation: float, factor: float) -> float:
+        """Share of the feed-forward of `deployed` that these two make, 0 to 1."""
+        return compensation * factor / float(self._largest[a])
 
     def _sessions(self, moving: np.ndarray) -> None:
         """Where the motor is switched on, a session begins; what stands before that in the same block is

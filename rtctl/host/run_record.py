@@ -10,6 +10,7 @@ import numpy as np
 
 from rtctl.host.command_trace import CommandTrace
 from rtctl.host.exchange.device_words import DeviceWords
+from rtctl.host.exchange.force_zero import ForceZero
 from rtctl.host.exchange.friction_watch import FrictionWatch
 from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.host.exchange.samples import tick_columns
@@ -40,7 +41,9 @@ class RunRecord:
     words
         What the devices say.
     friction
-        The watch over the friction, which is kept from run to run; None: there is none."""
+        The watch over the friction, which is kept from run to run; None: there is none.
+    zero
+        The zero of the force sensor, likewise."""
 
     def __init__(
         self,
@@ -52,6 +55,7 @@ class RunRecord:
         record_to: Path | None = None,
         words: DeviceWords | None = None,
         friction: FrictionWatch | None = None,
+        zero: ForceZero | None = None,
     ) -> None:
         self.rig = rig
         self._telemetry = telemetry
@@ -60,7 +64,7 @@ class RunRecord:
         self._setup: dict[str, Any] = {}
         self._table = RecordTable() if record_to is not None else loaded.config.record
         self._folder = record_to or recording_folder(loaded)
-        self._friction = friction
+        self._friction, self._zero = friction, zero
         self.flight = FlightRecorder(state_folder(rig.name), rig, words, friction)
         self.recorder: Recorder | None = None
         telemetry.log = self.flight.status
@@ -87,13 +91,19 @@ class RunRecord:
         # after the recorder, which needed the state before these rows
         self._shadow.follow(first_row, rows, commands)
         if len(rows):
-            self._keep_friction(int(rows["time_ns"][-1]))
+            if self._zero is not None:
+                self._zero.follow(self._shadow.known)
+            self._keep_for_next(int(rows["time_ns"][-1]))
         return events
 
-    def _keep_friction(self, now_ns: int | None = None) -> None:
-        task = None if self._friction is None else self._friction.to_keep(now_ns)
-        if task is not None:
-            self.flight.later(task)
+    def _keep_for_next(self, now_ns: int | None = None) -> None:
+        tasks = [
+            None if self._friction is None else self._friction.to_keep(now_ns),
+            None if self._zero is None else self._zero.to_keep(),
+        ]
+        for task in tasks:
+            if task is not None:
+                self.flight.later(task)
 
     def _message(self) -> dict[str, Any]:
         """For `rtctl/setup`: the setup, the command in force, and the law's state before the next tick."""
@@ -130,5 +140,5 @@ class RunRecord:
         """End everything. Idempotent."""
         if self.recorder is not None:
             self.recorder.close("" if error is None else f"{type(error).__name__}: {error}")
-        self._keep_friction()
+        self._keep_for_next()
         self.flight.close(error)

@@ -7,6 +7,7 @@ ticks. Ctrl-C or SIGTERM ramps the torque down; a second one cuts it."""
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, closing
@@ -19,7 +20,7 @@ import zmq
 
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
-from rtctl.errors import LoopDiedError
+from rtctl.errors import FaultError, LoopDiedError
 from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
@@ -47,6 +48,10 @@ FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
 
 READY_TIMEOUT_S = 300.0  # without another function compiled: a first start on a slow or busy machine goes on
 STOP_TIMEOUT_S = 2.0
+
+EPOCH_BITS = 31
+"""The first epoch of a daemon is a random number of so many bits: what a client asks by the epoch of one that
+has ended is void with the next one."""
 
 MOST_TICKS = 256
 """Taken from the ring in one turn, on a wall clock: after a standstill of the host there are thousands, and
@@ -160,6 +165,7 @@ class Host:
         self._most_ticks = self.memory.ring_rows if virtual else MOST_TICKS
         self.writer = CommandWriter(self.memory)
         self.writer.command[:] = plan.command
+        self.writer.command["epoch"] = secrets.randbits(EPOCH_BITS) or 1
         self.writer.send()
         endpoints, openings = self.runtime.endpoints, Openings.of(self.loaded)
         if openings.group is not None:
@@ -185,6 +191,7 @@ class Host:
     def _attach(self) -> None:
         """Follow and serve the loop. What that needs is imported here, while the loop opens its devices."""
         from rtctl.host.exchange.device_words import DeviceWords
+        from rtctl.host.exchange.force_zero import ForceZero
         from rtctl.host.exchange.friction_watch import FrictionWatch
         from rtctl.host.exchange.gateway import Gateway
         from rtctl.host.exchange.rig_description import describe_run
@@ -202,6 +209,7 @@ class Host:
         self.words = DeviceWords(rig)
         tables = [axis.friction.drift for axis in self.loaded.config.axis]
         self.friction = FrictionWatch(rig, plan.params, plan.model, tables, state_folder(rig.name))
+        self.zero = ForceZero(rig, state_folder(rig.name))
         self.telemetry = Telemetry(
             self.context, endpoints, rig, access=self.access, words=self.words, friction=self.friction
         )
@@ -214,6 +222,7 @@ class Host:
             access=self.access,
             book=self.telemetry.book,
             friction=self.friction,
+            zero=self.zero,
             announce=self.announce,
         )
         self.telemetry.commands = self.gateway.counts
@@ -228,6 +237,7 @@ class Host:
             self._record_to,
             self.words,
             self.friction,
+            self.zero,
         )
         self._serve(rig)
 
@@ -398,7 +408,11 @@ class Host:
 
     def arm(self, epoch: int) -> None:
         """Ask the law to arm in `epoch`, that of the tick in which somebody decided to: a stop since then
-        voids it."""
+        voids it. Raises FaultError where the force sensor was tared under a hand."""
+        if self.zero.taring(int(self.writer.command["tare_count"][0])):
+            return  # the law would not arm yet either
+        if why := self.zero.refusal():
+            raise FaultError(why)
         self.writer.command["epoch"] = epoch
         self.writer.command["arm_count"] += 1
         self.writer.send()

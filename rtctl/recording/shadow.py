@@ -51,6 +51,12 @@ class ShadowLaw:
             )
         self.next_row = first_row + len(rows)
 
+    @property
+    def known(self) -> np.void | None:
+        """The law's state before row `next_row`, as it is until the next ticks come; None when it is
+        unknown."""
+        return None if self.why else self._law.state[0]
+
     def state(self) -> np.ndarray | None:
         """The law's state before row `next_row`, shape (1,), copied; None when it is unknown."""
         return None if self.why else np.array(self._law.state).copy()

@@ -25,7 +25,7 @@ _OF_THE_GROUP = 0o750
 """Mode of a runtime folder that a group may enter."""
 
 ORPHAN_S = 3.0
-"""Longest wait for the loop of a host that has died: a ramp takes 50 ticks."""
+"""Longest wait for the loop of a host that has died: a ramp takes 50 ms."""
 
 
 class RuntimeDirectory:

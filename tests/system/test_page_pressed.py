@@ -46,6 +46,28 @@ def test_a_refusal_is_shown_and_vanishes_with_the_next_change_of_state(desk):
     page.becomes("document.getElementById('notice').hidden")
 
 
+def test_a_tare_refused_for_a_pull_is_asked_for_again_by_a_second_press_that_is_no_double_click(desk):
+    page, rig, _server = desk
+    rig.refuse = (
+        "the force sensor shows 0.3 N m; if nobody touches the device, say so: rtctl tare --hands-off"
+    )
+    tare = "document.querySelector('[data-do=tare]')"
+    page(f"{tare}.click()")
+    page.becomes("document.getElementById('notice').textContent.includes('shows 0.3 N m')")
+    page.becomes(f"{tare}.textContent === 'Tare: nobody touches it'")
+    rig.refuse = None
+    page(f"{tare}.click(); window.later = false; setTimeout(() => {{ later = true; }}, 1100)")
+    page.becomes("later")
+    assert asked(rig, "tare") == 0
+    page(f"{tare}.click()")
+    until(lambda: asked(rig, "tare"), "the second press")
+    assert ("tare", (), {"hands_off": True}) in rig.asked
+    page.becomes(f"{tare}.textContent === 'Tare'")
+    page(f"{tare}.click()")
+    until(lambda: asked(rig, "tare") == 2, "the next tare")
+    assert ("tare", (), {"hands_off": False}) in rig.asked
+
+
 def test_escape_stops_from_anywhere_and_a_stop_that_does_not_arrive_is_said_above_all(desk):
     page, rig, _server = desk
     rig.be(State.ACTIVE)

@@ -273,3 +273,18 @@ def test_check_counts_what_the_pulse_measured_where_it_is_worse(tmp_path):
     assert not after.ok
     early = AxisTiming(0.0, 0.0, 1.0, 0.0, 1e-3, "2026-11-22")
     assert stability_report.examine(loaded, {loaded.config.axis[0].name: early}).axes[0] == before
+
+
+@pytest.mark.parametrize(("counts", "outcome"), [(8000, None), (4096, Outcome.WARN), (3400, Outcome.FAIL)])
+def test_an_encoder_whose_counts_are_jumps_on_a_quick_loop_is_told(tmp_path, counts, outcome):
+    """At 10 kHz a joint of 6 rad/s may move by .9 mrad in a tick; the second sample of a count of twice that
+    is a JUMP.
+    """
+    text = shipped_config("mock-10khz.toml").read_text()
+    text = text.replace("encoder_counts_per_rev = 160000", f"encoder_counts_per_rev = {counts}")
+    text = text.replace('model = "friction/mock.json"', 'model = ""')
+    (tmp_path / "rig.toml").write_text(text)
+    report = stability_report.examine(config.load(tmp_path / "rig.toml"), telling=False)
+    found = [row.outcome for row in report.verdicts if row.name == "encoder count against a jump"]
+    assert found == ([] if outcome is None else [outcome])
+    assert ("loop.rate_hz = 9740 at most" in report.refusal()) is (outcome == Outcome.FAIL)

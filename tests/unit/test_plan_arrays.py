@@ -66,3 +66,15 @@ def test_a_model_of_another_rig_is_refused_with_both_names_and_the_remedy(tmp_pa
     other = rig(tmp_path, ('name = "mock"', 'name = "bench7"'))
     with pytest.raises(ModelError, match=r"'mock'.*'bench7'.*rtctl fit"):
         plan.build(other)
+
+
+@pytest.mark.parametrize(
+    ("rate", "stop", "hold", "lost"),
+    [(100, 5, 20, 100), (500, 25, 20, 100), (1000, 50, 20, 100), (2000, 50, 40, 200), (4000, 50, 80, 400),
+     (10000, 50, 200, 1000)],
+)  # fmt: skip
+def test_a_ramp_is_never_longer_and_a_renderers_silence_never_shorter_than_at_1_khz(
+    tmp_path, rate, stop, hold, lost
+):
+    p = plan.build(rig(tmp_path, ("rate_hz = 1000.0", f"rate_hz = {rate}.0"), ("= 60.0", "= 5.0"))).params[0]
+    assert (p["stop_ticks"], p["target_hold_ticks"], p["target_stop_ticks"]) == (stop, hold, lost)

@@ -5,6 +5,7 @@ import { $, element, operatorKey, press, redraw } from "./link.js";
 const QUIET_MS = 1000;       // without any status for so long the page's server is gone
 const NOTICE_MS = 8000;
 const ARMED_WITHIN_MS = 2000;
+const READ_MS = 1000;        // what is to be read before it is agreed to: no double click does
 
 /** The last status. */
 export let newest = {};
@@ -16,6 +17,7 @@ export function notice(text, bad = true) {
   $("notice").hidden = !text;
   $("notice").className = bad ? "notice bad" : "notice";
   noticeEnds = performance.now() + NOTICE_MS;
+  askForHands(false);
 }
 
 /** Press a button and show what came of it. */
@@ -26,6 +28,14 @@ export async function ordered(name, body) {
   return said;
 }
 const LABELS = { arm: "Not armed", reset: "Not reset", tare: "Not tared", compensation: "Not changed", display: "Not changed", world: "Not changed" };
+
+/** Of a tare that was refused for a pull: the same button says that nobody touches the device, while the pull is shown. */
+let asks = 0;
+function askForHands(asked) {
+  const tare = document.querySelector("[data-do=tare]");
+  if (asked) { asks = performance.now(); tare.dataset.hands = "off"; } else delete tare.dataset.hands;
+  tare.textContent = asked ? "Tare: nobody touches it" : "Tare";
+}
 
 export async function stop() {
   const mine = ++stops;
@@ -133,8 +143,10 @@ setInterval(() => {
 for (const button of document.querySelectorAll("[data-do]")) {
   button.addEventListener("click", async () => {
     if (button.getAttribute("aria-disabled") === "true") { notice(`${button.textContent}: ${button.title}`); return; }
-    const said = await ordered(button.dataset.do);
+    if (button.dataset.hands && performance.now() - asks < READ_MS) return;
+    const said = await ordered(button.dataset.do, button.dataset.hands ? { hands: "off" } : {});
     if (button.dataset.do === "arm" && said.ok) armPressedAt = performance.now();
+    if (button.dataset.do === "tare") askForHands((said.error || "").includes("--hands-off"));
   });
 }
 $("stop").addEventListener("click", stop);

@@ -136,7 +136,8 @@ class FaultBook:
         spoke = device is not None and fault in (*_MOTOR, *_FORCE) and self.words.spoke(device, tick)
         said = self.words.of(str(device), axis, tick) if spoke else ""
         detail = "; ".join(part for part in (words(found.detail, motion), said) if part)
-        return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None}
+        own = {"text": words(found.text, motion)} if found.text else {}
+        return {"axis": axis, "channel": found.channel, "device": device, "detail": detail or None, **own}
 
     def _of_samples(self, fault: Fault, tick: int | None = None) -> Entry | None:
         """The device that says by itself that something is wrong with its samples (None: now); None when none

@@ -15,17 +15,19 @@ import numpy as np
 
 from rtctl.control.arming import CURRENT_SHARE
 from rtctl.control.force_doubt import EDGE
+from rtctl.control.sample import JUMP_FACTOR
 from rtctl.control.vocabulary import Fault, GateFlag
 
 
 @dataclass(frozen=True)
 class Where:
-    """Number of the axis and channel of `hw.interface.CHANNEL_FIELDS` (None: not known, or none), and what
-    was seen."""
+    """Number of the axis and channel of `hw.interface.CHANNEL_FIELDS` (None: not known, or none), what was
+    seen, and what to say in place of the fault's own text."""
 
     axis: int | None = None
     channel: str | None = None
     detail: str = ""
+    text: str = ""
 
 
 @dataclass(frozen=True)
@@ -54,6 +56,12 @@ class Scene:
 
 NOWHERE = Where()
 
+PAST_TRAVEL = (
+    "the joint was moved past its travel (position_min_rad, position_max_rad of its axis): move it back, "
+    "then reset; if it may go further, correct them"
+)
+"""What BAD_SAMPLE means where the sensor is sound."""
+
 
 def locate(fault: Fault, scene: Scene) -> Where:
     """Where `fault` comes from, as far as the tick shows it."""
@@ -80,12 +88,22 @@ def _worst(scores: np.ndarray, channel: str | None, detail: Callable[[int], str]
     return Where(axis, channel, detail(axis))
 
 
+def _slid(scene: Scene, axis: int) -> bool:
+    """Whether the joint can have moved from its last valid position to where this tick shows it."""
+    if scene.good is None:
+        return False
+    ticks = max(int(scene.row["tick"]) - int(scene.good["tick"]), 1)
+    reach = JUMP_FACTOR * scene.params["velocity_limit_rad_s"][axis] * scene.params["period_s"] * ticks
+    return bool(abs(scene.row["position_rad"][axis] - scene.good["position_rad"][axis]) <= reach)
+
+
 def _bad_sample(scene: Scene) -> Where:
     row, p = scene.row, scene.params
     for axis, value in enumerate(row["position_rad"]):
         low, high = float(p["position_min_rad"][axis]), float(p["position_max_rad"][axis])
         if not low <= value <= high:
-            return Where(axis, "position", f"position {value:.6g} rad, range {low:g} to {high:g}")
+            seen = f"position {value:.6g} rad, range {low:g} to {high:g}"
+            return Where(axis, "position", seen, PAST_TRAVEL if _slid(scene, axis) else "")
     for axis, value in enumerate(row["current_a"]):
         if not abs(value) <= p["current_limit_a"][axis]:
             return Where(axis, "current", f"current {value:.6g} A, range +-{p['current_limit_a'][axis]:g}")

@@ -82,6 +82,25 @@ class FrictionWatch:
         new, self._stopped = stopped - self._stopped, stopped
         return bool(new)
 
+    def hindrance(self, compensation: np.ndarray) -> str:
+        """Why the rig must not be armed with these shares of compensation: what it was stopped for; empty
+        where it may."""
+        for name, axis in self._axes.items():
+            a = self._watch.axes.index(axis)
+            if axis.still_too_much(self._watch.share(a, float(compensation[a]), axis.factor)):
+                return (
+                    f"axis {name}: {words(axis.stopped, self._motions[name])}; or ask for a smaller "
+                    "compensation; or reset: it is armed as it is, and stopped again after 10 s of motion"
+                )
+        return ""
+
+    def dismiss(self) -> bool:
+        """An operator has seen what the rig was stopped for; False where it was stopped for nothing."""
+        stopped = [axis for axis in self._axes.values() if axis.stopped]
+        for axis in stopped:
+            axis.stopped = ""
+        return bool(stopped)
+
     def warnings(self) -> list[dict[str, str]]:
         """Present warnings: `name`, `axis`, `text`."""
         found = []

@@ -14,6 +14,7 @@ import zmq
 
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.force_zero import ForceZero
 from rtctl.host.exchange.friction_watch import FrictionWatch
 from rtctl.host.exchange.messages import Refusal, Request, decode, decode_target
 from rtctl.host.exchange.request_rates import RateLimit
@@ -97,6 +98,8 @@ class Gateway:
         Where faults come from.
     friction
         The watch over the friction; None: there is none.
+    zero
+        The zero of the force sensor; None: the law's is not known, and accepted.
     announce
         Is told what a person at the terminal should know.
     clock_s
@@ -120,13 +123,15 @@ class Gateway:
         access: Access | None = None,
         book: FaultBook | None = None,
         friction: FrictionWatch | None = None,
+        zero: ForceZero | None = None,
         announce: Callable[[str], None] = lambda _text: None,
         clock_s: Callable[[], float] = awake_s,
     ) -> None:
         self._rig = describe(rig)
         self._announce, self._clock_s, self._here_s = announce, clock_s, math.inf
         self.access = access or Access(context, endpoints)
-        self._requests = Requests(writer, self._rig, endpoints, latest, self.access.remote, book, friction)
+        remote = self.access.remote
+        self._requests = Requests(writer, self._rig, endpoints, latest, remote, book, friction, zero)
         self.counters = Counters()
         rate_hz = 2.0 * max(self._rig.rate_hz, NOMINAL_LEAST_HZ)
         self._request_rate = RateLimit(rate_hz, BURST, clock_s)

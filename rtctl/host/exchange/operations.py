@@ -64,7 +64,9 @@ OPERATIONS: dict[str, Operation] = {
         "enable the actuator: IDLE to ARMING to ACTIVE", "operator", (_DECIDED,), needs_epoch=True
     ),
     "stop": Operation("ramp the torque to zero and disable; never refused", "observer"),
-    "reset": Operation("leave FAULT or ESTOP once its cause is gone", "operator"),
+    "reset": Operation(
+        "leave FAULT or ESTOP once its cause is gone, or dismiss a stop of the friction watch", "operator"
+    ),
     "tare": Operation(
         "take the present force reading as zero",
         "operator",

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from hw.motion import words
 from rtctl import tick
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.fault_book import FaultBook
+from rtctl.host.exchange.force_zero import ForceZero
 from rtctl.host.exchange.friction_watch import CANNOT_FOLLOW, FrictionWatch
 from rtctl.host.exchange.lease import LeaseDesk
 from rtctl.host.exchange.messages import Refusal, Request
@@ -44,12 +44,6 @@ DECIDED_S = 2.0
 held it back) was given up by whoever sent it, who may have a hand in the rig by now."""
 
 
-HAND_SHARE = 0.25
-"""A joint that is shown more force than this share of `axis.force.offset_nm` has a hand on it, and is tared
-only where somebody says that it has none. What a tare takes off wrongly moves the joint once the hand has
-gone, as a hand would."""
-
-
 class Requests:
     """Carries out checked requests on the newest command.
 
@@ -68,7 +62,9 @@ class Requests:
     book
         Where faults come from.
     friction
-        The watch over the friction; None: there is none."""
+        The watch over the friction; None: there is none.
+    zero
+        The zero of the force sensor; None: the law's is not known, and accepted."""
 
     def __init__(
         self,
@@ -79,9 +75,13 @@ class Requests:
         remote: Endpoints | None = None,
         book: FaultBook | None = None,
         friction: FrictionWatch | None = None,
+        zero: ForceZero | None = None,
     ) -> None:
         self._book = book or FaultBook(rig)
         self._friction = friction
+        self._zero = zero or ForceZero(rig)
+        if zero is None:
+            self._zero.follow(None)
         self._slot = CommandSlot(writer)
         self._rig = rig
         self._endpoints = endpoints
@@ -204,6 +204,8 @@ class Requests:
         why = self._decided_elsewhen(request, row) or self._not_ready_to_arm(row)
         if why:
             return Refusal("not_ready", why)
+        if self._zero.taring(int(self._slot.command["tare_count"])):
+            return {"command_seq": self._slot.send()}  # the law would not arm yet either
         return {"command_seq": self._slot.arm(int(row["epoch"]))}
 
     def _decided_elsewhen(self, request: Request, row: np.void) -> str:
@@ -234,7 +236,9 @@ class Requests:
             return f"state {state.name}: arming starts from IDLE: stop first"
         if faults:
             return f"state IDLE with faults present: {faults}; arm again when they are gone"
-        return ""
+        if not self._zero.taring(int(self._slot.command["tare_count"])) and (moved := self._zero.refusal()):
+            return moved
+        return "" if self._friction is None else self._friction.hindrance(self._slot.command["compensation"])
 
     def _stop(self, _request: Request, _row: np.void, _caller: Caller) -> Result:
         return {"command_seq": self.stop()}
@@ -247,6 +251,8 @@ class Requests:
     def _reset(self, _request: Request, row: np.void, _caller: Caller) -> Result | Refusal:
         state = State(int(row["state"]))
         if state not in (State.FAULT, State.ESTOP):
+            if state == State.IDLE and self._friction is not None and self._friction.dismiss():
+                return {"command_seq": self._slot.send()}
             return Refusal("not_ready", f"state {state.name}: there is no latched fault to reset")
         if row["estop"]:
             return Refusal(
@@ -276,21 +282,9 @@ class Requests:
         if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):
             why = "the force is tared at rest: stop first, hands off, then tare"
             return Refusal("not_ready", f"state {state.name}: {why}")
-        if "hands" not in request.values and (pull := self._pull(row)):
-            return Refusal("not_ready", pull)
+        if "hands" not in request.values:
+            if pull := self._zero.pull(row):
+                return Refusal("not_ready", pull)
+        else:
+            self._zero.accept_next(int(self._slot.command["tare_count"]) + 1)
         return {"command_seq": self._slot.edge("tare_count")}
-
-    def _pull(self, row: np.void) -> str:
-        """Why the force shown says that a hand is on the device; empty where it says none."""
-        if self._rig.params is None:
-            return ""
-        limits = HAND_SHARE * self._rig.params[0]["force_offset_limit_nm"]
-        for axis, torque, limit in zip(self._rig.axes, row["hand_torque_nm"], limits, strict=True):
-            if not abs(torque) <= limit:  # not `>`: a force of NaN counts as a hand
-                return words(
-                    f"axis {axis.name}: the force sensor shows {torque:.3g} N m, more than {limit:.3g}: a "
-                    "hand on the device would be taken for zero, and pull the joint once it is gone; hands "
-                    "off, then tare; if nobody touches the device, say so: `rtctl tare --hands-off`",
-                    axis.motion,
-                )
-        return ""

@@ -24,8 +24,7 @@ SESSION = secrets.randbits(32)
 
 
 BATCH_TICKS = 8
-"""Ticks of a telemetry message: a world that answers each message with a target is never near the 20 ticks of
-HOLD."""
+"""Ticks of a telemetry message: a world that answers each message with a target is never near HOLD."""
 
 SHORTEST_BATCH_S, LONGEST_BATCH_S = 2e-3, 20e-3
 STATE_HZ = 100.0

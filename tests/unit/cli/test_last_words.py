@@ -174,3 +174,28 @@ def test_a_command_is_shown_in_a_folder_that_is_gone(tmp_path, monkeypatch):
     monkeypatch.chdir(gone)
     gone.rmdir()
     assert shown(Path("/opt/my rtctl")) == "'/opt/my rtctl'"
+
+
+SWALLOWED = """
+import os, signal, sys, time
+import rtctl.cli
+class Ending:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        for _ in range(100): time.sleep(1e-3)
+def work(**_):
+    del globals()["ending"]
+    time.sleep(9.0)
+    print("nobody heard")
+ending = Ending()
+sys.argv = ["rtctl"]
+rtctl.cli.cli.main = work
+rtctl.cli.main()
+"""
+
+
+def test_ctrl_c_while_an_object_ends_is_heard_all_the_same():
+    done = subprocess.run(
+        [sys.executable, "-c", SWALLOWED], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")

@@ -6,7 +6,6 @@ from itertools import pairwise
 import pytest
 from law_rig import LawRig
 
-from rtctl.control.states import CLEAR_TICKS
 from rtctl.control.vocabulary import Fault, State
 
 
@@ -41,6 +40,18 @@ def test_arming_waits_for_good_ticks_also_when_the_tare_is_complete():
     assert rig.tick().mode is State.IDLE
     rig.request("arm_count")
     assert rig.tick().mode is State.ARMING
+
+
+@pytest.mark.parametrize("first", [0, 7, 2**31 - 1, -1])
+def test_a_daemon_begins_in_the_epoch_that_its_first_command_names(first):
+    rig = LawRig()
+    rig.command["epoch"] = first
+    rig.run(2)
+    assert rig["epoch"] == max(first, 0)
+    rig.command["epoch"] = first + 1
+    assert rig.tick()["epoch"] == max(first, 0), "and in no other one without a stop"
+    rig.request("stop_count")
+    assert rig.tick()["epoch"] == max(first, 0) + 1
 
 
 def test_arming_waits_for_the_tare():
@@ -105,11 +116,26 @@ def test_a_ramp_too_steep_for_the_rate_limit_still_ends_in_time():
     assert rig["torque_applied_nm"] == 0.0
 
 
+@pytest.mark.parametrize(("rate_hz", "ticks"), [(500.0, 500), (4000.0, 4000), (7000.0, 7000)])
+def test_a_cause_must_be_gone_for_a_second_at_any_rate(rate_hz, ticks):
+    rig = LawRig(period_s=1.0 / rate_hz)
+    rig.run(60)
+    rig.request("arm_count")
+    rig.run(1)
+    rig.run(3, position_rad=math.nan)
+    assert rig.mode is State.FAULT
+    rig.run(ticks - 2)
+    rig.request("reset_count")
+    assert rig.tick().mode is State.FAULT
+    rig.request("reset_count")
+    assert rig.tick().mode is State.IDLE
+
+
 def test_a_fault_is_latched_and_left_only_by_reset_after_the_cause_is_long_gone():
     rig = spring_rig()
     rig.run(3, position_rad=math.nan)
     assert rig.mode is State.FAULT
-    rig.run(CLEAR_TICKS - 2)
+    rig.run(1000 - 2)
     rig.request("reset_count")
     assert rig.tick().mode is State.FAULT
     assert rig["fault_first"] == 1
@@ -213,13 +239,13 @@ def test_three_faults_within_a_minute_lock_the_rig_out_until_a_restart():
         if k == 2:
             break
         assert rig.mode is State.FAULT
-        rig.run(CLEAR_TICKS)
+        rig.run(1000)
         rig.request("reset_count")
         assert rig.tick().mode is State.IDLE
         rig.arm()
     assert rig.mode is State.LOCKOUT
     assert rig["torque_applied_nm"] == 0.0
-    rig.run(CLEAR_TICKS)
+    rig.run(1000)
     rig.command["epoch"] = rig.state["epoch"]
     rig.request("reset_count", "arm_count")
     assert rig.run(50).mode is State.LOCKOUT
@@ -232,7 +258,7 @@ def test_three_faults_spread_over_more_than_a_minute_do_not():
     for _ in range(4):
         rig.run(3, fresh=False)
         assert rig.mode is State.FAULT
-        rig.run(CLEAR_TICKS)
+        rig.run(1000)
         rig.now["tick"] += 30_001
         rig.request("reset_count")
         assert rig.tick().mode is State.IDLE

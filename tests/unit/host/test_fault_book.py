@@ -234,3 +234,21 @@ def test_the_emergency_stop_is_the_cause_of_its_state_whatever_was_latched_befor
     assert book.cause(some[0])["name"] == "STALE"
     some["fault_first"] = -1
     assert book.cause(some[0]) is None
+
+
+@pytest.mark.parametrize(
+    ("before", "position", "own"),
+    [(0.999, 1.01, True), (-0.999, -1.003, True), (0.5, 1.01, False), (0.999, math.nan, False)],
+)
+def test_a_joint_that_was_moved_past_its_travel_is_no_fault_of_the_wiring(before, position, own):
+    some = rows(position_rad=[0.0, position])
+    some["position_rad"][:-1, 1] = before
+    some["sample_age_ticks"][-1] = 1
+    some["faults"][-1] = Fault.BAD_SAMPLE
+    book = FaultBook(RIG)
+    book.follow(some)
+    (entry,) = book.entries(int(Fault.BAD_SAMPLE))
+    assert ("past its travel (position_min_rad" in entry["text"]) is own
+    assert ("wiring" in entry["text"]) is not own
+    assert entry["axis"] == "tip"
+    assert ("then reset" in sentence(entry)) is own

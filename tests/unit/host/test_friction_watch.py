@@ -2,6 +2,8 @@
 
 from functools import cache
 
+import numpy as np
+
 from rtctl.check.law_plan import build
 from rtctl.friction import drift_state as state
 from rtctl.host.exchange.events import EventDetector
@@ -83,6 +85,23 @@ def test_the_rig_is_stopped_once_each_time_it_was_armed():
     again["tick"] += len(rows) + 1000
     assert over(again, found)[1] == 1
     assert over(rows, watch(stop=False))[1] == 0
+
+
+def test_what_the_rig_was_stopped_for_hinders_arming_until_the_cause_is_gone_or_somebody_says_so():
+    (rows,) = ticks_of([Joint(factor=0.85)], 40.0)
+    found = watch()
+    assert found.hindrance(np.ones(1)) == ""
+    assert over(rows, found)[1] == 1
+    disarmed = rows[:200].copy()
+    disarmed["state"] = 1
+    over(disarmed, found)
+    assert found.hindrance(np.ones(1)).startswith("axis joint: dry friction is at most 0.")
+    assert found.hindrance(np.full(1, 0.5)) == "", "half of the compensation is less than the friction"
+    assert found.dismiss()
+    assert (found.hindrance(np.ones(1)), found.dismiss()) == ("", False)
+    assert [one["name"] for one in found.warnings()] == ["FRICTION_DRIFT"]
+    over(rows, found)
+    assert found.hindrance(np.ones(1)), "stopped again, after some motion"
 
 
 def test_the_state_is_written_once_a_minute_where_something_is_new_and_read_again(tmp_path):

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from test_requests import RIG, Desk
 
+from rtctl.control.records import params_dtype
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.messages import Refusal
 from rtctl.host.exchange.operations import OPERATIONS
@@ -22,7 +23,7 @@ def desk():
 
 @pytest.mark.parametrize("shown", [0.051, -0.051, 40.0, np.nan])
 def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none(desk, shown):
-    params = np.zeros(1, [("force_offset_limit_nm", "f8", 2)])
+    params = np.zeros(1, params_dtype(2))
     params["force_offset_limit_nm"] = 0.2
     described = replace(RIG, axes=(RIG.axes[0], replace(RIG.axes[1], motion="linear")), params=params)
     desk.requests = Requests(desk.writer, described, Endpoints("ipc://t", "ipc://c"), lambda: desk.row)
@@ -37,6 +38,33 @@ def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none
     desk.row["hand_torque_nm"] = [[0.049, -0.049]]
     desk.ask("tare")
     assert desk.sent["tare_count"] == 2
+
+
+class Stopped:
+    """A friction watch that has stopped the rig."""
+
+    seen = False
+
+    def hindrance(self, compensation):
+        return "" if self.seen or compensation.max() < 0.5 else "dry friction is at most .8"
+
+    def dismiss(self):
+        self.seen, before = True, self.seen
+        return not before
+
+
+def test_a_rig_that_was_stopped_for_its_friction_is_armed_by_less_compensation_or_a_word_only(desk):
+    desk.writer.command["compensation"] = 1.0
+    desk.requests._friction = Stopped()
+    assert desk.refused("not_ready", "arm", 0) == "dry friction is at most .8"
+    desk.writer.command["compensation"] = 0.4
+    assert "command_seq" in desk.ask("arm", 0)
+    desk.writer.command["compensation"] = 1.0
+    assert desk.refused("not_ready", "arm", 0)
+    desk.ask("reset")
+    assert desk.sent["reset_count"] == 0, "nothing of the loop's"
+    assert "command_seq" in desk.ask("arm", 0)
+    assert "no latched fault" in desk.refused("not_ready", "reset")
 
 
 @pytest.mark.parametrize("state", [State.LOCKOUT, State.SHUTDOWN])

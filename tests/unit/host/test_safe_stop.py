@@ -8,9 +8,12 @@ import sys
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from hw import registry
 from hw.interface import BackendError, BackendInfo
+from rtctl.cli import stop_rig
+from rtctl.errors import DeviceError
 from rtctl.host.safe_stop import SafeStop
 from rtctl.rig_file.config import load
 
@@ -92,3 +95,11 @@ def test_the_command_says_what_it_did_and_fails_when_a_device_is_not_there():
     (device,) = json.loads(done.stdout)["devices"]
     assert device["confirmed"] is False
     assert "no such port" in device["detail"]
+
+
+def test_the_command_says_what_is_not_confirmed_once(loaded, monkeypatch):
+    monkeypatch.setattr(Fake, "refuses", "the port is in use by pid 7")
+    monkeypatch.setattr("rtctl.rig_file.config.load", lambda _path: loaded)
+    done = CliRunner().invoke(stop_rig.command, ["rig.toml"])
+    assert isinstance(done.exception, DeviceError)
+    assert (done.output + str(done.exception)).count("NOT CONFIRMED") == 1

@@ -1,8 +1,11 @@
 """What the page tells a person to do, and which buttons it holds back."""
 
+from unittest.mock import Mock
+
 import pytest
 
 from rtctl.client.view_guidance import hindrances, next_step, taken_apart
+from rtctl.client.view_panel import ACTIONS
 from rtctl.control.faults import TABLE
 from rtctl.control.states import TRANSITIONS, Event
 from rtctl.control.vocabulary import Fault, State
@@ -21,6 +24,20 @@ def test_what_is_not_offered_says_why_and_every_state_says_what_it_means(state):
     assert all(not text or state.name in text or "fault" in text for text in why.values())
     assert next_step(state, 0)
     assert next_step(state, int(Fault.STALE))
+
+
+@pytest.mark.parametrize("body", [{}, {"hands": "off"}, {"hands": True}, {"hands": "on"}])
+def test_the_page_tares_under_a_pull_only_when_it_was_told_to(body):
+    client = Mock()
+    ACTIONS["tare"](client, None, body)
+    client.tare.assert_called_once_with(hands_off=body == {"hands": "off"})
+
+
+def test_a_stop_of_the_friction_watch_is_reset_in_idle():
+    stopped = [{"name": "OVERCOMPENSATION"}]
+    assert hindrances(State.IDLE, 0, stopped)["reset"] == ""
+    assert hindrances(State.ACTIVE, 0, stopped)["reset"]
+    assert hindrances(State.IDLE, 0, [{"name": "FRICTION_DRIFT"}])["reset"]
 
 
 def test_a_reset_is_told_only_when_it_can_succeed():

@@ -1,0 +1,180 @@
+"""The zero of the force sensor from run to run: what is accepted, refused, kept, and what a file may say."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from test_requests import RIG, Desk
+
+from rtctl.control.records import params_dtype, state_dtype
+from rtctl.control.vocabulary import State
+from rtctl.host.exchange.force_zero import NAME, REMEDY, ForceZero
+from rtctl.host.exchange.requests import Requests
+from rtctl.wire.protocol import Endpoints
+
+DAY_NS = 86400 * 10**9
+NOW_NS = 1_800_000_000 * 10**9
+
+
+@pytest.fixture
+def rig():
+    params = np.zeros(1, params_dtype(2))
+    params["force_offset_limit_nm"] = 0.2  # a hand pulls by more than .05
+    params["tare_ticks"] = 300
+    return replace(RIG, params=params, devices_sha256="these")
+
+
+def law(force_n, *, seen=0, count=300):
+    """The law's state once it has tared at this force along z, at levers of .1 m and .2 m."""
+    state = np.zeros(1, state_dtype(2))[0]
+    state["screw"][:, 2] = 0.1, 0.2
+    state["tare"][:, 2] = force_n
+    state["tare_count"], state["tare_seen"] = count, seen
+    return state
+
+
+def kept(zero):
+    """Write what there is to keep; whether there was anything."""
+    task = zero.to_keep()
+    if task is not None:
+        task()
+    return task is not None
+
+
+def test_a_first_zero_is_taken_as_it_is_and_kept_for_the_next_run(rig, tmp_path):
+    first = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    assert first.taring(0)
+    first.follow(law(0.0, count=299))
+    assert first.taring(0)
+    assert first.to_keep() is None
+    first.follow(law(3.0))
+    assert not first.taring(0)
+    assert first.refusal() == ""
+    assert kept(first)
+    assert not kept(first)
+    second = ForceZero(rig, tmp_path, lambda: NOW_NS + 7 * DAY_NS // 2)
+    second.follow(law(3.24))  # .048 N m at the longer lever
+    assert second.refusal() == ""
+    assert second.moved_nm().tolist() == [0.0, 0.0], "the new one is the zero from here on"
+    assert kept(second)
+
+
+@pytest.mark.parametrize("force_n", [3.26, 2.74, np.nan])
+def test_a_hand_that_pulls_at_start_up_is_told_by_the_zero_of_before(rig, tmp_path, force_n):
+    first = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    first.follow(law(3.0))
+    kept(first)
+    then = ForceZero(rig, tmp_path, lambda: NOW_NS + 7 * DAY_NS // 2)
+    then.follow(law(force_n))
+    told = then.refusal()
+    axis, lever = ("base", 0.1) if np.isnan(force_n) else ("tip", 0.2)
+    now_nm = lever * force_n
+    assert told.startswith(
+        f"axis {axis}: the force sensor was tared at {now_nm:.3g} N m, and at {3 * lever:.3g} on 2027"
+    )
+    assert "3.5 days ago; further apart than 0.05: a hand pulled" in told
+    assert told.endswith(f"hands off, `rtctl tare`; {REMEDY}")
+    assert not kept(then), "the zero of before stays until there is a better one"
+    then.follow(law(3.0, seen=1))
+    assert then.refusal() == ""
+
+
+def test_what_a_person_says_is_accepted_of_the_tare_it_was_said_for_and_of_no_other(rig):
+    zero = ForceZero(rig)
+    zero.follow(law(0.0))
+    zero.accept_next(2)
+    zero.follow(law(9.0, seen=1))
+    assert zero.refusal()
+    assert zero.taring(2), "the loop has not begun it"
+    zero.follow(law(9.0, seen=2, count=5))
+    assert zero.taring(2)
+    zero.follow(law(9.0, seen=2))
+    assert not zero.taring(2)
+    assert zero.refusal() == ""
+    zero.follow(law(0.0, seen=3))
+    assert zero.refusal()
+
+
+def test_a_hand_that_has_let_go_is_seen_by_the_zero_of_before(rig):
+    zero = ForceZero(rig)
+    zero.follow(law(0.0))
+    zero.follow(law(1.0, seen=1))
+    row = np.zeros(1, [("hand_torque_nm", "f8", 2)])[0]
+    assert "shows 0.1 N m, more than 0.05" in zero.pull(row), "the hand pulls on"
+    row["hand_torque_nm"] = -0.1, -0.2
+    assert zero.pull(row) == "", "it has let go: what the law shows is the zero that it took wrongly"
+
+
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda text: text[:30],
+        lambda text: text.replace("these", "those"),
+        lambda text: text.replace("6.0", "1e400"),
+        lambda text: text.replace("6.0", "NaN"),
+        lambda text: text.replace("6.0", "true"),
+        lambda text: text.replace("2027", "twenty"),
+        lambda text: text.replace("+00:00", ""),
+        lambda text: text.replace('"tip"', '"top"').replace('"base"', '"bottom"'),
+        lambda text: json.dumps(
+            {"devices_sha256": "these", "axes": {"tip": 3, "base": {"zero": [6.0], "date": ""}}}
+        ),
+    ],
+)
+def test_a_file_that_is_damaged_or_of_another_rig_says_nothing(rig, tmp_path, spoil):
+    first = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    first.follow(law(6.0))
+    kept(first)
+    file = tmp_path / NAME
+    file.write_text(spoil(file.read_text()))
+    then = ForceZero(rig, tmp_path)
+    then.follow(law(60.0))
+    assert then.refusal() == ""
+
+
+def test_the_age_is_not_told_where_the_wall_clock_was_set_back(rig, tmp_path):
+    first = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    first.follow(law(3.0))
+    kept(first)
+    before = ForceZero(rig, tmp_path, lambda: -NOW_NS)
+    before.follow(law(5.0))
+    assert "2027-01-15T08:00:00+00:00; further" in before.refusal()
+
+
+def test_where_the_laws_state_is_not_known_any_more_what_was_refused_stays_refused_until_a_word(rig):
+    zero = ForceZero(rig)
+    zero.follow(law(0.0))
+    zero.follow(law(5.0, seen=1))
+    zero.follow(None)
+    assert not zero.taring(1)
+    assert zero.refusal()
+    zero.accept_next(2)
+    assert not zero.taring(2)
+    assert zero.refusal() == ""
+    unknown = ForceZero(rig)
+    unknown.follow(None)
+    assert (unknown.taring(0), unknown.refusal()) == (False, "")
+
+
+def test_nothing_is_armed_while_the_zero_is_not_known_nor_with_one_that_moved(rig):
+    desk, zero = Desk(), ForceZero(rig)
+    desk.requests = Requests(desk.writer, rig, Endpoints("ipc://t", "ipc://c"), lambda: desk.row, zero=zero)
+    assert desk.ask("arm", 0) == {"command_seq": 1}
+    assert desk.sent["arm_count"] == 0, "as the law: used up without effect"
+    zero.follow(law(0.0))
+    desk.ask("arm", 0)
+    assert desk.sent["arm_count"] == 1
+    desk.row["state"] = State.IDLE
+    desk.ask("tare")
+    desk.ask("arm", 0)
+    assert desk.sent["arm_count"] == 1
+    zero.follow(law(1.0, seen=1))
+    assert "a hand pulled while it was tared" in desk.refused("not_ready", "arm", 0)
+    desk.ask("tare", hands="off")
+    desk.ask("arm", 0)
+    zero.follow(law(1.0, seen=2))
+    assert desk.sent["arm_count"] == 1
+    desk.ask("arm", 0)
+    assert desk.sent["arm_count"] == 2
+    desk.memory.close()
