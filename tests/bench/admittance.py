@@ -81,11 +81,10 @@ class _Joint:
         if span not in self._maps:
             none, one = np.zeros(self.at.size), np.ones(self.at.size)
             units = np.eye(6)[:, :, None] * one
-            ways = [self.integrated(unit, none, span, substeps) for unit in units]
-            pushed = self.integrated(np.zeros_like(y), one, span, substeps)
-            self._maps[span] = np.stack(ways, axis=1), pushed
-        ways, pushed = self._maps[span]
-        return np.asarray((ways * y).sum(axis=1) + pushed * command)
+            own = np.stack([self.integrated(unit, none, span, substeps) for unit in units], axis=1)
+            self._maps[span] = own, self.integrated(np.zeros_like(y), one, span, substeps)
+        own, pushed = self._maps[span]
+        return np.asarray((own * y).sum(axis=1) + pushed * command)
 
     def integrated(self, y: Array, command: Array, span: float, substeps: int) -> Array:
         """The state `span` seconds later, by Runge and Kutta."""
