@@ -94,7 +94,7 @@ def test_of_a_rig_that_is_gaussian_the_formula_is_said_to_be_as_good(loaded):
     axis = loaded.options["axis"][0]
     plain = {"stribeck_rad_s": 0.1, "second_share": 0.0, "thinning_nms_rad": 0.0}
     options = {**loaded.options, "axis": [{**axis, "friction": {**axis["friction"], **plain}}]}
-    rows = mock_points.measure(loaded.model_copy(update={"options": options}), levels=14)
+    rows = mock_points.measure(loaded.model_copy(update={"options": options}), levels=14, measurements=50)
     measured = [(p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count) for p in rows]
     points = FrictionPoints.from_rows(measured, "a Gaussian joint", "")
     options = ladder.Options(
