@@ -17,6 +17,14 @@ def some_of(number):
     return number if WHOLE else max(1, number // SHARE)
 
 
+def seeds_of(number, first=0):
+    """Seeds of a question's random cases: the first tenth, or the others as volume, so that no CI asks one
+    twice.
+    """
+    few = first + max(1, number // SHARE)
+    return range(few, first + number) if WHOLE else range(first, few)
+
+
 def asked_often(test):
-    """Mark a test whose cases are `some_of` so many: it belongs to both tiers."""
+    """Mark a test whose cases are `some_of` so many, or of `seeds_of`: it belongs to both tiers."""
     return pytest.mark.volume(test) if WHOLE else test

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from amounts import asked_often, some_of
+from amounts import asked_often, seeds_of
 from foreign_arms import AXIS, tip
 from foreign_contact import contact, drawn, robbed, unlike_the_wall
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 
 def cases(folder, number, judge, **more):
     """Seed and verdict of those that are certified and armed."""
-    for seed in range(FIRST, FIRST + some_of(number)):
+    for seed in seeds_of(number, FIRST):
         case = drawn(seed, folder, **more)
         verdict = judge(case, seed) if case.loaded else None
         if verdict is not None:

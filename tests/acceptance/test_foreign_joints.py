@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from amounts import asked_often, some_of
+from amounts import asked_often, seeds_of
 from foreign_files import certified, stiffest
 from foreign_joint import Holder, Joint, run
 
@@ -166,8 +166,8 @@ that a gear with play adds."""
 
 @asked_often
 def test_certified_rigs_shake_no_hand_of_another_make():
-    certified = 0
-    for seed in range(some_of(200)):
+    certified, seeds = 0, seeds_of(200)
+    for seed in seeds:
         told, joint, hand, bent = drawn(seed)
         loaded = rig(joint=joint, **told)
         if loaded is None:
@@ -176,4 +176,4 @@ def test_certified_rigs_shake_no_hand_of_another_make():
         found = run(loaded, lagging(joint, told["lag_hz"]), hand, bent)
         assert found.fault in ANSWERED, (seed, found)
         assert not found.shakes or found.fault >= 0, (seed, told, joint, hand, found)
-    assert certified > some_of(200) // 2
+    assert certified > len(seeds) // 2

@@ -4,7 +4,7 @@ do (decision 0117).
 
 import numpy as np
 import pytest
-from amounts import asked_often, some_of
+from amounts import asked_often, seeds_of
 from foreign_arms import AXIS, wish
 from foreign_moved import MANNERS, drawn, judged, motion
 from foreign_rests import rubbing
@@ -46,7 +46,7 @@ def test_an_arm_wishes_what_its_rate_says(manner):
 
 @asked_often
 def test_few_certified_rigs_shake_an_arm_that_moves(folder):
-    cases = ((seed, drawn(seed, folder)) for seed in range(FIRST, FIRST + some_of(40)))
+    cases = ((seed, drawn(seed, folder)) for seed in seeds_of(40, FIRST))
     for seed, case in cases:
         verdict = case.loaded and judged(case, seed)
         if verdict:

@@ -4,7 +4,7 @@ shake none (decision 0111).
 
 import numpy as np
 import pytest
-from amounts import asked_often, some_of
+from amounts import asked_often, seeds_of
 from foreign_arms import AXIS, bend
 from foreign_rests import QUIET, drawn, judged, rest
 
@@ -42,7 +42,7 @@ def test_each_friction_is_a_spring_at_first_and_slides_at_its_level(kind, slow):
 
 @asked_often
 def test_no_certified_rig_shakes_an_arm_that_rests(folder):
-    cases = ((seed, drawn(seed, folder)) for seed in range(some_of(40)))
+    cases = ((seed, drawn(seed, folder)) for seed in seeds_of(40))
     for seed, case in cases:
         verdict = case.loaded and judged(case, seed)
         if verdict:

@@ -4,7 +4,7 @@
 
 import numpy as np
 import pytest
-from amounts import asked_often, some_of
+from amounts import asked_often, seeds_of
 from foreign_shaken import beyond, judged, left, rubbing
 from foreign_strokes import drawn, hands_of, in_box
 
@@ -48,6 +48,6 @@ def test_other_hands_of_a_rig_are_of_the_box_and_of_its_size(folder):
 
 @asked_often
 def test_few_certified_rigs_shake_a_hand_beyond_both(folder):
-    cases = ((seed, drawn(seed, folder)) for seed in range(some_of(60)))
+    cases = ((seed, drawn(seed, folder)) for seed in seeds_of(60))
     found = {seed for seed, case in cases if case.loaded and judged(case, case.axis, seed)[1]}
     assert found <= KNOWN

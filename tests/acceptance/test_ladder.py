@@ -32,7 +32,9 @@ def points():
 
 @pytest.fixture(scope="module")
 def found(points):
-    return ladder.ascend(points, ladder.Options(families=FORMULAS + MACHINES, strategy="full", n_jobs=2))
+    return ladder.ascend(
+        points, ladder.Options(families=FORMULAS + MACHINES, strategy="full", backend="sequential")
+    )
 
 
 @pytest.fixture(scope="module")
@@ -46,9 +48,9 @@ def models(points, found):
 
 @pytest.fixture(scope="module")
 def test_set(loaded):
-    """28 other speeds and break-away of both directions, measured by another noise."""
+    """14 other speeds and break-away of both directions, measured by another noise."""
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": 7}})
-    return mock_points.measure(again, levels=28)
+    return mock_points.measure(again, levels=14)
 
 
 @pytest.mark.parametrize("family", MACHINES)
@@ -68,7 +70,7 @@ def test_the_mean_prediction_error_is_about_the_mean_training_error(models, test
     measured_nm = np.abs([p.friction_torque_nm for p in test_set])
     prediction = np.mean(np.abs(model.magnitude(velocity) - measured_nm))
     training = np.mean([branch.train_mean_error_nm for branch in model.branches])
-    assert len(test_set) == 2 * 29
+    assert len(test_set) == 2 * 15
     assert prediction <= 1.15 * training
 
 
@@ -92,10 +94,12 @@ def test_of_a_rig_that_is_gaussian_the_formula_is_said_to_be_as_good(loaded):
     axis = loaded.options["axis"][0]
     plain = {"stribeck_rad_s": 0.1, "second_share": 0.0, "thinning_nms_rad": 0.0}
     options = {**loaded.options, "axis": [{**axis, "friction": {**axis["friction"], **plain}}]}
-    rows = mock_points.measure(loaded.model_copy(update={"options": options}), levels=27)
+    rows = mock_points.measure(loaded.model_copy(update={"options": options}), levels=14, measurements=50)
     measured = [(p.velocity_rad_s, abs(p.friction_torque_nm), p.direction, p.std_nm, p.count) for p in rows]
     points = FrictionPoints.from_rows(measured, "a Gaussian joint", "")
-    options = ladder.Options(families=("gaussian", "epsilon-spline"), strategy="halving", n_jobs=2)
+    options = ladder.Options(
+        families=("gaussian", "epsilon-spline"), strategy="halving", backend="sequential"
+    )
     found = ladder.ascend(points, options)
     assert found.choice.chosen.family == "gaussian"
     assert "A parametric model is as good" in found.explanation
@@ -112,7 +116,10 @@ def test_every_compiled_winner_is_within_a_millionth_of_full_scale(models):
 
 def test_the_halving_search_finds_the_same_winner_or_one_within_a_standard_error(points, found):
     quick = ladder.ascend(
-        points, ladder.Options(families=FORMULAS + MACHINES, strategy="halving", n_jobs=2, symmetric="no")
+        points,
+        ladder.Options(
+            families=FORMULAS + MACHINES, strategy="halving", backend="sequential", symmetric="no"
+        ),
     ).choice
     full = found.choice
     same = quick.chosen.family == full.chosen.family

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -56,7 +57,16 @@ def noise_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | N
     Notes
     -----
     Second differences of neighbours in speed, weighted so that any straight line cancels; their median size
-    over .6745 and the root of their squared weights. Not below a thousandth of the largest friction."""
+    over .6745 and the root of their squared weights. Not below a thousandth of the largest friction. Every
+    candidate asks for it on the same points, hence it is kept."""
+    columns = (speed, friction_nm) if session is None else (speed, friction_nm, session)
+    return _noise_nm(*(np.asarray(column, dtype=float).tobytes() for column in columns))
+
+
+@lru_cache(maxsize=64)
+def _noise_nm(*columns: bytes) -> float:
+    speed, friction_nm, *sessions = (np.frombuffer(column) for column in columns)
+    session = sessions[0] if sessions else None
     names = () if session is None else tuple(np.unique(session))
     sizes = [_second_differences(speed[session == one], friction_nm[session == one]) for one in names]
     size = np.concatenate([*sizes, np.zeros(0)])

@@ -136,8 +136,10 @@ def _by_libsvm(
     max_iterations: int,
 ) -> Trained | None:
     """Train by scikit-learn; None where that has no finite solution."""
+    from sklearn import config_context
+
     machine = _machine(candidate, tolerance_nm, max_iterations)
-    with warnings.catch_warnings():
+    with config_context(skip_parameter_validation=True), warnings.catch_warnings():
         warnings.simplefilter("ignore")  # the iteration limit: reported as `converged`
         try:
             machine.fit(gram.matrix, friction_nm, sample_weight=weight)

@@ -17,6 +17,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from hw.jit import JIT_DISABLED
+from rtctl.control.jit import compiled
 from rtctl.errors import DataError
 
 CUTOFF_HZ = 20.0
@@ -30,6 +32,9 @@ SAMPLES_PER_CUTOFF = 10
 
 SAMPLES_MIN = 40
 """Fewest friction samples of one direction."""
+
+BEYOND = 9
+"""Rows that the filter runs through before the first and behind the last."""
 
 RANK_TOLERANCE = 1e-6
 """Least singular value of the regression against its largest, columns scaled to unit size."""
@@ -112,19 +117,59 @@ class Dynamics:
 
 
 def smooth(signal: np.ndarray, rate_hz: float, cutoff_hz: float) -> np.ndarray:
-    """Low-pass without delay of each row: second-order Butterworth, forwards and backwards (-6 dB at the
-    cut-off)."""
-    from scipy.signal import sosfiltfilt
+    """Low-pass without delay of each row, (n,) or (rows, n): second-order Butterworth, forwards and backwards
+    (-6 dB at the cut-off).
 
-    return np.asarray(sosfiltfilt(_sections(rate_hz, cutoff_hz), signal))
+    It is `scipy.signal.sosfiltfilt` to the last bit, in a third of its time.
+
+    Raises
+    ------
+    ValueError
+        `BEYOND` rows or fewer."""
+    signal = np.ascontiguousarray(signal, dtype=float)
+    if signal.shape[-1] <= BEYOND:
+        raise ValueError(
+            f"{signal.shape[-1]} rows: too few for the filter, which runs {BEYOND} beyond each end"
+        )
+    section, settled = _section(rate_hz, cutoff_hz)
+    if JIT_DISABLED:  # a hundred times slower than scipy
+        from scipy.signal import sosfiltfilt
+
+        return np.asarray(sosfiltfilt(section[None], signal))
+    return _there_and_back(np.atleast_2d(signal), section, settled).reshape(signal.shape)
 
 
 @lru_cache
-def _sections(rate_hz: float, cutoff_hz: float) -> np.ndarray:
-    """The low-pass of `smooth`: its design takes longer than the filtering of a short log."""
-    from scipy.signal import butter
+def _section(rate_hz: float, cutoff_hz: float) -> tuple[np.ndarray, np.ndarray]:
+    """The low-pass of `smooth`, b0 b1 b2 1 a1 a2, and its two states after a long 1: its design takes longer
+    than the filtering of a short log."""
+    from scipy.signal import butter, sosfilt_zi
 
-    return np.asarray(butter(2, cutoff_hz, fs=rate_hz, output="sos"))
+    sections = butter(2, cutoff_hz, fs=rate_hz, output="sos")
+    return sections[0], sosfilt_zi(sections)[0]
+
+
+@compiled
+def _there_and_back(signal: np.ndarray, section: np.ndarray, settled: np.ndarray) -> np.ndarray:
+    """All rows (k, n) side by side: what one of them waits for, the processor does of another."""
+    k, n = signal.shape
+    passed = np.empty((n + 2 * BEYOND, k))
+    passed[BEYOND : n + BEYOND] = signal.T
+    for row in range(BEYOND):  # turned about its ends
+        passed[row] = 2 * signal[:, 0] - signal[:, BEYOND - row]
+        passed[n + BEYOND + row] = 2 * signal[:, n - 1] - signal[:, n - 2 - row]
+    b0, b1, b2, _, a1, a2 = section
+    for _ in range(2):
+        state = settled[0] * passed[0], settled[1] * passed[0]
+        for row in range(len(passed)):
+            for column in range(k):
+                old = passed[row, column]
+                new = b0 * old + state[0][column]
+                state[0][column] = b1 * old - a1 * new + state[1][column]
+                state[1][column] = b2 * old - a2 * new
+                passed[row, column] = new
+        passed = passed[::-1]
+    return np.ascontiguousarray(passed[BEYOND : n + BEYOND].T)
 
 
 def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:

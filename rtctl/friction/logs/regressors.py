@@ -132,10 +132,10 @@ def regressors(
     are rows within margin or `settle_rad` of a reversal, where bristles bend."""
     edge, span = _checked(log, cutoff_hz)
     rate, n = log.rate_hz, len(log.position_rad)
-    x = smooth(log.position_rad, rate, cutoff_hz)
+    x, torque = smooth(np.stack([log.position_rad, log.torque_nm]), rate, cutoff_hz)
     v, a, notes = _motion(log, x, cutoff_hz)
     jerk = derivatives(a, 1 / rate)[0]
-    torque = smooth(log.torque_nm, rate, cutoff_hz)
+    direction = smooth(np.sign(v), rate, cutoff_hz)
     if torque_delay_s:
         torque = advanced(torque, rate, torque_delay_s)
     ends = edge + abs(round(torque_delay_s * rate))
@@ -153,7 +153,7 @@ def regressors(
             velocity_rad_s=v[kept],
             acceleration_rad_s2=a[kept],
             jerk_rad_s3=jerk[kept],
-            direction=smooth(np.sign(v), rate, cutoff_hz)[kept],
+            direction=direction[kept],
             torque_nm=torque[kept],
             sliding=sliding[kept],
             log=np.zeros(len(x[kept]), int),

@@ -58,7 +58,7 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
     edge = max(4, round(rate / cutoff_hz))
     if n < 10 * edge or not (np.isfinite(log.position_rad).all() and np.isfinite(log.torque_nm).all()):
         return None
-    position = smooth(log.position_rad, rate, cutoff_hz)
+    position, torque = smooth(np.stack([log.position_rad, log.torque_nm]), rate, cutoff_hz)
     velocity = np.gradient(position, 1 / rate)
     acceleration = np.gradient(velocity, 1 / rate)
     # A joint that stands may hold any torque below break-away: it says nothing of a turn.
@@ -71,7 +71,7 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
         return None
     return TurningPart(
         motion=np.column_stack([acceleration, velocity]),
-        torque_nm=smooth(log.torque_nm, rate, cutoff_hz),
+        torque_nm=torque,
         path_rad=log.position_rad,
         peaks=tuple(np.exp(-((velocity / v) ** 2)) for v in np.multiply(STRIBECK_RAD_S, log.radian)),
         rows=np.flatnonzero(kept)[:: max(1, edge // SAMPLES_PER_CUTOFF)],

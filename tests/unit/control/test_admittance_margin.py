@@ -188,10 +188,10 @@ def test_the_damping_kept_is_of_what_the_virtual_mass_would_keep():
 # -----------------------------------------------------------------------------------------------
 
 
-def test_random_rigs_that_are_proved_do_not_diverge_in_any_hand_or_world():
+def test_a_random_rig_that_is_proved_does_not_diverge_in_any_hand_or_world():
     rng = np.random.default_rng(4)
-    for loop in certified(rng, 2):
-        assert diverging(loop, admittance.random_points(rng, loop, 40), ticks=600) == 0
+    (loop,) = certified(rng, 1)
+    assert diverging(loop, admittance.random_points(rng, loop, 80), ticks=600) == 0
 
 
 def test_a_hand_a_tenth_stiffer_than_the_stiffest_that_passes_makes_a_rigid_joint_grow():

@@ -138,7 +138,7 @@ def test_a_friction_seen_that_is_not_a_number_is_none():
 
 # true friction, many joints at a time, far finer than a tick
 
-STEPS, TICKS = 50, 800
+STEPS, TICKS = 25, 800
 ELEMENTS = np.arange(10)
 
 

@@ -21,13 +21,40 @@ TRUE_OF_CLEAN_LOGS = (
 """Warnings that say what a clean log lacks; that its joints have a Stribeck peak is true, too."""
 
 
+VARIANTS = {
+    "torque clipped at one side, 100 Hz",
+    "velocity as position, motor",
+    "degrees as radians, motor",
+    "counts as radians",
+    "turns as radians, with the rig file",
+    "milli-newton-metres of the hand alone",
+    "motor in mN m beside a hand in N m",
+    "amperes beside a hand",
+    "the hand's torque not mapped",
+    "torque late by 20 ms",
+    "stamps that jitter, sampling even",
+    "stamps in s as ms",
+    "constant torque of the motor",
+    "position of one decimal of degrees, 50 Hz",
+    "gravity that is not mapped",
+    "a hand beside the motor in even strokes, not recorded",
+    "torque AC-coupled, strokes quicker and quicker",
+    "counts lost at speed, beside a velocity",
+    "velocity of whole rad/s",
+    "position of one digit beside a velocity",
+}
+"""Another joint, unit or amount of what a case beside them has: asked as volume."""
+
+
 @pytest.fixture(scope="module")
 def outcome_of(tmp_path_factory):
     """What comes of a dirty log, found once."""
     return cache(lambda name: outcome(name, tmp_path_factory.mktemp("dirty")))
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.volume) if name in VARIANTS else name for name in CASES]
+)
 def test_what_is_wrong_with_a_log_is_named(name, outcome_of):
     found = outcome_of(name)
     assert named(name, found), (found.code, found.off, found.said)
@@ -66,7 +93,8 @@ def test_what_can_be_mended_gives_the_parameters_of_the_clean_log(name, outcome_
 
 
 def test_the_corpus_is_as_large_as_promised():
-    assert len(CASES) >= 40
+    assert CASES.keys() > VARIANTS
+    assert len(CASES) - len(VARIANTS) >= 40
     assert len(CLEAN) >= 10
 
 

@@ -31,9 +31,9 @@ def test_a_factor_is_not_between_what_was_and_what_is(later):
         assert axis.warning, joint
 
 
-@pytest.mark.parametrize("swing_s", [None, 45.0, 90.0])
-def test_nothing_is_forgotten_where_nothing_has_changed_or_a_zero_swings(swing_s):
-    joints = [Joint(sines=sines, elements=8 * (i % 2)) for i, sines in enumerate(PEOPLE)]
+@pytest.mark.parametrize(("swing_s", "people"), [(None, (0, 3)), (45.0, (1, 4)), (90.0, (2, 5))])
+def test_nothing_is_forgotten_where_nothing_has_changed_or_a_zero_swings(swing_s, people):
+    joints = [Joint(sines=PEOPLE[i], elements=8 * (i % 2)) for i in people]
     for joint, rows in zip(joints, ticks_of(joints, 120.0), strict=True):
         if swing_s is not None:
             t = np.arange(len(rows)) / RATE_HZ

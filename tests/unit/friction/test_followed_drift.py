@@ -1,5 +1,6 @@
 """What the watch makes of it: motion that counts, what freezes it, what it goes on from after a restart."""
 
+import copy
 from functools import cache
 
 import numpy as np
@@ -46,6 +47,17 @@ def over(rig, rows, batch=200):
     return rig.axes[0], np.array(way)
 
 
+@cache
+def _followed():
+    rig = watch()
+    return rig, *over(rig, motion(0.93))
+
+
+def followed():
+    """A rig after a minute of friction that is .93 of what was learned, its axis, and its factors: a copy."""
+    return copy.deepcopy(_followed())
+
+
 @pytest.mark.parametrize(("truth", "sign"), [(0.93, -1), (1.04, 1)])
 def test_it_goes_towards_the_friction_by_no_more_than_the_motion_pays_for(truth, sign):
     axis, way = over(watch(), motion(truth))
@@ -57,8 +69,7 @@ def test_it_goes_towards_the_friction_by_no_more_than_the_motion_pays_for(truth,
 
 
 def test_a_joint_that_stands_still_changes_nothing_and_pays_for_nothing_later():
-    rig = watch()
-    _, way = over(rig, motion(0.93))
+    rig, _, way = followed()
     rows = motion(0.93).copy()
     rows["tick"] += len(rows)
     rows["position_rad"], rows["velocity_rad_s"] = rows["position_rad"][:1], 0.0
@@ -72,8 +83,7 @@ def test_a_joint_that_stands_still_changes_nothing_and_pays_for_nothing_later():
 
 def test_it_is_frozen_beside_a_fault_after_a_stop_and_while_the_motor_is_off():
     for field, value in (("faults", 1), ("state", int(State.IDLE))):
-        rig = watch()
-        _, way = over(rig, motion(0.93))
+        rig, _, way = followed()
         rows = motion(0.93).copy()
         rows["tick"] += len(rows)
         rows[field][99::100] = value  # in each block that is looked at
@@ -115,7 +125,7 @@ def kept(tmp_path, axis):
 
 
 def test_a_restart_goes_on_from_the_factor_within_the_bounds_of_now(tmp_path):
-    before, _ = over(watch(), motion(0.93))
+    _, before, _ = followed()
     whole = kept(tmp_path, before)
     after = watch().axes[0]
     assert state.restore(after, whole)
@@ -134,7 +144,7 @@ def test_a_restart_goes_on_from_the_factor_within_the_bounds_of_now(tmp_path):
 
 
 def test_another_model_begins_as_learned(tmp_path):
-    before, _ = over(watch(), motion(0.93))
+    _, before, _ = followed()
     whole = kept(tmp_path, before)
     other = plan().model.copy()
     other["coefficient"] *= 1.001
@@ -147,7 +157,7 @@ def test_another_model_begins_as_learned(tmp_path):
 
 @pytest.mark.parametrize("wrong", [float("nan"), float("inf"), "0.9", None, True, [0.9]])
 def test_a_damaged_factor_is_as_learned(tmp_path, wrong):
-    before, _ = over(watch(), motion(0.93))
+    _, before, _ = followed()
     axis = watch().axes[0]
     assert state.restore(axis, {**kept(tmp_path, before), "factor": wrong})
     assert axis.factor == 1.0

@@ -3,6 +3,7 @@ say.
 """
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -96,10 +97,15 @@ def test_held_out_points_choose_the_form():
     )
 
 
+@cache
+def without_load():
+    """Points of a servo that load does not change, and the verdict on it."""
+    made, _ = loaded_gear.points(loaded_gear.as_told(_SERVO), 3.0, 5.0, 1e-3, seed=3, speeds=4)
+    return made, beside_speed.judge_load(made, "speed")
+
+
 def test_load_that_changes_nothing_is_told():
-    base = loaded_gear.as_told(_SERVO)
-    made, _ = loaded_gear.points(base, 3.0, 5.0, 1e-3, seed=3, speeds=4)
-    verdict = beside_speed.judge_load(made, "speed")
+    _, verdict = without_load()
     assert verdict.chosen.terms.told == {}
     assert "friction does not depend on it" in sentences(verdict, beside_speed.Warmth())[0]
 
@@ -121,9 +127,15 @@ def test_the_motor_that_is_known_goes_before_the_one_computed():
     np.testing.assert_allclose(beside_speed.rows_of(known)[0].motor_nm, 0.3 * made.direction[kept])
 
 
-def learned_by_load(folder, name="servo", model="m4"):
-    """The command's exit, and the model that `--by-load` writes; points of a plant under weights."""
-    values, load_nm, fastest = plant(name, model)
+@pytest.fixture(scope="module")
+def learned_by_load(tmp_path_factory):
+    """What `--by-load` makes of points of the servo under weights: once for all that only look at it."""
+    return cache(lambda model="m4": by_load(tmp_path_factory.mktemp("by_load"), model))
+
+
+def by_load(folder, model):
+    """The plant's values, the command's exit, and the model that it writes."""
+    values, load_nm, fastest = plant("servo", model)
     made, _ = loaded_gear.points(values, load_nm, fastest, 1e-3 * load_nm, seed=7, speeds=8)
     rows = zip(made.velocity_rad_s, made.direction * made.friction_nm, made.columns["load_nm"], strict=True)
     path, out = folder / "points.csv", folder / "model.json"
@@ -135,8 +147,8 @@ def learned_by_load(folder, name="servo", model="m4"):
     return values, told, out
 
 
-def test_a_model_by_load_has_the_curve_without_load_and_the_coefficients(tmp_path):
-    values, told, out = learned_by_load(tmp_path)
+def test_a_model_by_load_has_the_curve_without_load_and_the_coefficients(learned_by_load):
+    values, told, out = learned_by_load()
     assert told.exit_code == 0, told.output
     assert "the law goes by it as friction.load_gain says" in told.output
     found = artefact.load(out)
@@ -151,20 +163,18 @@ def test_a_model_by_load_has_the_curve_without_load_and_the_coefficients(tmp_pat
     assert row["load_motor"] == found.load.motor
     assert row["load_most_nm"] >= 3.0
     assert row["load_fall"][0] == 1.0
-    judged = CliRunner().invoke(command, [str(tmp_path / "points.csv"), "--judge", str(out)])
+    judged = CliRunner().invoke(command, [str(out.parent / "points.csv"), "--judge", str(out)])
     assert judged.exit_code == 0, judged.output
 
 
-def test_points_that_show_no_load_make_no_model_by_load(tmp_path):
-    base = loaded_gear.as_told(_SERVO)
-    made, _ = loaded_gear.points(base, 3.0, 5.0, 1e-3, seed=3, speeds=4)
-    verdict = beside_speed.judge_load(made, "speed")
+def test_points_that_show_no_load_make_no_model_by_load(learned_by_load):
+    made, verdict = without_load()
     with pytest.raises(DataError, match="does not depend on load; leave --by-load out"):
         unloaded.load_of(made, verdict)
     without = replace(made, columns={})
     with pytest.raises(DataError, match="no column load_nm"):
         unloaded.load_of(without, beside_speed.judge_load(without, "speed"))
-    _, _, out = learned_by_load(tmp_path)
+    _, _, out = learned_by_load()
     with pytest.raises(DataError, match="the load of some points is unknown"):
         unloaded.without_load(without, artefact.load(out).load)
 
@@ -181,8 +191,8 @@ def judged_with(out, **friction):
     return figures, verdicts_of_load.load(subject)
 
 
-def test_check_bounds_what_the_compensation_of_load_feeds_back(tmp_path):
-    _, told, out = learned_by_load(tmp_path, model="m5")
+def test_check_bounds_what_the_compensation_of_load_feeds_back(learned_by_load):
+    _, told, out = learned_by_load("m5")
     assert told.exit_code == 0, told.output
     part = artefact.load(out).load
     off, none = judged_with(out, load_gain=0.0, gain=0.5)
@@ -203,11 +213,11 @@ def test_check_bounds_what_the_compensation_of_load_feeds_back(tmp_path):
     assert judged_with(out, load_gain=bound, gain=0.5)[1][0].outcome == Outcome.PASS
 
 
-def test_load_that_is_not_surely_there_takes_damping(tmp_path):
-    _, _, out = learned_by_load(tmp_path)
+def test_load_that_is_not_surely_there_takes_damping(learned_by_load, tmp_path):
+    _, _, out = learned_by_load()
     known = artefact.load(out)
     doubtful = replace(known, load=replace(known.load, doubt_share=0.8))
-    artefact.save(doubtful, out)
+    artefact.save(doubtful, tmp_path / "model.json")
     sure, _ = judged_with(tmp_path / "model.json", load_gain=0.1, gain=0.5)
     wrong, _ = judged_with(tmp_path / "model.json", load_gain=0.4, gain=0.5)
     assert wrong.secant_damping_nms_rad < sure.secant_damping_nms_rad

@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from scipy.signal import butter, sosfiltfilt
 
 from hw.interface import Rig
 from hw.playback.options import PlaybackOptions
@@ -35,6 +36,18 @@ def synthetic(seconds=20.0, *, bias=BIAS, noise=1e-3, quantum=2 * np.pi / 300_00
     torque = INERTIA * a + true_friction(velocity(t)) + bias
     torque = torque + noise * np.random.default_rng(3).normal(size=len(t))
     return AxisLog(RATE_HZ, np.round(x / quantum) * quantum, torque, "synthetic.csv", "0" * 64)
+
+
+@pytest.mark.parametrize("shape", [(10,), (1, 400), (3, 5000)])
+@pytest.mark.parametrize(("rate_hz", "cutoff_hz"), [(1000.0, 20.0), (100.0, 20.0), (20_000.0, 3.0)])
+def test_the_filter_of_a_log_is_that_of_scipy_to_the_last_bit(shape, rate_hz, cutoff_hz):
+    signal = np.cumsum(np.random.default_rng(2).normal(size=shape), axis=-1)
+    wanted = sosfiltfilt(butter(2, cutoff_hz, fs=rate_hz, output="sos"), signal)
+    assert np.array_equal(smooth(signal, rate_hz, cutoff_hz), wanted)
+    signal[..., 3] = np.nan
+    assert np.isnan(smooth(signal, rate_hz, cutoff_hz)).all()
+    with pytest.raises(ValueError, match="too few for the filter"):
+        smooth(signal[..., :9], rate_hz, cutoff_hz)
 
 
 def test_inertia_viscous_and_dry_friction_come_out_as_put_in():

@@ -96,9 +96,7 @@ def test_a_nu_machine_reports_the_tube_it_found():
     assert np.abs(found.curve(V) - again.curve(V)).max() < 2e-4
 
 
-@pytest.mark.parametrize(
-    ("family", "strategy"), [("epsilon-rbf", "full"), ("epsilon-rbf", "halving"), ("nu-spline", "halving")]
-)
+@pytest.mark.parametrize(("family", "strategy"), [("epsilon-rbf", "full"), ("nu-spline", "halving")])
 def test_no_curve_has_more_support_vectors_than_asked(family, strategy):
     measured = points()
     few = {"families": (family,), "strategy": strategy, "symmetric": "no"}

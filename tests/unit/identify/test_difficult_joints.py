@@ -74,7 +74,13 @@ def test_break_away_of_a_joint_with_much_damping_is_its_dry_friction(tmp_path):
 
 @pytest.mark.parametrize(
     "changes",
-    [STRIBECK, STICTION, (RIPPLE,), ELASTO_PLASTIC, (*STRIBECK, *STICTION)],
+    [
+        STRIBECK,
+        pytest.param(STICTION, marks=pytest.mark.volume),
+        (RIPPLE,),
+        pytest.param(ELASTO_PLASTIC, marks=pytest.mark.volume),
+        pytest.param((*STRIBECK, *STICTION), marks=pytest.mark.volume),
+    ],
     ids=[
         "Stribeck peak at .01 rad/s",
         "F_s / F_c 1.7",
