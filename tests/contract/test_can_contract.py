@@ -171,7 +171,7 @@ def test_a_closed_bus_is_a_lost_link_and_stop_still_never_raises(bench):
     bench.backend.stop()
 
 
-TORQUE_WANTED = 120 if can_rows.WIRES else 1200
+TORQUE_WANTED = 40 if can_rows.WIRES else 1200
 """Cycles in which torque is wanted of a drive that has let go; in a virtual machine few, as replugs are."""
 
 LET_GO = {"odrive": {"state": 1}, "moteus": {"mode": 11}, "cia402": {"state": 0x40}}

@@ -17,7 +17,7 @@ import json, sys
 from rtctl.client import RigClient
 with RigClient('mock', runtime_dir='/run/rtctl', timeout_s=60) as rig:
     print(json.dumps(rig.status()))"; }
-sudo_as() { setpriv --reuid=rtctl --regid=rtctl --init-groups env PYTHONPATH="$path" "$@"; }
+sudo_as() { setpriv --reuid=rtctl --regid=rtctl --init-groups env PYTHONPATH="$path" LD_LIBRARY_PATH="$library" "$@"; }
 
 answered() { ask | grep -q '"state": "IDLE"' || { ask; return 1; }; }
 in_state() { show StatusText | grep -q "$1" || { echo "     $(show StatusText)"; return 1; }; }
@@ -27,7 +27,9 @@ cp -a "$sources"/rtctl "$sources"/hw "$sources"/configs "$sources"/systemd /opt/
 # the Python with the environment's packages: the environment's own may live where a service cannot look
 packages=$(echo "$venv"/lib/"$(basename "$python")"/site-packages)
 path=/opt/rtctl:$packages
-printf '#!/bin/sh\nPYTHONPATH=%s PYTHONDONTWRITEBYTECODE=1 exec %s -m rtctl "$@"\n' "$path" "$python" >/usr/bin/rtctl
+library=$(dirname "$(dirname "$python")")/lib  # its own libpython, which it may look for where a service cannot
+printf '#!/bin/sh\nLD_LIBRARY_PATH=%s PYTHONPATH=%s PYTHONDONTWRITEBYTECODE=1 exec %s -m rtctl "$@"\n' \
+  "$library" "$path" "$python" >/usr/bin/rtctl
 chmod 755 /usr/bin/rtctl
 if [ "$slow" != 1 ]; then  # the times that an emulated processor cannot keep, and nothing else
   mkdir -p /run/systemd/system/rtctl@.service.d
