@@ -32,7 +32,7 @@ facts.points = await view.evaluate(() => scope.data.t.length);
 facts.signals = await view.evaluate(() => document.querySelectorAll("#add option").length);
 await view.selectOption("#add", "velocity_rad_s.0");
 await view.waitForFunction(() => document.querySelectorAll(".scope canvas").length === 5);
-await view.waitForFunction(() => scope.data["velocity_rad_s.0"].filter((v) => v !== null).length > 50, null, { timeout: 60000 });
+await view.waitForFunction(() => (scope.data["velocity_rad_s.0"] ?? []).filter((v) => v !== null).length > 50, null, { timeout: 60000 });
 facts.velocity_points = await view.evaluate(() => scope.data["velocity_rad_s.0"].filter((v) => v !== null).length);
 await view.screenshot({ path: folder + "/view.png", fullPage: true });
 // pause holds the picture while data comes; the cursor says value and time; dragging zooms in, a double click follows again
