@@ -87,7 +87,8 @@ def sense_axes(t: np.record, s: np.record, p: np.record) -> None:
 
 
 @compiled
-def _tip_force(k: int, s: np.record, p: np.record) -> float:
+def tip_force(k: int, s: np.record, p: np.record) -> float:
+    """Force of the hand at the tip along axis `k` of the sensor, N."""
     force = 0.0
     for axis in range(len(s.hand_torque_nm)):
         force += p.tip_per_joint[k, axis] * shown_torque(s, p, axis)
@@ -116,7 +117,7 @@ def _sense_moment(t: np.record, s: np.record, p: np.record, x: float, y: float, 
 def sense_force(t: np.record, s: np.record, p: np.record) -> None:
     """Three-axis force sensor at the tip: weight, cross-talk, bias, drift, noise, range, resolution; its
     moments, too."""
-    x, y, z = _tip_force(0, s, p), _tip_force(1, s, p), _tip_force(2, s, p)
+    x, y, z = tip_force(0, s, p), tip_force(1, s, p), tip_force(2, s, p)
     if p.moment_sensor != 0 or p.tip_kg > 0.0:
         weigh(s, p)
         _sense_moment(t, s, p, x, y, z)

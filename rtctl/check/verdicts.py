@@ -84,7 +84,7 @@ EITHER: tuple[Test, ...] = (
 )
 
 
-TELL = (verdicts_of_force.sensor_of_an_observer,)
+TELL = (verdicts_of_force.sensor_of_an_observer, verdicts_of_admittance_steps.creeping)
 """Tests that refuse nothing and take long."""
 
 

@@ -32,8 +32,9 @@ NEVER = scheduled("link", "stale", 0.0, 10**9)
 
 
 SOONER = {"ready_ticks": 100, "tare_ticks": 100}
-"""Of a rig whose device answers in step, each cycle through a bus or a pty: it may be armed after a fifth of
-the ticks. From there on all takes as many as anywhere."""
+"""A rig may be armed after a fifth of the ticks. From there on all takes as many as anywhere."""
+
+ARMABLE_TICKS = 200
 
 
 class Scripted:
@@ -77,10 +78,8 @@ class Rig:
         self.params, self.model, self.command = (
             records(part) for part in (made.params, made.model, made.command)
         )
-        if isinstance(self.backend, Scripted):
-            for name, ticks in SOONER.items():
-                self.params[name] = ticks
-        self.armable_ticks = 200 if isinstance(self.backend, Scripted) else 900
+        for name, ticks in SOONER.items():
+            self.params[name] = ticks
         self.state = records(np.zeros(1, state_dtype(made.n_axes)))
         self.targets = False
         self.torque_before = 0.0
@@ -144,7 +143,7 @@ def enter(rig, phase):
 
 
 def go_on(rig, phase):
-    rig.run(rig.armable_ticks)
+    rig.run(ARMABLE_TICKS)
     rig.ask("arm_count")
     rig.run(1)
     assert rig.mode is State.ARMING

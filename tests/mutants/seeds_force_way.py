@@ -103,6 +103,13 @@ SEEDS = (
         (f"{CHECK}::test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered",),
     ),
     Seed(
+        "a rig is started without being asked how it hunts",
+        "rtctl/check/verdicts.py",
+        "TELL = (verdicts_of_force.sensor_of_an_observer, verdicts_of_admittance_steps.creeping)",
+        "TELL = (verdicts_of_force.sensor_of_an_observer, verdicts_of_admittance_steps.hunting)",
+        (f"{CHECK}::test_a_count_that_only_bristles_hold_is_refused_where_a_flicker_is_answered",),
+    ),
+    Seed(
         "an admittance is kicked where a flicker begins to be held",
         "rtctl/control/flicker.py",
         "                s.reading_slip_rad[axis] = s.reading_held_rad[axis] - before\n",

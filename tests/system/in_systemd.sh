@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # in_systemd.sh SCRIPT [ARGUMENTS] - run SCRIPT as root under a real systemd (PID 1 of a container) and return its
-# exit status. The container's root is a throw-away overlay over this machine's own; its output is printed.
+# exit status. The container's root is a throw-away overlay over this machine's own; its output is printed. BIND_RO names
+# what is there besides, as FOLDER:PLACE each.
 # Needs: systemd, systemd-container, dbus (Debian packages), and root.
 set -euo pipefail
 script=$(realpath "$1"); shift
@@ -50,7 +51,7 @@ mount --bind / "$root"
 SYSTEMD_NSPAWN_UNIFIED_HIERARCHY=1 timeout -k 5 "${LIMIT_S:-600}" systemd-nspawn --quiet --directory="$root" --boot \
   --volatile=overlay --register=no --keep-unit --machine="$name" --console=pipe --link-journal=no --private-network \
   --capability=all --system-call-filter="bpf @memlock" \
-  --bind="$work/exchange":/exchange ${BIND_RO:+--bind-ro=$BIND_RO} ${BIND_RO_2:+--bind-ro=$BIND_RO_2} \
+  --bind="$work/exchange":/exchange $(printf -- '--bind-ro=%s ' ${BIND_RO:-}) \
   --bind-ro="$work/exchange/rtctl-test.service":/etc/systemd/system/rtctl-test.service \
   --bind-ro="$work/exchange/rtctl-test.target":/etc/systemd/system/rtctl-test.target \
   systemd.unit=rtctl-test.target systemd.show_status=0 </dev/null >"$work/console" 2>&1 || true

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # The life of a rig as a service, under a real systemd: install, notify, deaths, three strikes, uninstall.
-# Arguments: folder with the sources, folder with the virtual environment, and on a machine that is slow and whole (the
-# emulated one; a container grants no real-time rights) how much more patience it takes. Prints one line per fact.
+# Arguments: folder with the sources, folder with the virtual environment, folder with machine code that is compiled
+# already, the Python that did it, and on a machine that is slow and whole (the emulated one; a container grants no
+# real-time rights) how much more patience it takes. Prints one line per fact.
 set -uo pipefail
-sources=$1 venv=$2 slow=${3:-1} unit=rtctl@mock.service failed=0
+sources=$1 venv=$2 compiled=$3 python=$(readlink -f "$4") slow=${5:-1} unit=rtctl@mock.service failed=0
 fact() { local text=$1; shift; if "$@"; then echo "ok   $text"; else echo "FAIL $text"; failed=1; fi; }
 show() { systemctl show -P "$1" "$unit"; }
 is() { [ "$(show "$1")" = "$2" ] || { echo "     $1 is $(show "$1")"; return 1; }; }
@@ -16,18 +17,19 @@ import json, sys
 from rtctl.client import RigClient
 with RigClient('mock', runtime_dir='/run/rtctl', timeout_s=60) as rig:
     print(json.dumps(rig.status()))"; }
-sudo_as() { setpriv --reuid=rtctl --regid=rtctl --init-groups env PYTHONPATH="$path" "$@"; }
+sudo_as() { setpriv --reuid=rtctl --regid=rtctl --init-groups env PYTHONPATH="$path" LD_LIBRARY_PATH="$library" "$@"; }
 
 answered() { ask | grep -q '"state": "IDLE"' || { ask; return 1; }; }
 in_state() { show StatusText | grep -q "$1" || { echo "     $(show StatusText)"; return 1; }; }
 
 mkdir -p /opt/rtctl
 cp -a "$sources"/rtctl "$sources"/hw "$sources"/configs "$sources"/systemd /opt/rtctl/
-# the machine's own Python with the environment's packages: the environment's may live where a service cannot look
-python=$(readlink -f /usr/bin/python3)
+# the Python with the environment's packages: the environment's own may live where a service cannot look
 packages=$(echo "$venv"/lib/"$(basename "$python")"/site-packages)
 path=/opt/rtctl:$packages
-printf '#!/bin/sh\nPYTHONPATH=%s PYTHONDONTWRITEBYTECODE=1 exec %s -m rtctl "$@"\n' "$path" "$python" >/usr/bin/rtctl
+library=$(dirname "$(dirname "$python")")/lib  # its own libpython, which it may look for where a service cannot
+printf '#!/bin/sh\nLD_LIBRARY_PATH=%s PYTHONPATH=%s PYTHONDONTWRITEBYTECODE=1 exec %s -m rtctl "$@"\n' \
+  "$library" "$path" "$python" >/usr/bin/rtctl
 chmod 755 /usr/bin/rtctl
 if [ "$slow" != 1 ]; then  # the times that an emulated processor cannot keep, and nothing else
   mkdir -p /run/systemd/system/rtctl@.service.d
@@ -35,8 +37,8 @@ if [ "$slow" != 1 ]; then  # the times that an emulated processor cannot keep, a
     >/run/systemd/system/rtctl@.service.d/slow.conf
   find /opt/rtctl -exec touch -h -d @1600000000 {} +  # as they were when the law was compiled
   systemctl set-environment NUMBA_CPU_NAME=generic NUMBA_CPU_FEATURES=  # for who compiles before the service starts, too
-  mkdir -p /var/cache/rtctl; cp -a "$venv"/compiled /var/cache/rtctl/
 fi
+mkdir -p /var/cache/rtctl; cp -a "$compiled" /var/cache/rtctl/compiled
 
 rtctl service install /opt/rtctl/configs/mock.toml --command /usr/bin/rtctl || { echo "FAIL install"; journalctl -o cat -u "$unit" | tail -20; exit 1; }
 fact "installed, started and ready" is ActiveState active

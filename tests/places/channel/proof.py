@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from quick_start import start_soon
 
 from hw.simulators.mock_options import MockOptions
 from rtctl.host.exchange.samples import tick_columns
@@ -34,11 +35,14 @@ def run(tmp_path_factory):
     """
     path = Path("configs") / "mock-supply.toml"
     text = Path("configs/mock-spring.toml").read_text()
+    text = text.replace("start_s = 1.0 ", "start_s = 0.7 ")  # of its hand: as the rig is armed
     path.write_text(text.replace("[device.options]\n", "[device.options]\nsupply_v = 24.0\n") + FAULT)
     loaded = load(path)
     assert "supply" in loaded.members()[0].channels
-    simulation = Simulation(loaded)
-    rows = np.concatenate([simulation.run(0.2), simulation.arm(), simulation.run(0.5)])
+    with pytest.MonkeyPatch.context() as patch:
+        start_soon(patch)
+        simulation = Simulation(loaded)
+    rows = np.concatenate([simulation.run(0.2), simulation.arm(), simulation.run(0.6)])
     parts = Parts(
         tmp_path_factory.mktemp("r"), setup_of(loaded, simulation.plan, 7, 10**18), Limits(free_bytes=0)
     )

@@ -5,6 +5,7 @@ from pathlib import Path
 import msgpack
 import numpy as np
 import pytest
+from quick_start import start_soon
 
 from rtctl.check.stability_report import examine
 from rtctl.client import view_world
@@ -21,15 +22,18 @@ def loaded(folder, config="mock-spring.toml", more=""):
     text = (CONFIGS / config).read_text()
     spring = '[axis.environment]\nkind = "spring"\n'
     assert spring in text
+    assert "start_s = 1.0 " in text
+    text = text.replace("start_s = 1.0 ", "start_s = 0.5 ")  # of its hand: as the rig is armed
     path = CONFIGS / f"groove-{folder.name}.toml"  # beside the model that it names
     path.write_text(text.replace(spring, f'{more}[axis.environment]\nkind = "groove"\nreach_rad = {REACH}\n'))
     return load(path)
 
 
-def test_a_hand_that_pulls_out_of_a_groove_feels_what_it_does_at_the_edge_and_no_more(tmp_path):
+def test_a_hand_that_pulls_out_of_a_groove_feels_what_it_does_at_the_edge_and_no_more(tmp_path, monkeypatch):
+    start_soon(monkeypatch)
     simulation = Simulation(loaded(tmp_path))
     simulation.arm()
-    trace = simulation.run(1.0)
+    trace = simulation.run(1.1)
     away, proxy = (trace[name][:, 0] for name in ("position_rad", "proxy_position_rad"))
     felt_nm = COUPLING * (away - proxy)
     assert away[-1] > 3 * REACH

@@ -27,14 +27,12 @@ facts.interactive_ms = ms;
 await view.waitForFunction(() => document.querySelectorAll(".scope canvas").length === 4);
 await view.click("[data-do=arm]");
 await becomes(view, "ACTIVE");
-await view.waitForTimeout(6000);
 await view.waitForFunction(() => scope.data.t.length > 300, null, { timeout: 60000 }); // a busy machine takes its time
 facts.points = await view.evaluate(() => scope.data.t.length);
 facts.signals = await view.evaluate(() => document.querySelectorAll("#add option").length);
 await view.selectOption("#add", "velocity_rad_s.0");
 await view.waitForFunction(() => document.querySelectorAll(".scope canvas").length === 5);
-await view.waitForTimeout(2000);
-await view.waitForFunction(() => scope.data["velocity_rad_s.0"].filter((v) => v !== null).length > 50, null, { timeout: 60000 });
+await view.waitForFunction(() => (scope.data["velocity_rad_s.0"] ?? []).filter((v) => v !== null).length > 50, null, { timeout: 60000 });
 facts.velocity_points = await view.evaluate(() => scope.data["velocity_rad_s.0"].filter((v) => v !== null).length);
 await view.screenshot({ path: folder + "/view.png", fullPage: true });
 // pause holds the picture while data comes; the cursor says value and time; dragging zooms in, a double click follows again
@@ -89,7 +87,7 @@ for (const kind of ["free", "wall", "spring", "detents", "damper", "ball"]) {
   await world.click(`#kinds >> text="${kind}"`);
   const law = kind === "ball" ? "wall" : kind;
   await world.waitForFunction(([law, kind]) => head.newest.environment[0] === law && head.newest.world.kind === kind, [law, kind], { timeout: 60000 });
-  await world.waitForTimeout(2500);
+  await world.waitForTimeout(1200);
   // a browser that stands for a moment lets the rig hold until its targets come again; a fault does not go by itself
   await world.waitForFunction(() => head.newest.state === "ACTIVE" && head.newest.world.trouble === "", null, { timeout: 60000 });
   facts[kind] = await world.evaluate(() => [head.newest.environment[0], head.newest.world.kind, head.newest.state, head.newest.world.trouble]);
