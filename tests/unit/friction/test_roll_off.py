@@ -67,11 +67,14 @@ def test_law_and_check_end_a_late_drive_alike():
     ended = rolled_off(model, axis, period_s, between)
     assert ended.speed_fade_rad_s > 10 * model.speed_fade_rad_s
     assert plan.build(loaded).model["speed_fade_rad_s"].tolist() == [[ended.speed_fade_rad_s] * 2]
-    one, other = (
-        friction_figures(which, Path("m"), axis, period_s, 4e-5, between) for which in (model, ended)
-    )
-    assert one == other
-    assert one.beyond_damping_nms_rad >= one.secant_damping_nms_rad
+    for gain in (0.3, axis.friction.gain):  # with little help the stretch beyond is the weaker
+        table = axis.friction.model_copy(update={"gain": gain})
+        less = axis.model_copy(update={"friction": table})
+        one, other = (
+            friction_figures(which, Path("m"), less, period_s, 4e-5, between) for which in (model, ended)
+        )
+        assert one == other
+        assert one.beyond_damping_nms_rad > 0.9 * axis.viscous_nms_rad
 
 
 @pytest.mark.parametrize("delay", [1.0, 3.0, 9.0, 30.0])
