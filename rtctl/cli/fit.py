@@ -55,7 +55,7 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "fade_rad_s",
     type=_POSITIVE,
     callback=fit_checks.number,
-    help="fade beyond the trained range, rad/s; default a tenth of it",
+    help="fade beyond the trained range, rad/s; default a tenth of it; a late drive has a longer one",
 )
 @click.option(
     "--ladder",

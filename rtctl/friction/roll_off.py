@@ -1,10 +1,10 @@
 """How gently help with friction ends beyond the speeds that its model was measured at (docs/theory.md 5.14).
 
 Over a stretch Delta the help, at most all of the dry friction F at the end of the range, falls to nothing: a
-damper of slope S = F/Delta that acts t late. A rigid joint swings by it from S t/J = pi/2 on, and a motor on
-its gear where b + S cos(w t) is below 0. So
+damper of slope S = F/Delta that acts t late. A mass swings by it from S t/J_m = pi/2 on, J_m that of the
+motor where a gear lets it, and a motor on its gear where b + S cos(w t) is below 0. So
 
-    S <= J/t,        S <= b/max(-cos(w t)) over all gears up to `FASTEST_GEAR_HZ`"""
+    S <= J/(2 t),        S <= b/max(-cos(w t)) over all gears up to `FASTEST_GEAR_HZ`"""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ from rtctl.control.proofs.stability import Between, late_ticks
 from rtctl.friction.model import Branch, FrictionModel
 from rtctl.rig_file.axis_tables import AxisTable
 
+MOTOR_SHARE = 0.5
+"""The motor's part of the inertia, as of all gears that are not declared (`drive_in_hand.resonance`)."""
+
 FASTEST_GEAR_HZ = 250.0
-"""Of a drive that is later than a quarter of its period, 1 ms, the damping of the joint bounds the slope."""
+"""A drive that is later than a quarter of its period, 1 ms, swings by slopes beyond the joint's damping."""
 
 _LAST = 0.9
-"""Friction may not fall over the last tenth of the range."""
+"""Friction may not fall over the last tenth of the range, by more than the model may be off."""
 
 
 def rolled_off(model: FrictionModel, axis: AxisTable, period_s: float, between: Between) -> FrictionModel:
@@ -44,12 +47,12 @@ def _steepest_nms_rad(axis: AxisTable, period_s: float, between: Between) -> flo
     turned = min(2 * math.pi * FASTEST_GEAR_HZ * late_s, math.pi)
     against = max(-math.cos(turned), 0.0)
     on_a_gear = axis.viscous_nms_rad / against if against > 0 else math.inf
-    return min(axis.inertia_kgm2 / late_s, on_a_gear)
+    return min(MOTOR_SHARE * axis.inertia_kgm2 / late_s, on_a_gear)
 
 
 def _falls(branch: Branch) -> bool:
     before, end = branch.magnitude(branch.speed_max_rad_s * np.array([_LAST, 1.0]))
-    return bool(end < before)
+    return bool(end < before - branch.error_max_nm)
 
 
 def _dry_end_nm(branch: Branch) -> float:

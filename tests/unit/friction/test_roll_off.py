@@ -82,15 +82,15 @@ def test_on_no_gear_it_gives_more_than_the_joint_damps(delay):
     steep = slope(rolled_off(made(), joint(), T, Between(delay)))
     omega = 2 * math.pi * np.linspace(0, 250, 1000)
     assert (B + 1.001 * steep * np.cos(omega * (delay + 1) * T)).min() > 0
-    assert steep * (delay + 1) * T / J <= 1.001
+    assert steep * (delay + 1) * T / J <= 0.501
     assert steep == pytest.approx(B, rel=0.01)
 
 
 def test_a_light_joint_is_ended_more_gently_than_its_gear_asks():
     light = rolled_off(made(), joint(inertia=1e-4), T, Between(4.0))
-    assert slope(light) == pytest.approx(1e-4 / 5e-3, rel=0.01)
+    assert slope(light) == pytest.approx(0.5e-4 / 5e-3, rel=0.01)
     prompt = rolled_off(made(), joint(inertia=1e-3), T, Between())
-    assert slope(prompt) == pytest.approx(1.0, rel=0.01)
+    assert slope(prompt) == pytest.approx(0.5, rel=0.01)
 
 
 def test_what_a_model_says_itself_is_not_made_steeper():
