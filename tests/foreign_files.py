@@ -21,11 +21,11 @@ DIRECTIONS = ([0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0])
 """In which a sensor of three forces feels the first, second and third axis."""
 
 
-def model(joint, rig="mock", motion="rotary", factor=1.0, **more):
-    """The joint's own Stribeck curve, or one that is `factor` times too large; `more` are fields of the
-    model.
+def model(joint, rig="mock", motion="rotary", factor=1.0, stribecks=40.0, **more):
+    """The joint's own Stribeck curve, or one that is `factor` times too large, up to so many of its Stribeck
+    speeds; `more` are fields of the model.
     """
-    top = 40.0 * joint["stribeck"]
+    top = stribecks * joint["stribeck"]
     branches, rows = [], []
     for way, scale in ((1, factor), (-1, factor * joint["backward"])):
         curve = Curve.formula(

@@ -4,7 +4,8 @@ Joints and arms of `tests/foreign_arms.py`, rigs of `tests/foreign_rests.py`; th
 sine, turns at once, or stops after each step, .05 to 1.6 rad/s, then holds. *Shaken*, *beyond both* and
 *beyond every friction* are those of `tests/foreign_shaken.py`. *Fed* is a passive arm that is given more
 energy at a stretch than without help and with little friction, by more than `FED_J` and a quarter; *unseen*
-who is fed and no PASSIVITY was raised, *false* a PASSIVITY where nobody is fed or shaken.
+who is fed and no PASSIVITY was raised, *false* a PASSIVITY where nobody is fed or shaken. `--ends`: of rigs
+whose friction was measured up to .9 of the arm's largest speed at most (decision 0134).
 """
 
 import math
@@ -28,13 +29,27 @@ FED_J = 2e-3
 """Of friction of .25 N m, and in proportion above."""
 
 
-def drawn(seed, folder):
+class _Ends(Luck):
+    """Up to which speed the friction of a case was measured."""
+
+    FIRST = 99173
+
+
+def drawn(seed, folder, stribecks=40.0):
     """A random rig file with its joint and the arm that moves it."""
-    case = at_rest(seed, folder, POLICIES)
+    case = at_rest(seed, folder, POLICIES, stribecks)
     manner = Luck(seed, 1).one(0, 1, 2)
     case.axis["manner"] = manner
     case.axis["amplitude"] *= _AMPLITUDE[manner]
     return case
+
+
+def drawn_with_an_end(seed, folder):
+    """The same with a model that ends below the arm's speed; `loaded` None where it does not."""
+    stribecks = _Ends(seed, 7).spread(4, 40)
+    case = drawn(seed, folder, stribecks)
+    ends = stribecks * float(case.axis["stribeck"][0])
+    return case if ends <= 0.9 * case.fastest * case.length_m else case._replace(loaded=None)
 
 
 class Motion(NamedTuple):
@@ -146,8 +161,10 @@ def counts(name, of):
 def main():
     parser = parser_of(__doc__)
     parser.add_argument("--share", type=float, default=1.0, help="of the help")
+    parser.add_argument("--ends", action="store_true")
     asked, found = parser.parse_args(), []
-    for seed, case, one in every_rig(asked, drawn, partial(judged, share=asked.share)):
+    draw = drawn_with_an_end if asked.ends else drawn
+    for seed, case, one in every_rig(asked, draw, partial(judged, share=asked.share)):
         found.append((case, one))
         say(seed, case, one)
     for part in (

@@ -100,8 +100,9 @@ def _arm(luck, dry, inertia):
     return made | {"amplitude": fastest / (2 * math.pi * hz) + luck.one(0.0, dry / spring)}, kind, fastest
 
 
-def drawn(seed, folder, policies=("hybrid", "hybrid", "hybrid", "observer")):
-    """A random rig file, its policy one of these, with its joint and arm."""
+def drawn(seed, folder, policies=("hybrid", "hybrid", "hybrid", "observer"), stribecks=40.0):
+    """A random rig file, its policy one of these, with its joint and arm; its model is of speeds up to so
+    many of the joint's Stribeck speeds."""
     luck = Luck(seed)
     linear = luck.draw.random() < 0.25
     joint, gear_hz = _joint(luck)
@@ -124,7 +125,7 @@ def drawn(seed, folder, policies=("hybrid", "hybrid", "hybrid", "observer")):
     for name, value in device.items():
         a[name] = value
     says, models = _file(
-        luck, policies, a, inertia / length_m**2, gear_hz, linear, most, lever_m, length_m, lag_hz
+        luck, policies, a, inertia / length_m**2, gear_hz, linear, most, lever_m, length_m, lag_hz, stribecks
     )
     loaded = fitted(
         "mock-linear.toml" if linear else "mock.toml", [says], folder, luck.one(0.3, 0.9, 0.99),
@@ -134,7 +135,7 @@ def drawn(seed, folder, policies=("hybrid", "hybrid", "hybrid", "observer")):
     return Drawn(loaded, a, kind, fastest, length_m)
 
 
-def _file(luck, policies, a, inertia, gear_hz, linear, most, lever_m, length_m, lag_hz):
+def _file(luck, policies, a, inertia, gear_hz, linear, most, lever_m, length_m, lag_hz, stribecks):
     """What the rig file says of it, and its model of friction."""
     one = {name: float(a[name][0]) for name in AXIS.names}
     drive = {"current_loop_hz": lag_hz}
@@ -164,7 +165,8 @@ def _file(luck, policies, a, inertia, gear_hz, linear, most, lever_m, length_m, 
         says["lever_m"] = [0.0, lever_m, 0.0]
     own = {name: one[name] for name in ("stribeck", "viscous", "bristle", "coulomb", "breakaway")}
     rig, motion = ("slide", "linear") if linear else ("mock", "rotary")
-    return says, [model(own | {"backward": 1.0}, rig, motion, luck.one(1.0, 1.0, 0.92, 1.06))]
+    factor = luck.one(1.0, 1.0, 0.92, 1.06)
+    return says, [model(own | {"backward": 1.0}, rig, motion, factor, stribecks)]
 
 
 def rubbing(a, share):

@@ -31,6 +31,7 @@ from rtctl.friction.adaptation import follows, largest_feedforward
 from rtctl.friction.guarantee import guarantee, holds_flicker
 from rtctl.friction.margins import most_load_nm
 from rtctl.friction.model import FrictionModel
+from rtctl.friction.roll_off import rolled_off
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import Config, LoadedConfig
 
@@ -110,7 +111,8 @@ def build(loaded: LoadedConfig) -> Plan:
         most, factor = largest_feedforward(axis, learned, config.period_s)
         _fill_compensation(params[0], a, most, config, learned, observer_tuning.of_axis(loaded, a))
         if learned is not None:
-            model[a] = _fill_friction(params[0], a, most, config, learned)
+            ending = rolled_off(learned, axis, config.period_s, between)
+            model[a] = _fill_friction(params[0], a, most, config, ending)
             fill_place(params[0], a, axis, learned)
             params[0]["friction_raise"][a] = factor - 1.0
             if follows(axis, learned):

@@ -52,7 +52,7 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--fade",
     "fade_rad_s",
     type=_POSITIVE,
-    help="fade beyond the trained range, rad/s; default a tenth of it",
+    help="fade beyond the trained range, rad/s; default a tenth of it; a late drive has a longer one",
 )
 @click.option(
     "--ladder",

@@ -17,6 +17,7 @@ from rtctl.control.proofs import stability
 from rtctl.control.vocabulary import Policy
 from rtctl.friction.guarantee import guarantee
 from rtctl.friction.model import FrictionModel
+from rtctl.friction.roll_off import rolled_off
 from rtctl.rig_file.axis_tables import AxisTable
 
 _GRID = 4000
@@ -166,6 +167,7 @@ def friction_figures(
     `between` is what lies between law and joint; without it the delay of the rig file."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
+    model = rolled_off(model, axis, T, between)
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
     k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from amounts import asked_often, seeds_of
 from foreign_arms import AXIS, wish
-from foreign_moved import MANNERS, drawn, judged, motion
+from foreign_moved import MANNERS, drawn, drawn_with_an_end, judged, motion
 from foreign_rests import rubbing
 from foreign_shaken import beyond
 
@@ -52,3 +52,13 @@ def test_few_certified_rigs_shake_an_arm_that_moves(folder):
         if verdict:
             assert seed in KNOWN or not verdict.both, seed
             assert not any((verdict.unseen, verdict.false)), seed
+
+
+@asked_often
+def test_an_arm_that_is_faster_than_friction_was_measured_is_not_shaken_there(folder):
+    """Some seeds of the rigs that help shook by a steep end (decision 0134)."""
+    for seed in (35, 53, 68, 97)[: some_of(4)]:
+        case = drawn_with_an_end(seed, folder)
+        verdict = judged(case, seed)
+        assert not verdict.both, seed
+        assert verdict.helped.torque < 0.6 * verdict.plain.torque, seed
