@@ -4,7 +4,7 @@ do (decision 0117).
 
 import numpy as np
 import pytest
-from amounts import asked_often, seeds_of
+from amounts import asked_often, seeds_of, some_of
 from foreign_arms import AXIS, wish
 from foreign_moved import MANNERS, drawn, drawn_with_an_end, judged, motion
 from foreign_rests import rubbing
