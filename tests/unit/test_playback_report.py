@@ -268,7 +268,8 @@ def test_the_presliding_length_is_that_of_the_turns_unless_it_is_given(logs, rep
 
 
 def test_logs_that_tell_no_presliding_length_are_taken_for_a_long_one_and_that_is_said():
-    assert "not told by these logs: taken for 5 mrad" in _presliding(None)
+    assert "not told by these logs: taken for 5 mrad" in _presliding(None, "rotary")
+    assert "taken for 0.5 mrad" in _presliding(None, "linear")  # of a handle; `words` makes it mm
 
 
 def test_the_shipped_example_lacks_nothing_but_the_users_log(tmp_path):
