@@ -92,15 +92,12 @@ def build(loaded: LoadedConfig) -> Plan:
     for a, axis in enumerate(config.axis):
         fill_axis(params[0], a, axis, config.period_s)
         between = lateness.of_axis(loaded, a).between
-        params[0]["follow_delay_ticks"][a] = min(
-            # what may be shown: age of samples and all of the lag count, rounded up
-            math.ceil(stability.late_ticks(between, config.period_s)),
-            HELD - 1,
-        )
+        # what may be shown: age of samples and all of the lag count, rounded up
+        shown = math.ceil(stability.late_ticks(between, config.period_s))
+        params[0]["follow_delay_ticks"][a] = min(shown, HELD - 1)
         acting = between.delay + stability.lag_ticks(between.lag_hz, config.period_s)
         params[0]["acting_delay_s"][a] = acting * config.period_s
-        # what acts: to the nearest tick, and one more is covered
-        params[0]["actuator_delay_ticks"][a] = round(acting)
+        params[0]["actuator_delay_ticks"][a] = round(acting)  # what acts; one tick more is covered
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)

@@ -87,7 +87,8 @@ SEEDS = (
     ),
     Seed(
         "a feed-forward that has followed is stopped as if it had not", "rtctl/friction/drift_watch.py",
-        'row["compensation"][a] * factor / self._largest[a]', 'row["compensation"][a] / self._largest[a]',
+        "return compensation * factor / float(self._largest[a])",
+        "return compensation / float(self._largest[a])",
         WATCH,
     ),
     Seed(
@@ -140,8 +141,8 @@ SEEDS = (
     ),
     Seed(
         "the law is planned as learned where it may go higher", "rtctl/check/law_plan.py",
-        "model[a] = _fill_friction(params[0], a, most, config, learned)",
-        "model[a] = _fill_friction(params[0], a, axis, config, learned)", CHECK,
+        "model[a] = _fill_friction(params[0], a, most, config, ending)",
+        "model[a] = _fill_friction(params[0], a, axis, config, ending)", CHECK,
     ),
     Seed(
         "cogging follows the friction", "rtctl/check/law_plan.py",
