@@ -87,7 +87,7 @@ SEEDS = (
     ),
     Seed(
         "a feed-forward that has followed is stopped as if it had not", "rtctl/friction/drift_watch.py",
-        'row["compensation"][a] * factor / self._largest[a]', 'row["compensation"][a] / self._largest[a]',
+        'compensation * factor / float(self._largest[a])', 'compensation / float(self._largest[a])',
         WATCH,
     ),
     Seed(

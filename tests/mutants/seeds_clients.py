@@ -114,15 +114,15 @@ SEEDS = (
     Seed(
         "a hand that pulls is taken for zero",
         "rtctl/host/exchange/requests.py",
-        'if "hands" not in request.values and (pull := self._pull(row)):',
+        "if pull := self._zero.pull(row):",
         "if pull := None:",
         REFUSED,
     ),
     Seed(
         "a force that is none passes for no hand",
-        "rtctl/host/exchange/requests.py",
-        "if not abs(torque) <= limit:",
-        "if abs(torque) > limit:",
+        "rtctl/host/exchange/force_zero.py",
+        "not abs(torque) <= limit:",
+        "abs(torque) > limit:",
         REFUSED,
     ),
     Seed(
