@@ -53,7 +53,8 @@ SEEDS = (
     ),
     Seed(
         "a reset is accepted while the cause is fresh", "rtctl/control/states.py",
-        "may_reset = (s.clear_ticks + 0.5) * p.period_s >= CLEAR_S or s.state == _ESTOP", "may_reset = True", SEQUENCES,
+        "may_reset = (s.clear_ticks + 0.5) * p.period_s >= CLEAR_S or s.state == _ESTOP", "may_reset = True",
+        SEQUENCES,
     ),
     Seed(
         "a stop does not begin a new epoch", "rtctl/control/states.py",
