@@ -109,7 +109,7 @@ def test_whatever_fails_in_ci_fails_it_and_the_rest_is_run_all_the_same(tmp_path
     assert done.returncode == (0 if fails == "nothing" else 2), done.stdout + done.stderr
     assert "s in all" in done.stdout
     ran = sorted(line.split()[0] for line in told.read_text().splitlines())
-    assert ran == ["lint", "run", "setup", "test", *["test-system"] * 3, "test-volume"]
+    assert ran == ["lint", "run", "setup", "test", *["test-system"] * 4, "test-volume"]
 
 
 def shell(name, text, **more):
