@@ -85,6 +85,10 @@ def order_of(loaded: LoadedConfig, log_readers: Sequence[str] = ()) -> bytes:
     return (json.dumps(order) + "\n").encode()
 
 
+def _threads() -> list[int]:
+    return [int(task.name) for task in Path("/proc/self/task").iterdir()]
+
+
 class LoopProcess:
     """The running loop: `messages()` drains what it said, `ended` holds its last word."""
 
@@ -106,6 +110,7 @@ class LoopProcess:
         self._opening_until = 0.0
         self.compiling: Compiling | None = None
         """What it has compiled so far, for want of those of an earlier start; None: nothing."""
+        self._left: dict[int, set[int]] = {}
         self._notes: list[str] = []
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
@@ -167,11 +172,21 @@ class LoopProcess:
         in the kernel for each subscriber a loop waits for, and a loop that dies is taken apart for 30 ms, at
         its priority and on its core."""
         core = self.core
-        for thread in (int(task.name) for task in Path("/proc/self/task").iterdir() if core >= 0):
+        for thread in _threads() if core >= 0 else ():
             with contextlib.suppress(OSError):  # it has ended
+                allowed = os.sched_getaffinity(thread)
                 # on a machine with one core there is nowhere to go
-                if others := os.sched_getaffinity(thread) - {core}:
+                if others := allowed - {core}:
                     os.sched_setaffinity(thread, others)
+                    self._left[thread] = allowed
+
+    def _come_back(self) -> None:
+        """Run on all cores again: what this process starts inherits its own, and the loop of its next run
+        would share one with its host."""
+        for thread in _threads():
+            with contextlib.suppress(OSError):
+                if cores := self._left.pop(thread, None):
+                    os.sched_setaffinity(thread, cores)
 
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":
@@ -246,3 +261,4 @@ class LoopProcess:
             self._process.kill()
             self._process.wait()
         self._stdout.close()
+        self._come_back()

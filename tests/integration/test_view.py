@@ -112,7 +112,7 @@ def test_buttons_reach_the_rig(page):
     for name, body, asked in [
         ("arm", b"", ("arm", (), {"wait": False})),
         ("reset", b"{}", ("reset", (), {"wait": False})),
-        ("tare", b"{}", ("tare", (), {})),
+        ("tare", b"{}", ("tare", (), {"hands_off": False})),
         ("compensation", b'{"share": 0.5}', ("set_compensation", (0.5,), {})),
     ]:
         assert press(server, name, body) == (200, {"ok": True, "result": None})

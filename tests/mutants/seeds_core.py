@@ -40,8 +40,12 @@ SEEDS = (
     ),
     Seed(
         "ZeroMQ's threads stay on the loop's core", "rtctl/host/loop_process.py",
-        '(int(task.name) for task in Path("/proc/self/task").iterdir() if core >= 0)',
-        "[os.getpid()] if core >= 0 else []",
+        "for thread in _threads() if core >= 0 else ():", "for thread in [os.getpid()] if core >= 0 else ():",
+        ("tests/unit/host/test_loop_process.py",),
+    ),
+    Seed(
+        "the host stays off a core that no loop has any more", "rtctl/host/loop_process.py",
+        "                    os.sched_setaffinity(thread, cores)\n", "                    pass\n",
         ("tests/unit/host/test_loop_process.py",),
     ),
     Seed(

@@ -87,8 +87,8 @@ def test_an_encoder_that_is_coarse_for_its_motion_is_told_however_far_it_turned(
     assert joint_fit(signals).symmetric.parameters["inertia_kgm2"].value < 0.7 * J
     assert signals.inertia_short > 0.3
     assert [said for said in diagnose([[log]], signals) if "too coarse" in said]
-    fine = regressors(log_of(x, torque_of(v, a, noise=0.001), 1000.0))
-    assert coarseness([[log_of(x, torque, 1000.0)]], fine, 0.03) < 0.02
+    fine = log_of(x, torque_of(v, a, noise=0.001), 1000.0)
+    assert coarseness([[fine]], regressors(fine), 0.03) < 0.02
 
 
 def test_a_current_measured_with_the_position_is_known_where_it_is_surely_not_held():
