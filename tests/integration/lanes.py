@@ -16,6 +16,8 @@ from simulated_board import SimulatedBoard
 
 from rtctl.client import RigClient
 from rtctl.errors import ClientError
+from rtctl.host.exchange.force_zero import NAME as ZERO
+from rtctl.recording.state_folder import state_folder
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SEED = 4
@@ -118,6 +120,8 @@ class Daemon:
     def __init__(self, lane, nursery):
         self.lane, self.nursery = lane, nursery
         self.said = lane.folder / "said"
+        # the board's hand pulls while the next life is tared, and by the last one's zero it would not be armed
+        (state_folder(lane.name) / ZERO).unlink(missing_ok=True)
         if nursery is not None:
             self.pid = nursery.ask(start=[str(lane.config), str(lane.runtime), str(self.said)])
             return
