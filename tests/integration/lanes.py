@@ -120,7 +120,7 @@ class Daemon:
     def __init__(self, lane, nursery):
         self.lane, self.nursery = lane, nursery
         self.said = lane.folder / "said"
-        # the board's hand pulls while the next life is tared, and by the last one's zero it would not be armed
+        # the board's hand pulls while a life is tared: by the last one's zero it would not be armed
         (state_folder(lane.name) / ZERO).unlink(missing_ok=True)
         if nursery is not None:
             self.pid = nursery.ask(start=[str(lane.config), str(lane.runtime), str(self.said)])
