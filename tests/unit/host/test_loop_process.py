@@ -26,8 +26,8 @@ assert [os.sched_getaffinity(int(thread)) for thread in os.listdir("/proc/self/t
 
 
 def test_every_thread_of_the_host_leaves_the_loop_its_core():
-    """ZeroMQ's threads, which write to each subscriber, had stayed there. After the run each is back: else the
-    loop of a second one in the same process shared its core with the host.
+    """ZeroMQ's threads, which write to each subscriber, had stayed there. After the run each is back: else
+    the loop of a second one in the same process shared its core with the host.
     """
     subprocess.run([sys.executable, "-c", LEAVE], check=True)
 
