@@ -100,10 +100,12 @@ LONG = (
     "unit/cli/test_fit.py",
     "unit/cli/test_fit_judge.py",
     "unit/cli/test_fit_observer_advice.py",
+    "unit/cli/test_fit_points.py",
     "unit/cli/test_identify_log.py",
     "unit/cli/test_identify_log_of_a_linear_axis.py",
     "unit/cli/test_init.py",
     "unit/cli/test_linear_axis.py",
+    "unit/cli/test_playback_of_a_linear_axis.py",
     "unit/cli/test_plot_and_compare.py",
     "unit/control/test_admittance_counts.py",
     "unit/control/test_admittance_help.py",
@@ -134,6 +136,7 @@ LONG = (
     "unit/friction/test_band_of_one_log.py",
     "unit/friction/test_bands.py",
     "unit/friction/test_baselines.py",
+    "unit/friction/test_between_speeds.py",
     "unit/friction/test_clipping.py",
     "unit/friction/test_dirt_of_programs.py",
     "unit/friction/test_dirty_logs.py",
@@ -144,6 +147,7 @@ LONG = (
     "unit/friction/test_drift_here.py",
     "unit/friction/test_drift_on_the_family.py",
     "unit/friction/test_drift_window.py",
+    "unit/friction/test_even_motion.py",
     "unit/friction/test_evidence_page.py",
     "unit/friction/test_failed_fits.py",
     "unit/friction/test_folds.py",
@@ -196,6 +200,7 @@ LONG = (
     "unit/recording/test_recording_files.py",
     "unit/recording/test_recordings_as_logs.py",
     "unit/recording/test_replay.py",
+    "unit/recording/test_shadow.py",
 )
 """Unit tests and properties that `make check` leaves to `make test`: files that take more than a second and a
 half of a core, once all is compiled. `make check` names those of its own that do; what takes less than one
