@@ -63,7 +63,7 @@ LOADS = ("cpu", "disk", "network", "memory")
     "--cpu",
     type=click.IntRange(min=-1),
     default=-1,
-    help="wakeup: core of the loop and of cyclictest, an isolated one too; -1: the last that may be used",
+    help="wakeup: core of the loop and of cyclictest, an isolated one too; -1: as the daemon chooses",
 )
 @click.option(
     "--picture",
