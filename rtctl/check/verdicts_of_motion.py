@@ -95,7 +95,7 @@ def count_is_no_jump(s: Subject) -> list[Verdict]:
     cuts = ticks > 2.0
     told = (
         f"{s.where}: axis {s.axis.name}: one encoder count is {s.axis.count_rad:.3g} rad, and in a tick the "
-        f"joint may move by {reach:.3g} (1.5 velocity_limit_rad_s): each count is taken for a jump"
+        f"joint may move by {reach:.3g} ({JUMP_FACTOR:g} velocity_limit_rad_s): each count counts as a jump"
         + (
             f", and the second sample of it cuts the torque; loop.rate_hz = {most_hz:.4g} at most"
             if cuts
@@ -108,7 +108,7 @@ def count_is_no_jump(s: Subject) -> list[Verdict]:
             f"{ticks:.3g} ticks",
             "<= 2",
             Outcome.FAIL if cuts else Outcome.WARN,
-            "one count over what the joint may move by in a tick, 1.5 velocity_limit_rad_s",
+            f"one count over what the joint may move by in a tick, {JUMP_FACTOR:g} velocity_limit_rad_s",
             ticks / 2.0,
             told,
         )

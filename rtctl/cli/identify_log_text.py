@@ -105,13 +105,13 @@ def units_to_confirm(
     family = next(each for each in (CURRENT_UNITS, FORCE_UNITS, TORQUE_UNITS) if unit in each)
     inertia, of = fit.symmetric.parameters["inertia_kgm2"].value, "kg" if motion == "linear" else "kg m^2"
     by_factor = {factor: text for text, factor in reversed(family.items()) if factor != family[unit]}
-    others = [
+    would_be = [
         f"in {text} {inertia * factor / family[unit]:.3g} {of}" for factor, text in sorted(by_factor.items())
     ]
     hand = "" if motion == "linear" else f" (as {inertia / HANDLE_M**2:.3g} kg at {1e3 * HANDLE_M:.0f} mm)"
     return (
         f"is {column!r} in {unit}? The file does not say, and no log can: what moves has {inertia:.3g} {of}"
-        f"{hand} then, {', '.join(others)}; write the unit behind the column's name, or give --config RIG",
+        f"{hand} then, {', '.join(would_be)}; write the unit behind the column's name, or give --config RIG",
     )
 
 
