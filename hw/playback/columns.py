@@ -237,11 +237,7 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
             f"{path}: {name!r} is not an array of real numbers ({array.dtype}); map another one"
         )
     if array.dtype.kind in "mM":
-        array = (  # from the first on: ns since 1970 have more digits than a float64
-            (array - array.reshape(-1)[0]).astype("timedelta64[ns]").astype(np.int64) * 1e-9
-            if array.size
-            else array.astype(float)
-        )
+        array = _seconds(array)
     array = np.asarray(array, float)
     if array.ndim > 2:
         array = array.reshape([n for n in array.shape if n > 1])  # (n, 1, 3)
@@ -263,6 +259,17 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
         )
         raise BackendError(f"{path}: {name!r} has shape {array.shape}; {remedy}")
     return array
+
+
+def _seconds(stamps: np.ndarray) -> np.ndarray:
+    """Dates or durations as s since the first one that is one; NaN where there is none."""
+    stamped = stamps[~np.isnat(stamps)]
+    if not stamped.size:
+        return np.full(stamps.shape, np.nan)
+    # from the first on: ns since 1970 have more digits than a float64
+    since = (stamps - stamped[0]).astype("timedelta64[ns]")
+    # as an integer "no time" is the least one, which looks like a stamp 292 years ago
+    return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
 
 
 def _upright(array: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -43,7 +43,11 @@ def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
     try:
         with import_module("nptdms").TdmsFile.open(io.BytesIO(raw)) as file:
             channels = {f"{g.name}/{c.name}": c for g in file.groups() for c in g.channels()}
-            wanted = {name: channels.get(name.removesuffix(CLOCK)) for name in dict.fromkeys(names)}
+            # a channel may itself be called `time`: its own name goes before the clock of another one
+            wanted = {
+                name: channels.get(name if name in channels else name.removesuffix(CLOCK))
+                for name in dict.fromkeys(names)
+            }
             _require_one_clock(path, {name: one for name, one in wanted.items() if one is not None})
             if 8 * sum(len(one) for one in wanted.values() if one is not None) > most:
                 raise BackendError(f"{path}: unpacks to more than a log does; cut it into parts")
@@ -55,7 +59,8 @@ def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
                 if one is not None and (name in channels or _STEP in one.properties)
             }
             others = [*channels, *(name + CLOCK for name, one in channels.items() if _STEP in one.properties)]
-            return Table(dict.fromkeys(others, np.zeros(0)) | found, _units(wanted, found))
+            clocks = found.keys() - channels.keys()
+            return Table(dict.fromkeys(others, np.zeros(0)) | found, _units(wanted, found, clocks))
     except (AttributeError, IndexError, OverflowError, RuntimeError, TypeError, struct.error) as error:
         raise BackendError(
             f"{path}: not a sound .tdms file ({str(error)[:200]}); copy or save it again"
@@ -76,8 +81,8 @@ def _require_one_clock(path: Path, wanted: dict[str, Any]) -> None:
         raise BackendError(f"{path}: channels of different clocks ({told}); resample them onto one")
 
 
-def _units(wanted: dict[str, Any], found: dict[str, np.ndarray]) -> dict[str, str]:
-    said = {name: "s" for name in found if name.endswith(CLOCK) or found[name].dtype.kind == "M"}
+def _units(wanted: dict[str, Any], found: dict[str, np.ndarray], clocks: Collection[str]) -> dict[str, str]:
+    said = {name: "s" for name in found if name in clocks or found[name].dtype.kind == "M"}
     for name in found.keys() - said.keys():
         told = [str(wanted[name].properties[one]) for one in _UNITS if wanted[name].properties.get(one)]
         said |= {name: told[0]} if told else {}

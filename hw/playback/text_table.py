@@ -115,11 +115,7 @@ def read_text(
     ]
     if not body:
         raise BackendError(f"{path}: no rows below the header")
-    thousands = ""
-    if decimal is None and (marks := thousands_and_decimal(_sampled(body, layout))):
-        thousands, decimal = marks
-    if decimal is None:
-        decimal = "," if _has_decimal_commas(body, layout) else "."
+    thousands, decimal = _marks(body, layout, decimal)
     said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
     try:
         if thousands:
@@ -226,6 +222,20 @@ def _has_decimal_commas(body: list[str], layout: _Layout) -> bool:
     """Whether numbers have a comma in place of a point: some do, and none has a point."""
     cells = [cell for column in _sampled(body, layout) for cell in column if ":" not in cell]  # no times
     return not any("." in cell for cell in cells) and any(_COMMA.fullmatch(cell) for cell in cells)
+
+
+def _marks(body: list[str], layout: _Layout, given: str | None) -> tuple[str, str]:
+    """The mark between thousands, "" for none, and that before decimals; `given` is what somebody said of the
+    latter."""
+    found = thousands_and_decimal(_sampled(body, layout))
+    if found and given in (None, found[1]):
+        return found
+    if given is None:
+        return "", "," if _has_decimal_commas(body, layout) else "."
+    # who says which mark is before decimals has said of the other one that it is between thousands: read as a
+    # decimal point, `65.536` of a file with commas would be a thousandth of what it is
+    other = "." if given == "," else ","
+    return (other if other != layout.delimiter and any(other in line for line in body) else ""), given
 
 
 def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:

@@ -74,6 +74,8 @@ def no_number(
     hint = ""
     if all(_HEXADECIMAL.fullmatch(each[at]) for each in below if at < len(each)):
         hint = " (hexadecimal? Write 0x before each)"
+    elif re.fullmatch(r"[-+]?\d+,\d+", cells[at]):
+        hint = " (with a decimal comma? Other cells have a point: say which it is, --decimal comma)"
     return (
         f"{where}: {cells[at][:40]!r} is not a number{hint}; drop the row if nothing was measured in it (a "
         "gap in the stamps is fine): every cell of a mapped column must be a number"

@@ -423,4 +423,25 @@ SEEDS = (
         "",
         STAMPS,
     ),
+    Seed(
+        "a mark between thousands is read as a decimal point where commas were said",
+        "hw/playback/text_table.py",
+        'return (other if other != layout.delimiter and any(other in line for line in body) else ""), given',
+        'return "", given',
+        CELLS,
+    ),
+    Seed(
+        "a date that is none is 292 years before the others",
+        "hw/playback/columns.py",
+        "np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)",
+        "since.astype(np.int64) * 1e-9",
+        CELLS,
+    ),
+    Seed(
+        "a channel called time is looked for as the clock of its group",
+        "hw/playback/tdms.py",
+        "channels.get(name if name in channels else name.removesuffix(CLOCK))",
+        "channels.get(name.removesuffix(CLOCK))",
+        ("tests/unit/hw/test_tdms.py",),
+    ),
 )

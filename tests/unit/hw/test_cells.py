@@ -157,3 +157,37 @@ def test_thousands_are_marked_as_the_swiss_do_and_hexadecimal_as_controllers_do(
     path.write_text("t,x\n0,0000006B\n1,FFFFFF01\n")
     with pytest.raises(BackendError, match="hexadecimal"):
         read_table(path, ("t", "x"))
+
+
+@pytest.mark.parametrize(
+    ("text", "decimal"),
+    [
+        ("t;x\n1.000;0,5\n1.001;1.234,75\n", ","),
+        ("t;x\n1,000;0.5\n1,001;1,234.75\n", "."),
+    ],
+)
+def test_the_mark_that_is_not_before_decimals_is_between_thousands(tmp_path, text, decimal):
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    found = read_table(path, ("t", "x"), decimal=decimal).columns
+    assert found["t"].tolist() == [1000, 1001]
+    assert found["x"].tolist() == [0.5, 1234.75]
+
+
+def test_a_point_that_is_neither_is_refused_where_commas_were_said(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t;x\n0.5;0,5\n0.75;0,75\n")
+    with pytest.raises(BackendError, match=r"'0\.5' is not a number"):
+        read_table(path, ("t", "x"), decimal=",")
+    with pytest.raises(BackendError, match=r"'0,5' is not a number .*--decimal comma"):
+        read_table(path, ("t", "x"))
+
+
+def test_a_date_that_is_none_is_no_number(tmp_path):
+    stamps = np.array(["NaT", "2026-01-01T00:00:01", "NaT", "2026-01-01T00:00:03"], dtype="datetime64[us]")
+    np.savez(tmp_path / "log.npz", t=stamps, x=np.arange(4.0))
+    with pytest.raises(BackendError, match=r"'t' row 1: nan is not a finite number \(2 such cells\)"):
+        read_table(tmp_path / "log.npz", ("t", "x"))
+    np.savez(tmp_path / "log.npz", t=stamps[:1].repeat(4), x=np.arange(4.0))
+    with pytest.raises(BackendError, match=r"\(4 such cells\)"):
+        read_table(tmp_path / "log.npz", ("t", "x"))

@@ -74,3 +74,13 @@ def test_damage_is_named_and_claims_no_memory(tmp_path):
         path.write_bytes(damaged)
         with contextlib.suppress(BackendError):  # any other is no answer
             read_table(path, ("M/q", "M/tau"))
+
+
+def test_a_channel_may_be_called_time(tmp_path):
+    path = written(
+        tmp_path / "a.tdms", time=(2.0 * np.arange(N), {"unit_string": "ms"}), q=(np.arange(N), CLOCK)
+    )
+    found = read_table(path, ("M/time", "M/q", "M/q/time"))
+    assert found.columns["M/time"].tolist() == (2.0 * np.arange(N)).tolist()
+    np.testing.assert_allclose(found.columns["M/q/time"], 2e-3 * np.arange(N))
+    assert found.units == {"M/time": "ms", "M/q/time": "s"}
