@@ -118,7 +118,7 @@ def _hand_nm(order: Order, motion: Motion, loaded: LoadedConfig, share: float) -
 
 def _one_hand_nm(order: Order, seed: int, *, motion: Motion, share: float) -> float:
     run = virtual.measure(order.loaded, seed, motion, Variant("", share))
-    return rms(run.trace["hand_torque_nm"])
+    return rms(run.trace["hand_torque_nm"][:, 0])
 
 
 def _felt(loaded: LoadedConfig, shown: Shown) -> list[Felt]:

@@ -196,7 +196,7 @@ def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
             run = virtual.measure(order.loaded, seed, motion, variant)
         except DataError:
             return math.nan, math.nan  # a rig that stopped is judged, not left out
-        return rms(run.truth["hand_torque_nm"]), virtual.hand_energy_min_j(run)
+        return rms(run.truth["hand_torque_nm"][:, 0]), virtual.hand_energy_min_j(run)
 
     found = np.array(over_seeds(order, once))
     return {"rms": found[:, 0], "energy": found[:, 1]}

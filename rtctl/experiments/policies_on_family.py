@@ -67,7 +67,8 @@ def _left(order: Order, plant: str) -> Left:
 def _hand_nm(order: Order, motion: virtual.Motion, variant: Variant) -> np.ndarray:
     def once(order: Order, seed: int) -> float:
         try:
-            return rms(virtual.measure(order.loaded, seed, motion, variant).truth["hand_torque_nm"])
+            run = virtual.measure(order.loaded, seed, motion, variant)
+            return rms(run.truth["hand_torque_nm"][:, 0])
         except DataError:
             return float("nan")
 

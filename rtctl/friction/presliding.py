@@ -161,7 +161,8 @@ def _softening(share: np.ndarray) -> np.ndarray:
 
 def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
     """Mean length over ramps and its spread; None from fewer than two, or when it is no length at all."""
-    telling = [ramp for ramp in ramps if len(ramp.share) >= CHANGES_MIN]
+    # by different torques: two counts passed in one tick have no slope, and 0/0 of one ramp would be all's
+    telling = [ramp for ramp in ramps if len(np.unique(ramp.share)) >= CHANGES_MIN]
     if len(ramps) < RAMPS_MIN:
         return None
     if 2 * len(telling) < len(ramps) or len(telling) < RAMPS_MIN:

@@ -32,8 +32,6 @@ def of_mean(values: np.ndarray, blocks: np.ndarray | None = None) -> float:
     n = len(names)
     if n < 2:
         return float("inf")
-    if n == len(values):
-        return float(values.std(ddof=1) / np.sqrt(n))
     off = np.bincount(block, values - values.mean())
     return float(np.sqrt(float(off @ off) * n / (n - 1)) / len(values))
 

@@ -173,7 +173,10 @@ def _held_out(
 ) -> dict[int, np.ndarray]:
     """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what
     trains are chosen."""
-    fold = np.floor((x / period_rad) % 1.0 * _BLOCKS).astype(int) % FOLDS
+    # as many as there are places, from one of them on: of 320 blocks 64 even places are in every fifth, and
+    # so all were held out at once
+    blocks = min(_BLOCKS, places)
+    fold = np.round((x - x[0]) / period_rad % 1.0 * blocks).astype(int) % blocks % FOLDS
     squares = {n: np.zeros(len(x)) for n in counts}
     for k in np.unique(fold):
         held = fold == k

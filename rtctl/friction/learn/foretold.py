@@ -52,11 +52,13 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
             held = (data.session == at) & (data.speed <= data.speed[kept].max())
             scaled = in_scale_of(one, data.speed, data.friction_nm, kept, data.session)
             try:
-                curve = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept]).curve
+                trained = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept])
             except (FailedFitError, UnidentifiableError):  # of few points, a formula has more numbers
                 return None
+            if not trained.converged:  # where a solver stopped is no curve of its machine
+                return None
             speed = data.speed[held]
-            parts.append((speed, curve(speed) - data.friction_nm[held], np.full(len(speed), at)))
+            parts.append((speed, trained.curve(speed) - data.friction_nm[held], np.full(len(speed), at)))
     speed, error_nm, block = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Foretold(speed, error_nm, block) if len(speed) else None
 

@@ -151,7 +151,8 @@ def place_spread_nm(model: FrictionModel, points: FrictionPoints) -> tuple[float
     shortfall = model.magnitude(_signed_speed(points)) - points.direction * weakest
     forward, backward = (
         float(np.nanmax(here, initial=0.0)) if np.isfinite(here).any() else None
-        for here in (shortfall[points.direction == sign] for sign in (1, -1))
+        # without points that are left out: a mistyped cell is no weak place
+        for here in (shortfall[points.rows_of(sign)] for sign in (1, -1))
     )
     return forward, backward
 

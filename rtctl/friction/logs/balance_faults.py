@@ -244,7 +244,8 @@ def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
             usual = float(np.median(values))
             furthest = parts[int(np.argmax(np.abs(np.subtract(values, usual))))]
             if max(values) - min(values) > CHANGES * usual and _needed(balance, furthest, of, usual):
-                times = ", ".join(f"{balance.time_s[part[0]]:.3g} s" for part in parts)
+                began_s = balance.signals.began_s(k)  # a person looks for it by the time of that file
+                times = ", ".join(f"{balance.time_s[part[0]] - began_s:.3g} s" for part in parts)
                 told.append(
                     f"{name} {CHANGES_WITHIN} {source}: {', '.join(f'{value:.3g}' for value in values)} "
                     f"{unit} in the parts from {times} on (temperature, load, a part touched, two logs in "

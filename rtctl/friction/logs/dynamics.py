@@ -80,6 +80,12 @@ class AxisLog:
     settle_rad: float = 0.0
     unsaid: tuple[str, ...] = ()
 
+    @property
+    def where(self) -> str:
+        """The file in a message that numbers rows: those of a stretch behind a gap are counted from its
+        begin."""
+        return f"{self.source} (rows from {self.start_s:.6g} s on)" if self.start_s else self.source
+
 
 @dataclass(frozen=True)
 class Motion:

@@ -147,7 +147,7 @@ def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limit
         one
         for name, signal in (("motor torque", motor), ("external torque", external))
         if signal is not None
-        for one in plateaus(signal, f"{log.source}: {name}")
+        for one in plateaus(signal, f"{log.where}: {name}")
     )
     log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)), plateaus=flat)
     if motor is None:

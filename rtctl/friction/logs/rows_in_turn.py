@@ -102,7 +102,9 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
     onward = gaps[far[1:] & far[:-1]]
     if not len(onward):
         return None
-    times = float(onward[np.abs(onward - np.bincount(np.round(onward).astype(int)).argmax()) <= 1].mean())
+    # not counted by `bincount`, whose table is as long as the longest gap
+    lengths, often = np.unique(np.round(onward), return_counts=True)
+    times = float(onward[np.abs(onward - lengths[often.argmax()]) <= 1].mean())
     for few in (4, len(column)):  # a long rest is counted once the time between two is well known
         count = np.maximum(np.round(gaps / times), 1)
         times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
@@ -112,8 +114,7 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
     first, last = np.quantile(late, [0.01, 0.99])
     if times < HELD_MIN or last - first > max(UNEVEN, UNEVEN_SHARE * times):
         return None
-    every = np.arange(-1, number[-1] + 1)
-    stands = at[np.searchsorted(at, first + times * every).clip(0, len(at) - 1)]
-    every = every[stands < first + times * (every + 1)]  # none in a gap
+    # values that stand in some row: none in a gap, which may last for days
+    every = np.unique(np.floor((at - first) / times).astype(int).clip(-1, number[-1]))
     seen = np.searchsorted(number, every, side="right") - 1
     return Hold(times, first + times * every, np.where(seen < 0, changes[0] - 1, changes[seen]))
