@@ -5,7 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 SECOND = ("tests/unit/friction/test_second_logs.py",)
-LOAD = ("tests/unit/friction/test_load.py",)
+LOAD = ("tests/unit/friction/test_load_given_up.py",)
 
 SEEDS = (
     Seed(

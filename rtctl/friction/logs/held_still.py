@@ -22,9 +22,11 @@ def held_still(balance: Balance) -> tuple[str, ...]:
     """The warning that something held the joint; the rows where that began or ended may be in the
     parameters."""
     signals, fit = balance.signals, balance.fit()
+    # no measure of a push without the friction that it has to overcome
     if not fit.coulomb > 0:
         return ()
     wanted = balance.motion @ np.array([fit.inertia, fit.viscous, fit.coulomb])
+    # less the zero that the sliding rows tell: an offset of the sensor pushes nothing
     push = np.abs(signals.torque_nm - float(np.median(balance.torque - wanted)))
     stands = np.abs(signals.velocity_rad_s) < STANDS_RAD_S * signals.radian
     held = stands & (push > PUSHED * fit.coulomb)

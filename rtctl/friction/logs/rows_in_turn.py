@@ -73,7 +73,9 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
     DataError
         Says how many, and what to do."""
     moves = [float(np.median(np.abs(position_rad[n:] - position_rad[:-n]))) for n in range(1, AXES_MOST + 1)]
+    # medians: some rows that were lost or doubled hide nothing
     axes = int(np.argmin(moves)) + 1
+    # a joint goes further in two rows than in one: only where axes take turns a later row is nearer by far
     if axes > 1 and moves[axes - 1] * NEARER < moves[0]:
         raise DataError(
             f"{where}: column position: every row goes on from the one {axes} rows before it and not from "
@@ -93,6 +95,7 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
     if len(changes) < FAR_LEAST:
         return None
     at = np.arange(len(column), dtype=float) if at is None else at
+    # a change in the very next row is motion: a held value stands for two rows at least
     quick = np.concatenate([[False], np.diff(changes) == 1])
     quick |= np.append(quick[1:], False)
     gaps = np.diff(at[changes])
@@ -109,8 +112,10 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
         count = np.maximum(np.round(gaps / times), 1)
         times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
     number = np.concatenate([[0], np.cumsum(count)]).astype(int)
+    # by all of them: the mean of gaps rounds to whole rows where the log itself is even
     times = float(np.polyfit(number, at[changes], 1)[0])
     late = at[changes] - times * number
+    # one value in a hundred may have been lost, or come late
     first, last = np.quantile(late, [0.01, 0.99])
     if times < HELD_MIN or last - first > max(UNEVEN, UNEVEN_SHARE * times):
         return None

@@ -42,6 +42,7 @@ def without_waves(signals: Regressors) -> Regressors:
     balance = Balance.of(signals)
     if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
         return signals  # the fit itself says what is missing
+    # the rows that slide have the waves of friction alone; those near a turn have bristles, too
     plain, travel = balance.fit(), float(np.ptp(balance.position))
     if plain.rest <= LEFT_LEAST * balance.spread or not travel > 0:
         return signals
@@ -49,10 +50,12 @@ def without_waves(signals: Regressors) -> Regressors:
     number = 2 * np.pi * per_travel / travel
     columns = _columns(number, balance.position, balance.velocity, signals.cutoff_hz)
     with_waves = balance.fit(added=columns)
+    # cogging is of the place and not of the direction; what turns with it is friction by place
     ways = [balance.fit(added=columns, rows=balance.velocity * way > 0).added for way in (1, -1)]
     apart, size = (float(np.hypot(*each)) for each in (ways[0][:2] - ways[1][:2], with_waves.added[:2]))
     if with_waves.rest > TAKEN_RATIO * plain.rest or apart > ALIKE * size:
         return signals
+    # on every row, since later looks take others than the sliding ones
     everywhere = _columns(number, signals.position_rad, signals.velocity_rad_s, signals.cutoff_hz)
     told = (
         f"{signals.source}: the torque has waves over the position, every {travel / per_travel:.3g} rad, of "
@@ -72,6 +75,7 @@ def _strongest(balance: Balance, travel: float) -> float:
     rest, share = balance.residual(), (balance.position - balance.position.min()) / travel
     cells = np.bincount(np.minimum((CELLS * share).astype(int), CELLS - 1), rest, CELLS)
     power = np.abs(np.fft.rfft(cells, TRIES_A_WAVE * CELLS))[: WAVES_MOST * TRIES_A_WAVE]
+    # a spring, gravity and the drift of an offset are there
     power[: WAVES_LEAST * TRIES_A_WAVE] = 0.0
     fine = (np.argmax(power) + np.linspace(-1, 1, 2 * 100 // TRIES_A_WAVE + 1)) / TRIES_A_WAVE
     every = max(1, len(rest) // ROWS_MOST)
