@@ -223,6 +223,7 @@ def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float)
 def _largest(passes: Callable[[float], bool], most: float = 4000.0) -> float:
     """Up to where a stiffness passes, N m/rad, found by halving ratios between 1 and `most`; 0 where it does
     not."""
+    # ratios are halved: stiffnesses of one and of a thousand are both of interest
     low, high = 0.0, most
     for _ in range(9):
         middle = math.sqrt(max(low, 1.0) * high)
@@ -254,6 +255,7 @@ def _armed_run(
     for k, (hz, amplitude_rad) in enumerate((wish or {}).items()):
         plant["hand_sine_rad"][0, 0, k] = amplitude_rad
         plant["hand_sine_rad_s"][0, 0, k] = 2 * math.pi * hz
+    # what the hand's wish does to a joint at rest dies out first
     simulation.run(1.0)
     trace = simulation.run(seconds)
     return trace if np.all(trace["state"] == State.ACTIVE) else None

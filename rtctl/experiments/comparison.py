@@ -53,6 +53,7 @@ def outcome(
         Part("Where SVR wins and where it does not", verdicts, (learned(compared),)),
         *parts(order, found, shown),
     )
+    # by PD: an integral hides what a model of friction does not know
     winner = positioning.best_of_all(found, "PD", words.key, 1e3, "mrad")
     said = (
         f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less {words.figure} with "

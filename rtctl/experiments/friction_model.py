@@ -115,6 +115,7 @@ def _said(found: dict[str, dict[str, Estimate]]) -> str:
         f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), "
         f"{formula} of the formulas ({mean[formula].text(1e3)} mN m)"
     )
+    # intervals that do not meet: of a ratio of two means nothing less is said
     if mean[machine].high < mean[formula].low:
         return f"{said}: SVR wins here."
     if mean[formula].high < mean[machine].low:

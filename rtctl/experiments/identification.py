@@ -135,6 +135,7 @@ def measured(loaded: LoadedConfig, seed: int, settings: Settings | None = None) 
 
     Nobody holds the axis."""
     settings = settings or settings_of(loaded, {})
+    # a hand on the axis would be measured as friction, or end the identification
     hands = [{**hand, "kind": "none"} for hand in loaded.options["hand"]]
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed, "hand": hands}})
     again = without_feedforward(again)
@@ -169,6 +170,7 @@ def repeat(
         family = row["family"]
         one = ladder.learn(train, climbed, rig=name, rung=rungs[family])
         off = friction_truth.of_model(loaded, 0, one)
+        # trained on all points: what a model file has, and not the mean over folds
         vectors = [branch.source.n_support_vectors for branch in one.branches]
         more = {"support_vectors": vectors, "off_share": max(deviation.rms_share for deviation in off)}
         rows.append({**row, **more, "seed": seed})

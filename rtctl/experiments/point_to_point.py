@@ -67,6 +67,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     """Rise and settling time, s, NaN where never reached; overshoot, share; steady-state error, rad; RMS
     torque, N m."""
     step = float(case.reference[-1, 0])
+    # by the step and its sign: a step back rises, too
     share = run.position_rad / step
     period_s = SECONDS / len(share)
     # settled after the last time it was outside, not before the first time inside
@@ -75,6 +76,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     return {
         "rise_s": (_first(share >= 0.9) - _first(share >= 0.1)) * period_s,
         "settling_s": settled if len(outside) == 0 or outside[-1] + 1 < len(share) else float("nan"),
+        # a response that never came so far has none, and no negative one
         "overshoot": max(float(share.max()) - 1, 0.0),
         "steady_error_rad": float(np.mean(np.abs(step - run.position_rad[-round(REST_S / period_s) :]))),
         "effort_nm": rms(run.torque_nm),

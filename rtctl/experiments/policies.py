@@ -55,6 +55,7 @@ class Judged:
         most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, motion)
         found = {
             "stopped by a fault": not np.isfinite(energy).all(),
+            # `not <=`: a NaN of a rig that stopped counts as hunting
             "hunts or runs": not speed.mean() <= most_rad_s,
             "feeds the hand": energy.min() < FED_J,
         }

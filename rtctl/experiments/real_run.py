@@ -128,6 +128,7 @@ class Comparison:
         )
 
     def _take(self, phase: Phase, rows: np.ndarray) -> None:
+        # by ticks that ran under the command: a batch may begin before and end behind a phase
         start = round(phase.settle_s / self._period_s)
         end = start + round(phase.seconds / self._period_s)
         first, last = max(start - phase.seen, 0), end - phase.seen

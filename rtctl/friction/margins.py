@@ -148,6 +148,7 @@ def _grid(model: FrictionModel, branch: int, start: float, end: float) -> np.nda
     """Speeds from start to end: even, dense near 0, and every knot of the model."""
     knots = model.branches[branch].curve.knots
     inside = knots[(knots > start) & (knots < end)]
+    # torque over speed is steepest near 0, where an even grid has few speeds to a ratio
     fine = end * np.geomspace(1e-4, 1, _GRID // 4)
     grid = np.concatenate([np.linspace(start, end, _GRID), fine[(fine > start) & (fine < end)], inside])
     return np.unique(grid)
@@ -167,9 +168,11 @@ def friction_figures(
     `between` is what lies between law and joint; without it the delay of the rig file."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
+    # first: what is judged is the help as it ends on this axis
     model = rolled_off(model, axis, T, between)
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
+    # what load and place add acts as late as the coupling does, hence in its loop (8.9, 8.10)
     k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c
     need = stability.damping_needed_between(k_c, b_c, T, between)
     trained, beyond, lines, capped, drags = [], [], [], [], []
@@ -202,6 +205,7 @@ def friction_figures(
         two_line_margin_nm=min(lines),
         two_line_capped_margin_nm=min(capped),
         dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
+        # at most 1: where help exceeds the sure friction, all of what is there is taken out
         helped_share=max(float(np.max(c.ff / np.maximum(c.F_lo, np.maximum(c.ff, 1e-12)))) for c in trained),
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],
@@ -276,6 +280,7 @@ def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
 def _drag(c: _Curves, error_nm: float) -> tuple[float, float]:
     """Least friction over speed, N m s/rad, with the model's error on its side, and the speed where it is
     least."""
+    # friction at rest over no speed is no damping
     moving = c.v > 0
     drag = (c.F_hat[moving] + error_nm) / c.v[moving]
     at = int(np.argmin(drag))

@@ -285,6 +285,7 @@ def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
     """Vectors (velocity, kernel sum) over the trained range of both branches, ends included, shape (64, 2).
 
     Against a shifted knot or a swapped branch."""
+    # by the uncompiled curve: the compiled one cannot vouch for itself
     rows = []
     half = SELF_TEST_VECTORS // 2
     for sign, branch in zip((1.0, -1.0), branches, strict=True):

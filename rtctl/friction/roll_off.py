@@ -44,6 +44,7 @@ def _steepest_nms_rad(axis: AxisTable, period_s: float, between: Between) -> flo
     """Largest slope of the help over speed. A velocity is half a period old, and a torque held for as
     long."""
     late_s = period_s * (late_ticks(between, period_s) + 1.0)
+    # at most half a turn: a slower gear of the range has that lag already
     turned = min(2 * math.pi * FASTEST_GEAR_HZ * late_s, math.pi)
     against = max(-math.cos(turned), 0.0)
     on_a_gear = axis.viscous_nms_rad / against if against > 0 else math.inf

@@ -70,6 +70,7 @@ class Cogging:
         if not self.matters:
             return rows
         rows, torque_nm = rows.copy(), self.at(rows["position_rad"][:, axis])
+        # both: friction is made of what was measured, an uneven motion is told by what was sent
         for name in ("motor_torque_nm", "torque_applied_nm"):
             rows[name][:, axis] -= torque_nm
         return rows
@@ -105,6 +106,7 @@ def cogging_of(
     torque_nm -= torque_nm.mean()  # an offset of the sensor is no cogging
     if not float(np.sqrt(np.mean(torque_nm**2))) > MATTERS_SHARE * friction_nm:
         return Cogging.none()
+    # the middle of each cell
     return Cogging((both + 0.5) * way, torque_nm, turn_rad if whole else 0.0)
 
 

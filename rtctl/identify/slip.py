@@ -38,6 +38,7 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
     yield from go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()
+    # the first is slow, too: nothing is known yet of where it may be quick
     slow = len(got.measurements) % SLOW_EVERY == 0
     seen_nm = [abs(m.torque_nm) for m in got.measurements]
     slope_nm_s = ramp_slope(settings.ramp_nm_s, seen_nm)
@@ -80,5 +81,6 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
 def ramp_slope(asked_nm_s: float, seen_nm: Sequence[float]) -> float:
     """Slope of the next ramp, N m/s, at most `asked_nm_s`; `seen_nm` are the break-away torques so far, each
     above 0."""
+    # the median: one ramp on a crest of cogging must not slow down all that follow
     usual_nm = float(np.median(seen_nm)) if seen_nm else math.inf
     return min(asked_nm_s, max(usual_nm / RISE_S, SLOWEST_SHARE * asked_nm_s))

@@ -76,8 +76,8 @@ SEEDS = (
     Seed(
         "an offset is a share of a Coulomb friction below 0",
         "rtctl/friction/logs/plausibility.py",
-        'coulomb = max(found["coulomb_nm"].value, 0.0)',
-        'coulomb = found["coulomb_nm"].value',
+        'if coulomb > 0 else "beside no"',
+        'if coulomb else "beside no"',
         SECOND,
     ),
     Seed(

@@ -71,6 +71,7 @@ def rows_of(points: FrictionPoints) -> tuple[Rows, np.ndarray]:
     load = points.columns["load_nm"]
     sign = points.direction
     motor = points.columns.get("motor_nm", np.full(len(load), np.nan))
+    # at a steady speed the three are in balance
     motor = np.where(np.isfinite(motor), motor, sign * points.friction_nm - load)
     kept = kept[np.isfinite(load[kept])]
     columns = (np.abs(points.velocity_rad_s), points.friction_nm, sign * load, sign * motor, sign < 0)
@@ -89,6 +90,7 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
         return LoadVerdict(0.0, reason=f"{len(kept)} points with a load, at least {ROWS_MIN} are needed")
     span_nm = float(np.ptp(rows.outside_nm))
     size_nm = float(np.sqrt(np.mean(rows.friction_nm**2)))
+    # coefficients of a load that hardly changed are noise over noise, however many points there are
     if span_nm < LOAD_SPAN * size_nm:
         return LoadVerdict(
             span_nm,
@@ -98,6 +100,7 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
     fold, block = _folds(points, kept, way_of(points, folds))
     rungs = tuple(_rung(rung, rows, fold, block) for rung in RUNGS)
     best = min(rungs, key=lambda one: one.rmse_nm)
+    # the first: `RUNGS` begins with the plainest
     chosen = next(one for one in rungs if one.rmse_nm <= best.rmse_nm + best.doubt_nm)
     return LoadVerdict(span_nm, rungs, chosen)
 

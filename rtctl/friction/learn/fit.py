@@ -178,13 +178,13 @@ def describe_branch(
     speed_max, viscous = float(speed.max()), viscous_slope(speed, friction_nm)
     try:
         curve, _ = compile_curve(source, speed_max)
-    except ModelError as error:
+    except ModelError as error:  # too many cells, or a proof that does not hold
         raise DataError(str(error)) from error
     places = curve.extreme_speeds(speed_max)
     if not (curve(places) > 0).all():
         at = f"{places[int(np.argmin(curve(places)))]:.4g} rad/s"
         raise DataError(f"the learned friction is not positive at {at}; add points there or lower C")
-    dry = curve.extreme_speeds(speed_max, viscous)
+    dry = curve.extreme_speeds(speed_max, viscous)  # the dry part turns elsewhere
     residual = np.abs(curve(speed) - friction_nm)
     return Branch(
         support_vectors=source.support_vectors,
@@ -289,5 +289,5 @@ def assemble(
 
 def compile_error_nm(branch: Branch) -> float:
     """Largest difference of compiled and learned curve over the trained range, N m."""
-    speed = np.linspace(0, branch.speed_max_rad_s, 4001)
+    speed = np.linspace(0, branch.speed_max_rad_s, 4001)  # to look at; proofs have a bound
     return float(np.max(np.abs(branch.curve(speed) - branch.kernel_sum(speed))))

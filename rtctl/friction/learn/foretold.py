@@ -47,8 +47,10 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
         sessions = np.unique(data.session) if data.session is not None else np.zeros(0)
         if len(sessions) < SESSIONS_MIN:
             return None
+        # one session alone foretells itself moved: from two on a mean is known
         for at in sessions[len(sessions) // 2 :]:
             kept = data.session < at
+            # kernels go anywhere beyond their points: no model is used there, hence none is blamed
             held = (data.session == at) & (data.speed <= data.speed[kept].max())
             scaled = in_scale_of(one, data.speed, data.friction_nm, kept, data.session)
             try:

@@ -44,6 +44,7 @@ class Gram:
 def pivoted(matrix: np.ndarray, tolerance: float) -> np.ndarray:
     """Factor Z (n, r) with Z Z' = matrix but for `tolerance` times its largest diagonal value (pivoted
     Cholesky)."""
+    # what of each point is not explained yet: the largest is taken next, as a pivot
     left = matrix.diagonal().copy()
     limit = tolerance * left.max()
     columns = np.zeros((len(matrix), len(matrix)), order="F")  # filled column by column

@@ -183,7 +183,7 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
     high = np.full(len(NAMES), np.inf)
     fastest = float(rows.speed.max())
     high[_FALL:] = 10 * fastest, 12.0, 1.0, 10 * fastest, 3.0
-    low = np.zeros(len(NAMES))
+    low = np.zeros(len(NAMES))  # shares and torques below 0 would help the motion
     low[_FALL:] = 0.02 * fastest / (10 if "second_share" in RUNGS[rung] else 1), 0.3, 0.0, 0.02 * fastest, 0.3
 
     def whole(part: np.ndarray) -> np.ndarray:

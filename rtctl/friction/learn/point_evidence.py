@@ -88,6 +88,7 @@ def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) 
     rows = points.rows_of(direction)
     speed, friction = np.abs(points.velocity_rad_s[rows]), points.friction_nm[rows]
     std, count = points.std_nm[rows], points.count[rows]
+    # one measurement is its own mean, and knows no spread
     told = (speed <= branch.speed_max_rad_s) & np.isfinite(std) & (count > 1)
     if not told.any():
         return None
@@ -159,5 +160,6 @@ def place_spread_nm(model: FrictionModel, points: FrictionPoints) -> tuple[float
 
 def _signed_speed(points: FrictionPoints) -> np.ndarray:
     """Velocity of each point; at a break-away the least one of its direction, which is on its branch."""
+    # the smallest number there is: -0.0 would count as forward
     least = np.nextafter(0.0, 1.0) * points.direction
     return np.where(points.velocity_rad_s == 0, least, points.velocity_rad_s)

@@ -95,7 +95,6 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
             continue
         text, other = found
         if other.rest > DOUBTFUL_SHARE * balance.spread:
-            # x
             continue  # nor is it explained with that
         least = min(least, other.rest)
         ratio, change = other.rest / plain.rest, changed(balance, plain, other)

@@ -283,7 +283,7 @@ def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
     """Offsets of a motor torque that are taken out as its zero, and may be a difference between the
     directions as well: nothing in a log tells."""
     found, told = fit.symmetric.parameters, []
-    coulomb = max(found["coulomb_nm"].value, 0.0)  # of a joint that hardly rubs it may come out below
+    coulomb = found["coulomb_nm"].value  # where a joint hardly rubs it may come out below 0
     for each in fit.offsets:
         offset = found[each.parameter]
         if not offset.holds(0.0) and abs(offset.value) > OFFSET_SHARE * coulomb:
