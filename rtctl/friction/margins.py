@@ -168,12 +168,10 @@ def friction_figures(
     `between` is what lies between law and joint; without it the delay of the rig file."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
-    # first: what is judged is the help as it ends on this axis
-    model = rolled_off(model, axis, T, between)
+    model = rolled_off(model, axis, T, between)  # first: help is judged as it ends on this axis
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
-    # what load and place add acts as late as the coupling does, hence in its loop (8.9, 8.10)
-    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c
+    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c  # as late as the coupling (8.9, 8.10)
     need = stability.damping_needed_between(k_c, b_c, T, between)
     trained, beyond, lines, capped, drags = [], [], [], [], []
     coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
@@ -205,7 +203,6 @@ def friction_figures(
         two_line_margin_nm=min(lines),
         two_line_capped_margin_nm=min(capped),
         dry_left_nm=max(0.0, min(float((c.F_lo - c.ff).min()) for c in trained)),
-        # at most 1: where help exceeds the sure friction, all of what is there is taken out
         helped_share=max(float(np.max(c.ff / np.maximum(c.F_lo, np.maximum(c.ff, 1e-12)))) for c in trained),
         drag_nms_rad=min(drags)[0],
         drag_speed_rad_s=min(drags)[1],
