@@ -169,7 +169,8 @@ def _hand(loaded: LoadedConfig) -> tuple[float, float]:
     """Factors of the hand's stiffness and damping: a carriage whose rig file tells none is held as a joint
     is, at its handle."""
     table = loaded.config.device[0].options
-    told = [one for one in table.get("hand", ()) if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
+    # the first is that of the first axis, or of all: a second axis may have a hand of its own
+    told = [one for one in table.get("hand", ())[:1] if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
     motion = "rotary" if told else loaded.config.axis[0].motion
     return sizes.own("stiffness_nm_rad", 1.0, motion), sizes.own("damping_nms_rad", 1.0, motion)
 

@@ -94,4 +94,25 @@ SEEDS = (
         "shortfall[points.direction == sign]",
         ("tests/unit/friction/test_point_evidence.py",),
     ),
+    Seed(
+        "sessions at their own temperatures count row by row",
+        "rtctl/friction/learn/beside_speed.py",
+        'units_of(points, "log")[kept] if several_logs(points) else np.arange(len(kept))',
+        "np.arange(len(kept))",
+        ("tests/unit/friction/test_temperature_of_sessions.py",),
+    ),
+    Seed(
+        "a hand of another axis says how the first is held",
+        "rtctl/experiments/virtual.py",
+        'table.get("hand", ())[:1]',
+        'table.get("hand", ())',
+        ("tests/unit/experiments/test_first_axis.py",),
+    ),
+    Seed(
+        "the hands of all axes are in the figure of the first",
+        "rtctl/experiments/policies.py",
+        'rms(run.truth["hand_torque_nm"][:, 0])',
+        'rms(run.truth["hand_torque_nm"])',
+        ("tests/unit/experiments/test_first_axis.py",),
+    ),
 )
