@@ -74,6 +74,7 @@ def run(order: Order) -> Outcome:
 def _stiffness(simulation: Simulation) -> float:
     """Stiffness the hand should feel: environment and coupling in series, N m/rad."""
     k_c = float(simulation.params["coupling_stiffness_nm_rad"][0, 0])
+    # a hand feels the coupling in series: against the spring alone every controller would be wrong
     return stability.felt_stiffness(k_c, float(simulation.command["environment_stiffness_nm_rad"][0, 0]))
 
 

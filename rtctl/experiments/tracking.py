@@ -48,6 +48,7 @@ def _factor(order: Order) -> float:
     """By which the references are smaller than those of a joint with room; a sine goes two amplitudes
     away."""
     top_rad_s = max(2 * np.pi * SINE_RAD * max(SINES_HZ), *TRIANGLES_RAD_S)
+    # all references by one factor: errors over speeds stay comparable
     return positioning.scale(order, max(2 * SINE_RAD, TRIANGLE_RAD), top_rad_s)
 
 

@@ -33,6 +33,7 @@ def rolled_off(model: FrictionModel, axis: AxisTable, period_s: float, between: 
     Where friction still falls with speed at the end of the range it is less beyond, nobody knows how much,
     and a model by place is later there than it was shown to be: both end as the model says."""
     by_place = model.place is not None or model.conservative is not None
+    # friction that falls may be gone beyond the range: help that lasts longer would drive the joint
     if by_place or any(map(_falls, model.branches)):
         return model
     steepest = _steepest_nms_rad(axis, period_s, between)

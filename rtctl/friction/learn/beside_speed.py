@@ -188,7 +188,7 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
 
 
 def _regress(columns: np.ndarray, wanted: np.ndarray, block: np.ndarray) -> tuple[list[float], list[float]]:
-    """Least squares and standard errors, which allow for unlike spreads and for errors that a block shares."""
+    """Least squares and standard errors that allow for unlike spreads, and for errors that a block shares."""
     inverse = np.linalg.pinv(columns.T @ columns)
     found = inverse @ columns.T @ wanted
     names, at = np.unique(block, return_inverse=True)

@@ -1,4 +1,4 @@
-"""Sessions that differ by a little, each at its own temperature: the standard error knows how few they are."""
+"""Sessions that differ a little, each at its own temperature: the standard error knows how few they are."""
 
 import numpy as np
 
