@@ -125,6 +125,7 @@ def _felt(loaded: LoadedConfig, shown: Shown) -> list[Felt]:
     inertia = loaded.config.axis[0].inertia_kgm2
     rows = []
     for share in MASSES:
+        # without and with what is sent ahead: a servo alone lags by what its mass asks of the joint
         for ahead in (0.0, 1.0):
             asked = replace(shown, mass_kgm2=share * inertia, feedforward=ahead)
             one = admittance_runs.displayed(loaded, asked)
@@ -139,6 +140,7 @@ def _contacts(loaded: LoadedConfig, shown: Shown) -> dict[str, dict[str, Contact
     worlds = {f"spring of {k:g}": (Environment.SPRING, k) for k in SPRINGS_NM_RAD}
     worlds["wall"] = (Environment.WALL, WALL_NM_RAD)
     found = {}
+    # the same joint and hand in both: a display is judged against the other, not against a wish
     for name, one in (("impedance", None), ("admittance", shown)):
         rig = admittance_runs.displayed(loaded, one)
         for joint in Rubbing:

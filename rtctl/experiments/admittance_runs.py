@@ -99,6 +99,7 @@ def hold(simulation: Simulation, stiffness_nm_rad: float, damping_nms_rad: float
     plant = simulation.plant_params
     plant["hand_kind"] = int(Hand.SINES)
     plant["hand_stiffness_nm_rad"], plant["hand_damping_nms_rad"] = stiffness_nm_rad, damping_nms_rad
+    # a mass of the hand would be felt as one of the display
     plant["hand_inertia_kgm2"] = plant["hand_sine_rad"] = plant["hand_sine_rad_s"] = 0.0
 
 
@@ -115,6 +116,7 @@ def felt(loaded: LoadedConfig, joint: Rubbing) -> tuple[float, float]:
     if joint is Rubbing.HARDLY:
         slippery(simulation)
     hold(simulation, 5.0, 0.1)
+    # amplitudes over frequency: each sine has the same speed, and mass and damping are told alike
     trace = _armed_run(simulation, 4.0, _compensation(joint), {hz: 0.15 / hz for hz in FELT_HZ})
     if trace is None:
         return math.nan, math.nan
@@ -175,11 +177,13 @@ def contact(
     rest = float(simulation.plant_state["position_rad"][0, 0])
     command["environment_center_rad"] = rest
     simulation.plant_params["hand_center_rad"] = rest
+    # lets the joint lie on the world before it is loaded
     if _armed_run(simulation, 0.2, _compensation(joint)) is None:
         return Contact(math.nan, math.nan, math.nan, stopped=True)
     loads, rings, least = [], 0.0, 0.0
     for share in (0.2, 0.4):
         simulation.plant_params["hand_center_rad"] = rest + share * limit / HAND_NM_RAD
+        # what rings on goes on to the end: only the last half second is judged
         trace = simulation.run(1.5)
         if not np.all(trace["state"] == State.ACTIVE):
             return Contact(math.nan, math.nan, float(trace["energy_port_j"].min()), stopped=True)
@@ -198,6 +202,7 @@ def contact(
 
 def above(signal: np.ndarray, hz: float, period_s: float) -> float:
     """RMS of what a signal has above a frequency."""
+    # less its mean, whose cut ends would be in every frequency
     spectrum = np.fft.rfft(signal - signal.mean())
     spectrum[np.fft.rfftfreq(len(signal), period_s) < hz] = 0
     return float(np.sqrt(np.mean(np.square(np.fft.irfft(spectrum, len(signal))))))

@@ -61,6 +61,7 @@ def _tests(order: Order) -> list[FrictionPoints]:
 
 def other_points(loaded: LoadedConfig, seed: int) -> FrictionPoints:
     """Points of the simulated rig with this seed's noise, at speeds between those of the training points."""
+    # `mock_points` turns a joint by whole turns
     if loaded.config.axis[0].motion == "linear":
         return identification.measured(loaded, seed).of("test")
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed}})

@@ -59,6 +59,7 @@ def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: F
 
 def _case(order: Order, step_rad: float) -> Case:
     reference = np.zeros((round(SECONDS * order.loaded.config.loop.rate_hz), 3))
+    # position alone: a step has no velocity that a controller could be fed
     reference[:, 0] = step_rad
     return Case(_name(order, step_rad), reference, Shape.STEP, step_rad)
 
@@ -69,6 +70,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     step = float(case.reference[-1, 0])
     # by the step and its sign: a step back rises, too
     share = run.position_rad / step
+    # by the run's own length: a loop of another rate has other ticks
     period_s = SECONDS / len(share)
     # settled after the last time it was outside, not before the first time inside
     outside = np.flatnonzero(np.abs(share - 1) > BAND)

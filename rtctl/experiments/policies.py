@@ -138,6 +138,7 @@ def run(order: Order) -> Outcome:
         for number, (name, policy) in enumerate(POLICIES.items()):
             part(number / len(POLICIES), f"{rig}: {name}")
             found[name] = _policy(order, off, Variant(name, 1.0, virtual.both(change, policy)))
+        # one fault on one rig is enough: a policy has to be quiet first
         quiet[rig] -= {name for name, one in found.items() if one.faults(order.motion)}
         tables.append(_table(order, rig, found))
         pictures.append(_picture(order, at, rig, found))
@@ -205,6 +206,7 @@ def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
 
 def _policy(order: Order, off: dict[str, Measured], variant: Variant) -> Judged:
     found: Measured = {}
+    # the worst of both motions: a hand that is fed in one of them is fed
     energies = []
     for motion in MOTIONS:
         one = _hand(order, motion, variant)
@@ -268,6 +270,7 @@ def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
             "least one."
         )
     if named:
+        # a coarse encoder takes help from all of them, and says nothing of which is stronger
         own = [rig for rig in RIGS if not rig.startswith("encoder")]
         least = {
             name: min(

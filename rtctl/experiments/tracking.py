@@ -87,6 +87,7 @@ def judge(_case: Case, run: Followed) -> dict[str, float]:
     return {
         "error_rms_rad": rms(error),
         "error_max_rad": float(np.abs(error).max()),
+        # the same half: the start from rest costs torque as well
         "effort_nm": rms(run.torque_nm[half:]),
     }
 

@@ -77,6 +77,7 @@ class Motion:
         p["hand_kind"][0] = int(self.kind)
         p["hand_amplitude_rad"][0], p["hand_speed_rad_s"][0] = self.amplitude_rad, self.speed_rad_s
         p["hand_hold_s"][0], p["hand_rest_s"][0] = self.hold_s, self.rest_s
+        # all sines first: a rig file may have given the hand several
         p["hand_sine_rad"][0], p["hand_sine_rad_s"][0] = 0.0, 0.0
         p["hand_sine_rad"][0, 0] = self.amplitude_rad
         p["hand_sine_rad_s"][0, 0] = 2 * math.pi * self.frequency_hz

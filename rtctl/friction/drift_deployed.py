@@ -25,6 +25,7 @@ _Curve = tuple[np.ndarray, np.ndarray]
 
 _GRID = 400
 
+# few points at the fastest speeds called nothing viscous, and all of it dry (decision 0069)
 _UPPER = 0.5
 """Viscous friction is the slope of the curve above this share of the trained range, where the Stribeck part
 has died out,"""

@@ -38,10 +38,12 @@ BETTER = 0.7
 of times, so that it cannot follow a slow change."""
 
 
+# mixed windows told 1.12 +- .015 of a joint whose dry friction had not changed (decision 0109)
 MIXED = 1.5
 """Strokes that tell viscous friction by so many times the standard error of a motion as quick are not of one
 friction: it changes within them, and what of it is dry they do not say."""
 
+# with .025 the factor fell back by .12 for some seconds (decision 0109)
 BESIDE_BEFORE = 0.04
 """Standard error of the factor beside free viscous friction up to which a change of both is told apart, where
 the same motion told it before: what both err by together goes into the interval."""

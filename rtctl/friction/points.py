@@ -16,6 +16,7 @@ POINTS_MIN = 8
 SPEEDS_MIN = 4
 """Fewest different speeds of one direction."""
 
+# repeats differ by tenths of a percent, the levels of `rtctl identify` by 12 and more (decision 0118)
 LEVEL_WIDTH = 1.03
 """Highest over lowest speed of one level: what a run measures as its speed differs a little each time."""
 

@@ -12,7 +12,7 @@ BLOCKS = 8
 STEADY_SHARE = 0.01
 """Change of the mean torque over the window, share of the torque, that still counts as steady."""
 SPEED_SHARE = 0.03
-UNEVEN_SHARE = 0.5
+UNEVEN_SHARE = 0.5  # a joint that jumps from count to count rests in between
 """A block of the window that is further off the wanted speed than this share is stick-slip."""
 DRIFTED_SHARE = 0.1
 MOVING_COUNTS = 8

@@ -23,6 +23,7 @@ from rtctl.friction.model import Branch
 from rtctl.friction.point_columns import BETWEEN
 from rtctl.friction.points import FrictionPoints
 
+# without them 86 to 97 % of what was held out lay in the band, with them 93 to 99 (decision 0031)
 SURE = 2.0
 """Standard errors of the held-out error by which the band is stretched: candidates are chosen for a small
 one, which is partly luck."""

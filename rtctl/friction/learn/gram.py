@@ -12,6 +12,7 @@ import numpy as np
 
 from rtctl.friction.kind_table import KERNELS
 
+# LIBSVM spends most of its time on fits that it gives up; below 300 models stay as they were (decision 0032)
 MANY = 300
 """Points from which a machine is trained by its factor; fewer are quick whatever the method."""
 

@@ -59,6 +59,7 @@ MOSTLY = 0.5
 """Share of the points beyond the trained range from which it is another motion than the model's, or another
 unit."""
 
+# a session is hardly ever just as slow as another (decision 0101)
 SAME_SPEED = 0.02
 """Share by which a point may be slower than the slowest of those learned from, and is as slow."""
 

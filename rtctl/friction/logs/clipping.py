@@ -19,6 +19,7 @@ from rtctl.friction.logs.dynamics import Plateau
 from rtctl.friction.logs.intervals import covariance, time_blocks
 from rtctl.friction.logs.torque_faults import LEVELS_MIN, longest_run
 
+# equal values are no fault by themselves: an even acceleration wants an even torque (decision 0063)
 RUN = 20
 """As many equal extreme values in a row may be a signal that was cut off, unless it has few levels anyway."""
 

@@ -21,6 +21,7 @@ about the best."""
 CLOCKS_LEAVE = 0.01
 """Share of the torque that one delay must leave over for two clocks to be looked for."""
 
+# as `balance_faults.TOLD_RATIO`: two clocks are one cause more (decision 0070)
 CLOCKS_BETTER = 0.75
 """What two clocks leave over, RMS, share of what one delay does, from which on they are told."""
 

@@ -33,6 +33,7 @@ from rtctl.friction.logs.waves import without_waves
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.presliding import Presliding
 
+# at .01 rad for all, bristles of 30 mrad made viscous friction 35 % too large, now .7 (decision 0080)
 SETTLE_LENGTHS = 5.0
 """Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's
 do."""

@@ -34,6 +34,7 @@ SAMPLES_PER_LEVEL = 8
 LEVELS_OF_A_LOG = 12
 """Levels that each of several logs has at least, each direction."""
 
+# another session is taken to differ from this one as its stretches do (decision 0098)
 PARTS = 5
 """Stretches of time between which a point is told to differ: as many as there are folds."""
 

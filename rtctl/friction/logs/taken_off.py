@@ -34,6 +34,7 @@ EXPLAINS = 0.6
 """Share of what is left over without it, RMS, that may be left over with it: of 60 joints of other laws
 .66 and more was where nothing had been taken off."""
 
+# a warning and no refusal: too little friction told makes less help, not more (decision 0088)
 KNOWN = 0.25
 """Share of the friction that is surely not taken off (two standard errors), from which down a log is said to
 tell that nothing was."""

@@ -18,7 +18,7 @@ from rtctl.friction.logs.intervals import covariance, time_blocks
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.regressors import Regressors
 
-SURELY, SURELY_BESIDE = 4.0, 3.0
+SURELY, SURELY_BESIDE = 4.0, 3.0  # a share of .2 leaves over less than noise (decision 0063)
 """Standard errors by which a coefficient must differ from 0: alone, and beside the other columns."""
 
 EXPLAINS = 0.98
