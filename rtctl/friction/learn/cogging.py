@@ -19,7 +19,7 @@ COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 
 FOLDS = 5
 _BLOCKS = 320
-"""Stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every
+"""Most stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every
 turn."""
 
 _RIDGE = 1e-12

@@ -37,7 +37,7 @@ RIDGES = (1e-4, 1e-3, 1e-2)
 
 FOLDS = 5
 _SECTORS = 20
-"""Sectors of a turn; every fifth is held out together, at every speed and in every turn."""
+"""Sectors of a turn; every fifth that has rows is held out together, at every speed and in every turn."""
 
 _PLACES_LEAST = 8
 """Fewest places per turn from which waves can be told."""
