@@ -168,7 +168,7 @@ def friction_figures(
     `between` is what lies between law and joint; without it the delay of the rig file."""
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     between = stability.Between(axis.coupling.delay_ticks) if between is None else between
-    model = rolled_off(model, axis, T, between)  # first: help is judged as it ends on this axis
+    model = rolled_off(model, axis, T, between)
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
     k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c  # as late as the coupling (8.9, 8.10)
