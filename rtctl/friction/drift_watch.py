@@ -135,7 +135,7 @@ class RigWatch:
             _axis(deployed(params, model, a), table, rate_hz, _bounds(params[0], a))
             for a, table in enumerate(tables)
         ]
-        # the law's gains are those at the largest factor: what is in force is a share of them (5.10)
+        # the law's gains are at the largest factor: in force is a share of them (docs/theory.md 5.10)
         self._largest = 1.0 + params[0]["friction_raise"]
         self._idle = all(axis is None for axis in self.axes)
 

@@ -171,7 +171,7 @@ def friction_figures(
     model = rolled_off(model, axis, T, between)
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
-    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c  # as late as the coupling (8.9, 8.10)
+    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c  # as late (docs/theory.md 8.10)
     need = stability.damping_needed_between(k_c, b_c, T, between)
     trained, beyond, lines, capped, drags = [], [], [], [], []
     coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}

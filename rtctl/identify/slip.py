@@ -22,7 +22,7 @@ FAST_SHARE = 0.6
 SLOW_EVERY = 5
 """One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against
 damping too."""
-# a ramp of r N m/s moves the inertia of a light joint by r sqrt(2 J v/r), 5 to 10 % of it (theory 9.1)
+# r N m/s moves the inertia of a light joint by r sqrt(2 J v/r), 5 to 10 % of it (docs/theory.md 9.1)
 RISE_S = 4.0
 """A ramp takes at least this long to a usual break-away torque: the quicker it is, the more it adds while the
 joint gets under way."""

@@ -80,7 +80,7 @@ def ascend(
     rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
     tasks = [(score.candidate, data) for score, data in zip(rung.scores, found.sides, strict=True)]
     ahead = foretold.foretold(tasks)
-    # friction that wears one way lies beyond all sessions: what was held out among them is too kind (8.8)
+    # wear lies beyond all sessions: what was held out among them is too kind (docs/theory.md 8.8)
     next_nm = max(rung.rmse_nm, 0.0 if ahead is None else ahead.rmse_nm)
     said = found.explanation + foretold.said(ahead, rung.rmse_nm)
     return replace(found, explanation=said, expected_next_nm=next_nm)
