@@ -33,7 +33,6 @@ DRY_OFF = 0.3
 
 def forget_before_change(strokes: Strokes, rate_hz: float) -> None:
     """Forget the strokes of before, where the friction has surely changed since."""
-    # asked first with a wander as usual, which costs a fifth of asking how much it wanders (decision 0120)
     table = of_window.newest_sessions(strokes.table)
     newest = _newest(table)
     if newest > 0 and _changed(table, newest, rate_hz):

@@ -106,7 +106,6 @@ def cogging_of(
     torque_nm -= torque_nm.mean()  # an offset of the sensor is no cogging
     if not float(np.sqrt(np.mean(torque_nm**2))) > MATTERS_SHARE * friction_nm:
         return Cogging.none()
-    # the middle of each cell
     return Cogging((both + 0.5) * way, torque_nm, turn_rad if whole else 0.0)
 
 

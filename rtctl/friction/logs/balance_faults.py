@@ -144,7 +144,7 @@ def _velocity_as_position(balance: Balance, plain: Fit) -> tuple[str, Fit] | Non
         f"column position: looks like a velocity: read as one, {100 * other.rest / balance.spread:.0f} % of "
         f"the torque is left over, read as a position {100 * as_it_is.rest / balance.spread:.0f} %; map the "
         "column with the angle",
-        # of fewer rows: brought to what the plain fit leaves on all of them
+        # it has fewer rows: brought to what the plain fit leaves on all of them
         replace(other, rest=other.rest * plain.rest / as_it_is.rest),
     )
 

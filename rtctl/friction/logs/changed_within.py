@@ -91,7 +91,7 @@ def _changed_between(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
 
 def _more(fit: Fit) -> np.ndarray:
     """By how much inertia, viscous and Coulomb friction are larger after it, where they were fitted."""
-    # of a zero or a scale one or two columns were added, and the joint stayed
+    # for a zero or a scale one or two columns were added, and the joint stayed
     return fit.added[:3] if len(fit.added) > 3 else np.zeros(3)
 
 

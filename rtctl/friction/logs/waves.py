@@ -43,7 +43,6 @@ def without_waves(signals: Regressors) -> Regressors:
     balance = Balance.of(signals)
     if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
         return signals  # the fit itself says what is missing
-    # the rows that slide have the waves of friction alone; those near a turn have bristles, too
     plain, travel = balance.fit(), float(np.ptp(balance.position))
     if plain.rest <= LEFT_LEAST * balance.spread or not travel > 0:
         return signals
