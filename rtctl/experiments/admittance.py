@@ -118,13 +118,14 @@ def _hand_nm(order: Order, motion: Motion, loaded: LoadedConfig, share: float) -
 
 def _one_hand_nm(order: Order, seed: int, *, motion: Motion, share: float) -> float:
     run = virtual.measure(order.loaded, seed, motion, Variant("", share))
-    return rms(run.trace["hand_torque_nm"])
+    return rms(run.trace["hand_torque_nm"][:, 0])
 
 
 def _felt(loaded: LoadedConfig, shown: Shown) -> list[Felt]:
     inertia = loaded.config.axis[0].inertia_kgm2
     rows = []
     for share in MASSES:
+        # without and with what is sent ahead: a servo alone lags by what its mass asks of the joint
         for ahead in (0.0, 1.0):
             asked = replace(shown, mass_kgm2=share * inertia, feedforward=ahead)
             one = admittance_runs.displayed(loaded, asked)
@@ -139,6 +140,7 @@ def _contacts(loaded: LoadedConfig, shown: Shown) -> dict[str, dict[str, Contact
     worlds = {f"spring of {k:g}": (Environment.SPRING, k) for k in SPRINGS_NM_RAD}
     worlds["wall"] = (Environment.WALL, WALL_NM_RAD)
     found = {}
+    # the same joint and hand in both: a display is judged against the other, not against a wish
     for name, one in (("impedance", None), ("admittance", shown)):
         rig = admittance_runs.displayed(loaded, one)
         for joint in Rubbing:

@@ -76,6 +76,7 @@ def felt_sentence(felt: Sequence[Felt]) -> str:
         ahead: max((one.error for one in felt if one.asked.feedforward == ahead), default=math.nan)
         for ahead in (0.0, 1.0)
     }
+    # `max` passes a NaN over or not by its place: one rig that stopped must not be left out unseen
     if any(math.isnan(one) for one in (*worst.values(), *(one.error for one in felt))):
         return "Mass and damping felt: a rig stopped on the way."
     verb = "brings" if worst[1.0] < worst[0.0] else "does not help: it brings"

@@ -99,6 +99,7 @@ def hold(simulation: Simulation, stiffness_nm_rad: float, damping_nms_rad: float
     plant = simulation.plant_params
     plant["hand_kind"] = int(Hand.SINES)
     plant["hand_stiffness_nm_rad"], plant["hand_damping_nms_rad"] = stiffness_nm_rad, damping_nms_rad
+    # a mass of the hand would be felt as one of the display
     plant["hand_inertia_kgm2"] = plant["hand_sine_rad"] = plant["hand_sine_rad_s"] = 0.0
 
 
@@ -115,6 +116,7 @@ def felt(loaded: LoadedConfig, joint: Rubbing) -> tuple[float, float]:
     if joint is Rubbing.HARDLY:
         slippery(simulation)
     hold(simulation, 5.0, 0.1)
+    # amplitudes over frequency: each sine has the same speed, and mass and damping are told alike
     trace = _armed_run(simulation, 4.0, _compensation(joint), {hz: 0.15 / hz for hz in FELT_HZ})
     if trace is None:
         return math.nan, math.nan
@@ -175,11 +177,13 @@ def contact(
     rest = float(simulation.plant_state["position_rad"][0, 0])
     command["environment_center_rad"] = rest
     simulation.plant_params["hand_center_rad"] = rest
+    # lets the joint lie on the world before it is loaded
     if _armed_run(simulation, 0.2, _compensation(joint)) is None:
         return Contact(math.nan, math.nan, math.nan, stopped=True)
     loads, rings, least = [], 0.0, 0.0
     for share in (0.2, 0.4):
         simulation.plant_params["hand_center_rad"] = rest + share * limit / HAND_NM_RAD
+        # what rings on goes on to the end: only the last half second is judged
         trace = simulation.run(1.5)
         if not np.all(trace["state"] == State.ACTIVE):
             return Contact(math.nan, math.nan, float(trace["energy_port_j"].min()), stopped=True)
@@ -198,6 +202,7 @@ def contact(
 
 def above(signal: np.ndarray, hz: float, period_s: float) -> float:
     """RMS of what a signal has above a frequency."""
+    # less its mean, whose cut ends would be in every frequency
     spectrum = np.fft.rfft(signal - signal.mean())
     spectrum[np.fft.rfftfreq(len(signal), period_s) < hz] = 0
     return float(np.sqrt(np.mean(np.square(np.fft.irfft(spectrum, len(signal))))))
@@ -223,6 +228,7 @@ def widest_certified(loaded: LoadedConfig, shown: Shown, damping_nms_rad: float)
 def _largest(passes: Callable[[float], bool], most: float = 4000.0) -> float:
     """Up to where a stiffness passes, N m/rad, found by halving ratios between 1 and `most`; 0 where it does
     not."""
+    # ratios are halved: stiffnesses of one and of a thousand are both of interest
     low, high = 0.0, most
     for _ in range(9):
         middle = math.sqrt(max(low, 1.0) * high)
@@ -254,6 +260,7 @@ def _armed_run(
     for k, (hz, amplitude_rad) in enumerate((wish or {}).items()):
         plant["hand_sine_rad"][0, 0, k] = amplitude_rad
         plant["hand_sine_rad_s"][0, 0, k] = 2 * math.pi * hz
+    # what the hand's wish does to a joint at rest dies out first
     simulation.run(1.0)
     trace = simulation.run(seconds)
     return trace if np.all(trace["state"] == State.ACTIVE) else None

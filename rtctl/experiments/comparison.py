@@ -41,6 +41,7 @@ def outcome(
     best = positioning.best_svr(found, "PD", words.key, compared)
     target = Target(
         f"{words.name}: {words.target} with the best SVR ({best}) less than with none (PD)",
+        # paired by seed: seeds differ by far more than models do
         positioning.less(found, "PD", words.key, best),
         0.60,
     )
@@ -53,6 +54,7 @@ def outcome(
         Part("Where SVR wins and where it does not", verdicts, (learned(compared),)),
         *parts(order, found, shown),
     )
+    # by PD: an integral hides what a model of friction does not know
     winner = positioning.best_of_all(found, "PD", words.key, 1e3, "mrad")
     said = (
         f"PD with friction feed-forward: {target.measured.text(100, '.1f')} % less {words.figure} with "
@@ -108,6 +110,7 @@ def _cell(found: Estimate, scale: float, seeds: int) -> str:
 
 
 def _bars(order: Order, found: Found, controller: str, shown: Figures) -> Picture:
+    # the first figure that is an error: what both experiments are judged by comes first in their lists
     error = next(name for name in shown if "error" in name)
     words, scale = shown[error]
     models = next(iter(found[controller].values()))

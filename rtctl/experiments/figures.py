@@ -52,6 +52,7 @@ def stacked(panels: Sequence[tuple[str, Lines]], x: str, motion: str, height: fl
 
 def bars(groups: Mapping[str, Mapping[str, Estimate]], x: str, motion: str, scale: float = 1.0) -> bytes:
     """Draw horizontal bars with confidence intervals, one panel per group: group -> bar -> estimate."""
+    # every group has the same bars: one list of names serves all panels
     names = list(next(iter(groups.values())))
     figure = pictures.blank(WIDTH, 0.9 + 0.3 * len(names))
     plots = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
@@ -64,5 +65,6 @@ def bars(groups: Mapping[str, Mapping[str, Estimate]], x: str, motion: str, scal
         )
         plot.set_yticks(range(len(names)), names)
         label(plot, x, "", title)
+    # the first bar at the top, as in the tables; the axis is shared, so once
     plots[0].invert_yaxis()
     return png(figure, motion)

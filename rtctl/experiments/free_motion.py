@@ -114,6 +114,7 @@ def _picture(order: Order, motion: Motion) -> Picture:
     }
     first = next(iter(shown.values()))
     time_s = np.arange(len(first.trace)) * order.loaded.config.period_s
+    # two periods: the second shows that the first was no start
     end = time_s <= 2 * motion.period_s
     force = {name: (time_s[end], run.truth["hand_torque_nm"][end, 0]) for name, run in shown.items()}
     place = {

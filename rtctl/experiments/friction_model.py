@@ -61,6 +61,7 @@ def _tests(order: Order) -> list[FrictionPoints]:
 
 def other_points(loaded: LoadedConfig, seed: int) -> FrictionPoints:
     """Points of the simulated rig with this seed's noise, at speeds between those of the training points."""
+    # `mock_points` turns a joint by whole turns
     if loaded.config.axis[0].motion == "linear":
         return identification.measured(loaded, seed).of("test")
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed}})
@@ -115,6 +116,7 @@ def _said(found: dict[str, dict[str, Estimate]]) -> str:
         f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), "
         f"{formula} of the formulas ({mean[formula].text(1e3)} mN m)"
     )
+    # intervals that do not meet: of a ratio of two means nothing less is said
     if mean[machine].high < mean[formula].low:
         return f"{said}: SVR wins here."
     if mean[formula].high < mean[machine].low:

@@ -135,8 +135,10 @@ def measured(loaded: LoadedConfig, seed: int, settings: Settings | None = None) 
 
     Nobody holds the axis."""
     settings = settings or settings_of(loaded, {})
+    # a hand on the axis would be measured as friction, or end the identification
     hands = [{**hand, "kind": "none"} for hand in loaded.options["hand"]]
     again = loaded.model_copy(update={"options": {**loaded.options, "seed": seed, "hand": hands}})
+    # help would be measured as friction that is not there
     again = without_feedforward(again)
     settings = replace(settings, seed=seed)  # of the order of speeds, too
     rig, kept = rig_of(again, settings), Kept(motion=loaded.config.axis[0].motion)
@@ -169,9 +171,11 @@ def repeat(
         family = row["family"]
         one = ladder.learn(train, climbed, rig=name, rung=rungs[family])
         off = friction_truth.of_model(loaded, 0, one)
+        # trained on all points: what a model file has, and not the mean over folds
         vectors = [branch.source.n_support_vectors for branch in one.branches]
         more = {"support_vectors": vectors, "off_share": max(deviation.rms_share for deviation in off)}
         rows.append({**row, **more, "seed": seed})
+    # once more under a name of its own: it is another family in each identification
     chosen = next(row for row in rows if row["family"] == evidence.chosen)
     refused = {rung.family: rung.refused for rung in rungs.values() if rung.refused}
     return [*rows, {**chosen, "family": CHOSEN, "chosen": evidence.chosen, "refused": refused}]
@@ -191,6 +195,7 @@ def outcome(seeds: Sequence[int], found: Sequence[Sequence[dict[str, Any]]]) -> 
     """Means over the seeds, against the figures asked for."""
     families = [*FAMILIES, CHOSEN]
     rows = {name: [row for rows in found for row in rows if row["family"] == name] for name in families}
+    # a family that was refused in every run has no row
     rows = {name: mine for name, mine in rows.items() if mine}
     numbers = {name: _summary(mine) for name, mine in rows.items()}
     winners = sorted({row["chosen"] for row in rows[CHOSEN]})

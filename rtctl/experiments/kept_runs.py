@@ -98,6 +98,7 @@ class KeptRuns:
 
     def remove(self) -> None:
         """Take it away: the report has the runs now."""
+        # the report is on disk: a file too many is no reason to fail
         with contextlib.suppress(OSError):
             self.path.unlink(missing_ok=True)
 
@@ -116,6 +117,7 @@ def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:
         with opened(path) as raw:
             file = read_arrays(raw, MOST_BYTES)
         about = json_of(bytes(file[_ABOUT]))
+        # a dict keeps their order, which is that of the comparison
         keys = dict.fromkeys(name.rsplit("/", 1)[0] for name in file if name != _ABOUT)
         models = [_model(file, key) for key in keys if key.startswith(f"{_MODEL}/")]
         runs = {_key(key): _run(file, key) for key in keys if not key.startswith(f"{_MODEL}/")}

@@ -71,6 +71,7 @@ def points_of(order: Order) -> FrictionPoints:
 
 def points_path(order: Order) -> Path | None:
     """File of the points to learn from; None where the simulated rig is measured."""
+    # the points of the rig's own model before a simulation: they are what was measured
     return order.points or _beside(order.loaded)
 
 
@@ -97,6 +98,7 @@ def _climbed(path: str) -> tuple[FrictionPoints, Ladder]:
 
 
 def _climb(points: FrictionPoints) -> Ladder:
+    # two curves of each: the comparison is of models, not of whether directions share one
     options = ladder.Options(families=tuple(COMPARED.values()), symmetric="no", n_jobs=2)
     return ladder.ascend(points, options)
 
@@ -133,6 +135,7 @@ def compared(order: Order) -> list[Compared]:
         model = ladder.learn(points, found, rig=order.loaded.config.rig.name, rung=rung)
         terms = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
         models.append(Compared(name, model.record(), rung.rmse_nm, terms))
+    # formulas among themselves answer no question of these papers
     if not any(one.name in SVR for one in models):
         said = "; ".join(lost)
         raise DataError(

@@ -58,6 +58,7 @@ def _outcome(
     order: Order, name: str, title: str, runs: Runs, wanted: dict[str, np.ndarray], what: str
 ) -> Outcome:
     left = {phase: rms(one["hand_torque_nm"] - wanted[phase]) for phase, one in runs.items()}
+    # a hand that felt nothing without help was not there: no share of that is said
     less = 1.0 - left["on"] / left["off"] if left["off"] > 0 else float("nan")
     key = (
         f"RMS of the {what}: {1e3 * left['off']:.1f} mN m without and {1e3 * left['on']:.1f} mN m with "

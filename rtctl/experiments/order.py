@@ -62,6 +62,7 @@ class Order:
 
     def require_simulated(self, name: str) -> None:
         """Refuse what only the simulated rig can do. Raises ConfigError."""
+        # the mock alone: beside a real force sensor its joint would be moved by nobody's hand
         kinds = [device.kind for device in self.loaded.config.device]
         if kinds != ["mock"]:
             raise ConfigError(

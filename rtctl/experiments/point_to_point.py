@@ -59,6 +59,7 @@ def _outcome(order: Order, cases: list[Case], compared: list[Compared], found: F
 
 def _case(order: Order, step_rad: float) -> Case:
     reference = np.zeros((round(SECONDS * order.loaded.config.loop.rate_hz), 3))
+    # position alone: a step has no velocity that a controller could be fed
     reference[:, 0] = step_rad
     return Case(_name(order, step_rad), reference, Shape.STEP, step_rad)
 
@@ -67,7 +68,9 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     """Rise and settling time, s, NaN where never reached; overshoot, share; steady-state error, rad; RMS
     torque, N m."""
     step = float(case.reference[-1, 0])
+    # by the step and its sign: a step back rises, too
     share = run.position_rad / step
+    # by the run's own length: a loop of another rate has other ticks
     period_s = SECONDS / len(share)
     # settled after the last time it was outside, not before the first time inside
     outside = np.flatnonzero(np.abs(share - 1) > BAND)
@@ -75,6 +78,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     return {
         "rise_s": (_first(share >= 0.9) - _first(share >= 0.1)) * period_s,
         "settling_s": settled if len(outside) == 0 or outside[-1] + 1 < len(share) else float("nan"),
+        # a response that never came so far has none, and no negative one
         "overshoot": max(float(share.max()) - 1, 0.0),
         "steady_error_rad": float(np.mean(np.abs(step - run.position_rad[-round(REST_S / period_s) :]))),
         "effort_nm": rms(run.torque_nm),

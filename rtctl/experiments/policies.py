@@ -55,6 +55,7 @@ class Judged:
         most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, motion)
         found = {
             "stopped by a fault": not np.isfinite(energy).all(),
+            # `not <=`: a NaN of a rig that stopped counts as hunting
             "hunts or runs": not speed.mean() <= most_rad_s,
             "feeds the hand": energy.min() < FED_J,
         }
@@ -137,6 +138,7 @@ def run(order: Order) -> Outcome:
         for number, (name, policy) in enumerate(POLICIES.items()):
             part(number / len(POLICIES), f"{rig}: {name}")
             found[name] = _policy(order, off, Variant(name, 1.0, virtual.both(change, policy)))
+        # one fault on one rig is enough: a policy has to be quiet first
         quiet[rig] -= {name for name, one in found.items() if one.faults(order.motion)}
         tables.append(_table(order, rig, found))
         pictures.append(_picture(order, at, rig, found))
@@ -196,7 +198,7 @@ def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
             run = virtual.measure(order.loaded, seed, motion, variant)
         except DataError:
             return math.nan, math.nan  # a rig that stopped is judged, not left out
-        return rms(run.truth["hand_torque_nm"]), virtual.hand_energy_min_j(run)
+        return rms(run.truth["hand_torque_nm"][:, 0]), virtual.hand_energy_min_j(run)
 
     found = np.array(over_seeds(order, once))
     return {"rms": found[:, 0], "energy": found[:, 1]}
@@ -204,6 +206,7 @@ def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
 
 def _policy(order: Order, off: dict[str, Measured], variant: Variant) -> Judged:
     found: Measured = {}
+    # the worst of both motions: a hand that is fed in one of them is fed
     energies = []
     for motion in MOTIONS:
         one = _hand(order, motion, variant)
@@ -267,6 +270,7 @@ def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
             "least one."
         )
     if named:
+        # a coarse encoder takes help from all of them, and says nothing of which is stronger
         own = [rig for rig in RIGS if not rig.startswith("encoder")]
         least = {
             name: min(

@@ -59,6 +59,7 @@ def _left(order: Order, plant: str) -> Left:
     rms_nm = {one.name: {motion.name: _hand_nm(here, motion, one) for motion in MOTIONS} for one in variants}
     without = rms_nm.pop(WITHOUT)
     return {
+        # seed by seed: each is another place of the joint, with other friction
         name: {motion: float(np.mean(one[motion] / without[motion])) for motion in without}
         for name, one in rms_nm.items()
     }
@@ -67,7 +68,8 @@ def _left(order: Order, plant: str) -> Left:
 def _hand_nm(order: Order, motion: virtual.Motion, variant: Variant) -> np.ndarray:
     def once(order: Order, seed: int) -> float:
         try:
-            return rms(virtual.measure(order.loaded, seed, motion, variant).truth["hand_torque_nm"])
+            run = virtual.measure(order.loaded, seed, motion, variant)
+            return rms(run.truth["hand_torque_nm"][:, 0])
         except DataError:
             return float("nan")
 

@@ -62,6 +62,7 @@ def follow(
         x_r, v_r, a_r = reference[k, 0], reference[k, 1], reference[k, 2]
         error = x_r - x
         integral += g.ki_nm_rad_s * error * p.period_s
+        # held at its bound: against the limit of the torque it would wind up, and overshoot by all of it
         integral = min(max(integral, -g.integral_max_nm), g.integral_max_nm)
         wanted = g.kp_nm_rad * error + integral + g.kd_nms_rad * (v_r - v) + g.inertia_kgm2 * a_r
         wanted += friction_toward(model[0], g.friction_gain, v_r, v, error, g.error_rad)

@@ -72,6 +72,7 @@ def gains_of(order: Order, controller: str) -> np.ndarray:
     inertia = axis.inertia_kgm2
     g["kp_nm_rad"] = kp = KP_PER_INERTIA * inertia
     # the joint's own damping is there already
+    # never below 0: a joint that damps more than that needs no derivative
     g["kd_nms_rad"] = max(2 * ZETA * np.sqrt(kp * inertia) - axis.viscous_nms_rad, 0.0)
     g["ki_nm_rad_s"] = INTEGRAL_PER_S * kp if controller == "PID" else 0.0
     g["integral_max_nm"] = 0.2 * axis.torque_limit_nm
@@ -89,6 +90,7 @@ def scale(order: Order, reach_rad: float, speed_rad_s: float = 0.0) -> float:
 
 def follow_once(order: Order, seed: int, controller: str, case: Case, model: Compared) -> Followed:
     """One run of a fresh rig `seed` without a hand, from rest."""
+    # a rig of its own for each run: integral, bristles and temperature begin alike
     rig = virtual.make(order.loaded, seed)
     rig.plant_params["hand_kind"] = 0  # nobody holds it
     place = float(rig.plant_state["position_rad"][0, 0])
@@ -204,6 +206,7 @@ def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: 
     text = f"Best of all: {best}, with {means[best].text(scale)} {unit}"
     if not others:
         return f"{text}."
+    # seed by seed against the next best alone: against the mean of all even luck would look sure
     gain = less(found, controller, figure, best, others[0])
     next_best = f"{others[0]}, {means[others[0]].text(scale)} {unit}"
     if gain.count == 1:

@@ -72,6 +72,7 @@ class Comparison:
 
     def __call__(self, host: Host, rows: np.ndarray) -> None:
         """Follow the ticks."""
+        # Ctrl-C is the loop's: what the rig does while it ramps down is no measurement
         if self.complete or host.writer.command["shutdown_count"][0] > 0 or len(rows) == 0:
             return
         if not self._armed:
@@ -121,6 +122,7 @@ class Comparison:
     def _require_active(self, rows: np.ndarray) -> None:
         if np.all(rows["state"] == State.ACTIVE):
             return
+        # the first tick that left: later ones are what followed from it
         first = rows[int(np.argmax(rows["state"] != State.ACTIVE))]
         raise FaultError(
             f"the rig left ACTIVE for {state_and_cause(first)}, "
@@ -128,6 +130,7 @@ class Comparison:
         )
 
     def _take(self, phase: Phase, rows: np.ndarray) -> None:
+        # by ticks that ran under the command: a batch may begin before and end behind a phase
         start = round(phase.settle_s / self._period_s)
         end = start + round(phase.seconds / self._period_s)
         first, last = max(start - phase.seen, 0), end - phase.seen

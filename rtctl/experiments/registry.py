@@ -87,6 +87,7 @@ def papers(order: Order) -> list[Outcome]:
         for one in EXPERIMENTS.values()
         if one.in_papers and not (one.of_joints and order.motion == "linear")
     ]
+    # by weight: a bar that stands at a ninth for most of the time tells nobody anything
     total = sum(one.weight for one in together)
     done, outcomes = 0.0, []
     for one in together:

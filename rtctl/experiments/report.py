@@ -72,6 +72,7 @@ class Target:
     @property
     def reached(self) -> bool:
         """True when the mean is on the right side of the figure asked for. NaN does not reach anything."""
+        # the mean and not its interval: a target is a figure that was asked for, the table shows the doubt
         return self.measured.mean <= self.least if self.at_most else self.measured.mean >= self.least
 
     def cells(self) -> tuple[str, ...]:

@@ -66,6 +66,7 @@ def figures(off: np.ndarray, on: np.ndarray) -> tuple[float, float]:
     left = rms(on["hand_torque_nm"][:, 0]) / rms(off["hand_torque_nm"][:, 0])
     # about the mean: where it sticks is no path
     here, there = (x["position_rad"][:, 0] - x["position_rad"][:, 0].mean() for x in (off, on))
+    # by the path without help: it is the one that both are to follow
     return 1.0 - left, rms(there - here) / rms(here)
 
 

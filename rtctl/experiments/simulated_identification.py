@@ -49,5 +49,6 @@ def _follow(simulation: Simulation, order: Order, axis: int) -> np.ndarray:
         command["arm_count"] += 1
         command["epoch"] = order.arm_in
         command["seq"] += 1
+    # shorter than asked is allowed: the procedure counts ticks
     seconds = min(order.look_s, CHUNK_S)
     return simulation.run(seconds).view(np.ndarray)

@@ -74,6 +74,7 @@ def run(order: Order) -> Outcome:
 def _stiffness(simulation: Simulation) -> float:
     """Stiffness the hand should feel: environment and coupling in series, N m/rad."""
     k_c = float(simulation.params["coupling_stiffness_nm_rad"][0, 0])
+    # a hand feels the coupling in series: against the spring alone every controller would be wrong
     return stability.felt_stiffness(k_c, float(simulation.command["environment_stiffness_nm_rad"][0, 0]))
 
 
@@ -136,6 +137,7 @@ def _loops(runs: dict[str, Run], motion: str) -> Picture:
         angle = one.truth["position_rad"][:, 0] - one.simulation.command["environment_center_rad"][0, 0]
         plot.plot(angle, one.truth["hand_torque_nm"][:, 0], linewidth=0.8, label=name)
     ends = np.array(plot.get_xlim())
+    # the same of all runs: they differ by the controller alone
     stiffness = _stiffness(next(iter(runs.values())).simulation)
     plot.plot(
         ends, stiffness * ends, "k--", linewidth=1, label=words(f"desired, {stiffness:.3g} N m/rad", motion)
@@ -203,6 +205,7 @@ def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
 def _fed(found: Measured) -> str:
     """Say plainly with which controllers the rig gave the hand more energy than it took from it."""
     least_j = {name: float(one["hand_energy_min_j"].min()) for name, one in found.items()}
+    # by the worst seed: a mean would hide a hand that was fed once
     fed = [f"{name} (up to {-1e3 * value:.3g} mJ)" for name, value in least_j.items() if value < -FED_J]
     if not fed:
         return "With no controller did the hand get more energy from the rig than it had given."

@@ -175,6 +175,7 @@ def _in_time(device: Device, found: dict[int, list[float]]) -> tuple[float, floa
         for share, edge in zip(SHARES, edges, strict=True):
             b_c, T = share * device.damping, device.period_s
             known = (hand.step, hand.push, hand.angle, hand.speed)
+            # in time as well as by poles: two ways to be wrong
             below = max(below, worst_hand.growth(*known, proven(device, share), b_c, T, TICKS, 0.1))
             above = min(above, worst_hand.growth(*known, 1.1 * edge, b_c, T, TICKS, 0.1))
     return below, above
@@ -188,6 +189,7 @@ def _outcome(
     above_edge: float,
 ) -> Outcome:
     bounds = [proven(device, share) for share in SHARES]
+    # by the hand of most resonances: fewer fold less onto the worst place
     above = [edge / bound - 1 for edge, bound in zip(found[MODES[-1]], bounds, strict=True)]
     inside = min(edge / bound for edges in found.values() for edge, bound in zip(edges, bounds, strict=True))
     inside_viscous = min(

@@ -19,6 +19,7 @@ from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, Variant
 from rtctl.rig_file.config import LoadedConfig
 
+# the stiffer and the less damped, the more like a spring that rings with the joint's mass
 HANDS = tuple((k, b) for k in (5.0, 20.0, 100.0, 500.0) for b in (0.1, 0.3))
 """Stiffness, N m/rad, and damping, N m s/rad: from a loose grip to a clamp, all passive and hardly damped."""
 
@@ -54,6 +55,7 @@ def worst(order: Order, variant: Variant) -> Still:
     def once(order: Order, number: int) -> Still:
         return held(order.loaded, number, variant, *HANDS[number])
 
+    # the number of the hand is its seed: places and noise differ, too
     found = over_seeds(replace(order, seeds=len(HANDS)), once)
     return Still(
         float(np.max([one.speed_rad_s for one in found])),

@@ -48,6 +48,7 @@ def _factor(order: Order) -> float:
     """By which the references are smaller than those of a joint with room; a sine goes two amplitudes
     away."""
     top_rad_s = max(2 * np.pi * SINE_RAD * max(SINES_HZ), *TRIANGLES_RAD_S)
+    # all references by one factor: errors over speeds stay comparable
     return positioning.scale(order, max(2 * SINE_RAD, TRIANGLE_RAD), top_rad_s)
 
 
@@ -86,6 +87,7 @@ def judge(_case: Case, run: Followed) -> dict[str, float]:
     return {
         "error_rms_rad": rms(error),
         "error_max_rad": float(np.abs(error).max()),
+        # the same half: the start from rest costs torque as well
         "effort_nm": rms(run.torque_nm[half:]),
     }
 

@@ -77,6 +77,7 @@ class Motion:
         p["hand_kind"][0] = int(self.kind)
         p["hand_amplitude_rad"][0], p["hand_speed_rad_s"][0] = self.amplitude_rad, self.speed_rad_s
         p["hand_hold_s"][0], p["hand_rest_s"][0] = self.hold_s, self.rest_s
+        # all sines first: a rig file may have given the hand several
         p["hand_sine_rad"][0], p["hand_sine_rad_s"][0] = 0.0, 0.0
         p["hand_sine_rad"][0, 0] = self.amplitude_rad
         p["hand_sine_rad_s"][0, 0] = 2 * math.pi * self.frequency_hz
@@ -169,7 +170,8 @@ def _hand(loaded: LoadedConfig) -> tuple[float, float]:
     """Factors of the hand's stiffness and damping: a carriage whose rig file tells none is held as a joint
     is, at its handle."""
     table = loaded.config.device[0].options
-    told = [one for one in table.get("hand", ()) if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
+    # the first is that of the first axis, or of all: a second axis may have a hand of its own
+    told = [one for one in table.get("hand", ())[:1] if {"stiffness_nm_rad", "damping_nms_rad"} & set(one)]
     motion = "rotary" if told else loaded.config.axis[0].motion
     return sizes.own("stiffness_nm_rad", 1.0, motion), sizes.own("damping_nms_rad", 1.0, motion)
 
@@ -183,6 +185,7 @@ def make(loaded: LoadedConfig, seed: int) -> Simulation:
     # friction differs over a turn, where there is a turn
     place = float(draw.uniform(-math.pi, math.pi)) if room > 2 * math.pi else 0.0
     stiffness, damping = np.exp(HAND_SPREAD * draw.standard_normal(2))
+    # drawn and not added: rig 2 of seed 1 would be rig 1 of seed 2
     options["seed"] = int(draw.integers(1 << 62))
     made = Simulation(loaded.model_copy(update={"options": options}))
     made.plant_state["position_rad"][0, 0] += place
@@ -217,6 +220,7 @@ def measure(loaded: LoadedConfig, seed: int, motion: Motion, variant: Variant) -
     motion.on(loaded).apply(simulation)
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
+    # from the first tick on, so that every variant is measured at the same phase of the hand's wish
     simulation.run(max(SETTLE_S - simulation.time_s, simulation.plan.period_s))
     start_rad = float(simulation.plant_state["position_rad"][0, 0])
     start_j = float(stored_j(simulation.plant_state, simulation.plant_params, 0)[0])
@@ -265,6 +269,7 @@ def speed_after_release(loaded: LoadedConfig, seed: int, variant: Variant) -> fl
     simulation.plant_params["grip_to_s"][0, 0, 0] = release_s  # at full speed: whole periods after it began
     simulation.arm(compensation=variant.compensation)
     simulation.run(release_s - simulation.time_s)
+    # what the hand left in bristles and springs goes first
     simulation.run(1.0)
     simulation.run(4.0)
     return float(np.sqrt(np.mean(np.square(simulation.truth["velocity_rad_s"][:, 0]))))

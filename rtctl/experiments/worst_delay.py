@@ -64,6 +64,7 @@ def worst_environment(k_c: float, b_c: float, T: float, delay: int, theta: float
 
 def largest_pole(hand: Hand, k_c: float, b_c: float, T: float, delay: int, environment: Environment) -> float:
     """Largest magnitude among the poles of joint, hand, coupling, environment and `delay` ticks."""
+    # (b_c + k_c T) z - b_c over z - 1: spring and damper by the backward difference, as the law has them
     numerator, denominator = _impedance(b_c + k_c * T, b_c, environment)
     direct, filter_states = numerator[0], len(denominator) - 1
     n = len(hand.angle)
@@ -109,6 +110,7 @@ def first_unstable_share(
     in reach."""
     proven = stability.k_max_sampled_data(damping, b_c, T, delay)
     least = math.inf
+    # the proven stiffness makes the environment: at the one that is tried it would be another for each share
     for theta in angles:
         hand = folded_hand(inertia, damping, T, float(theta), modes)
         environment = worst_environment(proven, b_c, T, delay, float(theta))

@@ -38,7 +38,9 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
         Control period, s.
     parts : int
         The step is this part of the period."""
+    # odd multiples: sampling folds them all onto one place, where their responses add up
     w2 = ((2 * np.arange(1, modes + 1) - 1) * math.pi / T) ** 2
+    # w_m < p_m < w_m+1, as a lossless network has them
     p2 = (2 * np.arange(1, modes) * math.pi / T * 0.97) ** 2
     return network(inertia, damping, T / parts, w2, p2)
 
@@ -64,6 +66,7 @@ def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.nda
         to_joint, own = math.sqrt(spring) / root_j, math.sqrt(one)
         a[stretch, moving], a[moving, stretch] = own, -own
         a[stretch, 1], a[1, stretch] = -to_joint, to_joint
+    # the torque as one state more that stays: its exponential is the exact step of a torque that is held
     a[1, size] = 1 / root_j
     exact = expm(a * T)
     angle, speed = np.zeros(size), np.zeros(size)
@@ -96,6 +99,7 @@ def first_unstable(hand: Hand, b_c: float, T: float, high: float) -> float:
     low, top = 0.0, high
     if is_stable(hand, high, b_c, T):
         return high
+    # by stiffness and not by ratio: what is asked is how far above the proven one it lies
     while top - low > 1e-6 * high:
         middle = 0.5 * (low + top)
         low, top = (middle, top) if is_stable(hand, middle, b_c, T) else (low, middle)

@@ -51,6 +51,7 @@ def followed(
     wanted = factor
     if found is not None and not frozen and math.isfinite(found.factor + found.factor_error):
         tight = found.factor_error <= TIGHT and found.session_seconds >= SESSION_S
+        # down by its far side, up only where it is known: help beyond the friction is the dangerous one
         wanted = found.factor if tight else min(factor, found.factor + SURE * found.factor_error)
     step = bounds.per_s * moved_s
     return min(max(min(max(wanted, factor - step), factor + step), bounds.least), bounds.most)
@@ -62,6 +63,7 @@ def beyond(factor: float, found: Estimate | None, bounds: Bounds) -> str:
     if found is None or bounds.least < factor < bounds.most:
         return ""
     off = found.factor - factor if factor >= bounds.most else factor - found.factor
+    # at its bound the factor may be right, and the estimate beyond it by chance
     if not off > SURE * found.factor_error:
         return ""
     return (
@@ -105,6 +107,7 @@ def largest_feedforward(axis: AxisTable, model: FrictionModel | None, T: float) 
     if high > low and passes(high):
         low = high
     elif high > low and passes(low):  # else 1 itself fails: `rtctl check` says so
+        # margins fall as the factor rises: the low end always passes
         for _ in range(_HALVINGS):
             middle = (low + high) / 2
             low, high = (middle, high) if passes(middle) else (low, middle)

@@ -46,6 +46,7 @@ class Advice:
     @property
     def text(self) -> str:
         """What is set, what is recommended, and why it matters, in a sentence; "" when they agree."""
+        # exactly: the recommended ones are rounded, and were pasted or not
         same = (self.gain, self.cap_share) == (self.gain_recommended, self.cap_share_recommended)
         if self.ok and same:
             return ""
@@ -96,7 +97,7 @@ def _advise(model: FrictionModel, axis: AxisTable, T: float) -> Advice:
         cap_share=axis.friction.cap_share,
         margin_nm=figures.two_line_margin_nm,
         gated=is_force_gated(Policy[axis.friction.policy.upper()]),
-        gain_max=best.gain if best.margin_at_zero_nm >= 0 else 0.0,
+        gain_max=best.gain,
         gain_recommended=best.start_gain,
         cap_share_recommended=best.start_cap_share,
         temperature_min_c=model.temperature_min_c,

@@ -91,6 +91,7 @@ def check_branch(path: Path, key: str, branch: Branch) -> None:
     if not (values > 0).all():
         at = speeds[int(np.argmin(values))]
         refuse(path, f"{key}.coefficients", f"the friction is not positive at {at:.4g} rad/s")
+    # rounding of another machine's roots, and no more
     if not abs(values.max() - branch.friction_max_nm) <= 1e-9 * (1 + branch.friction_max_nm):
         refuse(path, f"{key}.friction_max_nm", "is not the largest value of the curve")
     # the dry part's are others
@@ -114,6 +115,7 @@ def check_whole(path: Path, model: FrictionModel, friction_max_nm: float) -> Non
     # beyond it the compiled curve is held and the learned one is not
     if not (np.abs(velocity) <= np.array([b.speed_max_rad_s for b in model.branches])[branch]).all():
         refuse(path, "self_test", "a vector lies outside the trained range")
+    # a branch without a vector would be believed unseen
     if set(branch) != {0, 1}:
         refuse(path, "self_test", "the vectors cover one direction only")
     error = np.abs(model.magnitude(velocity) - expected)

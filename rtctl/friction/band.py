@@ -35,6 +35,7 @@ class Band:
 
     def at(self, speed: np.ndarray) -> np.ndarray:
         """Half width at each speed >= 0, N m."""
+        # an edge belongs to the region below it, as where the errors were shared out
         return np.asarray(self.half_width_nm)[np.searchsorted(self.edges_rad_s, speed)]
 
     @property

@@ -176,6 +176,7 @@ class ModelDocument(Table):
 
 def checksum(document: dict[str, Any]) -> str:
     """SHA-256 (hex) over the rendered document without its `sha256`."""
+    # by the one spelling there is, so that another order of keys is another text and not another model
     content = {key: value for key, value in document.items() if key != "sha256"}
     return hashlib.sha256(render(content).encode()).hexdigest()
 

@@ -51,6 +51,7 @@ class Binning:
             before = self._left
             ticks, usable = np.concatenate([before[0], ticks]), np.concatenate([before[1], usable])
             values = np.concatenate([before[2], values], axis=1)
+        # by the tick and not by the row: a tick that is missing leaves its bin short, and moves no other
         number = ticks // self.stride
         done = int(np.searchsorted(number, number[-1])) if len(number) else 0  # more of the last bin may come
         if len(number) and ticks[-1] % self.stride == self.stride - 1:
@@ -61,6 +62,7 @@ class Binning:
         if done == 0:
             return Bins(number, *values)
         starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
+        # all axes of a bin or none: they share its number, and a rig is usable as a whole
         whole = np.add.reduceat((usable & np.isfinite(values).all(axis=(0, 2))).astype(int), starts)
         kept = whole == self.stride
         with np.errstate(invalid="ignore", over="ignore"):  # in bins that are not kept

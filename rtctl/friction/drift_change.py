@@ -17,6 +17,7 @@ from rtctl.friction import drift_estimate as of_window
 from rtctl.friction.drift_estimate import METHOD_FLOOR, STROKES_MIN, VISCOUS, VISCOUS_OFF
 from rtctl.friction.drift_strokes import Strokes, unpacked
 
+# small changes were up to 2.2 from 0, a tenth 5.6 to 6.7: four is half as far from none (decision 0120)
 SURE = 5.0
 """Standard errors, of both unknowns together, by which friction was another one: each stroke asks anew."""
 
@@ -45,6 +46,7 @@ def _newest(table: np.ndarray) -> int:
     ways = [np.flatnonzero(way) for way in (forward, ~forward)]
     if min(len(way) for way in ways) < STROKES_MIN:
         return 0
+    # six of each direction: a stroke long one way may have many short ones the other way beside it
     first = int(min(way[-STROKES_MIN] for way in ways))
     before = forward[:first]
     return first if min(before.sum(), (~before).sum()) >= BEFORE_MIN else 0
@@ -54,10 +56,12 @@ def _changed(table: np.ndarray, newest: int, rate_hz: float) -> bool:
     """Whether friction before the stroke `newest` was surely another one than from it on."""
     zz = unpacked(table)[0]
     of, known, moves = of_window.unknowns(table, rate_hz)
+    # the two unknowns more come last: what was known of the others stays at its place
     n = of.shape[2]
     then = np.zeros((*of.shape[:2], 2))
     then[:newest, 0, 0] = then[:newest, VISCOUS, 1] = 1.0
     of, moves = np.concatenate([of, then], axis=2), np.pad(moves, ((0, 0), (0, 2)))
+    # viscous friction may be any: held at what was learned, its change would count as one of dry friction
     known = np.pad(of_window.freed(known), (0, 2))
     known[n, n], known[n + 1, n + 1] = DRY_OFF**-2, VISCOUS_OFF**-2
     sums = of_window.summed(table, of)
@@ -66,6 +70,7 @@ def _changed(table: np.ndarray, newest: int, rate_hz: float) -> bool:
 
     def told(known: np.ndarray) -> bool:
         found, cov = of_window.solved(sums, known)
+        # twice for the factor: what the method errs by before and after
         change, doubt = found[n:], cov[n:, n:] + np.diag([2.0 * METHOD_FLOOR**2, METHOD_FLOOR**2])
         worth = math.sqrt(float(change @ squares @ change) / squares[0, 0])
         return worth > LEAST and float(change @ np.linalg.solve(doubt, change)) > SURE**2

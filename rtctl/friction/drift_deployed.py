@@ -25,6 +25,7 @@ _Curve = tuple[np.ndarray, np.ndarray]
 
 _GRID = 400
 
+# few points at the fastest speeds called nothing viscous, and all of it dry (decision 0069)
 _UPPER = 0.5
 """Viscous friction is the slope of the curve above this share of the trained range, where the Stribeck part
 has died out,"""
@@ -111,6 +112,7 @@ class Deployed:
     def _curves(self) -> tuple[_Curve, _Curve]:
         """Knots and coefficients of each direction."""
         row = self.model[0]
+        # a recording is a file from elsewhere: no number in it may reach beyond the record
         forward, backward = (min(int(n), MAX_SEGMENTS) for n in row["n_segments"])
         return (
             (row["knot_rad_s"][0][: forward + 1], row["coefficient"][0][:forward]),
@@ -150,6 +152,7 @@ class Deployed:
         found = 0.0
         for dry, viscous, most in self._taken_out:
             with np.errstate(divide="ignore", invalid="ignore"):  # `where` computes both of its sides
+                # viscous friction is not scaled: it is the dry part that the factor is of
                 found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
         return found
 
@@ -177,6 +180,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
         The law's parameters, shape (1,).
     model
         The compiled friction models, one for each axis."""
+    # a copy: what is watched stays relative to the model that it began with
     p, one = params[0], model[axis : axis + 1].copy()
     if int(one["n_segments"][0].min()) < 1 or not p["force_used"] or not p["inertia_kgm2"][axis] > 0:
         return None
@@ -184,6 +188,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     policy = int(p["friction_policy"][axis])
     gated = limits.is_force_gated(policy)
     doubt_nm = max(0.0, least - float(p["friction_floor_nm"][axis]))
+    # 0 in recordings of before it was told apart
     sliding_nm = float(p["friction_sliding_doubt_nm"][axis]) or doubt_nm
     use = int(p["place_kind"][axis])
     return Deployed(
@@ -211,6 +216,7 @@ def _viscous_slope(model: np.ndarray, branch: int, curve: _Curve) -> float:
     friction = _at(curve, v)
     upper = v >= _UPPER * top
     slope = float(np.median(np.diff(friction[upper]) / np.diff(v[upper])))
+    # a slope through all of the curve would leave nothing dry, and drift is told by what is
     most = float(((friction - _DRY_LEAST * friction.min()) / v).min())
     return max(told, min(slope, most))
 

@@ -135,7 +135,7 @@ def estimate(strokes: Strokes, by: Deployed, rate_hz: float) -> Estimate | None:
         return float(np.sqrt(column @ cov @ column + floor**2))
 
     one = np.eye(len(found))
-    last = at == len(sessions) - 1
+    last = at == len(sessions) - 1  # an offset is told of now, not of earlier tares
     now = np.einsum("nck,nc->k", of[last], zz[last][:, -1]) / n[last].sum()
     now[:PLACE] = 0.0  # in the middle of where it was in the last session
     return Estimate(
@@ -294,7 +294,7 @@ def solved(sums: Sums, known: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for _ in range(3):  # the variance is that of what is left, and weighs against what is known
         found = np.linalg.solve(sums.A / scale + known, sums.b / scale)
         left = max(sums.yy - 2 * found @ sums.b + found @ sums.A @ found, 0.0) / rows
-        scale = per_stroke * max(left, sums.least)
+        scale = per_stroke * max(left, sums.least)  # a stroke is one witness
     inverse = np.linalg.inv(sums.A / scale + known)
     score = (sums.zy - sums.zz @ found) / scale
     return found, inverse @ (score.T @ score * (clusters / (clusters - 1)) + known) @ inverse

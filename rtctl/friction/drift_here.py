@@ -38,10 +38,12 @@ BETTER = 0.7
 of times, so that it cannot follow a slow change."""
 
 
+# mixed windows told 1.12 +- .015 of a joint whose dry friction had not changed (decision 0109)
 MIXED = 1.5
 """Strokes that tell viscous friction by so many times the standard error of a motion as quick are not of one
 friction: it changes within them, and what of it is dry they do not say."""
 
+# with .025 the factor fell back by .12 for some seconds (decision 0109)
 BESIDE_BEFORE = 0.04
 """Standard error of the factor beside free viscous friction up to which a change of both is told apart, where
 the same motion told it before: what both err by together goes into the interval."""
@@ -58,6 +60,7 @@ class Here:
     def like(self, other: Here) -> bool:
         """Whether both are of one place."""
         return (
+            # in shares of the reach: what is the same place to a wide stroke is another to a narrow one
             abs(self.middle_rad - other.middle_rad) <= ALIKE * self.reach_rad
             and abs(math.log(self.reach_rad / other.reach_rad)) <= ALIKE
             and abs(self.found.place_trust - other.found.place_trust) <= ALIKE
@@ -65,6 +68,7 @@ class Here:
 
     def as_quick(self, other: Here) -> bool:
         """Whether both are of such speeds that a model errs alike over them."""
+        # by the size of viscous friction: it goes with the RMS speed, and over it a model errs alike
         slow, quick = sorted((self.found.viscous_nm, other.found.viscous_nm))
         return quick <= slow * math.exp(ALIKE)
 
@@ -86,6 +90,7 @@ class Places:
         alike = [one for one in self._seen if one.like(here)]
         quick = [one.found for one in alike if one.as_quick(here)]
         as_quick = min(quick, key=lambda one: one.viscous_error, default=None)
+        # appended: the first of a place stays first, since a slow change must not become its reference
         if keep and found.factor_error <= FOUND and (as_quick is None or _tells_more(found, as_quick)):
             self._seen.append(here)
         return alike[0].found if alike else None, as_quick
@@ -105,6 +110,7 @@ def beside_viscous(found: Estimate, before: Estimate | None) -> Estimate:
     changes alone."""
     if before is None:
         return found
+    # a window of two frictions: the interval says so, the factor is not mended by half of a change
     if found.viscous_error > MIXED * before.viscous_error:
         return replace(found, factor_error=math.hypot(found.factor_error, found.beside_error))
     if max(found.beside_error, before.beside_error) >= BESIDE_BEFORE:
@@ -112,6 +118,7 @@ def beside_viscous(found: Estimate, before: Estimate | None) -> Estimate:
     error = math.hypot(found.viscous_error, before.viscous_error)
     if not abs(found.viscous - before.viscous) > SURE * error:
         return found
+    # what both err by over speed is alike in both and goes out of their difference
     factor = before.factor + found.beside - before.beside
     return replace(
         found,
@@ -127,6 +134,7 @@ def stayed(found: Estimate, strokes: Strokes) -> bool:
     a third, where friction is neither's."""
     table = strokes.table[strokes.table[:, 0] == strokes.session]
     rows = np.cumsum(table[:, 1])
+    # by rows and not by strokes: half of the motion, however many turns it has
     early = rows <= rows[-1:] / 2
     first, second = (_at(table[half], found, strokes) for half in (early, ~early))
     return first is not None and second is not None and first.like(second)
@@ -135,6 +143,7 @@ def stayed(found: Estimate, strokes: Strokes) -> bool:
 def _here(found: Estimate, strokes: Strokes) -> Here | None:
     """Where the present session's strokes were; None where they are few, or too much is of earlier ones."""
     table = strokes.table[strokes.table[:, 0] == strokes.session]
+    # the factor is of all the window: where most of it is older, this place did not make it
     if found.session_seconds < AFTER_S or table[:, 1].sum() < strokes.rows / 2:
         return None
     return _at(table, found, strokes)
@@ -142,6 +151,7 @@ def _here(found: Estimate, strokes: Strokes) -> Here | None:
 
 def _at(table: np.ndarray, found: Estimate, strokes: Strokes) -> Here | None:
     """Where these strokes were; None of no strokes, or at one point."""
+    # sums of place and place squared are kept with each stroke: no position need be
     rows, squares = max(float(table[:, 1].sum()), 1.0), unpacked(table)[0].sum(axis=0)
     middle = squares[PLACE, -1] / rows
     reach = math.sqrt(max(squares[PLACE, PLACE] / rows - middle**2, 0.0))

@@ -34,6 +34,7 @@ def of_conservative(row: np.void, position: np.ndarray) -> np.ndarray:
     """Torque that place alone exerts on the joint, N m, positive along +x; 0 without one."""
     turns = float(row["conservative_per_rad"]) * position
     at = (turns - np.floor(turns)) * CONSERVATIVE_CELLS
+    # a share of a turn that rounds to 1 is in the last cell; NaN stays NaN by its share of the cell
     j = np.minimum(np.nan_to_num(at).astype(int), CONSERVATIVE_CELLS - 1)
     return _cubic(row["conservative"][j], at - j)
 

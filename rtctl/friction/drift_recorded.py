@@ -50,6 +50,7 @@ def over_ticks(
     ------
     DataError
         No axis can be watched: no friction model, or no force sensor."""
+    # the same watch as the host's: what is told of a recording is what would have been told then
     watch = RigWatch(params, model, [table] * len(names))
     watched = [(name, axis) for name, axis in zip(names, watch.axes, strict=True) if axis is not None]
     if not watched:
@@ -71,9 +72,11 @@ def over_ticks(
             continue
         next_s = now_s - first_s + STEP_S
         for name, axis in watched:
+            # a history of what stands still would look like one that was measured again and again
             if axis.found is not None and axis.found is not seen[name]:
                 seen[name] = axis.found
                 history[name].append({"time_s": now_s - first_s, **told(axis)})
+    # the last block is shorter than those that are looked at as they come
     watch.look()
     return [
         {"axis": name, **told(axis), "warning": axis.warning, "stop": axis.stopped, "history": history[name]}

@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.friction.drift_bins import Bins
 
+# gears of 20 Hz and more swing above it (decision 0071); 200 bins a second have 13 to its period
 CUTOFF_HZ = 15.0
 PRESLIDING_LENGTHS = 6.0
 BELL_SIGMAS = 4.0
@@ -37,6 +38,7 @@ def bell(rate_hz: float) -> np.ndarray:
     """Low-pass, first and second derivative as columns, shape (2 h + 1, 3), for samples in the order of
     time."""
     sigma_s = math.sqrt(math.log(2.0)) / (2.0 * math.pi * CUTOFF_HZ)  # -3 dB at the cut-off
+    # at four sigmas a bell is 3e-4 of its height
     half = max(2, math.ceil(BELL_SIGMAS * sigma_s * rate_hz))
     t = np.arange(-half, half + 1) / rate_hz
     g = np.exp(-0.5 * (t / sigma_s) ** 2)
@@ -86,6 +88,7 @@ class Sliding:
         for part in np.split(np.arange(len(bins.number)), cuts):
             if len(part) == 0:
                 continue
+            # over a gap nobody knows whether the joint turned: travel and stroke begin anew
             if bins.number[part[0]] != self._next:
                 self._restart()
             self._next = int(bins.number[part[-1]]) + 1
@@ -119,6 +122,7 @@ class Sliding:
         reversal is a velocity that changes sign."""
         x, v = signals[:, 0], signals[:, 1]
         sign = np.sign(v)
+        # a speed of exactly 0 is a sign of its own: a joint that rests begins a stroke when it goes on
         turns = sign != np.concatenate([[self._sign], sign[:-1]])
         numbers = self._stroke + np.cumsum(turns)
         starts = np.concatenate([[self._from], x[turns]])
@@ -134,9 +138,11 @@ class Sliding:
         speed = np.abs(signals[:, 1])
         good = (speed >= self._slowest) & (speed <= self._fastest)
         # a run of one direction, fast enough, as long as the bell
+        # sums of signs over a bell are its length only where all of it goes one way, and none is too slow
         ways = np.cumsum(np.concatenate([[0.0], np.where(good, np.sign(signals[:, 1]), 0.0)]))
         same = ways[width:] - ways[:-width]
         middle = signals[self._half : len(signals) - self._half]
         kept = middle[(np.abs(same) == width) & (middle[:, 5] >= self._settle)]
+        # what the next rows need before them
         self._filtered = signals[1 - width :]
         return *kept[:, :5].T, kept[:, 6].astype(int)

@@ -47,6 +47,7 @@ def read(folder: Path, devices: str) -> dict[str, Any]:
 def restore(axis: AxisWatch, kept: object) -> bool:
     """Take up what was kept of this axis, as of earlier sessions; False where it is not of this axis or no
     such thing."""
+    # a file may be damaged or somebody's: everything in it is asked for its type
     if not isinstance(kept, dict) or kept.get("identity") != axis.by.identity:
         return False
     strokes = kept.get("strokes")
@@ -79,8 +80,10 @@ def _table(rows: object) -> np.ndarray | None:
         and (session <= _MOST_SESSIONS).all()
         # a piece more on one that was nearly full
         and ((count >= ROWS_MIN) & (count <= 2 * PIECE_ROWS)).all()
+        # a sum of shares: rounding may make it more than their number
         and ((trust >= 0) & (trust <= count * (1 + 1e-9))).all()
         and (squares == squares.transpose(0, 2, 1)).all()  # Z'Z is, to the last digit
+        # sums of squares of real rows are positive: a least squares of others could say anything
         and (np.linalg.eigvalsh(squares) >= -1e-9 * np.trace(squares, axis1=1, axis2=2)[:, None]).all()
     )
     return table if sound else None

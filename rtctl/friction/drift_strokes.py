@@ -28,6 +28,7 @@ STROKES = 256
 PIECE_ROWS = 200
 """A longer stroke counts as several: a joint that turns for minutes shows more than one place."""
 
+# by strokes alone a hand that wiggles was told .996 minutes after a change (decision 0095)
 MOTION_FACTOR = 2.0
 """Strokes that ended so many windows of motion ago are forgotten, too: a joint that sticks and slips, or
 hardly leaves the presliding, shows little sliding, and a window of sliding alone would reach minutes back, to
@@ -36,6 +37,7 @@ before a change. Where none ended for so long, nothing is known of the present."
 KEPT_STROKES = 16
 """So many of the newest are not forgotten for that while strokes still end: fewer tell nothing."""
 
+# bristles that follow a steep curve late read 2 to 10 % too much (decision 0075)
 LATE_SHARE = 0.03
 """Rows whose friction by the curve was another by this share one presliding length ago are left out: bristles
 follow the curve so far behind, by some percent where a joint gets faster out of a high peak."""
@@ -100,6 +102,7 @@ class Strokes:
         self._moved += moved
         if len(rows.velocity):
             self._take(settled(rows, by), by)
+        # two windows of motion and no stroke of sliding: nothing is known of the present (decision 0095)
         if len(self._ended) and self._moved - self._ended[-1] > MOTION_FACTOR * self._most_rows:
             self.forget()
 
@@ -113,6 +116,7 @@ class Strokes:
             if rows.stroke[stroke[0]] != self._stroke:
                 self._close()
                 self._stroke = int(rows.stroke[stroke[0]])
+            # rounded up, so that no piece is longer than the most
             for piece in np.array_split(stroke, -(-len(stroke) // PIECE_ROWS)):
                 self._open += sums(z[piece], y[piece], rows.trust[piece])
                 if self._open[1] >= PIECE_ROWS:
@@ -125,6 +129,7 @@ class Strokes:
             self.table = np.vstack([self.table, self._open])[-STROKES:]
             self._ended = np.append(self._ended, float(self._moved))[-STROKES:]
             newest_first = np.cumsum(self.table[::-1, 1])[::-1]
+            # by motion and not by time: a joint that rests overnight has not changed its friction by it
             kept = self._moved - self._ended < MOTION_FACTOR * self._most_rows
             kept[-KEPT_STROKES:] = True
             # the stroke that crosses it stays whole
@@ -137,6 +142,7 @@ def settled(rows: Rows, by: Deployed) -> Rows:
     """The rows whose friction is that of their own speed, not of one that was a presliding length ago."""
     v, way = rows.velocity, np.sign(rows.velocity)
     square = v * v - 2.0 * by.presliding_rad * way * rows.acceleration  # at this acceleration, one length ago
+    # below 0 the joint came from rest within that length: then it is the slowest speed of the curve
     before = np.sqrt(np.minimum(np.maximum(square, 1e-12), by.speed_max_rad_s**2))
     now_nm, before_nm = np.split(by.dry_nm(np.concatenate([v, way * before])), 2)
     kept = np.abs(before_nm - now_nm) <= LATE_SHARE * now_nm
@@ -146,6 +152,7 @@ def settled(rows: Rows, by: Deployed) -> Rows:
 def regression(rows: Rows, by: Deployed, from_rad: float) -> tuple[np.ndarray, np.ndarray]:
     """Columns (n, `COLUMNS`) and left side (n,) of the balance, N m; places are counted from `from_rad`."""
     v, inertia_nm = rows.velocity, by.inertia_kgm2 * rows.acceleration
+    # inertia and viscous friction as known stand on the left: their columns are of what these are off by
     dry, viscous_nm = by.dry_nm(v, rows.position, rows.trust), by.viscous_nms_rad(v) * v
     place = rows.position - from_rad
     z = np.column_stack([np.sign(v) * dry, dry, inertia_nm, viscous_nm, place, np.ones_like(v)])

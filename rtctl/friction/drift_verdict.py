@@ -21,6 +21,7 @@ SURE_SHARE = 0.5
 GONE_SHARE = 0.6
 """A warning goes at this share of the allowed change."""
 
+# ten hours without a false warning were asked for, and a tenth told within a minute (decision 0028)
 SURE = 3.0
 """Standard errors of a factor that is acted upon."""
 
@@ -51,6 +52,7 @@ def warning(
         return _said(found, 1.0, 0.0, "what was learned")
     if before is None or not of_a_place(found, by, warn_share):
         return ""
+    # errors as of 1: factors are near it, and a ratio of two has both
     ratio, error = found.factor / before.factor, math.hypot(found.factor_error, before.factor_error)
     if _changed(ratio, error, TOLD_SHARE * warn_share, warned=warned):
         return _said(found, before.factor, before.factor_error, "what it was at this place before")
@@ -58,7 +60,9 @@ def warning(
 
 
 def _changed(factor: float, error: float, most: float, *, warned: bool) -> bool:
+    # either way: less friction may be helped too much, more is help that is missed
     change = abs(factor - 1.0)
+    # a lower bound on the way back: a factor at the bound would come and go with each stroke
     if warned and change > GONE_SHARE * most:
         return True
     return change > most and change - SURE * error > SURE_SHARE * most
@@ -78,8 +82,10 @@ def overcompensated(found: Estimate, by: Deployed, share: float) -> str:
 
     The whole interval of the factor, three standard errors, must lie below what the proofs suppose and below
     what the feed-forward takes: then it gives more than the friction takes out, where it runs on."""
+    # earlier sessions cannot stop a rig that was just armed: its sensors were zeroed since
     if not share > 0.0 or found.session_seconds < SESSION_S:
         return ""
+    # both must be undercut: what proofs suppose, and what the help in force gives in fact
     bound = min(1.0 - by.doubt_nm / found.dry_nm, by.least_factor(share))
     high = found.factor + SURE * found.factor_error
     if not high < bound:

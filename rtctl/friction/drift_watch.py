@@ -63,6 +63,7 @@ class AxisWatch:
             return
         self.strokes.take_up(table)
         found = estimate(self.strokes, self.by, self.rate_hz)
+        # sums from a file may pass each test and still have no solution together
         if found is None or not np.isfinite(list(vars(found).values())).all():
             self.strokes.forget()
             return
@@ -71,6 +72,7 @@ class AxisWatch:
 
     def judge(self, share: float) -> None:
         """Make of what is remembered what there is to say; `share` of the feed-forward is in force."""
+        # nothing new, but that all was forgotten: then what was found is of no present motion
         if self.strokes.taken == self._judged and (self.found is None or len(self.strokes.table)):
             return
         self._judged = self.strokes.taken
@@ -80,12 +82,14 @@ class AxisWatch:
         if found is None:
             return
         warned, share_of_news = bool(self.warning), self.table.warn_share
+        # nothing is remembered beside a warning: what has changed is no reference
         before, as_quick = self._places.before(found, self.strokes, keep=not warned)
         found = self.found = beside_viscous(found, as_quick)
         # a change is not gone because the hand works elsewhere, or is on its way
         known = before is not None and stayed(found, self.strokes)
         if known or not warned or not verdict.of_a_place(found, self.by, share_of_news):
             self.warning = verdict.warning(found, self.by, share_of_news, warned=warned, before=before)
+        # once: the words of a STOP are those of the moment it came for
         if self.table.stop and not self.stopped:
             self.stopped = verdict.overcompensated(found, self.by, share)
 
@@ -97,6 +101,7 @@ class AxisWatch:
         """Have the feed-forward follow what was found, by `moved_s` more seconds of motion; not after a STOP
         or beside a fault."""
         if self.bounds is not None:
+            # beside a fault torques are not those of the joint
             frozen = faulty or bool(self.stopped) or not self.following
             self.factor = adaptation.followed(self.factor, self.found, self.bounds, moved_s, frozen=frozen)
 
@@ -118,6 +123,7 @@ class RigWatch:
 
     def __init__(self, params: np.ndarray, model: np.ndarray, tables: Sequence[DriftTable]) -> None:
         period_s = float(params[0]["period_s"])
+        # whole ticks to a bin; a loop below 200 Hz has bins of one
         stride = max(1, round(1.0 / (RATE_HZ * period_s)))
         self._binning = Binning(stride)
         self._block = max(stride, round(LOOK_S / period_s))
@@ -129,6 +135,7 @@ class RigWatch:
             _axis(deployed(params, model, a), table, rate_hz, _bounds(params[0], a))
             for a, table in enumerate(tables)
         ]
+        # the law's gains are at the largest factor: in force is a share of them (docs/theory.md 5.10)
         self._largest = 1.0 + params[0]["friction_raise"]
         self._idle = all(axis is None for axis in self.axes)
 
@@ -154,11 +161,13 @@ class RigWatch:
             self._binning.forget()
             return False
         self._sessions(moving)
+        # beside a fault a torque may not be what was sent, and a held sample is of another place
         usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
         torque = self._torque(rows)
         bins = self._binning(
             rows["tick"], usable, np.stack([rows["position_rad"], torque, rows["place_trust"]])
         )
+        # by the whole block: torques of half a second beside a fault are worth no following
         faulty = bool((rows["faults"] != 0).any()) or not moving[-1]
         for a, axis in enumerate(self.axes):
             if axis is not None:
@@ -166,6 +175,7 @@ class RigWatch:
                 found = axis.sliding(bins, a)
                 axis.strokes.add(found, axis.by, axis.sliding.moved - before)
                 axis.judge(self._share(rows[-1], a))
+                # by sliding alone: what a joint did not use while it stood is not saved
                 axis.adapt(len(found.velocity) / axis.rate_hz, faulty=faulty)
         return True
 
@@ -176,6 +186,7 @@ class RigWatch:
         torque: np.ndarray = motor + hand
         for a, axis in enumerate(self.axes):
             if axis is not None:
+                # load first: it goes by the torques as they are, and a place's push is none of a hand
                 torque[:, a] = axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])
                 torque[:, a] += axis.by.pushed_nm(rows["position_rad"][:, a], rows["place_trust"][:, a])
         return torque
@@ -195,6 +206,7 @@ class RigWatch:
         taken as its own."""
         before = np.concatenate([[self._powered], moving[:-1]])
         self._powered = bool(moving[-1])
+        # two starts within a block of half a second are one session
         if not (moving & ~before).any():
             return
         for axis in self.axes:

@@ -89,6 +89,7 @@ def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
     -----
     docs/theory.md 5.2 and 5.3: kappa <= min over v of F_lo(v)/Fhat(v); the two-line margin falls as kappa
     rises, so the largest kappa with margin >= 0 is found by halving, from the safe side."""
+    # without a rig nothing is needed of the damping: only that no help exceeds what is surely there
     alone = []
     for branch in model.branches:
         v = np.unique(np.append(np.linspace(0, branch.speed_max_rad_s, _GRID), branch.curve.knots))
@@ -115,6 +116,7 @@ def of_axis(model: FrictionModel, axis: AxisTable, T: float) -> AxisGain:
         return figures.two_line_capped_margin_nm, figures.two_line_margin_nm, figures.gain_max
 
     def largest(which: int) -> float:
+        # all of the friction may be taken out: no gain above 1 is ever asked for
         if margins(1.0)[which] >= 0:
             return 1.0
         low, high = 0.0, 1.0

@@ -136,7 +136,9 @@ def _doubts_of_sliding(axis: AxisTable, model: FrictionModel, doubt_nm: float) -
     by more: at one of them friction is what it was."""
     friction, seen_nm, places = axis.friction, model.sliding_doubt_nm, model.place_spread_nm
     if seen_nm is None and model.place is not None and places is not None:
+        # a model of before single places were kept says what places differ by all the same
         seen_nm = float(places.max())
+    # doubt beyond what is warned of would hide what is to be told (decision 0028)
     most_nm = friction.drift.warn_share * float(model.friction_min_nm.min())
     sliding_nm = min(doubt_nm, most_nm)
     if seen_nm is not None:
@@ -174,6 +176,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         # the shortfall at a place is below the curve, its error included: the larger of the two, not both
         doubt_nm += max(float(model.error_max_nm.max()), 0.0 if places is None else float(places.max()))
         floor_nm = max(0.0, float(model.friction_min_nm.min()) - doubt_nm)
+        # no more than the cap is ever sent, however strong the friction is somewhere
         peak_nm = min(cap_nm, model.friction_max_nm + model.place_crest_nm)
     sliding_nm, place_nm = (
         (doubt_nm, doubt_nm) if model is None else _doubts_of_sliding(axis, model, doubt_nm)
@@ -184,6 +187,7 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     elif model is not None and model.presliding_rad is not None:
         length_rad, source = model.presliding_rad, "model"
         spread_rad = model.presliding_spread_rad or 0.0
+    # longer is the safe side: credit comes later than the friction does
     credited_rad = LENGTH_FACTOR * (length_rad + SPREADS * spread_rad)
     dry_nm = _dry_nm(axis, model)
     return Guarantee(

@@ -60,6 +60,7 @@ class Kind(ABC):
 
     def has_parameters(self, names: Collection[str]) -> bool:
         """Whether a curve may have these parameters: all but the optional ones, and no other."""
+        # a file of before an optional parameter came is as good as it was
         needed = {one.name for one in self.parameters if not one.optional}
         return needed <= set(names) <= set(self.names)
 
@@ -133,6 +134,7 @@ class Kernel(Kind):
         top = np.array([max(speed_max, float(np.max(c.support_vectors, initial=0.0)))])
         largest = float(self.matrix(c.parameters, top, top)[0, 0])
         spacing = 8 * float(np.finfo(float).eps)
+        # duals of 1e4 cancel to .1 N m: what rounds is their size, not that of the sum
         return max(1e-12, spacing * float(np.abs(c.dual_coef).sum()) * largest)
 
 

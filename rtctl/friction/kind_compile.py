@@ -38,12 +38,15 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
     ModelError
         When the tolerance needs more than `MAX_SEGMENTS` segments, or the dense check contradicts the proof.
     """
+    # exact where there is one: no cells, and no error but rounding
     table = _within(curve.exact, speed_max) if curve.exact else _hermite(curve, _cells(curve, speed_max))
+    # the law's record has room for so many, whatever the curve is worth
     if len(table.knots) > MAX_SEGMENTS:
         raise ModelError(
             f"{len(table.knots)} segments, at most {MAX_SEGMENTS}: too many support vectors; choose a "
             "larger epsilon"
         )
+    # proved and then looked at: a mistake in a bound would otherwise be in the loop before anybody saw it
     bound = error_bound(curve, table, speed_max)
     seen = sampled_error(curve, table, speed_max)
     if not seen <= bound:  # a NaN contradicts it, too
@@ -54,6 +57,7 @@ def compile_curve(curve: Curve, speed_max: float) -> tuple[PiecewiseCubic, float
 def _within(table: PiecewiseCubic, speed_max: float) -> PiecewiseCubic:
     """The table without the cells that begin beyond the range, straight on from its end: of a curve that both
     directions share, one of which is faster."""
+    # a knot at the end has no cell within the range
     kept = table.knots < speed_max
     if kept.sum() == len(kept) or table.knots[-1] == speed_max:
         return table
@@ -77,6 +81,7 @@ def error_bound(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:
 def sampled_error(curve: Curve, table: PiecewiseCubic, speed_max: float) -> float:
     """Largest difference seen at `_SAMPLES` places of every cell, N m; NaN is passed on."""
     edges = np.append(table.knots, speed_max)
+    # inside the cells: at their edges a Hermite table is right by construction
     share = (np.arange(_SAMPLES) + 0.5) / _SAMPLES
     inner = (edges[:-1, None] + np.diff(edges)[:, None] * share).ravel()
     speed = np.concatenate([edges, inner, np.linspace(0, speed_max, 1000)])
@@ -110,7 +115,9 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
 
 def _cells(curve: Curve, speed_max: float) -> np.ndarray:
     breaks = curve.of.breaks(curve)
+    # a bound of the fourth derivative holds between the places where a lower one jumps, hence cells end there
     edges = np.unique([0.0, *breaks[(breaks > 0) & (breaks < speed_max)], speed_max])
+    # a grid is enough for a scale: a peak between its speeds makes the tolerance smaller, not larger
     tolerance = TOLERANCE_SHARE * float(np.max(np.abs(curve(np.linspace(0, speed_max, 500)))))
     while True:
         wide = cell_bounds(curve, edges) > tolerance

@@ -40,6 +40,7 @@ class PiecewiseCubic:
         """Speeds in [0, speed_max] among which curve minus `slope` times speed is least and greatest.
 
         The knots, the end, and the roots of each cubic's derivative: exact, no grid."""
+        # knots, too: a slope may jump there, and an extreme need be no root
         found = [*self.knots[self.knots <= speed_max], speed_max]
         ends = np.append(self.knots[1:], speed_max)
         for start, end, (_, c1, c2, c3) in zip(self.knots, ends, self.coefficients, strict=True):
@@ -52,6 +53,7 @@ class PiecewiseCubic:
         zero."""
         c1, c2, c3 = self.coefficients[:, 1:].T
         width = np.diff(np.append(self.knots, speed_max))
+        # a slope without curvature of its own is least at an end
         vertex = np.divide(-c2, 3 * c3, out=np.zeros_like(c2), where=c3 != 0)
         places = np.stack([np.zeros_like(width), width, np.clip(vertex, 0, width)])
         return float(np.min(c1 + places * (2 * c2 + 3 * places * c3)))
@@ -70,4 +72,5 @@ class PiecewiseCubic:
             # a double root comes out as a complex pair
             places += [start + r.real for r in roots if abs(r.imag) < 1e-9 and 0 < r.real < end - start]
         at = np.array(places)
+        # friction never helps: less than nothing is nothing
         return float(np.min(np.maximum(self(at) - loss, 0.0) / at))

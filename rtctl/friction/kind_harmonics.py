@@ -21,6 +21,7 @@ ORDER_MAX = 128
 ORDERS_MOST = 32
 """Most harmonics of one part."""
 
+# sixteen places to the shortest wave: between them its slope adds at most half a step (`_most`)
 _GRID = 16 * ORDER_MAX
 
 
@@ -76,6 +77,7 @@ class Harmonics:
         per_rad = 2 * math.pi * self.orders / self.period_rad
         next_most = float((per_rad ** (order + 1) * np.hypot(self.cos, self.sin)).sum())
         seen = float(np.abs(self.derivative(grid, order)).max()) if len(self.orders) else 0.0
+        # all waves at their crest at one place: never exceeded, seldom reached
         bound = float((per_rad**order * np.hypot(self.cos, self.sin)).sum())
         # no place is further from the grid
         return min(bound, seen + next_most * 0.5 * self.period_rad / _GRID)

@@ -58,6 +58,7 @@ class PlaceKernel:
         """1 + lambda sum rho^(h-1) cos h (x - y) of every pair of positions (rad), shape (n, m)."""
         between = self.angle(x)[:, None] - self.angle(y)[None, :]
         total = np.ones(between.shape)
+        # by the difference of places alone: the kernel is the same wherever the encoder has its zero
         for order, weight in enumerate(self.weights, 1):
             total += weight * np.cos(order * between)
         return total

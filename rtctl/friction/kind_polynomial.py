@@ -41,6 +41,7 @@ class Polynomial(Kernel):
 
     def matrix(self, parameters: Mapping[str, float], u: np.ndarray, v: np.ndarray) -> np.ndarray:
         """See `Kernel`."""
+        # whole: a JSON file has floats, and a power of a rounded one would be another kernel
         value: np.ndarray = (u[:, None] @ v[None, :] + 1) ** round(parameters["degree"])
         return value
 
@@ -55,6 +56,7 @@ class Polynomial(Kernel):
 
     def derivative_bound(self, c: Curve, order: int, v: np.ndarray) -> np.ndarray:
         """See `Kind`."""
+        # below its degree it grows with speed without end: a table's remainder is taken beyond it
         return np.full(v.shape, 0.0 if order > c.parameters["degree"] else math.inf)
 
     def exact(self, c: Curve) -> PiecewiseCubic | None:

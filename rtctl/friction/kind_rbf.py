@@ -41,6 +41,7 @@ class Rbf(Kernel):
         """See `Kind`."""
         scale = math.sqrt(2.0) * c.parameters["sigma_rad_s"]
         y = (v[..., None] - c.support_vectors) / scale
+        # y = (v - v_i)/(sqrt 2 sigma): each derivative by v is one by y over that
         part = gaussian_derivative(y, order) @ c.dual_coef / scale**order
         total: np.ndarray = part + (c.intercept if order == 0 else 0.0)
         return total

@@ -101,6 +101,7 @@ def compile_spline(
     s0, s1 = math.fsum(beta), math.fsum(beta * (v / unit))  # duals are large and sum to nearly 0
     starts, where = np.unique(np.append(v, 0.0), return_inverse=True)
     jumps = np.zeros(len(starts))
+    # `add.at`: equal support vectors, as of repeats, add up at one knot
     np.add.at(jumps, where[:-1], beta / 6)
 
     c = np.array([intercept + s0, s1, s1 / 2, -s0 / 6 + jumps[0]])
@@ -111,6 +112,7 @@ def compile_spline(
             [c0 + h * (c1 + h * (c2 + h * c3)), c1 + h * (2 * c2 + 3 * h * c3), c2 + 3 * h * c3, c3 + jump]
         )
         rows.append(c)
+    # nothing bends beyond the last support vector: what is left there is rounding, and grows with v^3
     rows[-1][2:] = 0.0
     return PiecewiseCubic(starts, np.array(rows) / unit ** np.arange(4))  # back from units of `unit`
 

@@ -57,6 +57,7 @@ class Gaussian(Tustin):
 
     def shape_bound(self, y: np.ndarray, order: int) -> np.ndarray:
         """See `Formula`."""
+        # Cramer's bound is of H_n exp(-y^2/2): the other half of the exponent is left to fall
         bound: np.ndarray = gaussian_bound(order) * np.exp(-(y**2) / 2)
         return bound
 
@@ -76,5 +77,6 @@ class Lorentzian(Tustin):
 
     def shape_bound(self, y: np.ndarray, order: int) -> np.ndarray:
         """See `Formula`."""
+        # the imaginary part is no more than the size of n!/(y - i)^(n+1)
         bound: np.ndarray = math.factorial(order) / (1 + y**2) ** ((order + 1) / 2)
         return bound

@@ -34,6 +34,7 @@ def added_nm(
     """What the load adds, N m: `control.load_friction.load_magnitude` for arrays; `of` has the coefficients
     `IN_LAW` by name."""
     most = of["most_nm"]
+    # beyond what was measured friction is taken to rise no further: the squares would run away
     e, m = (np.clip(torque, -most, most) for torque in (outside_nm, motor_nm))
     against = e * m < 0
     square = np.where(against & (np.abs(e) < np.abs(m)), of["outside_square_per_nm"] * e**2, 0.0)
@@ -113,6 +114,7 @@ class Load:
         proofs, not of the law."""
         for name in IN_LAW:
             row[f"load_{name}"] = getattr(self, name)
+        # both directions share one table of the fall
         fastest = float(row["speed_max_rad_s"].max())
         row["load_cells_s_rad"] = LOAD_CELLS**4 / fastest
         # even over the fourth root: it falls near standstill, and a root costs the law less than a power

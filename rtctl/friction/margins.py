@@ -148,6 +148,7 @@ def _grid(model: FrictionModel, branch: int, start: float, end: float) -> np.nda
     """Speeds from start to end: even, dense near 0, and every knot of the model."""
     knots = model.branches[branch].curve.knots
     inside = knots[(knots > start) & (knots < end)]
+    # torque over speed is steepest near 0, where an even grid has few speeds to a ratio
     fine = end * np.geomspace(1e-4, 1, _GRID // 4)
     grid = np.concatenate([np.linspace(start, end, _GRID), fine[(fine > start) & (fine < end)], inside])
     return np.unique(grid)
@@ -170,7 +171,7 @@ def friction_figures(
     model = rolled_off(model, axis, T, between)
     spring = place_stiffness_nm_rad(model, axis)
     loop = _load_loop(model, axis)
-    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c
+    k_c, b_c = (1 + loop) * k_c + spring, (1 + loop) * b_c  # as late (docs/theory.md 8.10)
     need = stability.damping_needed_between(k_c, b_c, T, between)
     trained, beyond, lines, capped, drags = [], [], [], [], []
     coupling = {"k_c": k_c, "b_c": b_c, "T": T, "Delta": count}
@@ -276,6 +277,7 @@ def place_stiffness_nm_rad(model: FrictionModel, axis: AxisTable) -> float:
 def _drag(c: _Curves, error_nm: float) -> tuple[float, float]:
     """Least friction over speed, N m s/rad, with the model's error on its side, and the speed where it is
     least."""
+    # friction at rest over no speed is no damping
     moving = c.v > 0
     drag = (c.F_hat[moving] + error_nm) / c.v[moving]
     at = int(np.argmin(drag))

@@ -52,6 +52,7 @@ def refusal(whole: Curve) -> str:
         return "a mean has no support vectors and no intercept beside those of its parts"
     if len(whole.parts) < 2 or not abs(sum(share for share, _ in whole.parts) - 1) <= SHARES_OFF:
         return "a mean is of two curves or more, whose shares are 1 together"
+    # parts have no parts in the file: a mean among them would be of nothing
     if any(part.kind == MEAN.name for _, part in whole.parts):
         return "a mean is not of means"
     return ""

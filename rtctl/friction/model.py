@@ -108,6 +108,7 @@ class Branch:
     def error_max_nm(self) -> float:
         """Largest known error of the curve, N m: all points, measurements behind them, and the band."""
         band_nm = 0.0 if self.band is None else self.band.widest_nm
+        # the largest of all, since no proof may lean on the kinder one
         beside = (self.test_max_error_nm or 0.0, self.single_max_error_nm or 0.0, band_nm)
         return max(self.train_max_error_nm, self.validation_max_error_nm, *beside)
 
@@ -180,6 +181,7 @@ class FrictionModel:
         forward, backward = (branch.sliding_doubt_nm for branch in self.branches)
         if forward is None or backward is None:
             return None
+        # the watch compares sessions: what they differ by is no drift
         bands = (0.0 if branch.band is None else branch.band.widest_nm for branch in self.branches)
         return max(forward, backward, *bands)
 
@@ -190,6 +192,7 @@ class FrictionModel:
 
     def place_magnitude(self, velocity: np.ndarray, position_rad: np.ndarray) -> np.ndarray:
         """What place adds to `magnitude` at each velocity (rad/s) and position (rad), N m; of one length."""
+        # -0.0 is forward here as in the law
         v, out = np.asarray(velocity, dtype=float), np.zeros(len(velocity))
         for side, branch in ((v >= 0, self.branches[0]), (v < 0, self.branches[1])):
             tables = branch.place_tables(self.place)
@@ -285,6 +288,7 @@ def self_test_vectors(branches: tuple[Branch, Branch]) -> np.ndarray:
     """Vectors (velocity, kernel sum) over the trained range of both branches, ends included, shape (64, 2).
 
     Against a shifted knot or a swapped branch."""
+    # by the uncompiled curve: the compiled one cannot vouch for itself
     rows = []
     half = SELF_TEST_VECTORS // 2
     for sign, branch in zip((1.0, -1.0), branches, strict=True):

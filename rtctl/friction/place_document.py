@@ -63,6 +63,7 @@ def refusal(document: ModelDocument, model: FrictionModel) -> tuple[str, str] | 
             return f"branches.{name}.support_places", f"has {len(branch.support_places)} places, not {wanted}"
         if model.place is not None and branch.kind != "spline":
             return "kind", "only a spline may have a kernel of place"
+        # the unit is read off the forward branch alone
         if model.place is not None and branch.parameters.get(UNIT, 1.0) != model.place.unit_rad_s:
             return f"branches.{name}.parameters", f"{UNIT} differs between the directions"
         try:

@@ -50,6 +50,7 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
     columns = {
         column: np.array([row[k] for row in rows], dtype=float)
         for k, column in enumerate(header)
+        # a column with text somewhere is somebody's note, and no column of numbers
         if not any(row[k] is None for row in rows)
     }
     points = FrictionPoints.from_signed(
@@ -60,8 +61,10 @@ def read_points(path: str | Path, *, of_speeds: bool = True) -> FrictionPoints:
         columns,
         lambda row: f"{path}: row {numbered[1 + row][0]}",
     )
+    # after the rows: a row that cannot be is named before the number of rows is
     if of_speeds:
         require_enough(points)
+    # by the text: what is measured twice differs in its last digit
     _require_distinct(path, numbered[1:])
     return replace(points, motion=motion)
 

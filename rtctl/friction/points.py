@@ -16,6 +16,7 @@ POINTS_MIN = 8
 SPEEDS_MIN = 4
 """Fewest different speeds of one direction."""
 
+# repeats differ by tenths of a percent, the levels of `rtctl identify` by 12 and more (decision 0118)
 LEVEL_WIDTH = 1.03
 """Highest over lowest speed of one level: what a run measures as its speed differs a little each time."""
 
@@ -81,11 +82,13 @@ class FrictionPoints:
             direction that cannot be."""
         rest, unknown = dict(columns), np.full(len(velocity_rad_s), np.nan)
         given, std, count = (rest.pop(name, unknown) for name in ("direction", "std_nm", "count"))
+        # a direction is needed at rest alone; where it is given in motion it must agree
         known = ~np.isnan(given)
         at_rest = np.where(known, given, np.sign(torque_nm))
         # at rest nothing else tells
         direction = np.where(velocity_rad_s != 0, np.sign(velocity_rad_s), at_rest)
         against = torque_nm * direction < 0
+        # in this order: a wrong direction makes friction point against the motion as well
         for wrong, text in (
             (torque_nm == 0, "column friction_torque_nm: 0 is not friction; drop the row"),
             (known & (np.abs(given) != 1), "column direction: {given:g} is neither +1 nor -1; correct it"),
@@ -178,6 +181,7 @@ def require_enough(points: FrictionPoints) -> None:
     for direction in (1, -1):
         speed, friction = points.branch(direction)
         where = f"{points.source}: direction {direction:+d}"
+        # magnitudes of both directions in one file: the remedy is another one than for few points
         if not len(speed) and len(points.direction):
             raise DataError(
                 f"{where}: no row moves that way: the velocity needs the sign of the motion (a column for "

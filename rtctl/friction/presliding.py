@@ -112,6 +112,7 @@ def ramp_of(
     if len(counts) < 3 * width or not (np.isfinite(counts).all() and np.isfinite(torque_nm).all()):
         return None
     level = np.round(counts)
+    # the furthest so far and the nearest from here on: between them a count chatters
     reached = np.maximum.accumulate(level)
     kept = np.minimum.accumulate(level[::-1])[::-1]
     share = np.convolve(torque_nm, np.full(width, 1.0 / width), mode="same") / break_away_nm
@@ -142,6 +143,7 @@ def bend_of(ramps: Sequence[Ramp]) -> float:
     linear = np.concatenate([ramp.share - np.mean(ramp.share) for ramp in ramps])
     softened = np.concatenate([_softening(ramp.share) - np.mean(_softening(ramp.share)) for ramp in ramps])
     (length, by_bend), *_ = np.linalg.lstsq(np.column_stack([linear, softened]), x, rcond=None)
+    # noise may bend it the other way, which bristles do not
     return float(np.clip(by_bend / length, 0.0, BEND_MAX)) if length > 0 else 0.0
 
 
@@ -161,9 +163,11 @@ def _softening(share: np.ndarray) -> np.ndarray:
 
 def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
     """Mean length over ramps and its spread; None from fewer than two, or when it is no length at all."""
-    telling = [ramp for ramp in ramps if len(ramp.share) >= CHANGES_MIN]
+    # by different torques: two counts passed in one tick have no slope, and 0/0 of one ramp would be all's
+    telling = [ramp for ramp in ramps if len(np.unique(ramp.share)) >= CHANGES_MIN]
     if len(ramps) < RAMPS_MIN:
         return None
+    # ramps that show two counts by luck are those of soft places: their mean would be too long
     if 2 * len(telling) < len(ramps) or len(telling) < RAMPS_MIN:
         return _averaged(ramps)
     each = lengths_rad(telling, bend_of(telling))
@@ -179,6 +183,7 @@ def _averaged(ramps: Sequence[Ramp]) -> Presliding | None:
     if n < AVERAGED_MIN or seen < COUNTS_MIN * ramps[0].count_rad:
         return None
     length = _length_of_mean(grids.mean(axis=0))
+    # one ramp left out at a time: no single ramp of few counts tells a length by itself
     each = np.array([_length_of_mean((grids.sum(axis=0) - one) / (n - 1)) for one in grids])
     error = math.sqrt((n - 1) * float(np.var(each)))
     sure = SURE * error < length <= LENGTH_MAX_RAD
@@ -198,6 +203,7 @@ def together(parts: Sequence[Presliding]) -> Presliding | None:
     The spread is that of all ramps in one: sum (n_i - 1) s_i^2 + n_i (l_i - l)^2 = (n - 1) s^2."""
     if not parts:
         return None
+    # 1: a length that was given by hand is as good as one ramp
     n = np.array([max(part.ramps, 1) for part in parts], dtype=float)
     each = np.array([part.length_rad for part in parts])
     length = float(n @ each / n.sum())

@@ -33,6 +33,7 @@ def rolled_off(model: FrictionModel, axis: AxisTable, period_s: float, between: 
     Where friction still falls with speed at the end of the range it is less beyond, nobody knows how much,
     and a model by place is later there than it was shown to be: both end as the model says."""
     by_place = model.place is not None or model.conservative is not None
+    # friction that falls may be gone beyond the range: help that lasts longer would drive the joint
     if by_place or any(map(_falls, model.branches)):
         return model
     steepest = _steepest_nms_rad(axis, period_s, between)
@@ -44,6 +45,7 @@ def _steepest_nms_rad(axis: AxisTable, period_s: float, between: Between) -> flo
     """Largest slope of the help over speed. A velocity is half a period old, and a torque held for as
     long."""
     late_s = period_s * (late_ticks(between, period_s) + 1.0)
+    # at most half a turn: a slower gear of the range has that lag already
     turned = min(2 * math.pi * FASTEST_GEAR_HZ * late_s, math.pi)
     against = max(-math.cos(turned), 0.0)
     on_a_gear = axis.viscous_nms_rad / against if against > 0 else math.inf

@@ -26,9 +26,11 @@ class Bias:
 
 def read_bias(motion: Motion) -> Steps[Bias]:
     """Sensor means with the motor off. Raises HandOnRigError when the force is not at rest meanwhile."""
+    # with the motor off: a current that holds a joint would be in the zero of its torque
     rig, parts, seconds = motion.rig, list[np.ndarray](), 0.0
     while seconds < motion.settings.bias_s:
         rows = yield from motion.see_any(Order())
+        # a sample that is held counts one draw of the noise several times
         rows = rows[(rows["enabled"] == 0) & (rows["sample_age_ticks"] == 0)]
         parts.append(rows)
         seconds += max(len(rows), 1) * rig.period_s  # an end even where nothing comes

@@ -70,6 +70,7 @@ class Cogging:
         if not self.matters:
             return rows
         rows, torque_nm = rows.copy(), self.at(rows["position_rad"][:, axis])
+        # both: friction is made of what was measured, an uneven motion is told by what was sent
         for name in ("motor_torque_nm", "torque_applied_nm"):
             rows[name][:, axis] -= torque_nm
         return rows

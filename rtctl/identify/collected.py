@@ -53,6 +53,7 @@ class Collected:
 
     def hopeless(self, wanted: int, *, last: bool) -> bool:
         """True after too many tries in vain, in a row or in all; `last`: there is no other servo to try."""
+        # sooner where another servo is left: it may be quick where this one only wastes the time of a person
         return self.in_vain >= IN_VAIN or self.discarded > (DISCARDS_PER_MEASUREMENT if last else 1) * wanted
 
     def begin_anew(self) -> None:
@@ -71,4 +72,5 @@ class Collected:
         # a place that gave nothing is none
         inner = [start for start in sorted(set(self.starts)) if 0 < start < len(torque)]
         places = np.array([part.mean() for part in np.split(torque, inner)])
+        # along the mean's sign: a place where the torque is of the other sign is weaker than one of 0
         return float(places[np.argmin(places * np.sign(torque.mean()))])

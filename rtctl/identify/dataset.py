@@ -66,6 +66,7 @@ class Dataset:
         ------
         DataError
             The folder holds something already, or cannot be made."""
+        # hours on a rig are in such a folder: nothing in it is ever written over
         if folder.exists() and not (folder.is_dir() and _holds_nothing(folder)):
             raise DataError(f"{folder}: exists and is not empty; choose another --out, or give --resume")
         try:
@@ -105,6 +106,7 @@ class Dataset:
         same = {
             "rig file": (document["config_sha256"], loaded.sha256),
             "rig": (document["rig"], loaded.config.rig.name),
+            # points of the simulated rig among measured ones would be believed
             "simulated": (document["simulated"], simulated),
             # a setting that came later has its default in an older data set
             "settings": (asdict(replace(Settings(), **document["settings"])), asdict(settings)),
@@ -158,6 +160,7 @@ class Dataset:
         if not self.document["sessions"]:
             return 0.0
         passed = now - datetime.fromisoformat(self.document["sessions"][0]["date"])
+        # never before a point that is there: simulated time outruns the wall's, and a clock may be set back
         return max(
             [passed.total_seconds(), *(self._time_s(point) or 0.0 for point in self.document["points"])]
         )

@@ -52,8 +52,10 @@ def speeds(settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     low, high = np.log(settings.speed_min_rad_s), np.log(settings.speed_max_rad_s)
     n = settings.train_levels
     train = np.exp(np.linspace(low, high, n))
+    # exp(log) rounds: the fastest must not be above the limit by a digit
     train[[0, -1]] = settings.speed_min_rad_s, settings.speed_max_rad_s
     gaps = n - 1
+    # rounded up
     per_gap = -(-settings.test_levels // gaps) if settings.test_levels else 1
     places = np.concatenate([gap + (np.arange(per_gap) + 1) / (per_gap + 1) for gap in range(gaps)])
     chosen = places[np.unique(np.round(np.linspace(0, len(places) - 1, settings.test_levels)).astype(int))]
@@ -68,6 +70,7 @@ def tasks(settings: Settings) -> list[Task]:
     train, test = speeds(settings)
     runs: list[tuple[Literal["train", "test"], float]] = [("train", float(v)) for v in train]
     runs += [("test", float(v)) for v in test]
+    # by the seed of the settings: a resumed identification goes on in the same order
     order = np.random.default_rng(settings.seed).permutation(len(runs))
     todo: list[tuple[Literal["train", "test"], float]] = [("train", 0.0), *(runs[i] for i in order)]
     pairs = [(use, speed, direction) for use, speed in todo for direction in (1, -1)]
@@ -104,6 +107,7 @@ def _still_rises(known: Sequence[Known], direction: int, lowest_rad_s: float) ->
     moving = sorted(
         (one.speed_rad_s, one.friction_nm)
         for one in known
+        # speeds are products of halves and exponentials, and equal but for rounding
         if one.direction == direction and one.speed_rad_s > (1 - 1e-9) * lowest_rad_s
     )
     if not moving or moving[0][0] > (1 + 1e-9) * lowest_rad_s or moving[-1][0] < 2 * lowest_rad_s:

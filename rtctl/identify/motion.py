@@ -21,6 +21,7 @@ from rtctl.tick import joined
 
 T = TypeVar("T")
 
+# hand, travel and slip are guarded by the law at its own rate: this is only how often the procedure plans
 LOOK_S = 0.05
 ACCELERATION_RAD_S2 = 10.0
 SPARE_S = 0.15
@@ -158,6 +159,7 @@ class Motion:
             The program was ended by the force sensor."""
         rows = yield from self.see_any(order)
         if int(self.last["state"]) != State.ACTIVE:
+            # the first: what follows a fault is often its consequence
             first = int(self.last["fault_first"])
             cause = Fault(1 << first).name if first >= 0 else "a stop"
             raise FaultError(
@@ -187,6 +189,7 @@ class Motion:
     def watch(self, seconds: float, order: Order | None = None) -> Steps[np.ndarray]:
         """Give an order (or none) and return all ticks of the next `seconds`."""
         parts = [(yield from self.see(order or Order(look_s=seconds)))]
+        # by rows: a host that hands over few of them must not make a window short
         wanted = max(1, round(seconds / self.rig.period_s))
         while sum(map(len, parts)) < wanted:
             missing = wanted - sum(map(len, parts))
@@ -241,6 +244,7 @@ class Motion:
             seconds = len(rows) * self.rig.period_s
             torque = self._hand_nm(rows)
             most_nm = max(most_nm, float(torque.max()))
+            # anew after each touch: a hand that pauses has not left
             quiet_s = quiet_s + seconds if np.all(torque <= self.rig.hand_limit_nm) else 0.0
             waited_s += seconds
             if (waited_s > HAND_PATIENCE_S and quiet_s == 0.0) or pauses >= PAUSES:
@@ -259,6 +263,7 @@ class Motion:
         had time to give all its torque."""
         direction = 1 if distance_rad > 0 else -1
         goal = self.position_rad + distance_rad
+        # a soft servo pulls with all its torque only after its reference has run ahead by so much
         patience_s = FOLLOW_S + (2.0 * abs(distance_rad) + self.rig.wind_up_rad) / speed_rad_s
         order: Order | None = self.turn(direction * speed_rad_s)
         while (goal - self.position_rad) * direction > 0:

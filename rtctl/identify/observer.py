@@ -49,9 +49,11 @@ class Identifier:
             self._advance(host, None)
             return
         self._watch(rows)
+        # ticks under way when an order was given belong to the one before
         rows = rows[rows["command_seq"] >= self._since_seq]
         if len(rows):
             self._waiting.append(rows)
+        # each request counts as one: in every batch it would be a burst of them
         if self._order.arm_in is not None and time.monotonic() - self._armed_at < ARM_EVERY_S:
             return
         wanted = max(1, round(self._order.look_s / self._period_s))

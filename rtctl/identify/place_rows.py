@@ -45,6 +45,7 @@ def rows_of(direction: int, measurements: Sequence[Measurement]) -> list[Row]:
         torque += float(np.mean([one.cogging_nm for one in group]))  # `rtctl fit --sweep` takes it off
         if torque * direction > 0:  # else something pulls more than friction holds
             way = group[-1].time_s - group[0].time_s
+            # times are of the middles of windows: from the first to the last there is one window less
             each = way / (len(group) - 1) if len(group) > 1 else 0.0
             rows.append((speed, torque, direction, len(group), x, abs(speed) * (way + each)))
     return rows

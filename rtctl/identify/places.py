@@ -43,6 +43,7 @@ def make_room(motion: Motion, direction: int, run_rad: float) -> Steps[None]:
     if motion.room_rad(direction) >= run_rad:
         return
     travel = motion.high_rad - motion.low_rad
+    # a turn at once where there is room: going back for each run would double the way
     goal_room = min(max(run_rad, motion.rig.turn_rad), travel)
     yield from motion.rest()
     jog = motion.jog_speed_rad_s()
@@ -82,6 +83,7 @@ def spots(motion: Motion, task: Task) -> Iterator[Spot]:
     two places, each of them is moved on to a phase of its own, the phases being as even as the places: then
     the ripple cancels in the mean as well, however little of a period one measurement sees."""
     settings, speed = motion.settings, task.speed_rad_s
+    # by point: one that is measured again meets the same places, whatever was measured before it
     random = np.random.default_rng([settings.seed, task.number])
     places = settings.measurements if speed == 0 else settings.spots
     run = 0.0

@@ -46,6 +46,7 @@ def look_for_ripple(motion: Motion, bias_nm: float) -> Steps[None]:
     period, jog = motion.rig.turn_rad / per_turn, motion.jog_speed_rad_s()
     motion.ripple = Ripple(period)
     direction = 1 if motion.room_rad(1) >= motion.room_rad(-1) else -1
+    # some periods: a ripple differs from one to the next, and one alone would be taken for a line
     reach = min(RIPPLE_PERIODS * period, motion.room_rad(direction) - run_up_rad(motion, jog) - SPARE_S * jog)
     if reach < 2.0 * period:
         return
@@ -62,6 +63,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
     direction = 1 if velocity_rad_s > 0 else -1
     allowed = Allowance.of(motion, speed)
     window = max(16, round(allowed.window_s / rig.period_s))
+    # a time and a travel: a servo settles over the one, bristles over the other
     patience = round((SETTLE_S + SETTLE_RAD * rig.radian / speed) / rig.period_s) + window
     least = round(allowed.travel_rad / speed / rig.period_s)
     look_s = max(LOOK_S, 0.2 * window * rig.period_s)
@@ -74,6 +76,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
     while True:
         seen = seen[:, -window:]
         position, torque = seen
+        # a window that is not full yet has the acceleration in it
         full = len(position) == window and ticks >= least
         if full and is_steady(
             position,
@@ -98,6 +101,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
     length_s = window_s(motion, speed)
     left = settings.measurements - len(got.measurements)
+    # so many at a place and then on: all of them at one place would be of that place
     wanted = min(left, per_place(motion))
     jog = motion.jog_speed_rad_s()
     travel = motion.high_rad - motion.low_rad
@@ -112,6 +116,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         rows = (yield from motion.watch(length_s))[: round(length_s / rig.period_s)]
         if np.any(rows["program_flags"][:, rig.axis]):
             break  # a guard ended the run while the host was late: the joint brakes
+        # the servo's reference went on meanwhile: the next rows may be steady again
         if stood_still(rows):
             continue
         measurement = measure(rows, rig.axis, rig.period_s, rig.inertia_kgm2, bias_nm)

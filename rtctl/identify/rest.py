@@ -7,6 +7,7 @@ from typing import Any
 
 from rtctl.identify.measurement_order import Known
 
+# a ramp finds up to a tenth less on a steep peak (docs/theory.md 9.1)
 RAISED_SHARE = 0.01
 """Friction at rest is taken from the slowest speed only where the ramps found less by more than this share:
 noise raises nothing."""

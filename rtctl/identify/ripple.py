@@ -80,11 +80,13 @@ def measured(position_rad: np.ndarray, torque_nm: np.ndarray, period_rad: float)
     position_rad, torque_nm : array, shape (n,)
         Consecutive ticks over at least two periods."""
     angle = 2.0 * math.pi * position_rad / period_rad
+    # a line beside them: friction that drifts along the way is no ripple
     columns = [np.ones_like(angle), position_rad - np.mean(position_rad)]
     for n in range(1, HARMONICS + 1):
         columns += [np.cos(n * angle), np.sin(n * angle)]
     found, *_ = np.linalg.lstsq(np.column_stack(columns), torque_nm, rcond=None)
     sizes = np.hypot(found[2::2], found[3::2])
+    # by their numbers: a harmonic is as much steeper, and slopes are what a test of steadiness meets
     amplitude = float(sizes @ np.arange(1, HARMONICS + 1))
     matters = SURE * amplitude > MATTERS_SHARE * abs(float(np.mean(torque_nm)))
     return Ripple(period_rad, amplitude if matters else 0.0)

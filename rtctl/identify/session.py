@@ -202,6 +202,7 @@ def summarise(task: Task, got: Collected, began_s: float) -> Point:
         force_n=(float(force[0]), float(force[1]), float(force[2])),
         temperature_c=float(column["temperature_c"].mean()),
         position_rad=float(column["position_rad"].mean()),
+        # the middle: drift over the time of a point is then in its mean
         time_s=0.5 * float(column["time_s"].min() + column["time_s"].max()) - began_s,
         weakest_place_nm=got.weakest_nm,
         presliding_rad=bent.length_rad if bent else None,
@@ -214,6 +215,7 @@ def arm(motion: Motion) -> Steps[None]:
     """Bring the rig to ACTIVE with full authority. Raises FaultError when it does not get there."""
     waited_s = 0.0
     while True:
+        # asked for until it begins: while it tares and ramps up it is on its way already
         idle = int(motion.last["state"]) in (State.INIT, State.IDLE)
         rows = yield from motion.see_any(Order(look_s=0.2, arm_in=motion.epoch if idle else None))
         if int(motion.last["state"]) in (State.FAULT, State.ESTOP, State.LOCKOUT):
@@ -244,6 +246,7 @@ def warm_up(motion: Motion) -> Steps[None]:
     while spent < motion.settings.warm_up_s:
         try:
             left_rad = speed * (motion.settings.warm_up_s - spent)
+            # not less than a tenth of a radian: a shorter stroke only bends what it should warm
             reach = min(motion.room_rad(direction), rig.turn_rad, max(left_rad, 0.1 * rig.radian))
             yield from motion.advance(direction * reach, speed)
             yield from motion.rest()
@@ -273,6 +276,7 @@ def _follow_zero(motion: Motion, point: Point) -> None:
     """Take the slow drift of the force sensor out of the hand guard. Raises HandOnRigError when it is too
     much."""
     motion.hand_zero_nm = point.hand_torque_nm
+    # followed without a bound, a person who leans on the rig slowly would become its zero
     limit = ZERO_LIMITS * motion.rig.hand_limit_nm
     if not abs(motion.hand_zero_nm) <= limit:
         raise HandOnRigError(

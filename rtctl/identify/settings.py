@@ -110,6 +110,7 @@ class Rig:
         -----
         With d = J / (4 tau) one count moves the torque by d count / tau = J count / (4 tau^2), which is
         to stay below CHATTER_SHARE of the limit."""
+        # a count that moves the torque by more is chatter in what is measured
         quiet = math.sqrt(self.inertia_kgm2 * self.count_rad / (4 * CHATTER_SHARE * self.torque_limit_nm))
         return self.calmer * max(2 * self.period_s, quiet)  # two ticks: quicker it would be no filter
 
@@ -121,6 +122,7 @@ class Rig:
     @property
     def stiffness_nm_rad(self) -> float:
         """Gain k of the servo: damping ratio sqrt(3)/2 with d, where it is not made stiffer."""
+        # zeta = d/(2 sqrt(k J)) = sqrt(3)/2
         return self.stiffer * self.damping_nms_rad**2 / (3 * self.inertia_kgm2)
 
     @property
@@ -158,6 +160,7 @@ def settings_of(loaded: LoadedConfig, given: Mapping[str, Any]) -> Settings:
     scaled = {"ramp_nm_s": axis.torque_limit_nm / RAMP_S}
     if axis.motion == "linear":
         travel = axis.position_max_rad - axis.position_min_rad
+        # what was given first: margins and slowest speed keep their proportion to it
         top = options.get("speed_max_rad_s") or min(most, travel / TRAVEL_S)
         scaled |= {"margin_rad": (MARGIN / TOP_RAD_S) * top}
     else:
@@ -214,6 +217,7 @@ def rig_of(loaded: LoadedConfig, settings: Settings) -> Rig:
                 axis.motion,
             )
         )
+    # as the logs have it: a carriage at its top speed stands for a joint at 2 rad/s
     radian = settings.speed_max_rad_s / TOP_RAD_S if axis.motion == "linear" else 1.0
     return Rig(
         name=config.rig.name,

@@ -22,6 +22,7 @@ FAST_SHARE = 0.6
 SLOW_EVERY = 5
 """One ramp in so many is slow from the beginning: its presliding is looked at. A quick one bends against
 damping too."""
+# r N m/s moves the inertia of a light joint by r sqrt(2 J v/r), 5 to 10 % of it (docs/theory.md 9.1)
 RISE_S = 4.0
 """A ramp takes at least this long to a usual break-away torque: the quicker it is, the more it adds while the
 joint gets under way."""
@@ -38,6 +39,7 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
     yield from go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()
+    # the first is slow, too: nothing is known yet of where it may be quick
     slow = len(got.measurements) % SLOW_EVERY == 0
     seen_nm = [abs(m.torque_nm) for m in got.measurements]
     slope_nm_s = ramp_slope(settings.ramp_nm_s, seen_nm)
@@ -80,5 +82,6 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
 def ramp_slope(asked_nm_s: float, seen_nm: Sequence[float]) -> float:
     """Slope of the next ramp, N m/s, at most `asked_nm_s`; `seen_nm` are the break-away torques so far, each
     above 0."""
+    # the median: one ramp on a crest of cogging must not slow down all that follow
     usual_nm = float(np.median(seen_nm)) if seen_nm else math.inf
     return min(asked_nm_s, max(usual_nm / RISE_S, SLOWEST_SHARE * asked_nm_s))

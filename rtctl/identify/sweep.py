@@ -46,6 +46,7 @@ def look_for_cogging(motion: Motion) -> Steps[None]:
         x = ticks["position_rad"][:, rig.axis]
         n = max(3, round(SMOOTH_S / rig.period_s) | 1)  # odd: its middle is a tick
         smooth = np.convolve(x, np.full(n, 1.0 / n), "valid")
+        # at the jog speed a joint that cogs swings, and what swings it is no torque of the place
         moves_nm = rig.inertia_kgm2 * np.gradient(np.gradient(smooth, rig.period_s), rig.period_s)
         cut = slice(n // 2, n // 2 + len(smooth))
         ways.append((x[cut], ticks["motor_torque_nm"][cut, rig.axis] - moves_nm))

@@ -12,7 +12,7 @@ BLOCKS = 8
 STEADY_SHARE = 0.01
 """Change of the mean torque over the window, share of the torque, that still counts as steady."""
 SPEED_SHARE = 0.03
-UNEVEN_SHARE = 0.5
+UNEVEN_SHARE = 0.5  # a joint that jumps from count to count rests in between
 """A block of the window that is further off the wanted speed than this share is stick-slip."""
 DRIFTED_SHARE = 0.1
 MOVING_COUNTS = 8
@@ -77,9 +77,11 @@ def is_steady(
     if n < 2 * BLOCKS:
         return False
     level, rise, error = _trend(torque_nm, pairs=pairs)
+    # a ripple that the window cannot tell from a drift is no unsteadiness
     tolerance = STEADY_SHARE * abs(level) + change_nm
     window_s = (len(position_rad) - 1) * period_s
     speed = float(position_rad[-1] - position_rad[0]) / window_s
+    # two counts: either end of the way may be a count off
     slack = (SPEED_SHARE + speed_share) * abs(speed_rad_s) + 2 * count_rad / window_s
     return (
         abs(rise) <= max(tolerance, 2 * error)
@@ -135,6 +137,7 @@ def _trend(torque_nm: np.ndarray, *, pairs: bool) -> tuple[float, float, float]:
     if pairs:
         change = torque_nm[-half:] - torque_nm[-2 * half : -half]
         blocks = change.reshape(BLOCKS, -1).mean(axis=1)
+        # twice: the halves are half a window apart, the rise is over all of it
         error = 2.0 * float(np.std(blocks, ddof=1)) / np.sqrt(BLOCKS)
         return float(np.mean(torque_nm[-2 * half :])), 2.0 * float(np.mean(change)), error
     n = len(torque_nm) // BLOCKS * BLOCKS

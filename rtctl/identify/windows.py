@@ -59,6 +59,7 @@ def window_s(motion: Motion, speed_rad_s: float) -> float:
 
 def settle_rad(motion: Motion) -> float:
     """Travel over which dry friction settles."""
+    # a length that was measured goes before what most joints have, where it is longer
     return max(STEADY_RAD * motion.rig.radian, STEADY_LENGTHS * motion.presliding_rad)
 
 

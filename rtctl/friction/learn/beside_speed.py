@@ -10,7 +10,7 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.learn import certainty, load_terms
 from rtctl.friction.learn.bands import way_of
-from rtctl.friction.learn.hold_out import TRAINS, folds_of, shared_out, units_of
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, several_logs, shared_out, units_of
 from rtctl.friction.learn.load_terms import RUNGS, Rows, Terms
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
@@ -71,6 +71,7 @@ def rows_of(points: FrictionPoints) -> tuple[Rows, np.ndarray]:
     load = points.columns["load_nm"]
     sign = points.direction
     motor = points.columns.get("motor_nm", np.full(len(load), np.nan))
+    # at a steady speed the three are in balance
     motor = np.where(np.isfinite(motor), motor, sign * points.friction_nm - load)
     kept = kept[np.isfinite(load[kept])]
     columns = (np.abs(points.velocity_rad_s), points.friction_nm, sign * load, sign * motor, sign < 0)
@@ -89,6 +90,7 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
         return LoadVerdict(0.0, reason=f"{len(kept)} points with a load, at least {ROWS_MIN} are needed")
     span_nm = float(np.ptp(rows.outside_nm))
     size_nm = float(np.sqrt(np.mean(rows.friction_nm**2)))
+    # coefficients of a load that hardly changed are noise over noise, however many points there are
     if span_nm < LOAD_SPAN * size_nm:
         return LoadVerdict(
             span_nm,
@@ -98,6 +100,7 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
     fold, block = _folds(points, kept, way_of(points, folds))
     rungs = tuple(_rung(rung, rows, fold, block) for rung in RUNGS)
     best = min(rungs, key=lambda one: one.rmse_nm)
+    # the first: `RUNGS` begins with the plainest
     chosen = next(one for one in rungs if one.rmse_nm <= best.rmse_nm + best.doubt_nm)
     return LoadVerdict(span_nm, rungs, chosen)
 
@@ -146,7 +149,8 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
     -----
     f = F(v) + (T - T0) (d D(v) + b V v), D the curve's dry part and V its viscous slope: d and b are shares
     per kelvin. The curve was learned over all temperatures, so that it is right at about T0, their mean.
-    Errors by the blocks the points are held out in."""
+    What sessions differ by looks like temperature where each has its own: errors by sessions, where there are
+    enough of them (`certainty.BLOCKS_MIN`)."""
     if points.temperature_range_c is None:
         return Warmth(reason="no column temperature_c: nothing is known of temperature")
     column = points.columns["temperature_c"]
@@ -176,17 +180,23 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
     columns = [warmer * (curve - slope * speed), warmer * slope * speed]
     if not float(np.mean(slope * speed)) > 0.1 * float(np.mean(curve)):
         columns = columns[:1]  # hardly any viscous friction, whose scale nobody could tell
-    found, errors = _regress(np.column_stack(columns), points.friction_nm[kept] - curve)
+    # sessions count as one each: row by row, eight that differ by 2 % had a sixth of their scatter for error
+    block = units_of(points, "log")[kept] if several_logs(points) else np.arange(len(kept))
+    found, errors = _regress(np.column_stack(columns), points.friction_nm[kept] - curve, block)
     viscous = (found[1], errors[1]) if len(found) > 1 else None
     return Warmth(span, middle, (found[0], errors[0]), viscous)
 
 
-def _regress(columns: np.ndarray, wanted: np.ndarray) -> tuple[list[float], list[float]]:
-    """Least squares and standard errors, which allow for unlike spreads."""
+def _regress(columns: np.ndarray, wanted: np.ndarray, block: np.ndarray) -> tuple[list[float], list[float]]:
+    """Least squares and standard errors that allow for unlike spreads, and for errors that a block shares."""
     inverse = np.linalg.pinv(columns.T @ columns)
     found = inverse @ columns.T @ wanted
-    scored = columns * (wanted - columns @ found)[:, None]
-    few = len(wanted) / max(len(wanted) - len(found), 1)
+    names, at = np.unique(block, return_inverse=True)
+    if len(names) < certainty.BLOCKS_MIN:  # too few to know their own spread: row by row
+        names = at = np.arange(len(wanted))
+    scored = np.zeros((len(names), len(found)))
+    np.add.at(scored, at, columns * (wanted - columns @ found)[:, None])
+    few = len(names) / max(len(names) - len(found), 1)
     variance = few * inverse @ (scored.T @ scored) @ inverse
     return [float(one) for one in found], [float(one) for one in np.sqrt(np.diag(variance))]
 

@@ -19,7 +19,7 @@ COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 
 FOLDS = 5
 _BLOCKS = 320
-"""Stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every
+"""Most stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every
 turn."""
 
 _RIDGE = 1e-12
@@ -102,6 +102,7 @@ def _levels(sweep: Sweep, period_rad: float) -> np.ndarray:
     motion."""
     ways = [(sweep.direction == way).astype(float) for way in (1, -1) if (sweep.direction == way).any()]
     columns = np.column_stack(ways)
+    # in one direction friction's waves and the conservative ones are one and the same
     if len(ways) == 2:
         waves = _waves(sweep.position_rad, period_rad, np.arange(1, FRICTION_ORDERS + 1))
         columns = np.hstack([columns, sweep.direction[:, None] * waves])
@@ -134,6 +135,7 @@ def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float |
     squares = _held_out(x, tau, levels, period_rad, places, [n for n in COUNTS if n <= len(ranked)])
     tried = {n: float(np.sqrt(one.mean())) for n, one in squares.items()}
     best = min(tried, key=lambda n: tried[n])
+    # row by row: places are held out, and each row is a mean over its own way
     within = np.sqrt(squares[best].mean() + squares[best].std() / math.sqrt(len(x)))
     count = min(n for n in tried if tried[n] <= within)
     orders = np.sort(ranked[:count])
@@ -159,9 +161,11 @@ def _places(sweep: Sweep, period_rad: float) -> int:
 
 def _ranked(x: np.ndarray, tau: np.ndarray, levels: np.ndarray, period_rad: float, places: int) -> np.ndarray:
     """Orders by how much each takes off the residual, strongest first; as high as the rows can tell."""
+    # four places to a wave tell its phase, and as many rows to each number its size
     highest = max(1, min(ORDER_MAX, places // 4, (len(x) - levels.shape[1]) // 4))
     orders = np.arange(1, highest + 1)
     base = _solve(levels, tau)
+    # by correlation alone, not by fits: even places make waves orthogonal, and uneven ones nearly
     along = (tau - levels @ base) @ _waves(x, period_rad, orders)
     strength = along[:highest] ** 2 + along[highest:] ** 2
     chosen: np.ndarray = orders[np.argsort(strength)[::-1]][:ORDERS_MOST]
@@ -173,7 +177,10 @@ def _held_out(
 ) -> dict[int, np.ndarray]:
     """Squared errors on held-out places by number of harmonics, N^2 m^2, each (n,); the strongest of what
     trains are chosen."""
-    fold = np.floor((x / period_rad) % 1.0 * _BLOCKS).astype(int) % FOLDS
+    # as many as there are places, from one of them on: of 320 blocks 64 even places are in every fifth, and
+    # so all were held out at once
+    blocks = min(_BLOCKS, places)
+    fold = np.round((x - x[0]) / period_rad % 1.0 * blocks).astype(int) % blocks % FOLDS
     squares = {n: np.zeros(len(x)) for n in counts}
     for k in np.unique(fold):
         held = fold == k
@@ -214,6 +221,7 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
             f"{len(x)} rows for {len(part.orders)} harmonics: too few to find a shift; sweep a whole turn"
         )
     seen, _, _ = _regress(x, tau, levels, part.period_rad, part.orders)
+    # as e^(-i n a): a shift then turns each harmonic by n times itself
     then, now = part.cos - 1j * part.sin, seen.cos - 1j * seen.sin
     shares = np.arange(_SHIFTS) / _SHIFTS - 0.5
     turned = np.exp(-2j * math.pi * shares[:, None] * part.orders)

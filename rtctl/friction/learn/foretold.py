@@ -47,16 +47,20 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
         sessions = np.unique(data.session) if data.session is not None else np.zeros(0)
         if len(sessions) < SESSIONS_MIN:
             return None
+        # one session alone foretells itself moved: from two on a mean is known
         for at in sessions[len(sessions) // 2 :]:
             kept = data.session < at
+            # kernels go anywhere beyond their points: no model is used there, hence none is blamed
             held = (data.session == at) & (data.speed <= data.speed[kept].max())
             scaled = in_scale_of(one, data.speed, data.friction_nm, kept, data.session)
             try:
-                curve = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept]).curve
+                trained = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept])
             except (FailedFitError, UnidentifiableError):  # of few points, a formula has more numbers
                 return None
+            if not trained.converged:  # where a solver stopped is no curve of its machine
+                return None
             speed = data.speed[held]
-            parts.append((speed, curve(speed) - data.friction_nm[held], np.full(len(speed), at)))
+            parts.append((speed, trained.curve(speed) - data.friction_nm[held], np.full(len(speed), at)))
     speed, error_nm, block = (np.concatenate(column) for column in zip(*parts, strict=True))
     return Foretold(speed, error_nm, block) if len(speed) else None
 

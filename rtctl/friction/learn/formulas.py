@@ -81,10 +81,12 @@ def fit_formula(
     Covariance s^2 (J'WJ)^-1 over the parameters that are not on a bound."""
     formula = FORMULAS[kind]
     n = len(formula.names)
+    # as many points as numbers leave nothing to tell an error from
     if len(speed) <= n:
         raise UnidentifiableError(
             "too_few_points", f"{kind}: {len(speed)} points for {n} parameters; add points"
         )
+    # the root: squares of the rows then weigh by the weight
     root = np.ones(len(speed)) if weight is None else np.sqrt(np.asarray(weight, dtype=float))
     if formula.is_straight:
         design = _linear_design(formula, speed)
@@ -112,6 +114,7 @@ def _peak_p_value(
     straight = _linear_design(FORMULAS["coulomb_viscous"], speed) * root[:, None]
     without = float(np.sum((straight @ _bounded(straight, friction_nm * root) - friction_nm * root) ** 2))
     left = len(speed) - n
+    # two numbers more: the peak and where it falls
     gain = max(0.0, without - left * variance) / 2
     # else the points are exact
     return float(fdtrc(2, left, gain / variance)) if variance > 0 else float(gain == 0)
@@ -208,6 +211,7 @@ def _fit_stribeck(
     top = float(speed.max())
     slowest = float(np.min(speed[speed > 0], initial=top))
     tried = []
+    # a peak may lie below the slowest point or bend over all: both are refused later, and by their numbers
     for v_s in (*STRIBECK_STARTS_RAD_S, *np.geomspace(0.3 * slowest, 3 * top, _STARTS)):
         design = _linear_design(formula, speed, float(v_s)) * root[:, None]
         values = _bounded(design, friction_nm * root)
@@ -222,6 +226,7 @@ def _fit_stribeck(
         out: np.ndarray = root[:, None] * _jacobian(formula, values, speed)
         return out
 
+    # beyond both bounds v_s does nothing to any point: the search would walk for ever
     lower, upper = np.array([0, 0, 0, 0.1 * slowest]), np.array([np.inf, np.inf, np.inf, 10 * top])
     best = [
         least_squares(
@@ -232,6 +237,7 @@ def _fit_stribeck(
             x_scale="jac",
             ftol=1e-10,
         )
+        # v_s has several valleys: the grid may favour the wrong one by a hair
         for start in sorted(tried)[:3]
     ]
     found: np.ndarray = min(best, key=lambda result: float(result.cost)).x
@@ -247,6 +253,7 @@ def _jacobian(formula: Formula, values: np.ndarray, speed: np.ndarray) -> np.nda
 
 
 def _covariance(jacobian: np.ndarray, values: np.ndarray, variance: float) -> np.ndarray:
+    # on its bound a number has no slope to both sides, and no standard error that means one
     free = values > 0
     covariance = np.zeros((len(values), len(values)))
     normal = jacobian[:, free].T @ jacobian[:, free]

@@ -12,6 +12,7 @@ import numpy as np
 
 from rtctl.friction.kind_table import KERNELS
 
+# LIBSVM spends most of its time on fits that it gives up; below 300 models stay as they were (decision 0032)
 MANY = 300
 """Points from which a machine is trained by its factor; fewer are quick whatever the method."""
 
@@ -44,6 +45,7 @@ class Gram:
 def pivoted(matrix: np.ndarray, tolerance: float) -> np.ndarray:
     """Factor Z (n, r) with Z Z' = matrix but for `tolerance` times its largest diagonal value (pivoted
     Cholesky)."""
+    # what of each point is not explained yet: the largest is taken next, as a pivot
     left = matrix.diagonal().copy()
     limit = tolerance * left.max()
     columns = np.zeros((len(matrix), len(matrix)), order="F")  # filled column by column

@@ -59,6 +59,7 @@ def noise_nm(speed: np.ndarray, friction_nm: np.ndarray, session: np.ndarray | N
     Second differences of neighbours in speed, weighted so that any straight line cancels; their median size
     over .6745 and the root of their squared weights. Not below a thousandth of the largest friction. Every
     candidate asks for it on the same points, hence it is kept."""
+    # bytes as the key: arrays have no hash, and hundreds of candidates ask for the same points
     columns = (speed, friction_nm) if session is None else (speed, friction_nm, session)
     return _noise_nm(*(np.asarray(column, dtype=float).tobytes() for column in columns))
 
@@ -69,6 +70,7 @@ def _noise_nm(*columns: bytes) -> float:
     session = sessions[0] if sessions else None
     names = () if session is None else tuple(np.unique(session))
     sizes = [_second_differences(speed[session == one], friction_nm[session == one]) for one in names]
+    # sessions of one or two points each show none: then all points together do
     size = np.concatenate([*sizes, np.zeros(0)])
     if not len(size):
         size = _second_differences(speed, friction_nm)
@@ -81,8 +83,10 @@ def _second_differences(speed: np.ndarray, friction_nm: np.ndarray) -> np.ndarra
     order = np.argsort(speed, kind="stable")
     v, f = speed[order], friction_nm[order]
     span = v[2:] - v[:-2]
+    # three repeats of one speed: their mean is the line
     share = np.divide(v[2:] - v[1:-1], span, out=np.full(len(span), 0.5), where=span > 0)
     difference = f[1:-1] - share * f[:-2] - (1 - share) * f[2:]
+    # noise of all three points is in it: over the root of their squared weights it is that of one
     return np.asarray(np.abs(difference) / np.sqrt(1 + share**2 + (1 - share) ** 2))
 
 
@@ -111,6 +115,7 @@ def in_scale_of(
         )
         return replace(one, parts=tuple(parts))
     v, f = speed[training], friction_nm[training]
+    # C is a torque: half of the friction is as well bounded by half of it
     c = one.c * float(f.max()) / float(friction_nm.max())
     tube = one.tube
     if one.machine == "epsilon":

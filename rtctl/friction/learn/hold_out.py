@@ -47,10 +47,12 @@ def way_for(points: FrictionPoints, wanted: str = "auto") -> str:
         if wanted != "speed":
             units_of(points, wanted)
         return wanted
+    # single samples of a log are alike in time; means of many measurements are alike in speed alone
     single = bool((np.isnan(points.count) | (points.count <= 1)).all())
     if several_logs(points):
         return "log"
     if single and _complete(points, "time_s"):
+        # whole laps, since a lap's repeat beside it would vouch for whatever was learned of it
         return "time" if laps_of(points) is None else "lap"
     return "speed"
 
@@ -101,6 +103,7 @@ def units_of(points: FrictionPoints, way: str) -> np.ndarray:
             raise DataError(f"{points.source}: no motion repeats itself three times; use --folds time")
         return laps
     found = points.columns["log"] if way == "log" else np.floor(points.columns["position_rad"] / (2 * np.pi))
+    # numbered from 0 without gaps: logs may be called 3 and 17
     units: np.ndarray = np.unique(found, return_inverse=True)[1]
     if units.max(initial=0) < 1:
         what = "column log: one log only" if way == "log" else "column position_rad: less than two turns"
@@ -118,6 +121,7 @@ def several_logs(points: FrictionPoints) -> bool:
     if not _complete(points, "log"):
         return False
     numbers = [set(points.columns["log"][points.direction == direction]) for direction in (1, -1)]
+    # a log of one direction, held out, would judge a direction that it says nothing of
     return numbers[0] == numbers[1] and len(numbers[0]) > 1
 
 
@@ -146,6 +150,7 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     return fold
 
 
+# four pairs of five; with fewer all is as it was (decision 0130)
 SAME_LEVELS = 0.8
 """Share of all pairs of a session and a speed that is measured where sessions are at the same speeds."""
 
@@ -170,7 +175,9 @@ def less_offsets(friction_nm: np.ndarray, level: np.ndarray, session: np.ndarray
     count = np.bincount(cell, minlength=math.prod(shape)).reshape(shape)
     mean = np.bincount(cell, friction_nm, math.prod(shape)).reshape(shape) / np.maximum(count, 1)
     measured = count > 0
+    # half of the speeds: less is what `folds_of` lets train of a session that is held out
     whole = 2 * measured.sum(axis=1) >= measured.any(axis=0).sum()
+    # over speeds that all have: one of slow speeds lies above the others by friction, not by an offset
     common = measured[whole].all(axis=0)
     if not common.any():
         return friction_nm
@@ -184,6 +191,7 @@ def shared_out(units: np.ndarray) -> np.ndarray:
     """Fold of each point, shape (n,): whole units, neighbours together, the folds of about equally many
     points."""
     names, unit, count = np.unique(units, return_inverse=True, return_counts=True)
+    # by its middle: a large unit goes where most of it lies
     middle = np.cumsum(count) - 0.5 * count
     share = np.arange(len(names)) if len(names) <= FOLDS else (middle * FOLDS / count.sum()).astype(int)
     fold: np.ndarray = np.unique(share, return_inverse=True)[1][unit]

@@ -122,6 +122,7 @@ def _solved(
     for _ in range(_STEPS):
         x, _, low, high = at.parts
         beta = x[:n] - x[n:]
+        # never the n by n matrix: its rank is some tens (decision 0032)
         curve = factor @ (factor.T @ beta)
         off = np.concatenate([curve, -curve]) + cost + equations.T @ at.of_equations - low + high
         short = equations @ x - wanted
@@ -130,6 +131,7 @@ def _solved(
         alpha = np.where(x * reach > low, x, 0.0)
         rest = beta - alpha[:n] + alpha[n:]
         beta = beta - rest
+        # both: a small gap beside equations that do not hold is no optimum
         if at.gap <= _GAP * abs(objective) and np.abs(off).max() <= tolerance_nm:
             converged = bool(np.abs(factor @ (factor.T @ rest)).max() <= tolerance_nm)
         if converged or not np.isfinite(objective):
@@ -153,6 +155,7 @@ def _better(
     easy = 1.0 / (prices / inside).sum(axis=0)
     weighed = factor * np.sqrt(easy[:n] + easy[n:])[:, None]
     small = weighed.T @ weighed
+    # Woodbury: the inverse of diagonal plus Z Z' needs one of the rank's size alone
     small.flat[:: len(small) + 1] += 1.0
     # scipy.linalg looks at its arguments for longer than LAPACK takes
     decomposed, refused = lapack.dpotrf(small, lower=1)

@@ -80,6 +80,7 @@ def ascend(
     rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
     tasks = [(score.candidate, data) for score, data in zip(rung.scores, found.sides, strict=True)]
     ahead = foretold.foretold(tasks)
+    # wear lies beyond all sessions: what was held out among them is too kind (docs/theory.md 8.8)
     next_nm = max(rung.rmse_nm, 0.0 if ahead is None else ahead.rmse_nm)
     said = found.explanation + foretold.said(ahead, rung.rmse_nm)
     return replace(found, explanation=said, expected_next_nm=next_nm)
@@ -90,13 +91,16 @@ def _climbed(points: FrictionPoints, options: Options, progress: search.Progress
     weight, folds, most = options.break_away_weight, options.folds, options.max_support_vectors
     sides = tuple(search.side(points, d, weight, folds) for d in directions)
     share = options.tolerance_share
+    # by the stronger direction: both are judged by one number, and it is what a hand could tell at all
     equal_nm = max(tolerance_nm(data, share) for data in sides)
     unit = grids.unit_of(points.motion, float(np.abs(points.velocity_rad_s).max()))
     look = search.full if options.strategy == "full" else search.halving
     with pool.workers(options.backend, options.n_jobs) as crew:
         scores = look(crew, _tasks(options.families, sides, unit), sides, progress, max_terms=most)
         climbed = [climb(family, scores, sides, share) for family in options.families]
+        # usable before chosen: a rung that no loop could run must not win and then fail
         choice = choose([_usable(rung, points, sides) for rung in climbed], equal_nm)
+        # a bound on support vectors is one of numbers, of which the mean has those of all its rungs
         if options.mean and most is None:
             choice = _with_mean(choice, points, sides, equal_nm)
         bound = _terms_of_choice(equal_nm, share, most)
@@ -112,6 +116,7 @@ def _climbed(points: FrictionPoints, options: Options, progress: search.Progress
                 equal_nm,
                 most,
             )
+        # only now and for the chosen rung: whether to share is asked of what is deployed (decision 0043)
         pooled = search.side(points, 0, weight, folds)
         tried = search.score_all(
             crew, _pooled_tasks(choice.chosen, scores, sides, share), [pooled], max_terms=most
@@ -131,6 +136,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
     where no loop could run the mean."""
     usable = [rung for rung in choice.rungs if not rung.refused]
     one = choice.chosen
+    # among errors that count as equal fewer numbers are worth more than a smaller error (decision 0012)
     if one.compared_nm <= equal_nm:
         return choice
     made = mean.mean_of(usable, mean.shares(usable))
@@ -138,6 +144,7 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
         return choice
     made = _usable(made, points, sides)
     rungs = (*choice.rungs, made)
+    # a mean of curves that bend at different speeds may need more cells than the law has
     if made.refused:
         return replace(choice, rungs=rungs)
     said = " ".join(part for part in (mean.explained(made, one), choice.of_formulas) if part)
@@ -153,6 +160,7 @@ def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) 
     rungs = [climb(candidate.family, tried, [pooled], share) for _, candidate in parts]
     wanted = {candidate.family: one for one, candidate in parts}
     lost = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs if rung.refused)
+    # no mean of one: then both directions have their own
     return mean.mean_of(rungs, wanted) or Rung(chosen.family, (), lost)
 
 
@@ -173,6 +181,7 @@ def _branches(rung: Rung, points: FrictionPoints, sides: Sequence[Side]) -> tupl
     direction."""
     found = []
     for direction in (1, -1):
+        # a shared curve has the one score of direction 0
         score = next(score for score in rung.scores if score.direction in (0, direction))
         data = next(data for data in sides if data.direction == score.direction)
         try:
@@ -212,6 +221,7 @@ def _pooled_tasks(
     fewer of each."""
     parts = chosen.scores[0].candidate.parts
     families = [candidate.family for _, candidate in parts] or [chosen.family]
+    # twice: either direction names candidates of its own
     most = max(1, _POOLED_MAX // (2 * len(families)))
     candidates = []
     for family in families:
@@ -223,6 +233,7 @@ def _pooled_tasks(
             )
             near = as_good(mine, tolerance_nm(data, share))
             candidates += [score.candidate for score in near[:most]]
+    # candidates hold a dict, which no set takes; both directions often name the same ones
     return [(one, 0) for i, one in enumerate(candidates) if one not in candidates[:i]]
 
 
@@ -247,6 +258,7 @@ def learn(
         A curve that is not positive, or that cannot be compiled; the direction is named."""
     if rung is None:
         rung = ladder.symmetric_rung if ladder.symmetric and ladder.symmetric_rung else ladder.choice.chosen
+    # the rung's own sides: another rung than the chosen one may be learned apart where that one shares
     ways = {score.direction for score in rung.scores}
     sides = [search.side(points, way, _weight(ladder), ladder.folds) for way in ways]
     try:
@@ -256,11 +268,13 @@ def learn(
         raise DataError(f"{what}; choose another family (--kernel)") from error
     band = bands.of_scores(points, rung.scores, ladder.folds, _weight(ladder))
     branches = bands.with_band(branches, band)
+    # the mean is a kind of the branches, whatever the family is called
     model = fit.assemble(points, branches, rig=rig, fade_rad_s=fade_rad_s, selection=ladder.explanation)
     return replace(model, kind=branches[0].kind)
 
 
 def _weight(ladder: Ladder) -> float:
+    # 1 of every point but break-away, whose weight it then is; without break-away nothing has a weight
     data = ladder.sides[0]
     return float(np.max(data.weight))
 

@@ -52,9 +52,12 @@ def period_s(time_s: np.ndarray, signals: np.ndarray) -> float | None:
     order = np.argsort(time_s, kind="stable")
     t = time_s[order]
     n = len(t)
+    # an even grid: the correlation goes by steps, stamps may not
     grid = np.linspace(t[0], t[-1], n)
     found = [_alike(np.interp(grid, t, signal[order]), n // LAPS_MIN) for signal in signals]
+    # the worst of them: a position that repeats while the speed does not is another motion
     alike = np.min(found, axis=0)
+    # every slow signal is like itself a step later: a lap is a maximum after it was unlike
     below = np.flatnonzero(alike < 0.5)
     if not len(below):
         return None
@@ -69,6 +72,7 @@ def _alike(signal: np.ndarray, lags: int) -> np.ndarray:
     """Correlation of a signal with itself for 0..lags - 1 steps, shape (lags,)."""
     x = signal - signal.mean()
     n = len(x)
+    # padded to twice its length: the end must not meet the begin
     spectrum = np.fft.rfft(x, 2 * n)
     product = np.fft.irfft(spectrum * spectrum.conj())[:lags]
     power = np.concatenate([[0.0], np.cumsum(x**2)])

@@ -12,11 +12,13 @@ of Servo Actuators (arXiv 2410.08650)."""
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.errors import DataError
 from rtctl.friction.load import COEFFICIENTS, peak_left
 
 LINEAR = ("coulomb_nm", "viscous_nms_rad", "stribeck_nm")
@@ -164,6 +166,11 @@ def _squares(rows: Rows) -> tuple[np.ndarray, np.ndarray]:
 def fit_terms(rung: str, rows: Rows) -> Terms:
     """Least squares of one of `RUNGS`; all parameters are >= 0.
 
+    Raises
+    ------
+    DataError
+        No start of the search can be found.
+
     Notes
     -----
     Where the torques oppose each other the form is linear but for v_s and a: the best of a grid of these two,
@@ -176,7 +183,7 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
     high = np.full(len(NAMES), np.inf)
     fastest = float(rows.speed.max())
     high[_FALL:] = 10 * fastest, 12.0, 1.0, 10 * fastest, 3.0
-    low = np.zeros(len(NAMES))
+    low = np.zeros(len(NAMES))  # shares and torques below 0 would help the motion
     low[_FALL:] = 0.02 * fastest / (10 if "second_share" in RUNGS[rung] else 1), 0.3, 0.0, 0.02 * fastest, 0.3
 
     def whole(part: np.ndarray) -> np.ndarray:
@@ -201,7 +208,7 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
             miss, begin, by_part, bounds=(low[free], high[free]), x_scale="jac", ftol=ENOUGH, max_nfev=200
         )
         best = found if best is None or found.cost < best.cost else best
-    assert best is not None  # there is always a start
+    assert best is not None  # `_starts` has one, or says that there is none
     errors = np.full(len(NAMES), np.nan)
     errors[free] = _standard_errors(best.jac, best.fun)
     if rung in SHARED:
@@ -247,8 +254,12 @@ def _starts(rung: str, rows: Rows) -> list[np.ndarray]:
                 s * driven,
             ]
         )
-        values, miss = nnls(columns * has, rows.friction_nm)
-        found.append((miss, np.array([*values, *fall, 1.0])))
+        # scipy's solver gives up after 3 n steps, on columns that are nearly alike: another fall begins then
+        with contextlib.suppress(RuntimeError):
+            values, miss = nnls(columns * has, rows.friction_nm)
+            found.append((miss, np.array([*values, *fall, 1.0])))
+    if not found:
+        raise DataError(f"{rung}: no least squares of these loads and speeds; measure more of both")
     found.sort(key=lambda one: one[0])
     return [values for _, values in found[:STARTS]]
 

@@ -115,6 +115,7 @@ def train(
         gram = Gram.of(candidate.kind, candidate.parameters, speed)
     if tolerance_nm is None:
         tolerance_nm = _TOLERANCE_SHARE * float(friction_nm.max())
+    # few points: LIBSVM, which gives the very same models as ever (decision 0032)
     if gram.factor is None:
         found = _by_libsvm(candidate, speed, friction_nm, weight, gram, tolerance_nm, max_iterations)
         # early rounds of a search stop early on purpose, and are content with where it is
@@ -182,12 +183,14 @@ def _by_factor(
         weights = factor.T @ found.beta
         if gram.matrix is None or np.abs(gram.matrix @ found.beta - factor @ weights).max() <= tolerance_nm:
             break
+        # finer once already: what it still misses is of the kernel's rounding
         if factor is not gram.factor:
             found = replace(found, converged=False)
             break
         factor = pivoted(gram.matrix, FINE)
     if not (np.isfinite(found.beta).all() and np.isfinite(found.intercept)):
         raise FailedFitError("not finite")
+    # the others are inside the tube: a file of them would be as long as the points
     at = np.flatnonzero(found.beta)
     curve = Curve(candidate.kind, candidate.parameters, speed[at], found.beta[at], found.intercept)
     return Trained(curve, found.epsilon_nm, found.converged, weights)
@@ -212,6 +215,7 @@ def _tube(machine: SVR | NuSVR, c: float, weight: np.ndarray, residual: np.ndarr
     at = machine.support_
     size = np.abs(residual[at])
     free = np.abs(machine.dual_coef_[0]) < c * weight[at] * (1 - 1e-9)  # the others are at C but for rounding
+    # the median: each of them lies on the edge but for the tolerance of the solver
     if free.any():
         return float(np.median(size[free]))
     return float(size.min(initial=0.0))

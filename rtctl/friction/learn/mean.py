@@ -15,6 +15,7 @@ from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.score import Score
 from rtctl.friction.learn.selection import Rung
 
+# chosen on made joints; from 3 to 10 all sets but one were within a tenth of their best rung (decision 0049)
 POWER = 4.0
 """A rung weighs as the inverse of its expected mean square error to this power: one that errs 1.2 times the
 least has a quarter of its weight."""
@@ -31,6 +32,7 @@ def shares(rungs: Sequence[Rung]) -> dict[str, float]:
     least = float(expected.min())
     # twice: these are roots of what `POWER` is of
     heavy = np.where(expected > 0, least / np.where(expected > 0, expected, 1.0), 1.0) ** (2 * POWER)
+    # before they are made 1 together, so that what is left out leaves no gap
     heavy[heavy < LEAST] = 0.0
     heavy /= heavy.sum()
     return {rung.family: float(share) for rung, share in zip(rungs, heavy, strict=True) if share > 0}
@@ -42,6 +44,7 @@ def mean_of(rungs: Sequence[Rung], wanted: Mapping[str, float]) -> Rung | None:
 
     A rung that has no part in it (refused here) leaves its share to the others."""
     parts = [rung for rung in rungs if rung.family in wanted and not rung.refused]
+    # errors of other folds or sides are of other points: their mean would be no error of anything
     if len(parts) < 2 or len({tuple(len(score.errors) for score in rung.scores) for rung in parts}) > 1:
         return None
     whole = sum(wanted[rung.family] for rung in parts)
@@ -50,6 +53,7 @@ def mean_of(rungs: Sequence[Rung], wanted: Mapping[str, float]) -> Rung | None:
         _mean_score(list(zip(share, scores, strict=True)))
         for scores in zip(*(rung.scores for rung in parts), strict=True)
     )
+    # nothing was chosen for the mean itself: it has the luck of its parts, by their shares
     luck_nm2 = sum(a * rung.luck_nm2 for a, rung in zip(share, parts, strict=True))
     return Rung(MEAN.name, scores, tried=len(parts), luck_nm2=luck_nm2)
 
@@ -62,6 +66,7 @@ def _mean_score(parts: Sequence[tuple[float, Score]]) -> Score:
         Candidate.mean([(share, score.candidate) for share, score in parts]),
         first.direction,
         _together(parts, "errors"),
+        # all of them are in the file and in the curve
         float(sum(score.n_terms for _, score in parts)),
         blocks=first.blocks,
         between=None if first.between is None else _together(parts, "between"),

@@ -70,6 +70,7 @@ def generalisation(
         options = replace(options, folds="speed")
     for k in folds:
         held = np.isin(unit, unit[fold == k])  # the ends of the speeds, too, which a ladder always trains on
+        # left out in place: rows keep their folds, and a point that was bad stays bad (decision 0046)
         hidden = held if points.left_out is None else held | points.left_out
         training = replace(points, left_out=hidden)
         found = ladder.ascend(training, options)
@@ -77,11 +78,13 @@ def generalisation(
         if every_rung:
             models |= _of_rungs(training, found)
         chosen.append(found.choice.chosen.family)
+        # what the ladder said of itself before it saw these rows, to be held against what came
         promised.append(found.choice.chosen.rmse_nm)
         rows = np.flatnonzero(fold == k)
         speed = np.abs(points.velocity_rad_s[rows])
         side = (points.direction[rows] < 0).astype(int)
         fastest = np.array([branch.speed_max_rad_s for branch in models[CHOSEN].branches])
+        # each direction by its own range: beyond it a model is held at its end, which is no prediction
         rows = rows[speed <= fastest[side]]
         for name, model in models.items():
             error = _predicted(model, points, rows) - points.friction_nm[rows]
@@ -93,6 +96,7 @@ def generalisation(
     if not blocks:
         raise DataError(f"{points.source}: no fold to hold out; add points")
     block = np.concatenate(blocks)
+    # a rung that missed a fold is judged by easier points than the others
     figures = {name: _figures(parts, block) for name, parts in errors.items() if len(parts) == len(blocks)}
     rmse_nm, se_nm = figures.pop(CHOSEN)
     held_out_nm = float(np.sqrt(np.mean(np.square(promised))))

@@ -37,7 +37,7 @@ RIDGES = (1e-4, 1e-3, 1e-2)
 
 FOLDS = 5
 _SECTORS = 20
-"""Sectors of a turn; every fifth is held out together, at every speed and in every turn."""
+"""Sectors of a turn; every fifth that has rows is held out together, at every speed and in every turn."""
 
 _PLACES_LEAST = 8
 """Fewest places per turn from which waves can be told."""
@@ -157,7 +157,8 @@ def _side(points: FrictionPoints, way: int, period_rad: float, conservative: Har
     if conservative is not None and len(conservative.orders):
         travel = np.nan_to_num(points.columns.get("travel_rad", np.zeros(len(points.direction)))[rows])
         friction = friction + way * conservative.mean_over(x, travel)
-    fold = np.floor((x / period_rad) % 1.0 * _SECTORS).astype(int) % FOLDS
+    # sectors with rows are counted: of 8 even places only sectors 0 and 2 of every five have one
+    fold = np.unique(np.floor((x / period_rad) % 1.0 * _SECTORS), return_inverse=True)[1] % FOLDS
     return _Side(way, _levels(v), x, friction, fold)
 
 
@@ -179,7 +180,9 @@ def _rungs(sides: list[_Side], period_rad: float, unit_rad_s: float) -> Iterator
             for ridge in RIDGES:
                 kernel = PlaceKernel(period_rad, orders, share, DECAY, unit_rad_s)
                 errors = [_held_out(kernel, ridge, side) for side in sides]
-                blocks = np.array([np.mean(np.concatenate(fold) ** 2) for fold in zip(*errors, strict=True)])
+                folds = [np.concatenate(fold) for fold in zip(*errors, strict=True)]
+                # a fold without a row errs by nothing, and knows nothing
+                blocks = np.array([np.mean(fold**2) for fold in folds if len(fold)])
                 rmse = float(np.sqrt(blocks.mean()))
                 se = float(blocks.std(ddof=1) / math.sqrt(len(blocks))) / (2 * rmse) if rmse > 0 else 0.0
                 tried.append(PlaceRung(kernel, ridge, rmse, se))
@@ -198,7 +201,7 @@ def _held_out(kernel: PlaceKernel, ridge: float, side: _Side) -> list[np.ndarray
     """Errors at the held-out places of each fold, N m."""
     few = _thinned(side, _ROWS_OF_SEARCH)
     errors = _errors_of(kernel, ridge, few, few.fold)
-    return [errors[few.fold == k] if (few.fold == k).any() else np.zeros(1) for k in range(FOLDS)]
+    return [errors[few.fold == k] for k in range(FOLDS)]
 
 
 def _errors_of(kernel: PlaceKernel, ridge: float, side: _Side, fold: np.ndarray) -> np.ndarray:

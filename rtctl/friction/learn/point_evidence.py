@@ -25,6 +25,7 @@ def with_evidence(
 ) -> FrictionModel:
     """Return the model with what its points, and test points, know beside them; a length given by hand (rad)
     goes first."""
+    # a person who gives a length knows something that the points do not
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
@@ -32,6 +33,7 @@ def with_evidence(
             branch,
             place_spread_nm=_largest((spread, branch.place_spread_nm)),
             test_max_error_nm=None if test is None else test_max_error_nm(branch, test, direction),
+            # both sets of points: what single measurements scatter by is the joint's, wherever it was seen
             single_max_error_nm=_largest(
                 single_max_error_nm(branch, one, direction) for one in (points, test) if one
             ),
@@ -88,6 +90,7 @@ def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) 
     rows = points.rows_of(direction)
     speed, friction = np.abs(points.velocity_rad_s[rows]), points.friction_nm[rows]
     std, count = points.std_nm[rows], points.count[rows]
+    # one measurement is its own mean, and knows no spread
     told = (speed <= branch.speed_max_rad_s) & np.isfinite(std) & (count > 1)
     if not told.any():
         return None
@@ -109,6 +112,7 @@ def sliding_doubt_nm(branch: Branch, points: FrictionPoints, direction: int) -> 
     speed = np.abs(points.velocity_rad_s[rows])
     slides = (speed >= SPEED_MIN_SHARE * branch.speed_max_rad_s) & (speed <= branch.speed_max_rad_s)
     curve = branch.magnitude(speed[slides])
+    # either way: a place with more friction is as far off to the watch as one with less
     at_places = np.abs(curve - direction * weakest[rows][slides])
     if not np.isfinite(at_places).any():
         return None
@@ -151,12 +155,14 @@ def place_spread_nm(model: FrictionModel, points: FrictionPoints) -> tuple[float
     shortfall = model.magnitude(_signed_speed(points)) - points.direction * weakest
     forward, backward = (
         float(np.nanmax(here, initial=0.0)) if np.isfinite(here).any() else None
-        for here in (shortfall[points.direction == sign] for sign in (1, -1))
+        # without points that are left out: a mistyped cell is no weak place
+        for here in (shortfall[points.rows_of(sign)] for sign in (1, -1))
     )
     return forward, backward
 
 
 def _signed_speed(points: FrictionPoints) -> np.ndarray:
     """Velocity of each point; at a break-away the least one of its direction, which is on its branch."""
+    # the smallest number there is: -0.0 would count as forward
     least = np.nextafter(0.0, 1.0) * points.direction
     return np.where(points.velocity_rad_s == 0, least, points.velocity_rad_s)

@@ -106,6 +106,7 @@ def interval_nm(rung: Rung) -> tuple[float, float]:
     """Confidence interval of a rung's held-out RMSE, N m, from its standard error: normal, of few blocks
     Student's t."""
     n = len(rung.errors) if rung.blocks is None else len(np.unique(rung.blocks))
+    # by blocks where they are known: a thousand samples of five laps are five
     wide = _quantile(n) * rung.se_nm
     return max(0.0, rung.rmse_nm - wide), rung.rmse_nm + wide
 
@@ -137,6 +138,7 @@ def gather(
     held out; a ladder knows it itself."""
     folds = folds if ladder is None else ladder.folds
     lost: dict[str, str] = {}
+    # formulas cost nothing beside a fit, and without them a page would have nothing to compare with
     if ladder is None:
         learned = [_of_model(model, points, test, at, folds) for at in (0, 1)]
         chosen, weight = learned[0].family, search.BREAK_AWAY_WEIGHT
@@ -146,11 +148,13 @@ def gather(
         learned, chosen = [], ladder.choice.chosen.family
     for rung in rungs:
         if not rung.refused and (ladder or rung.family != chosen):
+            # what is deployed: both directions share it, whatever each had by itself
             shown = ladder.symmetric_rung if ladder and ladder.symmetric and rung.family == chosen else rung
             try:
                 learned += [_learned(points, test, shown or rung, d, weight, folds) for d in (1, -1)]
             except FailedFitError as error:  # it learned every fold, and the whole must not fail for it
                 lost[rung.family] = error.reason
+    # break-away has no place on the logarithm that parts low from high speed
     moving = np.abs(points.velocity_rad_s[points.velocity_rad_s != 0])
     return Evidence(
         points=points,
@@ -203,9 +207,11 @@ def _learned(
     data = search.side(points, score.direction, weight, folds)
     trained = train(score.candidate, data.speed, data.learned_nm(), data.weight)
     n = len(points.branch(1)[0])
+    # `search.side` puts the forward points first
     of_all = np.arange(len(data.speed)) < n if direction > 0 else np.arange(len(data.speed)) >= n
     mine = of_all if score.direction == 0 else np.ones(len(data.speed), dtype=bool)
     held = data.fold != TRAINS
+    # a weight of a point is one of its bound C
     limit = score.candidate.c * np.where(trained.curve.support_vectors == 0, weight, 1.0)
     return Learned(
         family=rung.family,
@@ -228,6 +234,7 @@ def _of_model(
     c, epsilon_nm = (branch.hyper_parameters[name] for name in ("C", "epsilon_nm"))
     unit = branch.source.parameters.get(UNIT, 1.0)
     fold = folds_of(points, (direction,), folds)
+    # fold by fold, as `validation_errors` has them
     held = np.concatenate([speed[fold == k] for k in np.unique(fold[fold != TRAINS])])
     return Learned(
         family=f"epsilon-{branch.kind}",

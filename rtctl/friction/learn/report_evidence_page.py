@@ -87,6 +87,7 @@ def judge_set(
         Nothing can be learned."""
     whole = ladder.ascend(points, options)
     without = nested.generalisation(points, options, every_rung=True)
+    # each direction by itself: where they differ, neighbours of both would scatter by it
     noise = [noise_nm(*points.branch(direction)) for direction in (1, -1)]
     return Found(
         name=name,
@@ -186,6 +187,7 @@ def _figures(found: Sequence[Found]) -> str:
         met = {
             "error foretold": 1 / AGREES <= times <= AGREES,
             "choice": share <= NEAR,
+            # too much is out, too: a band that holds all is wider than it says
             "band": covered is not None and COVERS[0] <= covered <= COVERS[1],
         }
         inside = "-" if covered is None else f"{100 * covered:.1f}"
@@ -261,6 +263,7 @@ def _verdict(line: Line, one: Found) -> str:
         return chosen + "cannot be told without some fold"
     times = line.nested_nm / one.least_nm
     chosen += "at the floor; " if line.nested_nm <= NEAR * one.floor_nm else ""
+    # exactly: the least is one of these very numbers
     if line.nested_nm == one.least_nm:
         return f"{chosen}the least error{_by(line.family)}"
     return chosen + ("as good as the best" if times <= NEAR else f"{times:.2g} times the best")

@@ -112,6 +112,7 @@ def ladder(evidence: Evidence) -> bytes:
 def residuals(evidence: Evidence) -> bytes:
     """Draw residuals of the chosen model against speed: training, held out, test."""
     chosen = evidence.of(evidence.chosen)
+    # linear below it: break-away at 0 has no place on a logarithm
     least = float(np.min([one.trained.speed[one.trained.speed > 0].min() for one in chosen]))
     most = float(np.max([one.trained.speed.max() for one in chosen]))
     figure = pictures.blank(10, 6.4)

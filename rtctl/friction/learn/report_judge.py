@@ -59,6 +59,7 @@ MOSTLY = 0.5
 """Share of the points beyond the trained range from which it is another motion than the model's, or another
 unit."""
 
+# a session is hardly ever just as slow as another (decision 0101)
 SAME_SPEED = 0.02
 """Share by which a point may be slower than the slowest of those learned from, and is as slow."""
 
@@ -71,6 +72,7 @@ def judge(model: FrictionModel, points: FrictionPoints) -> tuple[Judgement, Judg
 
     Of a model by place a point is a mean over places that are never quite even: it may be off by what its
     measurements scatter by, over the root of their number, before it speaks against the curve of speed."""
+    # a curve of speed alone was learned from such means itself, and its bound has them in it
     slack_nm = np.zeros(len(points.direction))
     if model.place is not None:
         slack_nm = np.nan_to_num(UNEVEN_SURE * points.std_nm / np.sqrt(np.maximum(points.count, 1)))
@@ -93,6 +95,7 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
             if beyond > MOSTLY * one.points:
                 said.append(f"{at} most points, {beyond} of {one.points}, are {how} than the trained range")
         far = abs(one.worst_nm or 0.0) > FAR_OVER * one.bound_nm
+        # a few beyond the largest error of the points learned from are chance, unless one is far beyond
         if one.over_bound > OUTSIDE_MOST * (one.points - one.outside - one.slower) or (
             one.over_bound and far
         ):
@@ -130,6 +133,7 @@ def _of(
     if not len(v):
         return Judgement(direction, n, outside, bound, 0, slower=slower)
     error = branch.magnitude(v) - f
+    # what uneven places may have made of it is no error of the model
     sure = np.sign(error) * np.maximum(np.abs(error) - slack_nm[inside], 0.0)
     line = np.column_stack([np.ones_like(v), v])
     floor = line @ np.linalg.lstsq(line, f, rcond=None)[0] - f
@@ -164,5 +168,6 @@ def _allowed(branch: Branch, v: np.ndarray, f: np.ndarray, floor: np.ndarray) ->
     session = RESOLUTION_SHARE * float(np.abs(f).max())
     if branch.band is not None:
         session = max(session, float(np.sqrt(np.mean(branch.band.at(v) ** 2))) / BAND_SIGMAS)
+    # two numbers were fitted to the very points that the model has not seen
     fitted = float(np.mean(floor**2)) * len(v) / max(len(v) - 2, 1)
     return float(np.hypot(np.sqrt(fitted), session))

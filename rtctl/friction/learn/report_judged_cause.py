@@ -33,6 +33,7 @@ def _error(model: FrictionModel, v: np.ndarray, f: np.ndarray, most: float = 0.5
     """RMS of model less friction (signed, N m) over the RMS of the friction, within the trained range;
     infinite where hardly a point lies in it."""
     inside = _inside(model, v)
+    # a reading that throws most points out of the range fits the rest for nothing
     if inside.mean() < most:
         return math.inf
     wanted = np.sign(v[inside]) * model.magnitude(v[inside])
@@ -58,6 +59,7 @@ def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tu
     yield _error(model, -v, -f), "the directions look swapped: with both signs turned the model fits"
     inside = _inside(model, v)
     wanted, given = np.sign(v[inside]) * model.magnitude(v[inside]), f[inside]
+    # by least squares through 0: a torque constant has no offset
     factor = float(wanted @ given / max(float(wanted @ wanted), 1e-300))
     if factor > 0 and abs(factor - 1) > SCALE_LEAST:
         what = (
@@ -70,6 +72,7 @@ def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tu
             _error(model, v, f / factor),
             f"the friction is {factor:.3g} times the model's at all speeds: {what}",
         )
+    # with the sign of the motion, as dry friction has it; a zero (below) has none
     dry = float(np.mean(np.sign(v[inside]) * (given - wanted))) if len(given) else 0.0
     if len(given) and abs(dry) > SCALE_LEAST * float(np.sqrt(np.mean(given**2))):
         yield (

@@ -27,6 +27,7 @@ def unmeasured(speed: np.ndarray) -> list[tuple[float, float]]:
     spans = [(0.0, float(levels[0]))] if levels[0] > 0 else []
     gaps = np.diff(levels)
     for at, gap in enumerate(gaps):
+        # the larger neighbour: speeds by ratio have gaps that grow, none of which is a hole
         beside = max(gaps[max(0, at - 1)] if at else 0.0, gaps[at + 1] if at + 1 < len(gaps) else 0.0)
         wide = gap > GAP_TIMES * beside and gap > GAP_SHARE * levels[-1]
         if wide or (levels[at] > 0 and levels[at + 1] > GAP_RATIO * levels[at]):

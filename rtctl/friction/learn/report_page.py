@@ -51,6 +51,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
     vectors = [
         table_of(report_tables.support_vectors(name, evidence.of(name), evidence.points.motion))
         for name in shown
+        # a formula has none to list
         if any(len(one.limit) for one in evidence.of(name))
     ]
     parts = [

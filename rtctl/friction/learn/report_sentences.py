@@ -121,6 +121,7 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
 
 def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> str:
     """Whether the held-out error said what the test points brought."""
+    # a held-out error of 0 is one of points that a computer made: no factor of it is said
     mine, before = _row(rows, chosen), _row(held_out, chosen)
     if mine is None or before is None or not before["held_out_rmse_nm"]:
         return ""
@@ -160,6 +161,7 @@ _BOUNDS = {
 def of_bound(model: Mapping[str, Sequence[float | None]]) -> str:
     """The error that the recommended gain leaves room for, and what it was found on."""
     found = {name: max(known) for name in _BOUNDS if (known := _known(model.get(name, ())))}
+    # the largest is what `error_max_nm` is: of that alone the bound is made
     at = max(found, key=lambda name: found[name])
     return (
         f"The largest known error, which gain and bound leave room for, is {_mnm(found[at])} mN m, on "

@@ -57,10 +57,12 @@ def require_place(folder: Path) -> None:
     if not folder.exists():
         return
     found = {item.name for item in folder.iterdir()} if folder.is_dir() else {folder.name}
+    # an empty folder is nobody's
     if not found:
         return
     try:
         document = json_of(read_bounded(folder / HEADER, MOST_TABLE_BYTES))
+        # only what that very report wrote: a picture that somebody put beside it stays
         ours = set(document["files"]) if document["kind"] == KIND else set()
     except (OSError, ValueError, TypeError, KeyError):
         ours = set()
@@ -108,6 +110,7 @@ def write(
 def _replace(folder: Path, files: Mapping[str, bytes]) -> None:
     folder = folder.absolute()
     folder.parent.mkdir(parents=True, exist_ok=True)
+    # beside it and not in /tmp: a rename is whole only within one disk
     new, old = (folder.parent / f".{folder.name}.{os.getpid()}.{end}" for end in ("new", "old"))
     try:
         new.mkdir()

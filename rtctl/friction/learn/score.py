@@ -35,6 +35,7 @@ class Score:
     def compared(self) -> np.ndarray:
         """Errors that candidates are compared by, N m: those held out; of sessions at the same speeds those
         of sessions and of speeds held out, one after the other, less what the sessions differ by."""
+        # one kind of hold-out: what sessions differ by cannot be told from friction, and stays in
         if self.between is None or self.blocks is None or self.between_blocks is None:
             return self.errors
         known = (self.errors, self.blocks), (self.between, self.between_blocks)

@@ -39,6 +39,7 @@ class Effort:
 
 ALL = Effort()
 
+# fewer points and folds rank candidates well enough to drop two thirds of them (decision 0032)
 ROUNDS = (Effort(5_000, 2, MANY), Effort(50_000, None, 2 * MANY), ALL)
 """Rounds of successive halving: few iterations, folds and points for all candidates, everything for the
 best."""
@@ -46,6 +47,7 @@ best."""
 KEEP = 3
 """Each round keeps one in this many candidates of a family."""
 
+# candidates that follow each other in a grid share a kernel matrix, which a chunk makes once
 CHUNK = 12
 
 Progress = Callable[[int, int], None]
@@ -103,10 +105,12 @@ def side(
     directions = (direction,) if direction else (1, -1)
     parts = [points.branch(one) for one in directions]
     speed, friction_nm = (np.concatenate(column) for column in zip(*parts, strict=True))
+    # by the speed and not by a column: break-away is what stands at 0, whoever measured it
     weight = np.where(speed == 0, break_away_weight, 1.0)
     rows = np.concatenate([points.rows_of(one) for one in directions])
     block = units_of(points, folds)[rows]
     fold = folds_of(points, directions, folds)
+    # only between sessions can what they differ by be told from what friction does over speed
     if folds != "log":
         return Side(direction, speed, friction_nm, weight, fold, block)
     level = common_levels(speed, block)
@@ -131,10 +135,12 @@ def cross_validate(
     blocks = []
     try:
         for fold in ways:
+            # by rows: errors then come in the order of the points, whatever the order of the folds
             found = np.zeros(len(data.speed))
             folds = np.unique(fold[fold != TRAINS])[: effort.folds]
             for k in folds:
                 trained, off = _held_out(candidate, data, fold == k, fold != k, gram, effort)
+                # where it stopped hangs on the iterations allowed, and is no curve of the machine
                 if final and not trained.converged:
                     raise FailedFitError("not converged")
                 converged = converged and trained.converged
@@ -149,13 +155,16 @@ def cross_validate(
             if final and not whole.converged:
                 raise FailedFitError("not converged")
             count = float(whole.curve.n_terms)
+            # trained on all points, since folds have fewer and would let through what is too many in the end
             if max_terms is not None and candidate.machine != "formula" and count > max_terms:
                 reason = f"more than {max_terms} support vectors"
                 return Score(candidate, data.direction, np.zeros(0), count, reason)
     except FailedFitError as error:
+        # infinitely many numbers: no rule that prefers fewer can choose what failed
         return Score(candidate, data.direction, np.zeros(0), np.inf, error.reason)
     except UnidentifiableError as error:
         return Score(candidate, data.direction, np.zeros(0), np.inf, str(error))
+    # speeds held out of all sessions: what a curve does between them no session sees (decision 0130)
     beside = (errors[1], blocks[1]) if len(errors) > 1 else ()
     return Score(candidate, data.direction, errors[0], count, None, converged, blocks[0], *beside)
 
@@ -178,6 +187,7 @@ def _held_out(
     )
     if gram is None or gram.factor is None or trained.weights is None:
         return trained, trained.curve(data.speed[held]) - data.friction_nm[held]
+    # by the factor: a sum of kernels costs points times support vectors, a factor its rank
     said = gram.factor[held] @ trained.weights + trained.curve.intercept
     return trained, said - data.friction_nm[held]
 
@@ -198,6 +208,7 @@ def _chunk(
     grams: dict[tuple[Any, ...], Gram] = {}
     scores = []
     for one, at in batch:
+        # the side, too: its speeds make the matrix
         key = (one.kind, at, *one.parameters.items())
         if one.kind in KERNELS and key not in grams:
             grams[key] = Gram.of(one.kind, one.parameters, sides[at].speed)
@@ -253,11 +264,13 @@ def halving(
     candidates never converge still has one. Returns the scores of the last round (all converged or failed),
     and every failure of the earlier ones."""
     lost: list[Score] = []
+    # in the order of the tasks: the outcome does not hang on which worker was first
     left = list(tasks)
     for effort in ROUNDS:
         scores = score_all(pool, left, sides, effort, progress=progress, max_terms=max_terms)
         if effort == ALL:
             return [*scores, *lost]
+        # failures of early rounds are told as well: why a family has no candidate is else nobody's to say
         lost += [score for score in scores if score.failed]
         left = _promising(scores, sides)
     return lost
@@ -272,6 +285,7 @@ def _promising(scores: Sequence[Score], sides: Sequence[Side]) -> list[tuple[Can
             groups.setdefault((score.candidate.family, score.direction), []).append(score)
     kept = []
     for members in groups.values():
+        # by what candidates are compared by in the end, or halving would drop what the choice wants
         ranked = sorted(members, key=lambda score: score.compared_nm)
         best = ranked[: -(-len(ranked) // KEEP)]  # rounded up: a family keeps one at least
         # `is`: scores hold arrays, which have no one answer to ==

@@ -123,7 +123,7 @@ def as_good(scores: Iterable[Score], tolerance_nm: float = 0.0) -> list[Score]:
     if not usable:
         return []
     best = min(usable, key=lambda score: score.compared_nm)
-    limit = max(best.compared_nm + best.doubt_nm, tolerance_nm)
+    limit = max(best.compared_nm + best.doubt_nm, tolerance_nm)  # decision 0012
     near = [score for score in usable if score.compared_nm <= limit]
     return sorted(near, key=lambda score: (score.n_terms, score.compared_nm))
 
@@ -150,7 +150,7 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
         lucks.append(
             luck(min(near, key=lambda one: one.compared_nm) if among_equals else near[0], here, data)
         )
-    counts = [len(score.errors) for score in chosen]
+    counts = [len(score.errors) for score in chosen]  # luck is of mean squares: they weigh by points
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
     bends = False
     try:
@@ -187,10 +187,10 @@ def luck(chosen: Score, scores: Iterable[Score], data: Side) -> float:
 def _told_apart(rung: Rung, best: Rung) -> bool:
     """Whether a rung is expected to err more than the best by more than one standard error of the difference,
     point by point."""
-    if len(rung.compared) != len(best.compared):
+    if len(rung.compared) != len(best.compared):  # a side of another size: not point by point
         return rung.compared_nm > best.compared_nm + best.doubt_nm
     more, se = excess(rung.compared, best.compared, best.compared_blocks)
-    return more + rung.luck_nm2 - best.luck_nm2 > se
+    return more + rung.luck_nm2 - best.luck_nm2 > se  # luck is no error that was seen
 
 
 def _lost(scores: Sequence[Score]) -> str:

@@ -21,6 +21,7 @@ def as_good_together(
     if together.rmse_nm <= equal_nm:
         return True
     ours, theirs = on_all_points(together, [pooled]), on_all_points(apart, sides)
+    # the ends train always, and those of two directions are others than those of both together
     both = np.isfinite(ours) & np.isfinite(theirs)
     more = float(np.mean(ours[both] ** 2 - theirs[both] ** 2))
     return more + together.luck_nm2 - apart.luck_nm2 <= 0

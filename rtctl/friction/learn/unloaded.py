@@ -37,6 +37,7 @@ def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
     most_nm = float(max(np.abs(rows.outside_nm).max(), np.abs(rows.motor_nm).max()))
     miss = np.abs(terms(rows) - rows.friction_nm)
     peaked = terms.value("stribeck_rad_s") > 0
+    # the law knows one load for both directions: help by the stronger one would be too much in the other
     weaker = min(1.0, terms.value("backward"))
     load = Load(
         **{name: weaker * terms.value(name) for name in COEFFICIENTS},
@@ -50,6 +51,7 @@ def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
     added = load.added_nm(rows.speed, rows.outside_nm, rows.motor_nm)
     heavy = added > LIGHT * rows.friction_nm
     known_nm = float(miss[~heavy].max(initial=0.0))
+    # what light points err by is the curve's own, and is in its band already
     beyond = np.maximum(miss[heavy] - known_nm, 0.0) / added[heavy]
     return replace(load, doubt_share=float(beyond.max(initial=0.0)))
 

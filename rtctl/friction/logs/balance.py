@@ -80,6 +80,7 @@ class Balance:
     @property
     def spread(self) -> float:
         """RMS of the torque about the offset of its log."""
+        # a share of the torque is no offset: it is part of what is to be explained
         offsets = self.nuisance[:, : self.nuisance.shape[1] - len(self.signals.shares)]
         centred = self.torque - offsets @ np.linalg.lstsq(offsets, self.torque, rcond=None)[0]
         return float(np.sqrt(np.mean(centred**2)))
@@ -101,6 +102,7 @@ class Balance:
     def bends(self) -> np.ndarray:
         """Columns of friction that bends over speed, (n, 2)."""
         v = self.velocity
+        # no largest speed: a spike of the velocity would stretch the peak over all of them
         usual = PEAK_SHARE * float(np.quantile(np.abs(v), 0.95))
         return np.column_stack([v * np.abs(v), self.direction * np.exp(-np.abs(v) / max(usual, 1e-12))])
 

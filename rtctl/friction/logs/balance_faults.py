@@ -69,6 +69,7 @@ CHANGES = 0.2
 def changed(balance: Balance, before: Fit, after: Fit) -> float:
     """Largest change of a parameter, share of what it is after; viscous friction against the whole friction
     where that is larger."""
+    # against a quarter of the whole friction: of a joint with next to no viscous part any change is manifold
     viscous = max(abs(after.viscous), 0.25 * abs(after.coulomb) / balance.speed)
     return max(
         abs(before.inertia - after.inertia) / max(abs(after.inertia), 1e-12),
@@ -130,17 +131,20 @@ def _unexplained(source: str, left: float, most: float) -> str:
 def _velocity_as_position(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The position column read as a velocity."""
     velocity, acceleration = balance.position, balance.velocity
+    # the sign of a velocity about 0 is noise, and of a position there is no sign to compare with
     moving = np.abs(velocity) > 0.1 * np.abs(velocity).max()
     motion = np.column_stack([acceleration, velocity, np.sign(velocity)])
     as_it_is, other = balance.fit(rows=moving), balance.fit(motion=motion, rows=moving)
     if not (other.inertia > 0 and other.coulomb > 0 and other.rest < 0.5 * as_it_is.rest):
         return None
+    # a spring that swings has its torque in step with the position as well, and is likelier
     if _position_fit(balance).rest < 1.5 * other.rest:
         return None
     return (
         f"column position: looks like a velocity: read as one, {100 * other.rest / balance.spread:.0f} % of "
         f"the torque is left over, read as a position {100 * as_it_is.rest / balance.spread:.0f} %; map the "
         "column with the angle",
+        # it has fewer rows: brought to what the plain fit leaves on all of them
         replace(other, rest=other.rest * plain.rest / as_it_is.rest),
     )
 
@@ -150,6 +154,7 @@ def _weight(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     if balance.external is None:
         return None
     motor, external = balance.torque - balance.external, balance.external
+    # the smaller gets the weight: of the larger nearly all of the torque would be its own noise
     smaller_is_motor = motor.std() < external.std()
     small, large = (motor, external) if smaller_is_motor else (external, motor)
     if small.std() == 0:
@@ -196,6 +201,7 @@ def _position_fit(balance: Balance) -> Fit:
 
 def _by_position(balance: Balance) -> np.ndarray:
     """Columns of a spring and of gravity on a turn, (n, 3)."""
+    # a carriage has no turn, but a spring and a weight's way are seen by the same columns
     x = balance.position / balance.signals.radian
     return np.column_stack([x - x.mean(), np.sin(x), np.cos(x)])
 
@@ -225,6 +231,7 @@ def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
         if len(rows) < PARTS * PART_ROWS:
             continue
         parts = np.array_split(rows, PARTS)
+        # in a part that is mostly of one direction friction is an offset
         if any(abs(np.sign(balance.velocity[part]).mean()) > 0.6 for part in parts):
             continue
         fits = [balance.fit(rows=part) for part in parts]
@@ -244,7 +251,8 @@ def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
             usual = float(np.median(values))
             furthest = parts[int(np.argmax(np.abs(np.subtract(values, usual))))]
             if max(values) - min(values) > CHANGES * usual and _needed(balance, furthest, of, usual):
-                times = ", ".join(f"{balance.time_s[part[0]]:.3g} s" for part in parts)
+                began_s = balance.signals.began_s(k)  # a person looks for it by the time of that file
+                times = ", ".join(f"{balance.time_s[part[0]] - began_s:.3g} s" for part in parts)
                 told.append(
                     f"{name} {CHANGES_WITHIN} {source}: {', '.join(f'{value:.3g}' for value in values)} "
                     f"{unit} in the parts from {times} on (temperature, load, a part touched, two logs in "
@@ -257,6 +265,7 @@ def _needed(balance: Balance, rows: np.ndarray, of: int, usual: float) -> bool:
     """Whether rows need a parameter of their own in place of the usual one: the slow part of a chirp hardly
     tells an inertia."""
     motion = balance.motion
+    # `motion` is made anew at each call: the balance keeps its own
     given, motion[:, of] = usual * motion[:, of], 0.0
     without = balance.fit(torque=balance.torque - given, motion=motion, rows=rows)
     return balance.fit(rows=rows).rest < TOLD_RATIO * without.rest

@@ -46,6 +46,7 @@ def by_speed(part: TurningPart, which: float, lag_s: float = 0.0) -> np.ndarray:
     the log tells."""
     late = round(lag_s * part.rate_hz)
     speed = np.abs(part.motion[:, 1])
+    # the speed of before alone: the direction turns over at once in all of these
     shifted = np.concatenate([np.full(late, speed[0]), speed[: len(speed) - late]])
     direction = (
         stop_operator(part.path_rad, SHORTEST_RAD * part.radian) if which else np.sign(part.motion[:, 1])

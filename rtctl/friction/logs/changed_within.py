@@ -36,6 +36,7 @@ ALIKE = 1.15
 def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The time from which on a log has other parameters, that leaves least over; the parameters told are
     those before it."""
+    # several logs may differ as a whole; a change within one of them is told when it is looked at alone
     n = len(balance.time_s)
     if len(balance.signals.sources) > 1:
         return _changed_between(balance, plain)
@@ -43,6 +44,7 @@ def changed_within(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
         return None
     rows = np.linspace(PART_LEAST, n - PART_LEAST, TRIED).astype(int)
     best = int(np.argmin([_parted(balance, row).rest for row in rows]))
+    # the rest over the time of a change has one valley as wide as the parts: a grid finds it
     near = np.linspace(rows[max(0, best - 1)], rows[min(TRIED - 1, best + 1)], FINER).astype(int)
     row = min(near, key=lambda each: _parted(balance, each).rest)
     what, fit = _what(balance, row)
@@ -89,6 +91,7 @@ def _changed_between(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
 
 def _more(fit: Fit) -> np.ndarray:
     """By how much inertia, viscous and Coulomb friction are larger after it, where they were fitted."""
+    # for a zero or a scale one or two columns were added, and the joint stayed
     return fit.added[:3] if len(fit.added) > 3 else np.zeros(3)
 
 
@@ -122,6 +125,7 @@ def _what(balance: Balance, row: int) -> tuple[str, Fit]:
     fit."""
     since, whole = _since(balance, row), _parted(balance, row)
     zero = balance.fit(added=since)
+    # the least that explains it first: a button that was pressed is likelier than another joint
     if zero.rest < ALIKE * whole.rest:
         return f"the zero of the torque, by {zero.added[0]:.3g} N m,", zero
     before = np.array([whole.inertia, whole.viscous, whole.coulomb])

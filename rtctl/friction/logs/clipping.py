@@ -19,6 +19,7 @@ from rtctl.friction.logs.dynamics import Plateau
 from rtctl.friction.logs.intervals import covariance, time_blocks
 from rtctl.friction.logs.torque_faults import LEVELS_MIN, longest_run
 
+# equal values are no fault by themselves: an even acceleration wants an even torque (decision 0063)
 RUN = 20
 """As many equal extreme values in a row may be a signal that was cut off, unless it has few levels anyway."""
 
@@ -105,6 +106,7 @@ def require_unclipped(balance: Balance, seen: Sequence[tuple[int, Plateau]], sou
     off."""
     for log, plateau in seen:
         found = _of_plateau(balance, log, plateau)
+        # hardly any smaller torque: all of the log is at its limit, and nothing says what was wanted
         if found is not None and (not found.judged or _contradicted(found, SHORT_AT_LEVEL)):
             wants = (
                 f"wants {found.wanted_nm:.3g} N m there on average"
@@ -146,6 +148,7 @@ def _is_flat(found: _Top) -> bool:
 def _of_plateau(balance: Balance, log: int, plateau: Plateau) -> _Top | None:
     named = columns(balance)
     column = next(iter(named.values())) if len(named) == 1 else named[plateau.where.rsplit(": ", 1)[-1]]
+    # about the middle: a sensor's zero would make one side of an even range the larger one
     middle = float(np.median(column))
     signal = plateau.side * (column - middle)
     top = plateau.side * (plateau.level_nm - middle)
@@ -154,6 +157,7 @@ def _of_plateau(balance: Balance, log: int, plateau: Plateau) -> _Top | None:
 
 def _at_top(balance: Balance, column: np.ndarray, side: float) -> _Top | None:
     signal = side * (column - float(np.median(column)))
+    # noise on a torque that was cut off goes beyond its limit in a few rows
     top = float(np.quantile(signal, 0.995))
     return _compared(balance, column, side, signal > AT_TOP * top, top)
 
@@ -165,6 +169,7 @@ def _compared(
     hardly any row is at the top."""
     others, middle = balance.torque - column, float(np.median(column))
     signal = side * (column - middle)
+    # rows near the top would teach the balance that it ends there
     below = np.abs(signal) < TOP_SHARE * top
     if at_top.sum() < RUN:
         return None
@@ -177,7 +182,9 @@ def _compared(
     found = np.linalg.lstsq(matrix[below], balance.torque[below], rcond=1e-9)[0]
     wanted = side * (matrix @ found - others - middle)
     rest = balance.torque - matrix @ found
+    # numbered anew: a block of which no row is left would count as one that has no error
     blocks = np.unique(time_blocks(balance.signals)[below], return_inverse=True)[1]
+    # no slow columns taken off: the drift is one of the columns here
     spread = covariance(matrix[below], rest[below], blocks, 0)
     mean = matrix[at_top].mean(axis=0)
     beyond = wanted > BEYOND_TOP * top

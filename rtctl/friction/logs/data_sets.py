@@ -82,6 +82,7 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
         several are left out, and the notes say why."""
     notes: tuple[str, ...] = ()
     if one.points:
+        # a pattern in `points` would be several files, which are several sets
         points = read_points(_found(one.points, folder)[0])
     elif one.runs:
         files = [file for pattern in one.runs for file in _found(pattern, folder)]
@@ -108,7 +109,9 @@ def _readable(
     try:
         points, notes = read(files)
     except DataError as error:
+        # by the file and not its name: a link, or ./ before it, is the same one
         sound = [file for file in files if error.file is None or not file.samefile(error.file)]
+        # no file is named, or none is left: the error is of the set
         if not sound or len(sound) == len(files):
             raise
         points, notes = _readable(sound, read)
@@ -117,6 +120,7 @@ def _readable(
 
 
 def _found(pattern: str, folder: Path) -> list[Path]:
+    # sorted: sessions are numbered by it, and a page of evidence must come out alike on every machine
     files = sorted(folder.glob(pattern)) if "*" in pattern else [folder / pattern]
     if not files or not all(file.is_file() for file in files):
         raise ConfigError(f"{folder}: no file {pattern}; give the folder of the data with --data")

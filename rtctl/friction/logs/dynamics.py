@@ -33,6 +33,7 @@ SAMPLES_PER_CUTOFF = 10
 SAMPLES_MIN = 40
 """Fewest friction samples of one direction."""
 
+# what scipy's `sosfiltfilt` takes by default for one section: 3 (2 + 1)
 BEYOND = 9
 """Rows that the filter runs through before the first and behind the last."""
 
@@ -80,6 +81,12 @@ class AxisLog:
     settle_rad: float = 0.0
     unsaid: tuple[str, ...] = ()
 
+    @property
+    def where(self) -> str:
+        """The file in a message that numbers rows: those of a stretch behind a gap are counted from its
+        begin."""
+        return f"{self.source} (rows from {self.start_s:.6g} s on)" if self.start_s else self.source
+
 
 @dataclass(frozen=True)
 class Motion:
@@ -126,12 +133,14 @@ def smooth(signal: np.ndarray, rate_hz: float, cutoff_hz: float) -> np.ndarray:
     ------
     ValueError
         `BEYOND` rows or fewer."""
+    # contiguous: the compiled loop is made for one layout, and counts of an encoder may come as integers
     signal = np.ascontiguousarray(signal, dtype=float)
     if signal.shape[-1] <= BEYOND:
         raise ValueError(
             f"{signal.shape[-1]} rows: too few for the filter, which runs {BEYOND} beyond each end"
         )
     section, settled = _section(rate_hz, cutoff_hz)
+    # the same filter, so that the tests of seeded bugs, which run without a compiler, see the same numbers
     if JIT_DISABLED:  # a hundred times slower than scipy
         from scipy.signal import sosfiltfilt
 
@@ -156,10 +165,13 @@ def _there_and_back(signal: np.ndarray, section: np.ndarray, settled: np.ndarray
     passed = np.empty((n + 2 * BEYOND, k))
     passed[BEYOND : n + BEYOND] = signal.T
     for row in range(BEYOND):  # turned about its ends
+        # a point reflection keeps value and slope, so that a joint that moves at an end is not braked there
         passed[row] = 2 * signal[:, 0] - signal[:, BEYOND - row]
         passed[n + BEYOND + row] = 2 * signal[:, n - 1] - signal[:, n - 2 - row]
     b0, b1, b2, _, a1, a2 = section
+    # once each way: what the first pass delays the second one advances
     for _ in range(2):
+        # as if the signal had been at its first value for ever: from 0 it would ring at the begin
         state = settled[0] * passed[0], settled[1] * passed[0]
         for row in range(len(passed)):
             for column in range(k):
@@ -188,6 +200,7 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
         raise DataError(
             f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{0.2 * log.rate_hz:g} Hz (rate / 5)"
         )
+    # one-sided differences at both ends are of half the order, and two of them follow each other
     edge = max(2, round(log.rate_hz / cutoff_hz))
     n = len(log.position_rad)
     if n < 10 * edge:
@@ -197,6 +210,7 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     step = 1.0 / log.rate_hz
     velocity = np.gradient(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)
     acceleration = np.gradient(velocity, step)
+    # every signal by the same slice: rows of one instant stay rows
     kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
     return Motion(
         time_s=(np.arange(n) * step)[kept],
@@ -225,6 +239,7 @@ def regress(motion: Motion, speed_min_rad_s: float = SPEED_MIN_RAD_S, source: st
     columns = (motion.acceleration_rad_s2, v, (v > 0).astype(float), (v < 0).astype(float))
     matrix = np.stack(columns, axis=1)[moving]
     torque = motion.torque_nm[moving]
+    # columns of one size: the rank then is that of the motion, not of rad/s beside rad/s^2
     scale = np.sqrt((matrix**2).mean(axis=0))
     solution, _, rank, _ = np.linalg.lstsq(
         matrix / np.where(scale > 0, scale, 1.0), torque, rcond=RANK_TOLERANCE

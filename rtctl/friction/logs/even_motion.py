@@ -47,6 +47,7 @@ def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[
     viscous friction."""
     speed = np.abs(signals.velocity_rad_s[signals.sliding])
     low, high = np.quantile(speed, [0.1, 0.9])
+    # richest first: who can be told is not taken for unknown
     steady = {name: column for name, column in columns.items() if name != "inertia_kgm2"}
     plain = {name: column for name, column in steady.items() if not name.startswith("viscous")}
     return (steady, plain) if high > SPEEDS_APART * low else (plain,)
@@ -57,6 +58,7 @@ def largest_inertia(signals: Regressors, friction: float) -> float:
     (largest torque + friction)/largest acceleration."""
     torque = np.abs(signals.torque_nm - np.median(signals.torque_nm))
     acceleration = np.abs(signals.acceleration_rad_s2)
+    # friction adds to the motor where the joint brakes, so that both may have moved it
     return (float(np.quantile(torque, 0.99)) + friction) / max(float(np.quantile(acceleration, 0.99)), 1e-12)
 
 
@@ -67,6 +69,7 @@ def completed(
     be.
 
     All of the friction may be viscous."""
+    # the far ends: what is not told may be all that these intervals allow
     levels = [abs(each.high) for name, each in found.items() if name.startswith(("coulomb", "level"))]
     friction, speed = max(levels), float(np.median(np.abs(signals.velocity_rad_s[signals.sliding])))
     most = {"inertia": largest_inertia(signals, friction), "viscous": friction / speed}

@@ -22,17 +22,24 @@ def held_still(balance: Balance) -> tuple[str, ...]:
     """The warning that something held the joint; the rows where that began or ended may be in the
     parameters."""
     signals, fit = balance.signals, balance.fit()
+    # no measure of a push without the friction that it has to overcome
     if not fit.coulomb > 0:
         return ()
     wanted = balance.motion @ np.array([fit.inertia, fit.viscous, fit.coulomb])
+    # less the zero that the sliding rows tell: an offset of the sensor pushes nothing
     push = np.abs(signals.torque_nm - float(np.median(balance.torque - wanted)))
     stands = np.abs(signals.velocity_rad_s) < STANDS_RAD_S * signals.radian
-    begin, rows = longest_run(stands & (push > PUSHED * fit.coulomb))
+    held = stands & (push > PUSHED * fit.coulomb)
+    # log by log: the end of one and the begin of the next are no stand
+    runs = [longest_run(held & (signals.log == k)) for k in range(len(signals.sources))]
+    begin, rows = max(runs, key=lambda run: run[1])
     stood_s = rows * float(np.median(np.diff(signals.time_s)))
     if stood_s < STANDS_S:
         return ()
+    log = int(signals.log[begin])
+    since_s = signals.time_s[begin] - signals.began_s(log)  # a person looks for it by the time of that file
     return (
-        f"{signals.source}: the joint stands for {stood_s:.2g} s from {signals.time_s[begin]:.4g} s on "
+        f"{signals.sources[log]}: the joint stands for {stood_s:.2g} s from {since_s:.4g} s on "
         f"although {float(push[begin : begin + rows].max()):.3g} N m push it, and it rubs by "
         f"{fit.coulomb:.3g} N m: a brake, an end stop or another torque holds it, and may be in the "
         "parameters; cut that part out, or map that torque",

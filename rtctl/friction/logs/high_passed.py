@@ -42,7 +42,9 @@ def _integral(signals: Regressors) -> np.ndarray:
     for k in range(len(signals.sources)):
         mine = signals.log == k
         steps = np.diff(signals.time_s[mine])
+        # what a high-pass forgot over a pause is not in the log
         steps[steps > GAP * np.median(steps)] = 0.0
+        # about its mean: a zero of the sensor would be integrated to a ramp, which is the drift's column
         torque = signals.torque_nm[mine] - signals.torque_nm[mine].mean()
         found[mine] = np.concatenate([[0.0], np.cumsum(0.5 * (torque[1:] + torque[:-1]) * steps)])
     return found

@@ -54,6 +54,8 @@ nothing."""
 
 def blocks_in(duration_s: float, cutoff_hz: float) -> int:
     """How many blocks a log of that duration is cut into."""
+    # t with 19 degrees of freedom is a fifteenth wider than the normal: more blocks would gain little, and
+    # longer ones are the safer where friction wanders
     return max(1, min(BLOCKS_MAX, int(duration_s * cutoff_hz / BLOCK_PERIODS)))
 
 
@@ -77,6 +79,7 @@ def time_blocks(signals: Regressors) -> np.ndarray:
         rows = np.flatnonzero(signals.sliding & (signals.log == k))
         if len(rows) < BLOCKS_MIN:
             raise DataError(f"{source}: no steady sliding in this log; leave it out, or record wider motion")
+        # from the first to the last sliding row: a rest at an end is no time in which anything was told
         between = (
             (signals.log == k) & (np.arange(len(block)) >= rows[0]) & (np.arange(len(block)) <= rows[-1])
         )
@@ -106,6 +109,7 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
     power, axes = np.linalg.eigh(X.T @ X)
     # columns that say the same leave a direction of which nothing is known: none of it is told
     told = power > RANK * power[-1]
+    # half of (X'X)^-1: in its axes the leverage of a block is a share, whatever the units of the columns
     half = axes[:, told] / np.sqrt(power[told])
     changes = np.empty((blocks, X.shape[1]))
     for k in range(blocks):
@@ -132,6 +136,7 @@ def estimates(
 
     found = {}
     for name, x, e, degrees in zip(names, value, error, freedom, strict=False):
+        # below one degree of freedom there is no t; with one it is 12.7: hardly anything is known
         half = float(t.ppf(0.975, max(1, degrees))) * float(e)
         found[name] = Estimate(float(x), float(e), float(x) - half, float(x) + half)
     return found

@@ -21,6 +21,7 @@ about the best."""
 CLOCKS_LEAVE = 0.01
 """Share of the torque that one delay must leave over for two clocks to be looked for."""
 
+# as `balance_faults.TOLD_RATIO`: two clocks are one cause more (decision 0070)
 CLOCKS_BETTER = 0.75
 """What two clocks leave over, RMS, share of what one delay does, from which on they are told."""
 
@@ -43,6 +44,7 @@ def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.
 
 def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The delay of the torque that leaves least over; two clocks where these leave far less."""
+    # one decomposition serves all delays: the motion is the same, the torque alone is read elsewhere
     basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance])[::ROWS_ALIKE])[0]
 
     def left(first_s: float, last_s: float) -> float:
@@ -54,6 +56,7 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     best = int(np.argmin(tried))
     finer = delays[best] + np.array([0.0, -CLOCK_STEPS_S[-1], CLOCK_STEPS_S[-1]])
     delay = float(min(finer, key=lambda each: left(each, each)))  # as fine as two clocks are looked for
+    # a balance that one delay mends is not searched for two, which could only leave less
     if tried[best] > CLOCKS_LEAVE * balance.spread:
         first_s, last_s = _clocks(left)
         two = balance.fit(torque=late(balance, first_s, last_s))
@@ -77,6 +80,7 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
 def _clocks(left: Callable[[float, float], float]) -> tuple[float, float]:
     """Delays at the first and the last row that leave least over, s."""
     first_s = last_s = 0.0
+    # each finer grid reaches as far as the step before: 441 + 121 + 169 pairs in place of 360,000
     for reach_s, step_s in pairwise((CLOCK_MOST_S, *CLOCK_STEPS_S)):
         steps = np.arange(-reach_s, reach_s + step_s / 2, step_s)
         tried = [(left(first_s + a, last_s + b), first_s + a, last_s + b) for a in steps for b in steps]

@@ -68,6 +68,7 @@ def solve(
     solution = np.linalg.lstsq(scaled, torque, rcond=None)[0]
     residual = torque - scaled @ solution
     own, drift = np.split(scaled, [len(columns)], axis=1)
+    # what a column shares with the drift tells nothing of its parameter (Frisch, Waugh and Lovell)
     own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
     error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
     telling = telling_blocks(own, block)
@@ -88,6 +89,7 @@ def solve(
 def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.ndarray]) -> float:
     singular = np.linalg.svd(scaled, compute_uv=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
+    # too even is said by what is missing, where that is known: slow rows are easier to record than a motion
     if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
         return condition
     few = few_slow(signals)

@@ -15,6 +15,7 @@ from rtctl.friction.logs.dynamics import SAMPLES_PER_CUTOFF
 SMOOTH_LEAST = 0.015
 """Share of the torque left over without being noise from which on the bounds below count."""
 
+# a hand that nobody recorded took 13 % of an inertia without a word, play 23 (decision 0044)
 MOST_OFF = {"inertia": 0.15, "viscous friction": 0.3, "Coulomb friction": 0.15}
 """Largest share by which a parameter may be off before that is told."""
 
@@ -47,6 +48,7 @@ def no_noise(balance: Balance) -> float:
     rest = balance.residual()
     power, usual = float(np.mean(rest**2)), NORMAL * float(np.median(np.abs(rest)))
     smooth = (abs(_covariance(balance, rest, round(lag * SAMPLES_PER_CUTOFF))) for lag in LAGS)
+    # either sign of bursts and of what lasts: play has no covariance over a period, a shaft no bursts
     told = max(power - usual**2, *smooth)
     return float(np.sqrt(told)) if told > NOISE_SHARE * power else 0.0
 
@@ -54,6 +56,7 @@ def no_noise(balance: Balance) -> float:
 def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
     """Covariance of what is left over on two rows of a stroke, `lag` rows apart; 0 where there are hardly
     such rows."""
+    # fewer than two spans: the mean of the products would be of one swing
     if len(rest) <= 2 * lag:
         return 0.0
     time, log, ahead = balance.time_s, balance.log, balance.velocity > 0
@@ -61,6 +64,7 @@ def _covariance(balance: Balance, rest: np.ndarray, lag: int) -> float:
     pairs = (
         (time[lag:] - time[:-lag] < (lag + 0.5) * step)
         & (log[lag:] == log[:-lag])
+        # in another stroke friction has turned over, and with it what a wrong model of it leaves
         & (ahead[lag:] == ahead[:-lag])
     )
     if pairs.sum() < PAIRS_LEAST * SAMPLES_PER_CUTOFF:
@@ -77,6 +81,7 @@ def bounds(balance: Balance, rest: float) -> dict[str, float]:
     for k, (name, value) in enumerate(values.items()):
         others = np.column_stack([np.delete(balance.motion, k, axis=1), balance.nuisance])
         column = balance.motion[:, k]
+        # only by what no other column has can a hidden torque move this parameter
         own = column - others @ np.linalg.lstsq(others, column, rcond=1e-9)[0]
         found[name] = rest / max(float(own.std()) * abs(value), 1e-300)
     return found

@@ -53,6 +53,7 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
         _require_levels(logs, signals)
         return ()  # the fit itself says what is missing
     balance = Balance.of(signals)
+    # clipping first: a torque that was cut off looks like friction that bends, and would be told as that
     seen = [(k, one) for k, stretches in enumerate(logs) for stretch in stretches for one in stretch.plateaus]
     require_unclipped(balance, seen, signals.source)
     noted = tuple(
@@ -60,12 +61,15 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     )
     coarse = _coarse_position(logs, signals)
     held = held_still(balance)
+    # a cause with a name explains what is left over; the bound is for causes that have none (decision 0044)
     found = diagnosed(balance, (*noted, *held)) or left_over.told(balance)
+    # two torques may each bend by itself, and their sum tells neither
     shape = bent(signals) if balance.external is None else ()
     return (
         *found,
         *held,
         *shape,
+        # a change in the middle of a log is a drift as well: it is told once
         *(() if any(CHANGES_WITHIN in one for one in found) else drifting(signals)),
         *coarse,
     )
@@ -101,12 +105,14 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
     balance = Balance.of(signals)
+    # what is uneven otherwise than by its steps (an interpolating encoder) shows only against a lower cut-off
     short = _gained_by_lower_cutoff(logs, balance, speed_min_rad_s)
     if any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches):
         return short
     coarse = [[_rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
     again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
     noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
+    # against the acceleration that no other column has: the inertia is learned from that part alone
     return max(short, min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300)))
 
 
@@ -171,6 +177,7 @@ def _gained_by_lower_cutoff(
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return 0.0
     (inertia, own_error), (found, error) = balance.inertia(), Balance.of(lower).inertia()
+    # two cut-offs see different parts of an elastic joint: only a difference beyond chance is noise
     if not (error < SURE * found and found - inertia > SURELY * math.hypot(own_error, error)):
         return 0.0
     return 1 - inertia / found
@@ -183,8 +190,10 @@ def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:
     if step == 0:
         return log
     if step > COARSE_STEP * np.ptp(log.position_rad):
+        # the smoothed position: what is rounded already would stay as it is
         position = step * (np.floor(smooth(log.position_rad, log.rate_hz, cutoff_hz) / step) + 0.5)
     else:
+        # even over a step, so q^2/12 as rounding has it; drawn alike each time, so that a log is judged alike
         position = log.position_rad + step * (np.random.default_rng(0).random(len(log.position_rad)) - 0.5)
     return replace(log, position_rad=position, velocity_rad_s=None)
 

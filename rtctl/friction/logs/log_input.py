@@ -49,6 +49,7 @@ class Gearing:
                 self.counts_per_rev,
             )
         )
+        # below 0 is how `Rig.moves` tells a joint; 0 is a linear motor, which has no screw
         lead_m = np.array([self.lead_m if self.motion == "linear" else -1.0])
         return Rig(1, 1e-3, ratio, efficiency, constant, counts, np.zeros((1, 3)), lead_m=lead_m)
 
@@ -101,12 +102,15 @@ def read_log(
         stretches = load_stretches(options, rig, mend)
     except BackendError as error:
         raise DataError(str(error)) from error
+    # by all stretches: each with its own would have rows of one log judged by two thresholds
     radian = _radian(stretches, rig)
     least = SPAN_MIN_RAD * radian
+    # a rest before the motion is no fault of a log, and would be refused as "hardly any motion"
     moving = [one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > least]
     usual = ANY_LINEAR if rig.moves(0)[0] == "linear" else Limits()
     return tuple(
         replace(_aligned(one, rig, torque_delay_s, limits or usual), radian=radian)
+        # where nothing moves the longest is read all the same: its refusal says what is wrong with the file
         for one in moving or sorted(stretches, key=len)[-1:]
     )
 
@@ -120,11 +124,13 @@ def _radian(stretches: Sequence[Recording], rig: Rig) -> float:
     if rig.moves(0)[0] != "linear":
         return 1.0
     speeds = [largest_speed(one.position_rad[:, 0], one.rate_hz) for one in stretches]
+    # 1: nothing moved at all, which is refused with the range of the position
     return max(speeds) / TOP_RAD_S or 1.0
 
 
 def of_one_radian(read: Sequence[Sequence[AxisLog]]) -> list[tuple[AxisLog, ...]]:
     """Several logs with the thresholds of the quickest of them."""
+    # one carriage has one scale: a slow log beside a quick one is slow, and not as quick in its own units
     radian = max(stretch.radian for stretches in read for stretch in stretches)
     return [tuple(replace(stretch, radian=radian) for stretch in stretches) for stretches in read]
 
@@ -143,19 +149,23 @@ def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limit
     log = axis_log(recording, rig)
     motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
     external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
+    # each torque by itself, and before anything shifts or adds it: equal values are only seen as recorded
     flat = tuple(
         one
         for name, signal in (("motor torque", motor), ("external torque", external))
         if signal is not None
-        for one in plateaus(signal, f"{log.source}: {name}")
+        for one in plateaus(signal, f"{log.where}: {name}")
     )
     log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)), plateaus=flat)
     if motor is None:
         return log
+    # a value held over the period before its row is half a period old on average
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
     rest = log.torque_nm - motor
     aligned = rest + advanced(motor, log.rate_hz, delay_s)
+    # the hand's sensor was read at its row: only the motor's torque is put back
     both = rest if external is not None else None
+    # behind these rows no torque is known: `advanced` repeats the last one there
     return _without_ends(replace(log, torque_nm=aligned, external_nm=both), abs(round(delay_s * log.rate_hz)))
 
 
@@ -201,6 +211,7 @@ def samples(
         friction = friction - offset_rows(signals, fit)
     beside = {"position_rad": signals.position_rad[rows], "log": signals.log[rows].astype(float)}
     if remove_offset and not zero_known:
+        # all of it: the two directions may differ by twice an offset, one of them being less by all of it
         doubt = np.array([abs(found[each.parameter].value) for each in fit.offsets])
         beside["zero_doubt_nm"] = doubt[signals.log[rows]]
     return FrictionSamples(
@@ -216,6 +227,7 @@ def of_file(options: Mapping[str, Any], file: Path) -> dict[str, Any]:
     ------
     ConfigError
         There is no such file."""
+    # a window of another file would cut this one somewhere
     table = {**options, "file": str(file), "start_s": 0.0, "end_s": None, "loop": False}
     try:
         return PlaybackOptions.model_validate(table, context={"folder": Path.cwd()}).model_dump(mode="json")

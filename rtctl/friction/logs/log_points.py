@@ -33,6 +33,7 @@ from rtctl.friction.logs.waves import without_waves
 from rtctl.friction.points import FrictionPoints
 from rtctl.friction.presliding import Presliding
 
+# at .01 rad for all, bristles of 30 mrad made viscous friction 35 % too large, now .7 (decision 0080)
 SETTLE_LENGTHS = 5.0
 """Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's
 do."""
@@ -112,9 +113,11 @@ def read_in_time(
     def looked_at(
         logs: tuple[tuple[AxisLog, ...], ...],
     ) -> tuple[tuple[tuple[AxisLog, ...], ...], Regressors, Presliding | None]:
+        # before the rows are chosen: which of them slide goes by it (decision 0080)
         bent = presliding_of_logs([one for stretches in logs for one in stretches], cutoff, slowest)
         long = settled(logs, bent)
         signals = signals_of(long)
+        # strokes shorter than these bristles: rows that still bend a little are better than none
         if long is not logs and not signals.enough():
             return logs, signals_of(logs), bent
         return long, signals, bent
@@ -127,10 +130,12 @@ def read_in_time(
     logs, signals, bent = looked_at(logs)
     notes: tuple[str, ...] = ()
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
+    # the lateness is read off a torque put back by half a period, which is what most drives record
     half_s = 0.5 / parts[0].rate_hz
     late_s = taken_late(signals, half_s) if torque_delay_s is None and driven else half_s
     if late_s < half_s:
         torque_delay_s, notes = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
+        # anew from the file: a torque that was shifted twice would be smoothed twice
         logs, signals, bent = looked_at(read(late_s))
     held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)

@@ -34,6 +34,7 @@ SAMPLES_PER_LEVEL = 8
 LEVELS_OF_A_LOG = 12
 """Levels that each of several logs has at least, each direction."""
 
+# another session is taken to differ from this one as its stretches do (decision 0098)
 PARTS = 5
 """Stretches of time between which a point is told to differ: as many as there are folds."""
 
@@ -88,6 +89,7 @@ def axis_log(
         torques.append(recording.current_a[:, axis] * per_ampere)
     if use != "motor" and recording.hand_torque_nm is not None:
         torques.append(recording.hand_torque_nm[:, axis])
+    # a force at the handle turns the joint by its lever, given as three parts in the sensor's axes
     if use != "motor" and recording.force_n is not None:
         torques.append(recording.force_n @ rig.lever_m[axis])
     if not torques:
@@ -139,6 +141,7 @@ def friction_samples(
     velocity = motion.velocity_rad_s[moving]
     require_both_directions(velocity, log.source)
     friction = (motion.torque_nm - inertia_kgm2 * motion.acceleration_rad_s2)[moving] - bias_nm
+    # a wrong sign would make points of help out of friction, which the loop would then add to the motion
     for name, mean in (
         ("forwards", friction[velocity > 0].mean()),
         ("backwards", -friction[velocity < 0].mean()),
@@ -174,6 +177,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
         own = part[chosen]
         beside = {name: column[chosen] for name, column in samples.columns.items()}
         for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX)):
+            # the median, since a spike or a bump in some rows is no friction of this speed
             value = float(np.median(friction[level]))
             if not value > 0:
                 raise DataError(
@@ -203,12 +207,14 @@ def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
     v = speed - speed.mean()
     slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
     rest = friction - friction.mean() - slope * v
+    # the line took two degrees of freedom; a level has `SAMPLES_PER_LEVEL` rows at least
     return float(np.sqrt(rest @ rest / (len(rest) - 2)))
 
 
 def _parts(samples: FrictionSamples) -> np.ndarray:
     """Number of the stretch of time of each sample: `PARTS` of equally many, logs one after the other."""
     log = samples.columns.get("log", np.zeros(len(samples.time_s)))
+    # the last key leads: log by log, and by time within
     order = np.lexsort((samples.time_s, log))
     part = np.empty(len(order), dtype=int)
     part[order] = np.arange(len(order)) * PARTS // len(order)
@@ -218,11 +224,13 @@ def _parts(samples: FrictionSamples) -> np.ndarray:
 def _between(friction: np.ndarray, part: np.ndarray) -> float:
     """Standard deviation of friction between stretches of time, N m; NaN of fewer than two."""
     medians = [float(np.median(friction[part == one])) for one in np.unique(part)]
+    # NaN and not 0: one stretch says nothing of another session, and 0 would claim that nothing differs
     return float(np.std(medians, ddof=1)) if len(medians) > 1 else math.nan
 
 
 def _levels(speed: np.ndarray, log: np.ndarray | None, most: int) -> list[np.ndarray]:
     """Rows of each level of one direction: `most` of them of one log, of several about as many together."""
+    # stable: equal speeds keep the order of time, so that the same file gives the same points everywhere
     order = np.argsort(speed, kind="stable")
     names = np.unique(log) if log is not None else np.zeros(0)
     if log is None or len(names) < 2:
@@ -230,6 +238,7 @@ def _levels(speed: np.ndarray, log: np.ndarray | None, most: int) -> list[np.nda
     found = []
     for name in names:
         mine = order[log[order] == name]
+        # a log of a few rows gives fewer levels, or none, rather than levels that know no spread
         count = min(max(LEVELS_OF_A_LOG, most // len(names)), len(mine) // SAMPLES_PER_LEVEL)
         found += np.array_split(mine, count) if count else []
     return found
@@ -247,6 +256,7 @@ def pool(parts: list[FrictionSamples]) -> FrictionSamples:
     checksums."""
     if len(parts) == 1:
         return parts[0]
+    # a column that one of the logs lacks would be half empty, and levels average over logs
     names = set.intersection(*(set(part.columns) for part in parts))
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in sorted(names)}
     numbers = [np.full(len(part.time_s), float(k)) for k, part in enumerate(parts)]

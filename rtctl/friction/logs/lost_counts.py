@@ -20,6 +20,7 @@ def lost_counts(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     (1 + 3 k q)."""
     v, a = balance.velocity, balance.acceleration
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
+    # 1 at most: beyond the quantile are spikes, which would bend everything
     q = np.minimum((v / largest) ** 2, 1.0)
 
     def read(share: float) -> Fit:
@@ -29,6 +30,7 @@ def lost_counts(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
 
     fits = [read(float(share)) for share in SHARES]
     best = int(np.argmin([fit.rest for fit in fits]))
+    # friction that bends is what it must beat: both make a torque that grows with speed
     bent = balance.fit(added=np.column_stack([v * q, v * np.abs(v)]))
     if fits[best].rest > BETTER * bent.rest or not (fits[best].inertia > 0 and fits[best].coulomb > 0):
         return None

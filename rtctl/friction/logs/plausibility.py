@@ -125,7 +125,7 @@ def plausible(
                 f"{log.source}: {name}: {largest:.3g} N m is not plausible (at most {most:.4g} for "
                 f"{limits.source}); correct the unit of the torque, or the torque constant and the gearing"
             )
-        where, off = f"{log.source}: {name}", signal == 0 if name == "motor torque" else None
+        where, off = f"{log.where}: {name}", signal == 0 if name == "motor torque" else None
         alone = motor_nm is None or external is None
         warnings += faults(signal, log.rate_hz, where, may_rest=off)
         warnings += lost_sign(signal, log.position_rad, where) if alone else []
@@ -133,7 +133,7 @@ def plausible(
             warnings.append(much(signal, where))
     warnings += _doubtful_velocity(log)
     if external is None and motor_nm is not None:
-        require_on(motor_nm, log.position_rad, log.rate_hz, f"{log.source}: motor torque")
+        require_on(motor_nm, log.position_rad, log.rate_hz, f"{log.where}: motor torque")
     elif external is not None and motor_nm is not None:
         require_two(motor_nm, external, log.source)
     largest = float(np.abs(log.torque_nm).max())
@@ -183,7 +183,7 @@ def _doubtful_velocity(log: AxisLog) -> list[str]:
     by_position = (log.position_rad[after] - log.position_rad[before]) * log.rate_hz / (after - before)
     usual = float(np.quantile(np.abs(velocity), 0.95))
     steady = np.abs(velocity - by_position) < STEADY_SHARE * usual
-    return faults(velocity, log.rate_hz, f"{log.source}: column velocity", may_rest=steady, unit="rad/s")
+    return faults(velocity, log.rate_hz, f"{log.where}: column velocity", may_rest=steady, unit="rad/s")
 
 
 def largest_speed(x: np.ndarray, rate_hz: float) -> float:
@@ -283,15 +283,15 @@ def doubtful_offsets(fit: JointFit) -> tuple[str, ...]:
     """Offsets of a motor torque that are taken out as its zero, and may be a difference between the
     directions as well: nothing in a log tells."""
     found, told = fit.symmetric.parameters, []
-    coulomb = found["coulomb_nm"].value
+    coulomb = found["coulomb_nm"].value  # where a joint hardly rubs it may come out below 0
     for each in fit.offsets:
         offset = found[each.parameter]
         if not offset.holds(0.0) and abs(offset.value) > OFFSET_SHARE * coulomb:
+            share = f"{100 * abs(offset.value) / coulomb:.0f} % of the" if coulomb > 0 else "beside no"
             told.append(
-                f"{each.source}: an offset of {offset.value:.3g} N m, "
-                f"{100 * abs(offset.value) / coulomb:.0f} % of the Coulomb friction, is taken out of the "
-                "points as the zero of the motor torque: where that zero is right, friction differs by so "
-                "much between the directions (or a weight pulls): --keep-offset leaves it in; until "
+                f"{each.source}: an offset of {offset.value:.3g} N m, {share} Coulomb friction, is taken out "
+                "of the points as the zero of the motor torque: where that zero is right, friction differs "
+                "by so much between the directions (or a weight pulls): --keep-offset leaves it in; until "
                 "--offset-is-zero says that it is the sensor's, the points tell a fit that friction may be "
                 "less by it"
             )

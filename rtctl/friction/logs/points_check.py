@@ -37,6 +37,7 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
     torques there may be."""
     told = [*([] if known else _doubtful_units(points)), *_doubtful_rows(points)]
     (v, f), (w, g) = points.branch(1), points.branch(-1)
+    # only where both were measured: beyond, a branch would be held at its end
     shared = v[(v >= w[0]) & (v <= w[-1])]
     if len(shared):
         apart = float(np.median(np.interp(shared, v, f) - np.interp(shared, w, g)))
@@ -95,7 +96,9 @@ def _scatter(points: FrictionPoints) -> float:
         wide = v[2:] - v[:-2]
         share = np.divide(v[1:-1] - v[:-2], wide, out=np.full(len(wide), 0.5), where=wide > 0).clip(0, 1)
         line = f[:-2] + share * (f[2:] - f[:-2])
+        # the line through two noisy neighbours has noise of its own
         off.append((f[1:-1] - line) / np.sqrt(1 + share**2 + (1 - share) ** 2))
+    # 1.4826: a normal distribution's; medians, since some bad points are named elsewhere
     return float(1.4826 * np.median(np.abs(np.concatenate(off))) / np.median(points.friction_nm))
 
 
@@ -129,6 +132,7 @@ def require_plausible_points(points: FrictionPoints, loaded: LoadedConfig) -> No
         _refusal(points, Limits.of_axis(axis, loaded.path.name), axis.torque_limit_nm)
         for axis in loaded.config.axis
     ]
+    # one axis that could have given them is enough: the file does not say which it was
     if all(refusals):
         raise DataError(refusals[0])
 

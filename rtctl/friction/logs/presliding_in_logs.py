@@ -51,10 +51,12 @@ def presliding_of_logs(
         shortest that is told apart from a longer one: at most so long. None: too few turns, or a motion that
         tells nothing."""
     parts = [part for log in logs if (part := made_ready(log, cutoff_hz, speed_min_rad_s)) is not None]
+    # a turn is one sample, however many rows it has: its bristles bend once
     turns = sum(part.turns for part in parts)
     if turns < TURNS_MIN:
         return None
     shortest, longest = shortest_length(parts), longest_length(parts)
+    # one octave of lengths would always have one that leaves least
     if longest <= 2 * shortest:
         return None
     count = 1 + round(PER_DECADE * np.log10(longest / shortest))
@@ -65,6 +67,7 @@ def presliding_of_logs(
     best = int(np.argmin(left))
     worse = left > (1 + SURE**2 / turns) * left[best]
     longer = np.flatnonzero(worse[best:])
+    # no longer length is ruled out: the strokes were too short to end what bends
     if not len(longer) or best == len(lengths) - 1:
         return None
     upper = float(lengths[best + longer[0]])
@@ -85,6 +88,7 @@ def _left(parts: Sequence[TurningPart], lengths_rad: np.ndarray) -> np.ndarray |
         solution = np.linalg.lstsq(columns / scale, torque, rcond=1e-9)[0]
         residual = torque - columns / scale @ solution
         left[one] = residual @ residual
+    # about the zero of each stretch: an offset explains nothing of a turn
     varying = torque - offsets @ (offsets.T @ torque / offsets.sum(axis=0))
     return left if left.min() <= (1 - EXPLAINED_MIN) ** 2 * (varying @ varying) else None
 

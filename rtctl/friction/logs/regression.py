@@ -80,12 +80,14 @@ def joint_fit(signals: Regressors) -> JointFit:
         return _even(signals, offset, columns, by_direction, error)
     _require_signs(symmetric, signals)
     _require_explained(symmetric, signals.source)
+    # before the doubts: a motion that is so much earlier is one of the readings that make them
     late = _remaining_delay(signals, columns, offset)
     by = doubts(signals, late)
     symmetric, per_direction = (
         replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
     )
     clocks = two_clocks(signals, columns, offset)
+    # a delay that grows over the log has a mean as well, which alone would be put right wrongly
     told = (clocks,) if clocks else _misaligned(signals, late)
     return _joint(signals, offset, symmetric, per_direction, late, told)
 
@@ -95,8 +97,10 @@ def _both(
 ) -> tuple[Regression, Regression]:
     """The symmetric fit, and that per direction. Raises TooEvenError where the speeds part Coulomb from
     viscous friction in name alone: it comes out negative, and friction at the usual speed does not."""
+    # levels of both directions hold the mean of the offsets: only what logs differ by is a column here
     relative = np.hstack([offset.relative(signals.sliding), offset.drift])
     fit = solve(signals, columns, offset, offset.drift)
+    # below 0 for sure although the joint rubs: a line through one speed has any slope
     if fit.parameters["coulomb_nm"].high < 0 < _usual_friction(fit, signals):
         raise TooEvenError(
             f"{signals.source}: the speeds do not tell Coulomb from viscous friction; record more of them"
@@ -115,6 +119,7 @@ def _even(
     for kept, ways in zip(told_apart(signals, columns), told_apart(signals, by_direction), strict=True):
         try:
             symmetric, per_direction = _both(signals, offset, kept, ways)
+        # the next one asks for less
         except TooEvenError:
             continue
         _require_signs(symmetric, signals)
@@ -139,6 +144,7 @@ def _joint(
     both = speeds(signals)
     drift = drift_beside_friction(signals, offset, symmetric.parameters["inertia_kgm2"].value)
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
+    # an even motion, or one sine, is told as that: more slow rows would part nothing
     slow = few_slow(signals) if late is not None else ()
     warnings = (*signals.warnings, *slow, *no_low_speed(signals, both), *told)
     coefficients = tuple(float(each) for each in drift)
@@ -162,7 +168,11 @@ def _remaining_delay(
     if not inertia > 0:
         return None
     return Estimate(
-        -jerk.value / inertia, jerk.standard_error / inertia, -jerk.high / inertia, -jerk.low / inertia
+        # the sign turns, and with it the ends of the interval
+        -jerk.value / inertia,
+        jerk.standard_error / inertia,
+        -jerk.high / inertia,
+        -jerk.low / inertia,
     )
 
 
@@ -177,10 +187,12 @@ def taken_late(signals: Regressors, half_period_s: float) -> float:
     levels = dict(zip(offset.names, offset.logs.T, strict=True))
     columns = {"inertia_kgm2": signals.acceleration_rad_s2, "viscous_nms_rad": signals.velocity_rad_s}
     late = _remaining_delay(signals, {**columns, "coulomb_nm": signals.direction, **levels}, offset)
+    # what most drives record, where nothing tells
     if late is None:
         return half_period_s
     for halves in (1, 2):
         at = -halves * half_period_s
+        # the whole interval: friction of another law looks late or early by some ms, too
         nearer = at - 0.5 * half_period_s < late.low and late.high < at + 0.5 * half_period_s
         if nearer or (late.high < at + half_period_s and late.holds(at)):
             return half_period_s + at
@@ -188,6 +200,7 @@ def taken_late(signals: Regressors, half_period_s: float) -> float:
 
 
 def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
+    # surely there, and large enough to change a figure
     if late is None or late.holds(0.0) or abs(late.value) < DELAY_SAID_S:
         return ()
     word = "late" if late.value > 0 else "early"
@@ -209,6 +222,7 @@ def _usual_friction(fit: Regression, signals: Regressors) -> float:
 def _require_signs(fit: Regression, signals: Regressors) -> None:
     source, friction = signals.source, _usual_friction(fit, signals)
     inertia, coulomb = fit.parameters.get("inertia_kgm2"), fit.parameters["coulomb_nm"]
+    # all signs turned is a turned torque; the inertia alone is a matter of time (below)
     if coulomb.high < 0 or (inertia and inertia.high < 0 and friction < 0):
         raise DataError(
             f"{source}: the torque assists the motion (friction {friction:.3g} N m at the usual speed): "

@@ -20,7 +20,7 @@ from rtctl.friction.logs.dynamics import (
 from rtctl.friction.logs.recorded_velocity import aligned_velocity
 from rtctl.friction.logs.signal_shift import advanced, derivatives
 
-CUTOFF_SHARE = 0.2
+CUTOFF_SHARE = 0.2  # five points err by (.4 pi)^4/30 there, 8 % of a velocity
 """Highest cut-off, share of the rate."""
 
 SETTLE_RAD, SETTLE_SHARE, SETTLE_MOST_SHARE = 0.01, 0.05, 0.25
@@ -134,7 +134,7 @@ def regressors(
     rate, n = log.rate_hz, len(log.position_rad)
     x, torque = smooth(np.stack([log.position_rad, log.torque_nm]), rate, cutoff_hz)
     v, a, notes = _motion(log, x, cutoff_hz)
-    jerk = derivatives(a, 1 / rate)[0]
+    jerk = derivatives(a, 1 / rate)[0]  # tells a torque that is late (docs/theory.md 9.5)
     direction = smooth(np.sign(v), rate, cutoff_hz)
     if torque_delay_s:
         torque = advanced(torque, rate, torque_delay_s)
@@ -145,7 +145,7 @@ def regressors(
     )
 
     def with_margin(periods: float) -> Regressors:
-        reach = max(1, round(periods * edge))
+        reach = max(1, round(periods * edge))  # counted before thinning
         sliding = _sliding(x, v, settle_rad, speed_min_rad_s, reach)
         return Regressors(
             time_s=log.start_s + (np.arange(n) / rate)[kept],

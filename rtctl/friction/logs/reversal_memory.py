@@ -166,6 +166,7 @@ class TurnRows:
             count = 2 * max(1, round(len(close) / part.rate_hz / block_s / 2))
             block.append(first + part.rows * count // len(close))
             first += count
+        # a gap in the log may be hours: each stretch has its own zero
         offsets = np.repeat(np.eye(len(parts)), [len(part.rows) for part in parts], axis=0)
         return cls(
             parts=tuple(parts),
@@ -178,6 +179,7 @@ class TurnRows:
     def halves(self) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
         """Rows to fit to and rows to judge, each way about."""
         odd = self.block % 2 == 1
+        # every second block and not the first half: what warms up is in both
         return (odd, ~odd), (~odd, odd)
 
     def judged(self, columns: Columns, values: Sequence[float] | np.ndarray) -> _Found:
@@ -251,6 +253,7 @@ def _compared(found: Mapping[str, _Found], rows: TurnRows, turns: int) -> Revers
                 near_nm=float(np.sqrt(squares[name].sum() / n)),
                 rms_nm=float(np.sqrt(np.mean(one.residual_nm**2))),
                 gain=1.0 - float(np.sqrt(share)),
+                # the error of a root is half that of its square, over the root
                 gain_standard_error=0.5 * doubt / float(np.sqrt(share)) if share > 0 else 0.0,
                 parameter=one.parameter,
             )
@@ -267,6 +270,7 @@ def _as_good(one: np.ndarray, best: np.ndarray) -> bool:
 
 def _ratio(one: np.ndarray, other: np.ndarray) -> tuple[float, float]:
     """Ratio of two sums over blocks and its standard error, each block left out in turn (jackknife)."""
+    # a ratio of sums: blocks of few turns weigh as little as they hold
     told = (one.sum() - one) / (other.sum() - other)
     n = len(one)
     return float(one.sum() / other.sum()), float(np.sqrt((n - 1) / n * ((told - told.mean()) ** 2).sum()))

@@ -68,6 +68,7 @@ class Rows:
         n = len(self.position_rad)
         self.step = np.ones(n - 1) if self.time_s is None else np.diff(self.time_s)
         self.usual = float(np.median(self.step))
+        # some late rows are lost time; where every twentieth step is off, stamps are no clock of the sensor
         self.jitters = float(np.mean(np.abs(self.step / self.usual - 1) > 0.1)) > 0.05
 
 
@@ -78,9 +79,11 @@ def mended(rows: Rows) -> Rows:
     ------
     DataError
         More spikes, lost or repeated rows than can be mended, with column, row, how many and the remedy."""
+    # no running median of so few rows; the fit refuses them for their length
     if len(rows.position_rad) < 4 * WINDOW_MIN:
         return rows
     require_one_axis(rows.where, rows.position_rad)
+    # first: a held column jumps at each new value, and repeats between, and would be taken for both faults
     _mend_held(rows)
     _mend_repeats(rows)
     _mend_position(rows)
@@ -151,7 +154,7 @@ def _deviation(rows: Rows) -> tuple[np.ndarray, np.ndarray, float]:
 def _mend_repeats(rows: Rows) -> None:
     """Rows equal to the one before in every column, though the joint moved."""
     velocity, middle, _ = _deviation(rows)
-    steps = np.abs(np.diff(rows.position_rad))
+    steps = np.abs(np.diff(rows.position_rad))  # no minimum: that may be a step of rounding
     count = float(np.quantile(steps[steps > 0], 0.02)) if steps.any() else 0.0
     moves = np.abs(middle) * rows.usual > OUTLIER_COUNTS * count
     same = (velocity == 0) & moves
@@ -163,6 +166,7 @@ def _mend_repeats(rows: Rows) -> None:
         return
     first = int(np.flatnonzero(same)[0])
     after = np.flatnonzero(same[:-1] & ~same[1:] & moves[1:]) + 1
+    # a joint that moved on meanwhile goes two rows' way at once behind them; rows written twice cost no time
     catches_up = float(np.median(velocity[after] / middle[after])) if len(after) else 2.0
     told = f"{count} rows repeat the row before them in every column though the joint moves"
     what = f"{rows.where}: {told}, the first row {first + 2}"
@@ -215,7 +219,7 @@ class _Jump:
 def _mend_position(rows: Rows) -> None:
     velocity, middle, bound = _deviation(rows)
     beyond = (velocity - middle) * rows.step
-    steady = rows.step < 3.5 * rows.usual
+    steady = rows.step < 3.5 * rows.usual  # over a gap a velocity is a mean
     outlier = (np.abs(velocity - middle) > bound) & steady
     reach, range_rad = _window(rows) // 2, float(np.ptp(rows.position_rad))
     brisk = brisk_change(velocity, outlier)

@@ -20,6 +20,7 @@ before it (medians)."""
 HELD_MIN = 1.9
 """Fewest rows for which a value stands that is held."""
 
+# runs of equal length, the rule before, are of 3 and 4 at a ratio of 3.33 (decision 0092)
 FAR = 2.5
 """Steps of its column that a value goes at once to be told from the next count of an encoder,"""
 
@@ -73,7 +74,9 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
     DataError
         Says how many, and what to do."""
     moves = [float(np.median(np.abs(position_rad[n:] - position_rad[:-n]))) for n in range(1, AXES_MOST + 1)]
+    # medians: some rows that were lost or doubled hide nothing
     axes = int(np.argmin(moves)) + 1
+    # a joint goes further in two rows than in one: only where axes take turns a later row is nearer by far
     if axes > 1 and moves[axes - 1] * NEARER < moves[0]:
         raise DataError(
             f"{where}: column position: every row goes on from the one {axes} rows before it and not from "
@@ -93,6 +96,7 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
     if len(changes) < FAR_LEAST:
         return None
     at = np.arange(len(column), dtype=float) if at is None else at
+    # a change in the very next row is motion: a held value stands for two rows at least
     quick = np.concatenate([[False], np.diff(changes) == 1])
     quick |= np.append(quick[1:], False)
     gaps = np.diff(at[changes])
@@ -102,18 +106,21 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
     onward = gaps[far[1:] & far[:-1]]
     if not len(onward):
         return None
-    times = float(onward[np.abs(onward - np.bincount(np.round(onward).astype(int)).argmax()) <= 1].mean())
+    # not counted by `bincount`, whose table is as long as the longest gap
+    lengths, often = np.unique(np.round(onward), return_counts=True)
+    times = float(onward[np.abs(onward - lengths[often.argmax()]) <= 1].mean())
     for few in (4, len(column)):  # a long rest is counted once the time between two is well known
         count = np.maximum(np.round(gaps / times), 1)
         times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
     number = np.concatenate([[0], np.cumsum(count)]).astype(int)
+    # by all of them: the mean of gaps rounds to whole rows where the log itself is even
     times = float(np.polyfit(number, at[changes], 1)[0])
     late = at[changes] - times * number
+    # one value in a hundred may have been lost, or come late
     first, last = np.quantile(late, [0.01, 0.99])
     if times < HELD_MIN or last - first > max(UNEVEN, UNEVEN_SHARE * times):
         return None
-    every = np.arange(-1, number[-1] + 1)
-    stands = at[np.searchsorted(at, first + times * every).clip(0, len(at) - 1)]
-    every = every[stands < first + times * (every + 1)]  # none in a gap
+    # values that stand in some row: none in a gap, which may last for days
+    every = np.unique(np.floor((at - first) / times).astype(int).clip(-1, number[-1]))
     seen = np.searchsorted(number, every, side="right") - 1
     return Hold(times, first + times * every, np.where(seen < 0, changes[0] - 1, changes[seen]))

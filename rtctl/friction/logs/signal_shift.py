@@ -12,6 +12,7 @@ def derivatives(position: np.ndarray, step: float) -> tuple[np.ndarray, np.ndarr
     -----
     The error is (w T)^4/30 of the first and (w T)^4/90 of the second, against (w T)^2/6 and (w T)^2/12 of
     three points, so a log of 100 Hz does as well as one of 1 kHz."""
+    # the ends stay 0 and not one-sided: every reader cuts a period of the cut-off off there
     x = position
     v, a = np.zeros_like(x), np.zeros_like(x)
     v[2:-2] = (8 * (x[3:-1] - x[1:-3]) - (x[4:] - x[:-4])) / (12 * step)
@@ -31,6 +32,7 @@ def advanced(signal: np.ndarray, rate_hz: float, delay_s: float) -> np.ndarray:
     motion. Linear, so it may come before or after a filter."""
     whole = round(delay_s * rate_hz)
     rest_s = delay_s - whole / rate_hz
+    # whole samples first: Taylor's series is good for half a sample, and a filter for no delay at all
     s = signal[np.clip(np.arange(len(signal)) + whole, 0, len(signal) - 1)]
     first, second = derivatives(s, 1 / rate_hz)
     return np.asarray(s + rest_s * first + 0.5 * rest_s**2 * second)

@@ -26,6 +26,7 @@ class Speeds:
 
 def few_slow(signals: Regressors) -> tuple[str, ...]:
     """The warning that slow rows are missing, to tell Coulomb from viscous friction by."""
+    # half of what a direction needs: slow rows of both together tell the line
     slow, below = signals.slow()
     if slow >= SAMPLES_MIN // 2:
         return ()

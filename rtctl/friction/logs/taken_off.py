@@ -34,6 +34,7 @@ EXPLAINS = 0.6
 """Share of what is left over without it, RMS, that may be left over with it: of 60 joints of other laws
 .66 and more was where nothing had been taken off."""
 
+# a warning and no refusal: too little friction told makes less help, not more (decision 0088)
 KNOWN = 0.25
 """Share of the friction that is surely not taken off (two standard errors), from which down a log is said to
 tell that nothing was."""
@@ -66,14 +67,17 @@ def taken_off(
     lengths = tried_lengths(parts)
     if not len(lengths):
         return (), (CANNOT,)
+    # every rung of the memory of a turn asks at the same lengths; the sign is smoothed as they are
     rows = TurnRows.of(parts, sum(part.turns for part in parts))
     signs = [smooth(np.sign(part.motion[:, 1]), part.rate_hz, part.cutoff_hz)[part.rows] for part in parts]
     sign = np.concatenate(signs)
     found = [
         _fitted(rows, np.concatenate([by_lugre(part, length) for part in parts]), sign) for length in lengths
     ]
+    # each with the length that suits it: else a wrong length would be mended by the sign
     best, without = min(found, key=lambda one: one.left), min(one.left_without for one in found)
     share = -best.sign_nm / best.friction_nm if best.friction_nm > 0 else np.nan
+    # squares are compared with squares
     explains = best.left < EXPLAINS**2 * without
     if explains and SHARE_LEAST < share < SHARE_MOST and -best.sign_nm > SURELY * best.error_nm:
         text = (

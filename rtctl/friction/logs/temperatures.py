@@ -41,6 +41,7 @@ def with_temperature(
     warmth = np.empty(len(samples.time_s))
     for number, each in enumerate(options):
         rows = samples.columns["log"] == number
+        # the column has the clock of its own file, the samples that of all logs one after the other
         since_s = samples.time_s[rows] - signals.began_s(number)
         warmth[rows] = np.interp(since_s, *_along(each, column))
     return replace(samples, columns={**samples.columns, NAME: warmth})

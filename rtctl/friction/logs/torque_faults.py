@@ -6,6 +6,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 
+# five bits: a torque of fewer levels repeats itself by nature, and no test of equal values means anything
 LEVELS_MIN = 32
 
 COARSE_SHARE = 0.15
@@ -87,11 +88,13 @@ def _frozen(
     signal: np.ndarray, rate_hz: float, where: str, may_rest: np.ndarray | None, unit: str
 ) -> list[str]:
     same = np.diff(signal) == 0
+    # `_coarse` says that better
     if same.mean() > 0.5 and len(np.unique(signal)) < LEVELS_MIN:
         return []  # coarse
     if may_rest is not None:
         same &= ~may_rest[1:]
     begin, length = longest_run(same)
+    # a slower bus stands as long everywhere, and more often than not
     others = np.delete(same, np.s_[begin : begin + length])
     if (
         length < max(FROZEN_ROWS, FROZEN_S * rate_hz)
@@ -119,12 +122,14 @@ def require_on(motor: np.ndarray, position: np.ndarray, rate_hz: float, where: s
         Names row and time."""
     if len(np.unique(motor)) < LEVELS_MIN:
         return  # 0 is a level as any other
+    # not 0 itself: an amplifier that is off has an offset and noise
     off = np.abs(motor) <= OFF_SHARE * float(np.quantile(np.abs(motor), 0.95))
     begin, length = longest_run(off)
     if length < max(OFF_S * rate_hz, FROZEN_SHARE * len(motor)):
         return
     there = position[begin : begin + length]
     least = OFF_TRAVEL * float(np.ptp(position))
+    # there and back: a joint that coasts to rest goes one way only, and no torque is missing
     high, low = np.maximum.accumulate(there), np.minimum.accumulate(there)
     forth, back = float((there - low).max()), float((high - there).max())
     if min(forth, back) > least:
@@ -146,9 +151,11 @@ def lost_sign(signal: np.ndarray, position: np.ndarray, where: str) -> list[str]
     top = float(np.abs(signal).max())
     turned = position - position[0]
     there_and_back = min(float(np.diff(turned).clip(0).sum()), float(-np.diff(turned).clip(None, 0).sum()))
+    # a motion one way has a torque of one sign by right
     if signal.min() < 0 or not 0 < np.ptp(position) < 4 * there_and_back:
         return []
     levels = np.unique(signal)
+    # numbers that wrapped leave the middle of their range empty
     widest = int(np.argmax(np.diff(levels))) if len(levels) > 2 else 0
     high = signal > levels[widest]
     if levels[widest + 1] - levels[widest] > WRAPPED_SHARE * top and 0.05 < high.mean() < 0.95:
@@ -216,6 +223,7 @@ def _dropouts(signal: np.ndarray, where: str) -> list[str]:
     if len(given) < 2 or len(np.unique(signal)) < LEVELS_MIN:
         return []
     before, after = given[:-1], given[1:]
+    # a torque that passes 0 is near it in the rows beside
     far = max(DROPPED_SHARE * usual, DROPPED_NOISE * float(np.median(np.abs(np.diff(signal[given])))))
     high = (signal[before] * signal[after] > 0) & (
         np.minimum(np.abs(signal[before]), np.abs(signal[after])) > far
@@ -239,6 +247,7 @@ def _spikes(signal: np.ndarray, where: str, unit: str) -> list[str]:
     # how far a row is beyond both its neighbours; a quick change that stays is none
     off = np.zeros(len(signal))
     off[1:-1] = np.where(up * down > 0, np.minimum(np.abs(up), np.abs(down)), 0.0)
+    # rows between their neighbours are no extremes, and say nothing of how far noise makes one
     scale = 1.4826 * (float(np.median(off[off > 0])) if off.any() else 0.0)
     around = np.stack([signal[:-4], signal[1:-3], signal[3:-1], signal[4:]])
     off[2:-2][np.ptp(around, axis=0) > SPIKE_AROUND * off[2:-2]] = 0.0  # a servo that rings

@@ -18,7 +18,7 @@ from rtctl.friction.logs.intervals import covariance, time_blocks
 from rtctl.friction.logs.offsets import offset_columns
 from rtctl.friction.logs.regressors import Regressors
 
-SURELY, SURELY_BESIDE = 4.0, 3.0
+SURELY, SURELY_BESIDE = 4.0, 3.0  # a share of .2 leaves over less than noise (decision 0063)
 """Standard errors by which a coefficient must differ from 0: alone, and beside the other columns."""
 
 EXPLAINS = 0.98
@@ -136,7 +136,7 @@ class PlainBalance:
         matrix = matrix / np.maximum(np.sqrt((matrix**2).mean(axis=0)), 1e-300)
         both = np.column_stack([column, self.signals.torque_nm])[self.rows]
         own, torque = (both - matrix @ np.linalg.lstsq(matrix, both, rcond=1e-9)[0]).T
-        if own.std() <= OWN_LEAST * np.std(column[self.rows]):
+        if own.std() <= OWN_LEAST * np.std(column[self.rows]):  # as with a torque that only drives
             return 0.0, np.inf, float(np.sqrt(np.mean(torque**2)))
         value = float(own @ torque / (own @ own))
         rest = torque - value * own
@@ -152,7 +152,7 @@ class PlainBalance:
         column = make(u, 0.0)
         for _ in range(ROUNDS):
             u, value = self.wanted(column)
-            value = float(np.clip(value, -SHARE_MOST, SHARE_MOST))
+            value = float(np.clip(value, -SHARE_MOST, SHARE_MOST))  # 1 - k stays above 0
             column = make(u, value)
         return self.of(column, more)
 
@@ -161,7 +161,7 @@ class PlainBalance:
         others = self.others if more is None else np.hstack([self.others, more])
         value, error, rest = self.coefficient(column)
         beside, beside_error, _ = self.coefficient(column, others)
-        before = self.coefficient(np.zeros(len(column)))[2]
+        before = self.coefficient(np.zeros(len(column)))[2]  # a column of nothing takes nothing off
         return Effect(column, value, error, beside, beside_error, rest, before)
 
     def is_explained(self, rest: float) -> bool:
@@ -184,7 +184,7 @@ class PlainBalance:
 
         def column(u: np.ndarray, _: float) -> np.ndarray:
             largest = max(float(np.quantile(np.abs(u[self.rows]), 0.99)), 1e-300)
-            return np.asarray(-(u**3) / largest**2)
+            return np.asarray(-(u**3) / largest**2)  # minus: c > 0 is a torque that falls short
 
         return self.effect(column)
 

@@ -63,8 +63,10 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
     acceleration = np.gradient(velocity, 1 / rate)
     # A joint that stands may hold any torque below break-away: it says nothing of a turn.
     travel = np.abs(np.diff(position, prepend=position[0]))
+    # over a period of the cut-off, as what the filter blurs is
     window = np.convolve(travel, np.ones(edge), mode="same")
     kept = window >= speed_min_rad_s / cutoff_hz
+    # two periods: the acceleration is a derivative of a derivative of what the filter made up at an end
     kept[: 2 * edge] = kept[n - 2 * edge :] = False
     turned = np.flatnonzero(np.diff(np.sign(velocity)) != 0)
     if not kept.any():

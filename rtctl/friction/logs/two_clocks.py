@@ -27,6 +27,7 @@ def two_clocks(signals: Regressors, columns: Columns, offset: OffsetColumns) -> 
     A torque late by d_0 + g s, s from -1/2 at the first row to 1/2 at the last, has -d_0 J and -g J as the
     coefficients of the jerk and of s times the jerk. Of one frequency the jerk is the velocity, so friction
     that changes over the log has columns beside them."""
+    # several logs: where each began is not where its clocks agreed
     if len(signals.sources) != 1:
         return ""
     along = signals.time_s - signals.time_s[0]
@@ -37,6 +38,7 @@ def two_clocks(signals: Regressors, columns: Columns, offset: OffsetColumns) -> 
         "viscous_more": along * signals.velocity_rad_s,
         "coulomb_more": along * signals.direction,
     }
+    # two clocks without friction that changes would take a lubricant that warms up for a clock
     try:
         found = solve(signals, {**columns, **more}, offset, offset.drift).parameters
     except DataError:

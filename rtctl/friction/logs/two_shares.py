@@ -70,6 +70,7 @@ def with_share_of_two(
         "that share is fitted as torque_share, Coulomb and viscous friction are what is left without "
         "torque, and the points hold it at the torques of this log"
     )
+    # the noise of one record is in either column with opposite signs
     column = 0.5 * (best.recorded.column + best.wanted.column)
     return replace(signals, share_nm=column), (text,), ()
 
@@ -78,6 +79,7 @@ def _shares(plain: PlainBalance, external: np.ndarray, bend: Effect) -> Iterator
     torque = plain.signals.torque_nm
     for name, (motor, hand) in OF.items():
         recorded = plain.direction * (motor * np.abs(torque - external) + hand * np.abs(external))
+        # the whole torque that is wanted, so that the other record is what is left of it
         total = plain.balanced(recorded)
         wanted = plain.direction * (
             motor * np.abs(total - external) + hand * np.abs(total - torque + external)

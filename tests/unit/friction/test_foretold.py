@@ -86,3 +86,9 @@ def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
     assert band.units == 3  # of the sessions that were foretold, since the errors there are the larger ones
     # of the last one: three steps of a friction of up to .5 N m
     assert band.widest_nm > 0.95 * 0.05 * 3 * 0.5
+
+
+def test_where_a_solver_stopped_foretells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    trained = foretold.train
+    monkeypatch.setattr(foretold, "train", lambda *a, **k: replace(trained(*a, **k), converged=False))
+    assert of(sessions([1.0, 1.0, 2.0, 1.0])) is None

@@ -160,3 +160,24 @@ def test_means_over_uneven_places_do_not_speak_against_a_model_by_place(learned)
     assert faults(judge(learned.model, means(learned, factor=1.3, places=200)))
     alone = replace(learned.model, place=None)
     assert faults(judge(alone, means(learned, places=200)))
+
+
+@pytest.mark.parametrize(
+    "places", [np.arange(8) / 8, np.array([0.25, 0.75]) / 20 + np.arange(4)[:, None] / 4]
+)
+def test_places_in_some_sectors_only_do_not_count_as_held_out_without_error(places):
+    """Of 8 even places no row was in folds 1, 3 and 4, which counted as folds without an error; of pairs of
+    places a quarter turn apart all rows were in fold 0, and none was judged.
+    """
+    rng = np.random.default_rng(3)
+    rows, where = [], []
+    for way in (1, -1):
+        for v in np.geomspace(0.01, 2.0, 14):
+            for x in TURN * places.ravel():
+                rows.append((way * v, 0.25 + 0.05 * v + 0.02 * rng.normal(), way, 0.02, 5))
+                where.append(x)
+    columns = {"position_rad": np.array(where), "travel_rad": np.zeros(len(where))}
+    points = FrictionPoints.from_rows(rows, "places.csv", "0" * 64, columns)
+    alone = fit_places(fit_points(points, rig="mock", c=100.0), points, TURN).rungs[0]
+    assert alone.rmse_nm == pytest.approx(0.02, rel=0.1)  # the scatter of the rows; it was .014 and 0
+    assert alone.se_nm < 0.1 * alone.rmse_nm  # it was .31

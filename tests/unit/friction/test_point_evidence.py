@@ -85,3 +85,14 @@ def test_friction_that_is_nowhere_below_the_curve_has_no_spread_below_zero(tmp_p
 def test_a_length_out_of_bounds_is_refused_with_its_column(tmp_path, length):
     with pytest.raises(DataError, match="column presliding_rad"):
         _learned(_file(tmp_path, length=length))
+
+
+def test_a_point_that_is_left_out_has_no_weakest_place(tmp_path):
+    points = _file(tmp_path)
+    weakest = points.columns["weakest_place_nm"].copy()
+    mistyped = int(np.flatnonzero((points.direction > 0) & (points.velocity_rad_s > 1.0))[0])
+    weakest[mistyped] = 0.01
+    left_out = np.arange(len(weakest)) == mistyped
+    columns = {**points.columns, "weakest_place_nm": weakest}
+    model = _learned(dataclasses.replace(points, columns=columns, left_out=left_out))
+    assert model.place_spread_nm == pytest.approx([0.005, 0.02], abs=0.002)

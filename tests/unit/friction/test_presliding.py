@@ -1,6 +1,7 @@
 """Presliding length from break-away ramps, on ramps whose bristles are known."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,3 +92,14 @@ def test_groups_put_together_are_as_all_their_ramps():
     assert found.spread_rad == pytest.approx(np.std(every, ddof=1))
     assert found.ramps == 19
     assert together([]) is None
+
+
+def test_a_ramp_that_jumped_two_counts_in_one_tick_spoils_no_other():
+    """Two counts at one torque have no slope: 0/0 of one ramp made the mean of all NaN."""
+    known = ramps(0.002, bend=1.0)
+    jumped = replace(
+        known[0], position_rad=known[0].position_rad[:2], share=np.full(2, known[0].share.mean())
+    )
+    found = presliding([*known, jumped])
+    assert found is not None
+    assert found.length_rad == pytest.approx(presliding(known).length_rad)
