@@ -12,7 +12,7 @@ import zmq
 
 from rtctl.client.connection import Connection
 from rtctl.client.requests import Requester
-from rtctl.errors import NoReplyError, RefusedError
+from rtctl.errors import ClientError, NoReplyError, RefusedError
 
 RENEWALS = 4
 """Renewals within the time after which a silent holder loses the lease."""
@@ -137,3 +137,6 @@ class Lease:
                 if refused.code in _FINAL:
                     self.lost = refused.reason
                     return
+            except ClientError as error:  # what answers there now is no daemon, or another user's
+                self.lost = str(error)
+                return

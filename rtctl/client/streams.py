@@ -90,6 +90,11 @@ class Stream(Generic[Item]):
                 return item
             self.outdated += 1
 
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return self._closed
+
     def close(self) -> None:
         """Close the stream. Idempotent."""
         self._closed = True

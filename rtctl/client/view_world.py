@@ -102,8 +102,7 @@ class Ball:
     speed_rad_s: float = 0.0
 
     def step(self, handle_rad: float, dt_s: float) -> None:
-        """Advance by one frame: the handle's push, rolling drag; it comes back to the start when it stops far
-        out."""
+        """Advance by one frame: the handle's push, rolling drag."""
         push = BALL_STIFFNESS_NM_RAD * max(handle_rad - self.face_rad, 0.0)
         decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
         self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
