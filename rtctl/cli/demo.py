@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -47,7 +48,8 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
     with Host(loaded, observers=[demo], announce=lambda text: click.echo(f"rtctl: {text}", err=True)) as host:
         summary = host.run()
     off, on = (phase.rms_nm() for phase in demo.phases)
-    summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
+    # without a force sensor nothing is felt, of which nothing is a share
+    summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off if off else math.nan}
     if plot is not None:
         from rtctl.cli.demo_figure import draw
 

@@ -59,6 +59,7 @@ class Demo:
         self._ticks = 0  # ticks at full authority, over all phases
         self._trace: list[np.ndarray] = []
         self._entered = -1
+        self._epoch: int | None = None
 
     @property
     def total_s(self) -> float:
@@ -88,10 +89,15 @@ class Demo:
         self.progress(
             self._ticks / self.rate_hz, self.total_s, self.phases[index].name, self.phases[index].rms_nm()
         )
-        if self._ticks >= round(self.total_s * self.rate_hz) or (
-            len(rows) and rows["state"][-1] == State.FAULT
-        ):
+        if self._ticks >= round(self.total_s * self.rate_hz) or self._was_stopped(rows):
             host.finish()
+
+    def _was_stopped(self, rows: np.ndarray) -> bool:
+        """Whether a fault or somebody has stopped the rig: it is not armed again, and no phase would end."""
+        if len(rows) == 0:
+            return False
+        self._epoch = int(rows["epoch"][0]) if self._epoch is None else self._epoch
+        return int(rows["epoch"][-1]) != self._epoch
 
     @staticmethod
     def _at_authority(rows: np.ndarray) -> list[np.ndarray]:

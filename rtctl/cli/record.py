@@ -40,7 +40,7 @@ def command(
     To record from the very first tick, say `record = true` in the rig file, or `rtctl run --record FOLDER`.
     Files open in PlotJuggler and Foxglove; see rtctl info, export, replay."""
     from rtctl.client.capture import Capture
-    from rtctl.errors import RtctlError
+    from rtctl.errors import RecordingError
     from rtctl.wire.protocol import client_directory, endpoints_in
 
     name, folder, limits = _target(rig or only_rig(runtime_dir), out)
@@ -53,8 +53,10 @@ def command(
     if as_json:
         click.echo(json_text({"recordings": done}))
     broken = [status["broken"] for status in done if status["broken"]]
+    if broken and as_json:  # the object says it; nothing may follow it
+        sys.exit(RecordingError.exit_code)
     if broken:
-        raise RtctlError(f"the recording is broken: {broken[0]}")
+        raise RecordingError(f"the recording is broken: {broken[0]}")
 
 
 def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:

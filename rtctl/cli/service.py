@@ -154,7 +154,7 @@ def _pass(command: list[str]) -> int:
 
 
 def _remove(path: Path) -> None:
-    if path.is_dir():
+    if path.is_dir() and not path.is_symlink():  # a link is removed, and what it leads to is somebody's
         shutil.rmtree(path)
     else:
         path.unlink()

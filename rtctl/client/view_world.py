@@ -45,8 +45,8 @@ DRAG_RATE_RAD_S = 1.0
 """The dragged proxy goes no faster than this, whatever the mouse does."""
 
 TARGET_TICKS = 8
-"""While something is dragged a frame is no longer than this many ticks: after 20 without a target the rig
-holds still."""
+"""While something is dragged a frame is no longer than this many ticks: after 20 (and 20 ms) without a target
+the rig holds still."""
 
 SHORTEST_FRAME_S = 1e-3
 

@@ -216,8 +216,8 @@ class LoopProcess:
 
     @property
     def left_torque(self) -> bool:
-        # no last word, or one of trouble on the way out: either may have left the devices as they were
         """After the end: it may not have stopped its devices."""
+        # no last word, or one of trouble on the way out: either may have left the devices as they were
         return self.ended is None or self.ended["reason"] == "error"
 
     def raise_if_failed(self, aftermath: str = "check the device") -> None:

@@ -17,6 +17,7 @@ from typing import Any, BinaryIO
 
 from hw.outside import json_of, read_bounded
 from rtctl.errors import DataError
+from rtctl.plain_data import as_data
 
 Event = dict[str, Any]
 
@@ -116,7 +117,8 @@ class EventLog:
 
 
 def _line(event: Event) -> bytes:
-    return json.dumps(event, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    # a gain that was not measured is NaN, which JSON has not: null, and the line is read by anything
+    return json.dumps(as_data(event), allow_nan=False, separators=(",", ":")).encode() + b"\n"
 
 
 def _times(events: list[Event]) -> Event:

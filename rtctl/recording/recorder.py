@@ -156,7 +156,7 @@ class Recorder:
         try:
             self._parts.close(end)
         except OSError as error:
-            self._break(error, lost)
+            self._break(_refusal(error, self.folder), lost)
 
     def _write(self, batch: _Batch) -> None:
         parts, rows = self._parts, batch[1]
@@ -167,10 +167,19 @@ class Recorder:
         try:
             parts.add(*batch)
         except OSError as error:
-            self._break(error, pending + len(rows) - (parts.written - written))
+            self._break(_refusal(error, self.folder), pending + len(rows) - (parts.written - written))
+        except (KeyError, TypeError, ValueError) as error:
+            # an event of a daemon of another version, over the wire: without this thread all else would be
+            # lost unheard
+            why = f"{self.folder}: what came cannot be recorded ({error!r})"
+            self._break(why, pending + len(rows) - (parts.written - written))
 
-    def _break(self, error: OSError, lost: int) -> None:
+    def _break(self, why: str, lost: int) -> None:
         self._parts.abandon()
         self._failed += lost
-        self._broken = f"{error.filename or self.folder}: {error.strerror or error}"
+        self._broken = why
         self._retry_at = time.monotonic() + RETRY_S
+
+
+def _refusal(error: OSError, folder: Path) -> str:
+    return f"{error.filename or folder}: {error.strerror or error}"

@@ -123,7 +123,9 @@ class Intruders:
         if len(strangers) <= most:
             return
         strangers = [one for one in strangers if not self._is_known(door, one)]
-        surplus = max(0, len(strangers) - most)
+        surplus = len(strangers) - most
+        if surplus <= 0:  # most are clients that came just now
+            return
         if door.by_tcp:
             strangers.sort(key=_has_spoken)  # a stable order: the oldest of each kind
         for descriptor in strangers[:surplus]:

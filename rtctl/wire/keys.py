@@ -168,9 +168,12 @@ class KeyStore:
         if not _NAME.fullmatch(name) or not path.exists():
             known = ", ".join(sorted(entry.stem for entry in self._clients.glob("*.key"))) or "none"
             raise ConfigError(f"no key of the name {name!r} in {self.folder}; there are: {known}")
-        values = _read(path, ("name", "role", "public_key", "created"), private=False)
+        try:
+            key = Key(**_read(path, ("name", "role", "public_key", "created"), private=False))
+        except ConfigError:  # it lets nobody in, and must not keep the name for ever
+            key = Key(name, "damaged key", "")
         path.unlink()
-        return Key(**values)
+        return key
 
     def _server_made(self) -> ServerKey:
         if not (self.folder / SERVER_FILE).exists():

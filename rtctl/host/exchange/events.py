@@ -82,7 +82,9 @@ class EventDetector:
     book : FaultBook
         Where each fault came from.
     late : LateNews
-        Of the watch over late ticks, once there is one."""
+        Of the watch over late ticks, once there is one.
+    temperature : TemperatureWatch
+        Over the motors."""
 
     def __init__(
         self,
@@ -98,7 +100,7 @@ class EventDetector:
         self._state = int(State.INIT)
         self._faults = 0
         self._sequence = 0
-        self._temperature = TemperatureWatch(rig)
+        self.temperature = TemperatureWatch(rig)
         self._timing = TimingWatch(rig)
 
     def detect(self, rows: np.ndarray) -> list[dict[str, Any]]:
@@ -133,7 +135,7 @@ class EventDetector:
         events += [self._event(rows[i], EVENT, more) for i, more in self._timing.changes(rows)]
         slow = [
             *self._words.changes(),
-            *self._temperature.changes(rows[-1]),
+            *self.temperature.changes(rows[-1]),
             *self._friction.changes(),
             *self.late.changes(),
         ]

@@ -103,8 +103,8 @@ class Exits:
         return int(struct.unpack_from("<H", numbers[0])[0])
 
     def _send(self, family: int, command: int, attributes: bytes) -> bytes:
-        # version 1 of the interface, two reserved bytes
         """Ask, and return the answer that came before the kernel's word that all is well."""
+        # version 1 of the interface, two reserved bytes
         body = struct.pack("<BBH", command, 1, 0) + attributes
         self._socket.send(struct.pack("<IHHII", 16 + len(body), family, _REQUEST_ACK, 0, 0) + body)
         answer = b""

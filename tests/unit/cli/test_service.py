@@ -141,6 +141,17 @@ def test_uninstall_leaves_data_unless_purged_and_nothing_at_all_with_the_last_ri
     assert "nothing of rig 'mock'" in call("uninstall", "mock", "--root", tmp_path).output
 
 
+def test_data_that_a_link_leads_to_stay_when_the_link_is_purged(tmp_path):
+    call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "disk/a.mcap").write_text("")
+    (tmp_path / "var/lib/rtctl").mkdir(parents=True)
+    (tmp_path / "var/lib/rtctl/mock").symlink_to(tmp_path / "disk")
+    assert call("uninstall", "mock", "--purge", "--root", tmp_path).exit_code == 0
+    assert tree(tmp_path) == {"disk/a.mcap": b""}
+    assert not (tmp_path / "var/lib/rtctl/mock").is_symlink()
+
+
 def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(service.sys, "executable", "/home/anna/venv/bin/python")

@@ -222,6 +222,15 @@ def test_of_a_local_crowd_whoever_was_let_in_stays(house, monkeypatch):
     assert not house.is_cut(known)
 
 
+def test_clients_that_all_came_just_now_are_no_crowd(house, monkeypatch):
+    monkeypatch.setattr(module, "STRANGERS", 1)
+    clients = [house.enter(house.command.address) for _ in range(4)]
+    for _ in range(20):
+        house.turn(0.006)
+    assert "crowd" not in house.kinds()
+    assert not any(map(house.is_cut, clients))
+
+
 def test_one_process_gets_half_of_the_places_of_a_door(house, monkeypatch):
     for _ in range(CONNECTIONS // 2):
         house.enter(house.command.address)
