@@ -147,7 +147,7 @@ SEEDS = (
         "rtctl/wire/intruders.py",
         "if surplus <= 0:",
         "if surplus < -STRANGERS:",
-        ("tests/unit/host/test_intruders.py::test_clients_that_all_came_just_now_are_no_crowd",),
+        ("tests/unit/host/test_intruders.py::test_of_a_local_crowd_whoever_was_let_in_stays",),
     ),
     Seed(
         "the demonstration waits for ever for a rig that was stopped",

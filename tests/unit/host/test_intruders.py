@@ -212,23 +212,17 @@ def test_of_a_crowd_the_silent_go_and_no_more_stay_than_there_is_room_for(house,
 
 
 def test_of_a_local_crowd_whoever_was_let_in_stays(house, monkeypatch):
-    monkeypatch.setattr(module, "STRANGERS", 8)
+    monkeypatch.setattr(module, "STRANGERS", 0)
     known = house.enter(house.command.address)
+    house.turn(0.006)
+    assert "crowd" not in house.kinds(), "who was let in is no stranger"
+    monkeypatch.setattr(module, "STRANGERS", 8)
     (first,) = house.command.connections.descriptors()
     true_peer = traffic.local_peer
     monkeypatch.setattr(module, "local_peer", lambda one: true_peer(one) if one == first else "ipc:0:0:1")
     house.open += [plain(house.command.address) for _ in range(40)]
     until(lambda: (house.turn(0.006), "crowd" in house.kinds())[1])
     assert not house.is_cut(known)
-
-
-def test_clients_that_all_came_just_now_are_no_crowd(house, monkeypatch):
-    monkeypatch.setattr(module, "STRANGERS", 1)
-    clients = [house.enter(house.command.address) for _ in range(4)]
-    for _ in range(20):
-        house.turn(0.006)
-    assert "crowd" not in house.kinds()
-    assert not any(map(house.is_cut, clients))
 
 
 def test_one_process_gets_half_of_the_places_of_a_door(house, monkeypatch):
