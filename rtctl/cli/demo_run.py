@@ -85,6 +85,7 @@ class Demo:
         self._arm(host, rows)
         for part in self._at_authority(rows):
             self._take(host, part)
+        # -1: no tick at full authority yet
         index = min(max(self._entered, 0), len(self.phases) - 1)
         self.progress(
             self._ticks / self.rate_hz, self.total_s, self.phases[index].name, self.phases[index].rms_nm()
@@ -101,6 +102,7 @@ class Demo:
 
     @staticmethod
     def _at_authority(rows: np.ndarray) -> list[np.ndarray]:
+        # while the authority rises less than all of the help acts
         good = rows[(rows["state"] == State.ACTIVE) & (rows["authority"] >= 1.0)]
         return [good] if len(good) else []
 
@@ -109,6 +111,7 @@ class Demo:
         settle_ticks = round(SETTLE_S * self.rate_hz)
         index = np.arange(self._ticks, self._ticks + len(rows))
         for number, phase in enumerate(self.phases):
+            # what settles after a switch belongs to neither figure
             inside = (index >= number * phase_ticks + settle_ticks) & (index < (number + 1) * phase_ticks)
             torque = rows["hand_torque_nm"][inside, 0]
             phase.torque_sum_nm2 += float(torque @ torque)

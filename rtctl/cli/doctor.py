@@ -56,6 +56,7 @@ def command(
     if watch:
         from rtctl.cli.doctor_watch import watch as follow
 
+        # None: a rig on another machine is asked there, by its own doctor
         with connect(None if config is None else str(config), runtime_dir, None, None) as client:
             follow(client, watch_s, as_json=as_json)
         return

@@ -63,6 +63,7 @@ def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
     """Name of the rig, folder, and limits of its file."""
     from rtctl.recording.state_folder import recording_folder, state_folder
 
+    # as `rig_argument.rig_name` tells a file from a name
     if not (rig.endswith(".toml") or Path(rig).is_file()):
         return rig, out or state_folder(rig) / "recordings", None
     from rtctl.recording.limits import Limits
@@ -97,6 +98,7 @@ def _record(capture: Capture, folder: Path, limits: Limits | None, seconds: floa
     done: list[dict[str, Any]] = []
     end: float | None = None
     try:
+        # another run of the daemon goes into files of its own
         while (end is None or time.monotonic() < end) and capture.run is not None:
             run, recorder = capture.run, _recorder(capture.run, folder, limits)
             end = time.monotonic() + seconds if end is None else end  # waiting for the daemon does not count
@@ -124,6 +126,7 @@ def _one_run(capture: Capture, run: Run, recorder: Recorder, end: float) -> None
     due = time.monotonic() + SHOW_S
     tty = sys.stderr.isatty()
     while capture.run is run and (now := time.monotonic()) < end:
+        # no longer than --for has left
         batch = capture.receive(min(0.5, end - now))
         if batch is not None:
             recorder.observe(batch.first_row, batch.rows, batch.events, batch.commands, state=batch.state)

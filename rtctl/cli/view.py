@@ -13,6 +13,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import reach_options, rig_of
 
 PORT = 8650
+# a page on this machine answers within milliseconds, if it is there
 ANSWER_S = 1.0
 
 
@@ -86,6 +87,7 @@ def _serve(
     from rtctl.errors import ClientError
 
     name = "" if address and not rig else rig_of(rig, runtime_dir)
+    # who names a port wants a page of their own, whatever the daemon shows
     if port is None:
         port = PORT
         if name and (shown := _shown_by_daemon(name, runtime_dir)):

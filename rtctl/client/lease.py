@@ -47,6 +47,7 @@ class Lease:
         self.lost = ""
         try:
             result = self._requester.call("lease", timeout_s, epoch=epoch)["result"]
+        # Ctrl-C, too: a socket that is open keeps `RigClient.close` waiting for ever
         except BaseException:
             self._requester.close()
             raise
@@ -123,6 +124,7 @@ class Lease:
 
     def _end(self) -> None:
         self._over.set()
+        # before the sockets close: they belong to one thread at a time
         self._thread.join()
         self._socket.close(linger=0)
 

@@ -65,10 +65,12 @@ class Listener:
         ------
         NoReplyError
             No fresh sample within the client's `timeout_s`."""
+        # opened on demand: a client that only asks has no subscription that fills
         if self._newest is None:
             self._newest = self.states()
         deadline = time.monotonic() + self.timeout_s
         while True:
+            # the queue holds the oldest first
             while (sample := self._newest.receive(0)) is not None:
                 self._last = sample
             now = time.monotonic()

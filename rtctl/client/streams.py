@@ -117,6 +117,7 @@ class Stream(Generic[Item]):
             if session != self._session:
                 self.restarts += self._session is not None
                 self._session = session
+            # numbers only rise within a session; of a new one nothing is known to be lost
             elif first > self._expected:
                 self.lost += first - self._expected
             self._expected = first + count

@@ -44,6 +44,7 @@ class Histogram:
 
     def add(self, time_ns: int, durations_ns: np.ndarray) -> None:
         """Count a batch that ended at `time_ns`."""
+        # without the outer edges: the outer bins take what lies beyond
         bins = np.searchsorted(EDGES_US[1:-1] * 1e3, durations_ns)
         counts = np.bincount(bins, minlength=len(self.total))
         self.total += counts
@@ -222,6 +223,7 @@ def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> di
 
     A value that is not finite becomes None, as JSON has none."""
     step = max(1, math.ceil(len(rows) / points))
+    # counted from the end, so that the newest is always one of them
     chosen = rows[::-1][::step][::-1]
     out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}
     for signal in signals:

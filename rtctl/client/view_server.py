@@ -27,11 +27,13 @@ from rtctl.client.view_world import World, offered
 from rtctl.errors import RefusedError, RtctlError
 from rtctl.wire.event_words import line_of
 
+# each has a thread, which wakes twenty times a second (MESSAGE_S)
 MOST_STREAMS = 8
 MOST_RECORDINGS = 4
 MOST_SIGNALS = 16
 MOST_BODY = 4096
 MOST_DIGITS = 9
+# twenty pictures a second; the state changes at half of that, as one reads it
 MESSAGE_S = 0.05
 STATUS_S = 0.1
 HEADERS = {

@@ -199,6 +199,7 @@ class LoopProcess:
             first = message["first"] if self.compiling is None else self.compiling.first
             self.compiling = Compiling(message["functions"], message["most"], first)
         elif message["message"] == "opening":
+            # bounded: a loop that dies in a driver would be excused for ever
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
             self.ended = message

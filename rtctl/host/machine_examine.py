@@ -92,6 +92,7 @@ def examine(
         wired = {
             member.label
             for member, info in zip(members, kinds, strict=True)
+            # a kind that looks for itself, or has no wire, is not told that it names none
             if not (info.simulated or info.doctor)
         }
         devices = list(zip(members, (loaded.options, *loaded.more_options), strict=True))

@@ -196,6 +196,7 @@ def late_ticks(root: Path) -> Line:
     if os.access(root / EVENTS.parent, os.R_OK):
         fix = "sudo mount -t tracefs nodev /sys/kernel/tracing"
         return Line(name, "warn", "by counters alone, half of them unknown: tracefs is not mounted", fix)
+    # ok: causes are told all the same, if not all of them
     return Line(name, "ok", "by counters; the scheduler tells root (tracefs)")
 
 

@@ -11,6 +11,7 @@ from rtctl.host.machine_line import Line
 from rtctl.rig_file.config import LoadedConfig, load
 
 PYTHON_LEAST = (3, 11)
+# what the wheels of pyzmq 26 bring, which pyproject.toml asks for
 LIBZMQ_LEAST = (4, 3, 5)
 
 

@@ -37,6 +37,7 @@ def sound(told: Mapping[str, str], n_axes: int) -> tuple[dict[str, str], list[st
         One line for each fact replaced."""
     about, notes = dict(told), []
     if not _whole(about.get("n_axes", ""), _WHOLE["n_axes"]):
+        # neither facts nor ticks say what this file is
         if not 1 <= n_axes <= MOST_AXES:
             return {}, []
         notes.append(f"n_axes is {shown(about.get('n_axes', 'missing'))}; the ticks have {n_axes} axes")

@@ -83,6 +83,7 @@ class Recorder:
             if not self._fits(rows):
                 self._dropped += len(rows)
                 self._held = (
+                    # bounded, as the ticks are: a disk may hang for days
                     (self._held[0] + events)[-1000:],
                     np.concatenate((self._held[1], commands))[-1000:],
                 )
@@ -142,6 +143,7 @@ class Recorder:
                     break
                 batch = self._queue.popleft()
             self._write(batch)
+            # this thread's alone, which is the recorder
             self._cpu_s = time.thread_time()
             with self._change:
                 self._queued -= len(batch[1])

@@ -21,6 +21,7 @@ def state_root() -> Path:
 
     The first of: RTCTL_STATE_DIR, STATE_DIRECTORY (set by systemd), XDG_STATE_HOME/rtctl, and
     `.local/state/rtctl` in the home folder."""
+    # systemd may name several, one behind another; the unit asks for one
     chosen = os.environ.get("RTCTL_STATE_DIR") or os.environ.get("STATE_DIRECTORY", "").split(":")[0]
     if chosen:
         return Path(chosen).absolute()

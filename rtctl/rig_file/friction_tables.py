@@ -153,6 +153,7 @@ class FrictionTable(Table):
 
     def intent_lowpass_at(self, rate_hz: float) -> float:
         """Low-pass of the intent in Hz of a loop of this rate."""
+        # a slower loop lags more, as with the observer
         return self.intent_lowpass_hz or min(50.0, rate_hz / 20)
 
 

@@ -93,6 +93,7 @@ def _check_address(text: str) -> None:
     except ValueError:
         msg = f"bind {text!r}: an IPv4 address of this machine, such as 127.0.0.1, not a name or a wildcard"
         raise ValueError(msg) from None
+    # else libzmq says at the start only that it cannot be assigned
     if address.is_multicast or address.is_reserved:
         msg = f"bind {text}: no address a machine can have"
         raise ValueError(msg)

@@ -78,6 +78,7 @@ def allow_descriptors(wanted: int) -> int:
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
         return most
+    # the hard limit does not let it be more
     return wanted if soft == resource.RLIM_INFINITY else soft
 
 

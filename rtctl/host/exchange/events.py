@@ -29,6 +29,7 @@ _CAUSE: dict[tuple[State, State], str] = {
     (State.STOPPING, State.IDLE): "ramp finished",
     (State.STOPPING, State.SHUTDOWN): "ramp finished",
 }
+# in ARMING, ACTIVE and HOLD alike: the table of states has one event for each of them
 _REQUEST = {State.STOPPING: "stop or shutdown request", State.SHUTDOWN: "shutdown request"}
 
 
@@ -121,6 +122,7 @@ class EventDetector:
         for i in changed:
             now, before = int(faults[i]), int(faults_before[i])
             first = int(rows["fault_first"][i])
+            # -1: nothing is latched
             first_name = fault_entries(1 << first)[0]["name"] if first >= 0 else ""
             events += [
                 self._event(rows[i], "fault", {**entry, "first_cause": entry["name"] == first_name})
@@ -153,5 +155,6 @@ class EventDetector:
             "event": kind,
             **more,
         }
+        # clients tell by it what they have missed
         self._sequence += 1
         return event

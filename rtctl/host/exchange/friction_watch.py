@@ -172,6 +172,7 @@ class FrictionWatch:
         axes = {
             name: state.packed(axis)
             for name, axis in self._axes.items()
+            # an axis that was not moved has nothing to remember
             if len(axis.strokes.table) or axis.factor != 1.0
         }
         return partial(state.write, self._folder, self._devices, axes)

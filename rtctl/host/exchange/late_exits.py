@@ -57,6 +57,7 @@ class Exits:
         self._socket = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW | socket.SOCK_CLOEXEC, _GENERIC)
         self._core: int | None = None
         try:
+            # 0: the kernel gives a number of its own, so that two hosts of one machine do not collide
             self._socket.bind((0, 0))
             self._socket.setblocking(False)
             self._family = self._ask_family()

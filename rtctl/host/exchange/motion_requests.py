@@ -99,6 +99,7 @@ class Steering:
         lease = self._desk.renew(caller.user_id, request.values["lease"], epoch)
         if isinstance(lease, Refusal):
             return lease
+        # 0: a renderer that tells no velocity holds its proxy still between two targets
         position, velocity = request.values["position_rad"], request.values.get("velocity_rad_s", 0.0)
         return {"command_seq": self._slot.target(epoch, lease.number, position, velocity)}
 

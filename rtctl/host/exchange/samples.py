@@ -19,6 +19,7 @@ class Decimator:
 
     def __init__(self, rate_hz: float, state_hz: float) -> None:
         self._stride = max(1, round(rate_hz / state_hz))
+        # before every slot: the first tick is shown
         self._slot = -1
 
     def pick(self, ticks: np.ndarray) -> np.ndarray:
