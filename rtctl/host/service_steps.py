@@ -113,7 +113,7 @@ def own_command() -> str:
                 "PrivateTmp=yes): install rtctl for all users, then call its own program:\n"
                 f"{for_all_users()}"
             )
-    return f"{python} -m rtctl"
+    return f"{shlex.quote(str(python))} -m rtctl"  # systemd reads quotes as a shell does (systemd.syntax(7))
 
 
 def install_command(config: Path | None) -> str:
@@ -214,7 +214,7 @@ def compile_command(command: str, rig: Path) -> list[str]:
         "--collect",
         *whose,
         *mode,
-        *command.split(),
+        *shlex.split(command),
         "compile",
         str(rig),
     ]

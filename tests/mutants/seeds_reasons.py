@@ -119,6 +119,15 @@ SEEDS = (
         ("tests/unit/cli/test_service.py::test_data_that_a_link_leads_to_stay_when_the_link_is_purged",),
     ),
     Seed(
+        "a Python below a folder with a space cannot compile for its service",
+        "rtctl/host/service_steps.py",
+        "*shlex.split(command),",
+        "*command.split(),",
+        (
+            "tests/unit/cli/test_service.py::test_a_python_below_a_folder_with_a_space_is_one_word_of_the_unit",
+        ),
+    ),
+    Seed(
         "`rtctl record --json` says a broken recording twice",
         "rtctl/cli/record.py",
         "if broken and as_json:",

@@ -217,6 +217,16 @@ def test_it_compiles_as_the_user_of_the_service_in_its_cache_before_that_starts(
         assert line in step, "as the unit says"
 
 
+def test_a_python_below_a_folder_with_a_space_is_one_word_of_the_unit(monkeypatch):
+    monkeypatch.undo()
+    monkeypatch.setattr(service, "HIDDEN", ())
+    monkeypatch.setattr(service.sys, "executable", "/opt/my rig/bin/python")
+    command = service.own_command()
+    assert shlex.split(command) == ["/opt/my rig/bin/python", "-m", "rtctl"]
+    step = service.compile_command(command, Path("/etc/rtctl/mock.toml"))
+    assert step[-5:-2] == ["/opt/my rig/bin/python", "-m", "rtctl"]
+
+
 def test_an_installation_goes_on_where_nothing_could_be_compiled_before(capfd, monkeypatch, tmp_path):
     program = tmp_path / service.COMPILER
     program.write_text("#!/bin/sh\necho 98 functions so far\nexit 5\n")
