@@ -142,6 +142,7 @@ def command(
         # so that an error begins on a line of its own
         bar.end()
     took_s = time.monotonic() - began
+    # what a reader of the report needs to do it again
     facts = {
         "rig": loaded.config.rig.name,
         "rig file": f"{loaded.path.name}, sha256 {loaded.sha256}",

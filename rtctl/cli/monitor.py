@@ -97,6 +97,7 @@ class Watch:
         sample = self._states.receive(timeout_s)
         while (event := self._events.receive(0)) is not None:
             self._places.take_event(event)
+        # one a second: more cannot wait here
         if (health := self._healths.receive(0)) is not None:
             self.health = health
             self._places.take_health(health)

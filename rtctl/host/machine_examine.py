@@ -84,6 +84,7 @@ def examine(
     if config is not None:
         loaded, more = machine_software.rig_file(config)
         _add(more)
+    # without a rig file, or with a wrong one, the machine is judged for the defaults
     loop = loaded.config.loop if loaded else LoopTable()
     if loaded is not None:
         _add(machine_software.model(loaded))

@@ -26,6 +26,7 @@ class Decimator:
         """Indices of the ticks to show. `ticks` are tick numbers, shape (n,), in order over all calls."""
         if len(ticks) == 0:
             return np.zeros(0, np.intp)
+        # by the grid, not by counting: after missed ticks samples lie on the same slots as before
         slots = ticks // self._stride
         before = np.concatenate(([self._slot], slots[:-1]))
         self._slot = int(slots[-1])

@@ -173,6 +173,7 @@ class Telemetry:
             Complete ticks since the last call, oldest first; may be empty.
         overwritten
             Ticks lost so far between the loop and the host, all of them before the last of `rows`."""
+        # before the ticks: the first message after a loss says so
         self._overwritten = overwritten
         for first in range(0, len(rows), MOST_ROWS):
             self._publish_ticks(rows[first : first + MOST_ROWS])
