@@ -159,18 +159,19 @@ def write_incident(folder: Path, incident: Incident) -> Path:
     except OSError:
         part.unlink(missing_ok=True)
         raise
-    prune(folder)
+    prune(folder, path)
     return path
 
 
-def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
+def prune(folder: Path, newest: Path | None = None, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
     """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a
     crash."""
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0
-    # names begin with the time: the newest first
-    for k, path in enumerate(sorted(folder.glob("*.npz"), reverse=True)):
+    # names begin with the time; a wall clock that is behind since must not take the one just written
+    found = sorted(folder.glob("*.npz"), key=lambda path: (path == newest, path.name), reverse=True)
+    for k, path in enumerate(found):
         total += path.stat().st_size
         if k >= files or (k and total > size):  # the newest one stays, however long it is
             path.unlink(missing_ok=True)
