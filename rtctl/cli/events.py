@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -89,7 +90,8 @@ def _text(event: dict[str, Any]) -> str:
         case "measured" | "late":
             return _measured(event) if kind == "measured" else _late(event)
         case "incident":
-            return as_run(f"incident of {event['ticks']} ticks: rtctl incident {event['file']}")
+            file = shlex.quote(str(event["file"]))  # to be pasted, whatever the folder is called
+            return as_run(f"incident of {event['ticks']} ticks: rtctl incident {file}")
         case "started":
             return (
                 f"rtctl {event['version']} started, process {event['pid']}, config "

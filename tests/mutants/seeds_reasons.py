@@ -76,6 +76,16 @@ SEEDS = (
         (f"{FLIGHT}a_number_that_is_none_does_not_end_the_log",),
     ),
     Seed(
+        "the command of an incident in a folder with a space cannot be pasted",
+        "rtctl/cli/events.py",
+        'shlex.quote(str(event["file"]))',
+        'event["file"]',
+        (
+            "tests/unit/cli/test_events_followed.py"
+            "::test_the_command_of_an_incident_can_be_pasted_wherever_its_file_lies",
+        ),
+    ),
+    Seed(
         "an incident of a clock that was set back is removed as it is written",
         "rtctl/recording/incident.py",
         "key=lambda path: (path == newest, path.name)",
