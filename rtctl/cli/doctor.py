@@ -71,6 +71,7 @@ def command(
         if line.fix:
             click.echo(f"      {'':<22}-> {as_run(line.fix)}")
 
+    # each line is said as it comes: the wake-ups alone take seconds
     report = examine(
         None if config is None else str(config),
         0.0 if no_timing else seconds,

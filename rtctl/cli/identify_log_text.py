@@ -52,6 +52,7 @@ def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float 
         raise ConfigError(
             "the position is in counts: give --counts-per-rev (after quadrature), or --config RIG"
         )
+    # a scale in N m/A does the same as the option
     if "scale" in current or given["torque_constant"]:
         return ()
     return (

@@ -109,6 +109,7 @@ def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
     places: list[int] = []
     together: list[bytes] = []
     for name in rows.dtype.names or ():
+        # of an older daemon: the field stays 0
         if name not in columns:
             continue
         column, word = columns[name], words.get(name)
