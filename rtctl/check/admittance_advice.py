@@ -39,6 +39,7 @@ class Advice:
 def passing_together(loop: AdmittanceLoop) -> Advice:
     """The set with the least change, by mass and damping first, that passes with every mass that may be asked
     for."""
+    # the first that passes is the least change: the search ends with it
     tried = sorted(product(HEAVIER, DAMPED, GAINS, HELD), key=_change)
     for mass, damped, gain, held in tried:
         if held < 1 and loop.position_gain_nm_rad == 0:  # the same set once more

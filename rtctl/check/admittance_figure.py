@@ -23,6 +23,7 @@ def draw_axis(plot: Axes, axis: AxisReport) -> None:
     loop, one = axis.loop, axis.admittance
     if loop is None or one is None:
         return
+    # with the file's own mass among them, whose point is drawn on the curve
     mass = np.sort(
         [loop.mass_kgm2, *np.geomspace(loop.mass_kgm2 / _AROUND, loop.mass_kgm2 * _AROUND, _MASSES)]
     )
@@ -41,6 +42,7 @@ def draw_axis(plot: Axes, axis: AxisReport) -> None:
     plot.set_xscale("log")
     plot.set_yscale("log")
     seen = np.concatenate([world, free, [loop.box.stiffness_nm_rad]])
+    # 0: no hand passes with that mass, and a logarithm has no place for it
     seen = seen[seen > 0]
     plot.set_ylim(0.5 * float(seen.min()), 2 * float(seen.max()))
     plot.set_xlabel("virtual mass m [kg m^2]")

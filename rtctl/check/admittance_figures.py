@@ -102,6 +102,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         velocity_gain_nms_rad=a.velocity_gain_nms_rad,
         position_gain_nm_rad=a.position_gain_nm_rad,
         mass_max_kgm2=a.mass_max_kgm2,
+        # two low-passes one behind the other: that of the intake, and that of the mass
         intake_lowpass_hz=table.force.lowpass_hz,
         velocity_lowpass_hz=a.velocity_lowpass_hz,
         feedforward=a.sent_ahead(table.inertia_kgm2),

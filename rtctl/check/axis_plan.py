@@ -14,6 +14,7 @@ from rtctl.control.virtual_mass import MASS_REST_HZ
 from rtctl.control.vocabulary import DeviceVelocity, Display, VelocityMethod
 from rtctl.rig_file.axis_tables import AxisTable
 
+# a joint that goes quicker than a quarter of its limit, over the whole test, is moved by somebody
 ARMING_TRAVEL_SHARE = 0.25
 OFFSET_SHARE = 0.1
 """Share of the torque limit that the force may be off in power, unless the rig file says otherwise."""

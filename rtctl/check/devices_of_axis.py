@@ -33,7 +33,9 @@ def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
         damping_nms_rad=min(dampings),
         # two that differ: not known
         stiffness_nm_rad=elastic[0].stiffness_nm_rad if len(elastic) == 1 else 0.0,
+        # half and half: where nobody says it
         link_inertia_share=elastic[0].link_inertia_share if len(elastic) == 1 else 0.5,
+        # one that says link is enough: no damping proves such a joint
         encoder="link" if "link" in (drive.encoder, *(one.encoder for one in elastic)) else "motor",
     )
 

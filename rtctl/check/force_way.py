@@ -43,6 +43,7 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
     late_s = max((one.delay_s for _, one in says), default=0.0)
     return ForceWay(
         min(cuts, default=0.0),  # each part at its worst, whoever says it
+        # up: a proof for a later force covers an earlier one, tried at quarters of it
         math.ceil(late_s / loaded.config.period_s - _SLACK_TICKS),
         " and ".join(who for who, _ in says),
     )

@@ -106,6 +106,7 @@ def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]
             continue
         one = found[at]
         names.append(member.label)
+        # one device behind the other: what reads and what sends both cost time
         delay, jitter = delay + one.delay_s / T, jitter + one.jitter_s / T
         if one.current_loop_hz > 0:
             lag_hz = min(lag_hz or math.inf, one.current_loop_hz)

@@ -14,6 +14,7 @@ from rtctl.check.devices_of_axis import joint_of_axis
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
 from rtctl.check.place_plan import fill_place
+from rtctl.check.verdicts_of_admittance_steps import RESOLUTION_SHARE
 from rtctl.control.braking import BRAKE_GATES
 from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.disturbance_observer import SMOOTHING
@@ -52,8 +53,6 @@ SEEN_HZ = 5.0
 """Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
 SEEN_FACTOR = 1.5
 """Friction seen is believed up to so many times the learned peak."""
-RESOLUTION_SHARE = 0.01
-"""Share of a force sensor's range that its coarsest step may be, likewise."""
 SHORTEST_PROOF_TICKS = 1e-6
 """0 would say that delay and age are not watched."""
 

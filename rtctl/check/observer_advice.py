@@ -32,6 +32,7 @@ def snippet(loaded: LoadedConfig, axis: AxisGain, model: Path) -> str:
     usual = loaded.config.axis[index].friction.observer
     usual_hz = usual.bandwidth_at(loaded.config.loop.rate_hz)
     for share in SHARES:
+        # judged as it will be printed
         hz = float(f"{share * usual_hz:.2g}")
         slower = usual if share == 1.0 else usual.model_copy(update={"bandwidth_hz": hz})
         if _passes(loaded, index, axis, model, slower):

@@ -40,6 +40,7 @@ def judged_by(
         second_s = 1.0 / (2 * math.pi * SMOOTHING * bandwidth_hz)
         seen_hz = min(bandwidth_hz, UNMATCHED_RAD / (2 * math.pi * (second_s + late_s)))
     slow_rad_s = SLOW_RAD_S * (at_handle("slow_rad_s") if axis.motion == "linear" else 1.0)
+    # nothing of friction to be judged: the conservative part then has the motion to itself
     judged = of_friction == 0 or seen_hz > max(slow_rad_s, ORDINARY_SHARE * trained_rad_s) * of_part
     return seen_hz / (max(of_friction, of_part) if judged else of_friction), judged
 
@@ -58,6 +59,7 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     p["place_trough_nm"][a] = model.place_trough_nm
     p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
     bandwidth_hz = p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
+    # of the direction that was measured less far
     trained_rad_s = min(branch.speed_max_rad_s for branch in model.branches)
     late_s = float(p["observer_late_ticks"][a] * p["period_s"])
     speed_rad_s, judged = judged_by(axis, model.place_waves_per_rad, trained_rad_s, bandwidth_hz, late_s)

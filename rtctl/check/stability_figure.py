@@ -42,6 +42,7 @@ def draw(report: Report, path: str | Path) -> None:
 
 def _draw_axis(plot: Axes, axis: AxisReport, T: float) -> None:
     b, between = axis.device_damping_nms_rad, axis.between
+    # 1e-6: a joint without damping has an empty region, not an axis of no length
     widest = max(b, axis.damping_nms_rad, 1e-6) * 1.1
     b_c = np.linspace(0, widest, _CURVE_POINTS)
     exact = np.array([stability.k_max_between(b, value, T, between) for value in b_c])

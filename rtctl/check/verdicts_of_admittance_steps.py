@@ -115,6 +115,7 @@ def hunting(s: Subject) -> list[Verdict]:
 def creeping(s: Subject) -> list[Verdict]:
     """A joint that creeps crosses edges before a flicker among counts is held: how fast does it ring there,
     as long as it creeps?"""
+    # then `hunting` judges it: nothing is held, and no flicker comes before a hold
     if not holds_flicker(s.table, s.axis.guarantee, s.joint.dry_share):
         return []
     found = creeping_of(loop_of(s.axis, s.table, s.joint, s.period_s))

@@ -10,6 +10,7 @@ from rtctl.check.verdicts_of_units import amperes_of
 
 def cut(s: Subject) -> list[Verdict]:
     """What the device cuts off is a torque that the law believes in, until the current measured says no."""
+    # nothing is known of what it cuts: no row, rather than one that passes
     if math.isinf(s.cut_a):
         return []
     share, name = amperes_of(s) / s.cut_a, "current that the device lets through"

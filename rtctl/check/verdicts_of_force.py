@@ -61,6 +61,7 @@ def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
         meaning = f"counted on: {counted} ({way.said_by}); {down}"
     else:
         meaning = f"nobody says what the sensor's own filter is: {counted} was counted on; {down}: {REMEDY}"
+    # no low-pass lets every frequency through
     cut = way.sensor_hz or math.inf
     return s.row(
         name,
@@ -68,6 +69,7 @@ def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
         f">= {_up(least_hz)} Hz" if 0 < least_hz < math.inf else "any" if least_hz == 0 else "none",
         Outcome.PASS if way.said_by else Outcome.NOT_PROVED,
         meaning,
+        # inf: holds only without one, which is what it has
         least_hz / cut if math.isfinite(least_hz) else 1.0,
     )
 

@@ -91,6 +91,7 @@ def count_is_no_jump(s: Subject) -> list[Verdict]:
     ticks = s.axis.count_rad / reach
     if ticks <= 1.0:
         return []
+    # two ticks: the second sample at the new place is what cuts (`sample.accept_sample`)
     most_hz = 2.0 * JUMP_FACTOR * s.table.velocity_limit_rad_s / s.axis.count_rad
     cuts = ticks > 2.0
     told = (

@@ -88,6 +88,7 @@ def report(error: RtctlError, *, as_json: bool) -> None:
 
 def main() -> None:
     """Entry point of the `rtctl` program."""
+    # first: a program that is started without them would get a device as its standard output
     open_standard_streams()
     obey_nothing_foreign()
     if runs := sys.argv[1:2] == ["run"]:
@@ -111,6 +112,7 @@ def _interrupt(number: int, _frame: object) -> None:
     raise KeyboardInterrupt
 
 
+# long enough that whatever swallowed it has returned, too short for a person to press it again
 AGAIN_S = 0.05
 
 

@@ -34,6 +34,7 @@ GROUPS = (
     "recording",
     "view",
 )
+# hours, root, or other people's searches: none of the ten minutes of the whole
 ON_REQUEST = ("soak", "deaths", "scheduler", "drift", "blame", "ladder")
 LOADS = ("cpu", "disk", "network", "memory")
 
@@ -124,8 +125,10 @@ def command(
             click.echo(f"measuring {name} ...", err=True)
             try:
                 report.rows(measured[name]())
+            # a machine without cyclictest, or an extra that is not installed, costs its group alone
             except (RtctlError, ModuleNotFoundError) as error:
                 report.skipped[name] = str(error)
+    # Ctrl-C, too: the JSON object is closed, and what was measured so far can be read
     finally:
         report.end()
 
@@ -161,5 +164,6 @@ class _Json(_Text):
 
     def end(self) -> None:
         click.echo(
+            # without a row the object was not even opened
             ("" if self._before == ",\n" else self._before) + f'], "skipped": {json_text(self.skipped)}}}'
         )

@@ -133,6 +133,7 @@ def command(
 @contextmanager
 def _bar(length: int, label: str, *, quiet: bool) -> Iterator[Callable[[int], None]]:
     """A bar on a person's terminal; what it gives is told how many were done since."""
+    # a file or pipe would get a line for each step of the bar
     hidden = quiet or not sys.stderr.isatty()
     with click.progressbar(length=length, label=label, file=sys.stderr, hidden=hidden) as bar:
         yield bar.update
@@ -185,6 +186,7 @@ def _one(order: Order, index: int, trace: Path | None) -> Result:
 
     result, rig, last = campaign.run_traced(order, index)
     for name in rig.faults:
+        # what was rained on this rig, beside the object on standard output
         click.echo(f"fault {name}", err=True)
     if trace is not None:
         campaign.save_trace(trace, last)
@@ -203,6 +205,7 @@ def _text(result: Result) -> str:
         lines.append(
             key.replace("_", " ") + ": " + ", ".join(f"{name} {n:,}" for name, n in counts.items() if n)
         )
+    # twenty are as many as one can read; each bears the command that shows it again
     lines += [violation.text() for violation in result.violations[:20]]
     lines.append(f"{len(result.violations)} rigs violated an invariant")
     return "\n".join(lines)

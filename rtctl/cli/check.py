@@ -59,7 +59,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
         ]
         body["recommended"] = [asdict(one) for one in advices]
         body["warnings"] = [one.text for one in advices if not one.ok]
-        if not report.ok:
+        if not report.ok:  # here, not by `cli.report`: standard output is one object
             body |= {"error": StabilityError.__name__, "exit_code": StabilityError.exit_code}
         click.echo(json_text(body, indent=2))
         if not report.ok:
@@ -82,7 +82,7 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
     if plot is not None:
         click.echo(f"\nplot: {plot}")
     _echo_verdicts(report)
-    report.require()
+    report.require()  # last: of what fails the table above says why
 
 
 def _echo_verdicts(report: Report) -> None:
@@ -109,6 +109,7 @@ def _echo_verdicts(report: Report) -> None:
             shown = "passive with every passive hand and every passive virtual environment"
         click.echo(f"\nOK: {shown}{help_}")
         return
+    # "no test fails", not "passes": some rows could not be proved
     click.echo(f"\nOK: no test fails; {shown}{help_}")
     for outcome, word in ((Outcome.NOT_PROVED, "but not proved"), (Outcome.WARN, "look again at")):
         names = "; ".join(f"{row.axis}: {row.name}" for row in told if row.outcome == outcome)

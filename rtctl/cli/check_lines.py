@@ -45,7 +45,7 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
 def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
     shown = _admittance_lines(axis)
-    if not axis.impedance:
+    if not axis.impedance:  # nothing of a coupling is felt there
         shown += _friction_lines(axis.friction) if axis.friction else []
         return shown + (_account_lines(axis) if axis.compensates else [])
     from rtctl.check.verdicts_of_loop import between_text

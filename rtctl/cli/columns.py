@@ -18,6 +18,7 @@ from hw.playback.units import OTHERS, SPELT, unread
 from rtctl.errors import ConfigError
 
 _LINEAR = {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS}
+# "": NAME::SCALE has a scale and no unit
 _UNITS = {"", "counts", "degC"}.union(
     TIME_UNITS, ANGLE_UNITS, VELOCITY_UNITS, CURRENT_UNITS, TORQUE_UNITS, _LINEAR
 )
@@ -71,6 +72,7 @@ def tables(
         name, unit, scale = _name_unit_scale(rest)
         if not name:
             raise click.BadParameter(f"{text!r} is not ROLE=NAME[:UNIT[:SCALE]]")
+        # the whole table: unit and scale of the file are those of its own column
         given[role] = {"column": name} | ({"unit": unit} if unit else {})
         given[role] |= {"scale": float(scale)} if scale else {}
     unknown = sorted(set(given) - set(roles))

@@ -46,6 +46,7 @@ class _Progress:
     """One line when the first function is compiled, then one every `TELL_EVERY_S`, on stderr."""
 
     def __init__(self, now_s: float) -> None:
+        # the first function is told at once: a person learns why it takes long
         self._next_s = now_s
 
     def hear(self, _count: int) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from pathlib import Path
@@ -47,7 +48,8 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
     with Host(loaded, observers=[demo], announce=lambda text: click.echo(f"rtctl: {text}", err=True)) as host:
         summary = host.run()
     off, on = (phase.rms_nm() for phase in demo.phases)
-    summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off}
+    # without a force sensor nothing is felt, of which nothing is a share
+    summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off if off else math.nan}
     if plot is not None:
         from rtctl.cli.demo_figure import draw
 
@@ -61,15 +63,20 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
 
 def _progress(*, quiet: bool) -> Callable[[float, float, str, float], None]:
     live = sys.stderr.isatty()
+    # a pause ago: the first line comes at once
     last = [-2.0]
 
     def show(done_s: float, total_s: float, phase: str, rms_nm: float) -> None:
+        # a log gets a line every two seconds, a terminal one line that is drawn anew
         if quiet or (not live and done_s - last[0] < 2.0):
             return
         last[0] = done_s
+        # min: the last batch of ticks may reach beyond the end
         bar = "#" * round(30 * min(1.0, done_s / total_s))
         text = f"[{bar:<30}] {done_s:5.1f} of {total_s:.0f} s  compensation {phase:<3}"
+        # NaN: nothing of this phase was measured yet
         text += "  settling" if rms_nm != rms_nm else f"  hand {rms_nm:.3f} N m rms"
+        # filled up: it covers the line before
         click.echo(f"\r{text:<90}" if live else text, err=True, nl=not live)
 
     return show

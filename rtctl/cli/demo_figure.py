@@ -41,6 +41,7 @@ def draw(
     from matplotlib import rc_context
 
     after = time_s - switch_s
+    # text as text, and the same ids each time: the file differs only where the curve does
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "rtctl", "font.size": 9, "text.color": INK}):
         figure = pictures.blank(6.4, 2.3, facecolor="white")
         plot = figure.subplots()

@@ -59,6 +59,7 @@ class Demo:
         self._ticks = 0  # ticks at full authority, over all phases
         self._trace: list[np.ndarray] = []
         self._entered = -1
+        self._epoch: int | None = None
 
     @property
     def total_s(self) -> float:
@@ -84,17 +85,24 @@ class Demo:
         self._arm(host, rows)
         for part in self._at_authority(rows):
             self._take(host, part)
+        # -1: no tick at full authority yet
         index = min(max(self._entered, 0), len(self.phases) - 1)
         self.progress(
             self._ticks / self.rate_hz, self.total_s, self.phases[index].name, self.phases[index].rms_nm()
         )
-        if self._ticks >= round(self.total_s * self.rate_hz) or (
-            len(rows) and rows["state"][-1] == State.FAULT
-        ):
+        if self._ticks >= round(self.total_s * self.rate_hz) or self._was_stopped(rows):
             host.finish()
+
+    def _was_stopped(self, rows: np.ndarray) -> bool:
+        """Whether a fault or somebody has stopped the rig: it is not armed again, and no phase would end."""
+        if len(rows) == 0:
+            return False
+        self._epoch = int(rows["epoch"][0]) if self._epoch is None else self._epoch
+        return int(rows["epoch"][-1]) != self._epoch
 
     @staticmethod
     def _at_authority(rows: np.ndarray) -> list[np.ndarray]:
+        # while the authority rises less than all of the help acts
         good = rows[(rows["state"] == State.ACTIVE) & (rows["authority"] >= 1.0)]
         return [good] if len(good) else []
 
@@ -103,6 +111,7 @@ class Demo:
         settle_ticks = round(SETTLE_S * self.rate_hz)
         index = np.arange(self._ticks, self._ticks + len(rows))
         for number, phase in enumerate(self.phases):
+            # what settles after a switch belongs to neither figure
             inside = (index >= number * phase_ticks + settle_ticks) & (index < (number + 1) * phase_ticks)
             torque = rows["hand_torque_nm"][inside, 0]
             phase.torque_sum_nm2 += float(torque @ torque)

@@ -56,6 +56,7 @@ def command(
     if watch:
         from rtctl.cli.doctor_watch import watch as follow
 
+        # None: a rig on another machine is asked there, by its own doctor
         with connect(None if config is None else str(config), runtime_dir, None, None) as client:
             follow(client, watch_s, as_json=as_json)
         return
@@ -70,6 +71,7 @@ def command(
         if line.fix:
             click.echo(f"      {'':<22}-> {as_run(line.fix)}")
 
+    # each line is said as it comes: the wake-ups alone take seconds
     report = examine(
         None if config is None else str(config),
         0.0 if no_timing else seconds,

@@ -32,6 +32,7 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> None:
                 if health is None:
                     if now - heard > SILENT_S:
                         click.echo("no data: the daemon has ended, or cannot be reached", err=True)
+                        # said once in that time, not at every look
                         heard = now
                     continue
                 heard, late = now, health.get("late")

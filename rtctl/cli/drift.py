@@ -14,6 +14,7 @@ from rtctl.cli.recording_argument import RecordingFile
 
 @click.command("drift")
 @click.argument("file", type=RecordingFile())
+# both defaults are those of [axis.friction.drift], by which a running rig warns
 @click.option("--warn", "warn_share", type=Number(0.05, 0.5), default=0.1, show_default=True)
 @click.option("--window", "window_s", type=Number(10, 300), default=24.0, show_default=True, metavar="S")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object")
@@ -30,6 +31,7 @@ def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) ->
     reader = RecordingReader(all_parts(file))
     law = reader.law()
     table = DriftTable(warn_share=warn_share, window_s=window_s)
+    # one chunk at a time: a recording of a day fits into no memory
     rows = (batch.rows for batch in reader.batches())
     found = over_ticks(law.params, law.model, reader.axes, rows, table, reader.missing_fields())
     found = [{**one, "motion": motion} for one, motion in zip(found, reader.motions, strict=True)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import rig_argument, rig_of
 
+# longest line: the words of a device may be of any length
 MOST_LINE = 2000
 
 
@@ -32,8 +34,10 @@ def command(rig: str | None, last: int, state_dir: Path | None, *, follow: bool,
     from rtctl.recording.state_folder import written_folder
 
     folder = written_folder(rig_of(rig), state_dir)
+    # who follows may wait for the first run
     if not event_log.log_files(folder) and not follow:
         raise DataError(f"no event log in {folder}: the rig has not run for this user; see --state-dir")
+    # before the log is read: an event that is written meanwhile is in one of both at least
     following = event_log.follow(folder) if follow else iter(())
     events, torn = event_log.read_events(folder, last)
     for event in events:
@@ -56,6 +60,7 @@ def line(event: dict[str, Any]) -> str:
         when = datetime.fromtimestamp(event["timestamp"]).astimezone()
         head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
         return shown(f"{head}  {_text(event)}", MOST_LINE)
+    # a log of another version, or one that somebody edited
     except (KeyError, TypeError, ValueError, OverflowError, OSError):
         return shown(f"an event that this version cannot read: {json_text(event)}")
 
@@ -85,7 +90,8 @@ def _text(event: dict[str, Any]) -> str:
         case "measured" | "late":
             return _measured(event) if kind == "measured" else _late(event)
         case "incident":
-            return as_run(f"incident of {event['ticks']} ticks: rtctl incident {event['file']}")
+            file = shlex.quote(str(event["file"]))  # to be pasted, whatever the folder is called
+            return as_run(f"incident of {event['ticks']} ticks: rtctl incident {file}")
         case "started":
             return (
                 f"rtctl {event['version']} started, process {event['pid']}, config "

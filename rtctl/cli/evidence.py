@@ -56,6 +56,7 @@ def command(
     register()
     sets = read_description(description)
     folder = data or description.parent
+    # all of them first: a file that is missing is told before hours of learning
     read = [read_set(one, description.parent if one.beside else folder) for one in sets]
     found = []
     for one, (points, notes) in zip(sets, read, strict=True):
@@ -66,6 +67,7 @@ def command(
         options = Options(
             families=grids.families(kernel),
             strategy=search,
+            # -1: all cores (joblib)
             n_jobs=jobs or -1,
             folds=hold_out.way_for(points),
         )

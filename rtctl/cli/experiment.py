@@ -115,6 +115,7 @@ def command(
     from rtctl.simulation.family import with_plant
 
     loaded = load(config) if plant is None else with_plant(load(config), plant)
+    # a page with both papers needs seeds, and a plant of the family is no rig that stands here
     simulate = simulate or name == "papers" or plant is not None
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
@@ -138,8 +139,10 @@ def command(
     try:
         outcomes = _run(name, order)
     finally:
+        # so that an error begins on a line of its own
         bar.end()
     took_s = time.monotonic() - began
+    # what a reader of the report needs to do it again
     facts = {
         "rig": loaded.config.rig.name,
         "rig file": f"{loaded.path.name}, sha256 {loaded.sha256}",

@@ -49,6 +49,7 @@ def command(
         )
     target = out or file.with_name(f"{file.stem}-ticks.mcap" if kind == "mcap" else f"{file.stem}.{kind}")
     parts = all_parts(file)
+    # the same file by any name: writing would replace what is still read
     if any(target.exists() and target.samefile(part) for part in parts):
         raise click.UsageError(f"{target} is what is read: give another name with --out")
     chosen = tuple(name.strip() for name in fields.split(",")) if fields else ()

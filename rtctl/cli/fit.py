@@ -212,6 +212,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     if judged is not None:
         fit_judge.require_alone(click.get_current_context())
         if sweep is not None:
+            # standard output belongs to the JSON object
             fit_places.tell_shift(judged, sweep, err=as_json)
         measured = read(points)
         fit_points.tell_doubts(measured, known=True, alone=False)
@@ -220,6 +221,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     if out is None:
         raise click.UsageError("Missing option '--out'.")
     fixed = c is not None or epsilon_nm is not None
+    # options that only a comparison has ask for one
     asked = climb or one_rung or kernel != "all" or tolerance is not None or max_support_vectors is not None
     strategy = _strategy(search, asked=asked, fixed=fixed, reported=report_dir is not None)
     plan = fit_report.prepare(report_dir, test_points, config, rig, read)
@@ -231,6 +233,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     families = grids.families_of(kernel, measured.motion)
     if measured.motion == "linear":
         fit_checks.require_of_linear(families, kernel, strategy if search else None)
+        # without a search tube and C are fixed in N m and rad/s (`fit_checks.require_of_linear`)
         strategy = "halving" if strategy == "none" else strategy
     folds = hold_out.way_for(measured, held_out)
     options: dict[str, Any] = {
@@ -246,6 +249,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
         "C": c,
         "epsilon_nm": epsilon_nm,
     }
+    # -1: all cores (joblib)
     searched = {"families": families, "backend": backend, "n_jobs": jobs or -1, "folds": folds}
     with errors_in_units_of(measured.motion):
         ladder, model = fit_learning.curves(measured, rig, fade_rad_s, options, searched)
@@ -253,6 +257,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
         model, over_turn, turn_body = fit_places.learn(model, places, sweep, lead, ripple_turn)
     model = fit_learning.with_what_is_known(model, measured, temperature, presliding_rad, plan.test)
     model = replace(model, load=under[1] if under else None)
+    # before pictures and report: a figure that cannot be drawn must not cost the model
     artefact.save(model, out)
     beside = fit_learning.beside(model, measured, folds, under)
     _draw(plot, model, measured)

@@ -41,6 +41,7 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
     if loaded is None:
         return
     for axis in _axes(model, loaded):
+        # not `<= 0`: a NaN is no friction to compensate
         if not (model.friction_min_nm > 0).all():
             click.echo(
                 f"\naxis {axis.axis}: the curve has no dry friction to compensate (least "
@@ -106,5 +107,6 @@ def _truth(model: FrictionModel, loaded: LoadedConfig) -> tuple[Deviation, ...]:
     """Deviation from the friction law of the mock, when the rig file is of one with a single axis."""
     from rtctl.simulation import friction_truth
 
+    # of several axes nobody said which one was measured
     known = friction_truth.is_known(loaded) and loaded.config.n_axes == 1
     return friction_truth.of_model(loaded, 0, model) if known else ()

@@ -49,6 +49,7 @@ _ROWS = (
 def require_alone(context: click.Context) -> None:
     """Refuse options that only a fit has (UsageError)."""
     for option in context.command.params:
+        # by where it came from: a default says nothing of what was asked
         given = context.get_parameter_source(option.name or "") == ParameterSource.COMMANDLINE
         if given and option.name not in _GOES_WITH:
             raise click.UsageError(f"{option.opts[0]} belongs to a fit, and --judge learns nothing; drop one")

@@ -78,6 +78,7 @@ def with_what_is_known(
     from rtctl.friction.learn.point_evidence import with_evidence
     from rtctl.friction.timing import evaluation_ns
 
+    # what a person says counts before the column
     low, high = temperature or measured.temperature_range_c or (None, None)
     model = replace(
         model, temperature_min_c=low, temperature_max_c=high, evaluation_ns=evaluation_ns(model.record())

@@ -95,12 +95,16 @@ def learn(
     text, body, part = list[str](), dict[str, Any](), None
     if sweep is not None:
         found = fit_cogging(
-            sweep_of(read_points(sweep, of_speeds=False)), ripple_turn or period, friction_period_rad=period
+            # a sweep has a single speed, too few for a curve of speed
+            sweep_of(read_points(sweep, of_speeds=False)),
+            ripple_turn or period,
+            friction_period_rad=period,
         )
         if not found.two_way:
             raise DataError(
                 f"{sweep}: one direction only: friction cannot be told from the conservative part"
             )
+        # no wave bettered held-out places: nothing is carried, rather than zeros
         part = found.part if len(found.part.orders) else None
         text.append(_of_part(part, found.rmse_nm))
         body["conservative"] = {

@@ -76,8 +76,10 @@ def read(
     from rtctl.recording.as_columns import register
 
     if not (columns or map_file or average != "none"):
+        # our own files say themselves in what they are
         if lead_m:
             raise ConfigError("--lead-m is for columns of other programs; give --column, or leave it out")
+        # our files hold their session; which of several files a session is, nobody said
         if len(files) > 1:
             raise ConfigError(
                 "several files of points: say how they become one, --average file or speed, or --column ..."
@@ -101,6 +103,7 @@ def tell_doubts(points: FrictionPoints, *, known: bool, alone: bool) -> None:
     from rtctl.friction.logs.points_check import doubtful_points
     from rtctl.friction.points import level_starts
 
+    # the poorer direction: each has a spline of its own
     levels = min(len(level_starts(points.branch(direction)[0])) for direction in (1, -1))
     if alone and levels < LEVELS_FEW:
         click.echo(

@@ -54,6 +54,7 @@ def prepare(
     if folder is not None:
         report.require_place(folder)
     loaded = None if config is None else load(config)
+    # limits and advice would be those of another joint
     if loaded is not None and loaded.config.rig.name != rig:
         raise DataError(
             f"{config}: is of rig {loaded.config.rig.name}, the fit of {rig}; correct --rig or --config"

@@ -83,6 +83,7 @@ def band_text(model: FrictionModel) -> str:
     )
     if band.way == "log" and band.units < FEW_SESSIONS:
         return f"{said}; {band.units} sessions say little of the next one: record more"
+    # held out of one session: what sessions differ by is in none of them
     if band.way in ("speed", "time", "place"):
         return f"{said}; one session says nothing of another one: fit several, each a log of its own"
     return said

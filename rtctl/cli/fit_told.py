@@ -75,6 +75,7 @@ def tell(learned: Learned) -> None:
     from rtctl.friction.learn import report_beside_speed as report_beside
 
     model, plot, page = learned.model, learned.plot, learned.page
+    # all that is printed meanwhile is written for a rotary joint
     with in_units_of(learned.measured.motion):
         if learned.ladder is not None:
             ladder_report.show(learned.ladder)

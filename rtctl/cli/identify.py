@@ -57,6 +57,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
             "highest speed, rad/s; default 2, within 80 % of the velocity limit, of a linear axis what "
             "crosses its travel in 2 s",
         ),
+        # 54, 28 and 100 are the papers' (docs/references.md)
         ("--train", "train_levels", levels, 54, "speeds to train on, per direction"),
         ("--test", "test_levels", click.IntRange(0, 500), 28, "other speeds to test on, per direction"),
         ("--measurements", "measurements", click.IntRange(2, 10_000), 100, "measurements behind each point"),
@@ -120,6 +121,7 @@ def _options(  # longer than 50 lines: the table of options, an option a row
 class _Identify(click.Command):
     """With `--log` the command line is that of identification from recordings, in its own module."""
 
+    # which options there are depends on --log, and click parses all of them before a command could look
     def make_context(
         self,
         info_name: str | None,
@@ -165,6 +167,7 @@ def command(
     from rtctl.identify.settings import rig_of, settings_of, without_feedforward
     from rtctl.rig_file.config import load
 
+    # friction is to be measured, not what compensation leaves of it
     loaded = without_feedforward(load(config))
     settings = settings_of(loaded, options)
     rig = rig_of(loaded, settings)
@@ -182,6 +185,7 @@ def command(
         complete = False
     finally:
         progress.end()
+    # of a real joint nobody knows the truth
     truth = true_deviations(loaded, rig.axis, dataset) if loaded.config.simulated else ()
     summary = summary_of(dataset, time.monotonic() - began, truth)
     if as_json:

@@ -52,6 +52,7 @@ def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float 
         raise ConfigError(
             "the position is in counts: give --counts-per-rev (after quadrature), or --config RIG"
         )
+    # a scale in N m/A does the same as the option
     if "scale" in current or given["torque_constant"]:
         return ()
     return (
@@ -68,6 +69,7 @@ def unheld(
     where no velocity is mapped. First what is a warning, since nobody said what torque the motor's is; then
     what cannot be told."""
     warned, told = [], []
+    # one torque alone: with two, or a rig file, a wrong factor leaves something over
     (torque, *others) = {"motor_torque", "current", "hand_torque"} & set(mapped)
     if not others:
         scale = (
@@ -104,6 +106,7 @@ def units_to_confirm(
         return ()
     family = next(each for each in (CURRENT_UNITS, FORCE_UNITS, TORQUE_UNITS) if unit in each)
     inertia, of = fit.symmetric.parameters["inertia_kgm2"].value, "kg" if motion == "linear" else "kg m^2"
+    # reversed: of two spellings of a unit the first of the table is told
     by_factor = {factor: text for text, factor in reversed(family.items()) if factor != family[unit]}
     would_be = [
         f"in {text} {inertia * factor / family[unit]:.3g} {of}" for factor, text in sorted(by_factor.items())

@@ -41,6 +41,7 @@ def summary_of(dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...]) ->
         "motion": document.get("motion", "rotary"),
         "complete": document["complete"],
         "points": len(points),
+        # those that were left out with a reason count as wanted
         "points_wanted": len(points) + len(document["skipped"]) + len(dataset.left),
         "skipped": document["skipped"],
         "train": sum(point["use"] == "train" for point in points),

@@ -17,10 +17,12 @@ from rtctl.cli.command_table import COMMANDS
 def program() -> str:
     """How this rtctl is called from the present folder: by its name where that finds it, else by its path."""
     beside = Path(sys.executable).parent / "rtctl"
+    # `python -m rtctl` has a module as its name: the program beside this Python does the same
     called = Path(sys.argv[0]) if Path(sys.argv[0]).name == "rtctl" else beside
     if not called.is_file():
         return f"{shlex.quote(sys.executable)} -m rtctl"
     found = shutil.which("rtctl")
+    # else another rtctl comes first in PATH
     if found is not None and Path(found).samefile(called):
         return "rtctl"
     return shown(called)
@@ -36,6 +38,7 @@ def shown(path: Path) -> str:
     return shlex.quote(str(absolute.relative_to(here) if absolute.is_relative_to(here) else absolute))
 
 
+# not in a path or address (`/opt/rtctl`, `rtctl@mock`); the longest name first: `stop-rig` is not `stop`
 _COMMAND = re.compile(rf"(?<![\w/.@-])rtctl (?=(?:{'|'.join(sorted(COMMANDS, key=len, reverse=True))})\b)")
 _PIP = re.compile(r"(?<!-m )(?<![\w/.-])pip install ")
 _EXTRA = re.compile(r"'rtctl\[(\w+)\]'")
@@ -44,6 +47,7 @@ _EXTRA = re.compile(r"'rtctl\[(\w+)\]'")
 def as_run(text: str) -> str:
     """`text` with every command in it as it runs here: this rtctl, the pip of its Python, packages that there
     are."""
+    # most texts have neither, and the pattern below is of all commands
     if "rtctl" not in text and "pip install" not in text:
         return text
     text = _EXTRA.sub(lambda found: " ".join(map(shlex.quote, packages_of(found[1]))), text)

@@ -37,6 +37,7 @@ def new(name: str, role: str, out: Path | None, folder: Path, *, as_json: bool) 
     """Make a key for the client NAME; the first one also makes the daemon's own."""
     from rtctl.wire.keys import KeyStore
 
+    # here, not in the folder of keys: it leaves this machine
     path = KeyStore(folder).new(name, role, out or Path(f"{name}.key"))
     if as_json:
         click.echo(json_text({"name": name, "role": role, "out": str(path), "dir": str(folder)}))

@@ -22,6 +22,7 @@ def climb(
     with click.progressbar(length=1, label="searching", file=sys.stderr, show_eta=False) as bar:
 
         def progress(done: int, of: int) -> None:
+            # how many there are is known once the first grid was made
             bar.length = of
             bar.update(done - bar.pos)
 

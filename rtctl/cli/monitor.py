@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rtctl.cli.monitor_text import Shown
     from rtctl.client import RigClient, RigState
 
+# drawn anew five times a second on a terminal; elsewhere a line a second, and silence is told within LOOK_S
 REFRESH_S = 0.2
 LINE_S = 1.0
 LOOK_S = 0.1
@@ -96,12 +97,14 @@ class Watch:
         sample = self._states.receive(timeout_s)
         while (event := self._events.receive(0)) is not None:
             self._places.take_event(event)
+        # one a second: more cannot wait here
         if (health := self._healths.receive(0)) is not None:
             self.health = health
             self._places.take_health(health)
         if sample is None:
             return None
         self._came = time.monotonic()
+        # another run of the daemon, maybe of an edited rig file: names and axes are asked anew
         if self.sample is not None and sample.session != self.sample.session:
             self._greet_again()
         self.sample = sample
@@ -121,6 +124,7 @@ class Watch:
         silent_s = time.monotonic() - self._came
         if self._local and self.sample is not None:
             age_s = self.sample.as_of(time.monotonic()).age_s
+            # samples may come and be old; NaN: on a virtual clock none has an age
             silent_s = max(silent_s, age_s) if math.isfinite(age_s) else silent_s
         return silent_s
 
@@ -133,6 +137,7 @@ class Watch:
         sample = self.sample
         bits = sum(sample.faults)
         return Shown(
+            # another machine's clock is no measure of age
             sample.as_of(time.monotonic()) if self._local else sample,
             self.silent_s,
             self._states.lost,
@@ -171,11 +176,13 @@ def _show(watch: Watch, end: float) -> None:
         watch.receive(min(LOOK_S, left_s))
         shown = watch.shown()
         if shown is None:
+            # before the first sample there is nothing that could be drawn
             if watch.silent_s >= NO_DATA_S and time.monotonic() >= due:
                 due = time.monotonic() + LINE_S
                 click.echo(f"NO DATA for {watch.silent_s:.1f} s; waiting for the daemon")
             continue
         silent = bool(shown.no_data)
+        # that data ceased or are back is told at once
         if time.monotonic() < due and silent == was_silent:
             continue
         due, was_silent = time.monotonic() + (REFRESH_S if tty else LINE_S), silent

@@ -81,6 +81,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
             sample.feedforward_torque_nm,
             sample.torque_applied_nm,
         )
+        # a daemon that came back may have fewer axes than `hello` said
         cells = [f"{values[a]:>12.4f}" if a < len(values) else f"{'-':>12}" for values in columns]
         lines.append(f"{axis['name']:<12}" + "".join(cells))
         lines += [words(line, motion) for line in _display(sample.fields, a)]
@@ -111,6 +112,7 @@ def _display(fields: Mapping[str, Any], axis: int) -> list[str]:
 def _trouble(shown: Shown) -> list[str]:
     """A line for the cause of a stop, for each fault present, and for each device that complains."""
     present = [entry["name"] for entry in shown.faults]
+    # a cause that is still present is a line of its own below
     latched = shown.cause is not None and shown.cause["name"] not in present
     lines = [f"cause   {sentence(shown.cause)}"] if latched and shown.cause is not None else []
     lines += [f"        {sentence(entry)}" for entry in shown.faults]
@@ -120,6 +122,7 @@ def _trouble(shown: Shown) -> list[str]:
 
 def _age(shown: Shown) -> str:
     age_s = shown.sample.age_s
+    # NaN: a virtual clock, of which the time since it came is all that is known
     return f"{(age_s if math.isfinite(age_s) else shown.silent_s) * 1e3:.1f} ms"
 
 
@@ -172,6 +175,7 @@ def _latency(health: dict[str, Any] | None) -> list[str]:
 
 def _late(health: dict[str, Any]) -> list[str]:
     """A line about ticks that came late since the start, and why."""
+    # a daemon of before tells none
     late = health.get("late") or {"ticks": 0}
     if not late["ticks"]:
         return []
@@ -186,6 +190,7 @@ _OF_LINE = ("position_rad", "velocity_rad_s", "hand_torque_nm", "feedforward_tor
 
 def line(hello: dict[str, Any], shown: Shown) -> str:
     """One plain line, for a log or a pipe; names are those of m and N where every axis is linear."""
+    # a line has one name for all axes, a table one for each
     motion = "linear" if all(axis.get("motion") == "linear" for axis in hello["axes"]) else "rotary"
     sample, health = shown.sample, shown.health
     faults = ",".join(str(fault.name) for fault in sample.faults) or "-"

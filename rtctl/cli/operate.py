@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from rtctl.client import RigClient
 
 SWITCH = ("on", "off")
+# the ramp takes 50 ms at most (`law_plan.STOP_S`); the rest is for a host that is busy
 STOP_S = 2.0
 POLL_S = 0.01
 
@@ -30,6 +31,7 @@ def _operation(name: str) -> Callable[[_Act], click.Command]:
     """A command that does `act` to a rig, then tells its state."""
 
     def made(act: _Act) -> click.Command:
+        # click takes the help, and options beyond these, from `act`
         @wraps(act)
         def run(
             rig: str | None,
@@ -81,6 +83,7 @@ def stop(client: RigClient) -> None:
 
     Where no daemon answers, `rtctl stop-rig CONFIG` makes the actuators torque-free by itself."""
     client.stop()
+    # the reply says that the stop was taken in, not that the motor is off
     deadline = time.monotonic() + STOP_S
     while client.status()["enabled"] and time.monotonic() < deadline:
         time.sleep(POLL_S)
@@ -112,6 +115,7 @@ def _adapt(client: RigClient, follow: str, axis: str | None) -> None:
 
 _adapt = click.option("--axis", help="the axis, by name; default: all that may follow")(_adapt)
 adapt = _operation("adapt")(_adapt)
+# first of the arguments: `rtctl adapt on RIG`
 adapt.params.insert(0, click.Argument(["follow"], type=click.Choice(SWITCH)))
 
 
@@ -124,6 +128,7 @@ def lines(told: dict[str, Any]) -> list[str]:
         + (", EMERGENCY STOP pressed" if told["estop"] else "")
     ]
     out += [f"  stopped by {first['name']}: {first['text']}"] if first else []
+    # the first cause stands above already
     out += [f"  present: {fault['name']}: {fault['text']}" for fault in told["faults"] if fault != first]
     out += [f"  warning: {warning['text']}" for warning in told["warnings"]]
     out += ["  without real-time rights (rtctl doctor)"] if told["waiver"] else []
@@ -133,6 +138,7 @@ def lines(told: dict[str, Any]) -> list[str]:
         of_axis = [
             f"  {axis['axis']}: {position:.4f} rad, {velocity:.4f} rad/s, environment "
             f"{axis['environment']['kind']}, compensation {axis['compensation']:.0%}"
+            # get: a daemon of before tells none of these
             + _followed(axis.get("friction_factor", 1.0), adapting=axis.get("adapting")),
             *_display(axis["display"]),
             *_pulse(axis.get("measured", {})),

@@ -65,6 +65,7 @@ def _why_no_file(path: Path) -> str:
         return f"there is no folder {path.parent}; make it first"
     if why := _why_not(path.parent):
         return why
+    # a file is written beside it and renamed, which would replace /dev/null
     if path.exists() and not path.is_file():
         return "it is a device or a pipe; name a file"
     return "it exists and may not be written" if path.exists() and not os.access(path, os.W_OK) else ""
@@ -74,6 +75,7 @@ def why_no_folder(path: Path) -> str:
     """Why nothing can be written into `path`, a folder that may still have to be made; empty when it can."""
     there = path.absolute()
     try:
+        # the nearest folder that is there: the rest is made below it
         while not there.exists() and there != there.parent:
             there = there.parent
     except OSError as error:  # below a folder that this user may not look into

@@ -24,6 +24,7 @@ def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dic
         return None
     parts = text.split(":")
     numbers: list[float] = []
+    # from the end, as a name may hold colons; a third number belongs to the name
     while len(parts) > 1 and len(numbers) < 2 and is_number(parts[-1]):
         try:
             numbers.insert(0, float(parts.pop()))
@@ -110,6 +111,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
 
     register()
     job = Job(config=config, **options)
+    # a log that is played back has one axis
     motion = load(config).config.axis[0].motion if config else "rotary"
     with errors_in_units_of(motion):
         result = run(job)
@@ -142,6 +144,7 @@ def _presliding(found: dict[str, Any] | None, motion: str) -> str:
     from rtctl.friction.presliding import Presliding
 
     if found is None:
+        # 5 mrad, which are .5 mm at a handle: what is assumed where nobody measured (decision 0067)
         taken = 5.0 * (HANDLE_M if motion == "linear" else 1.0)
         return f"not told by these logs: taken for {taken:g} mrad, so less help near reversals (--presliding)"
     return str(Presliding(**found))

@@ -71,6 +71,7 @@ def compare(
     if as_json:
         click.echo(json_text({"a": {"file": str(a), **found[0]}, "b": {"file": str(b), **found[1]}}))
         return
+    # the end of a name has session and part, its begin the rig, which both share
     click.echo(f"{'':36}{a.name[-22:]:>24}{b.name[-22:]:>24}{'change':>10}")
     for key in found[0]:
         for text in _lines(key, found[0][key], found[1][key], runs[0]):
@@ -98,6 +99,7 @@ def _line(name: str, one: object, two: object) -> str:
         return "-" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
 
     change = ""
+    # of nothing nothing is a share
     if isinstance(one, float) and isinstance(two, float) and one:
         change = f"{100 * (two / one - 1):+.1f} %"
     return f"{name:36}{text(one):>24}{text(two):>24}{change:>10}"

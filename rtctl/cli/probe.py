@@ -73,7 +73,7 @@ def command(
         click.echo("\n".join(lines))
 
     interrupted = False
-    with RuntimeDirectory.acquire(loaded.config.rig.name, runtime_dir):
+    with RuntimeDirectory.acquire(loaded.config.rig.name, runtime_dir):  # to open a drive is to disarm it
         try:
             until = seconds if seconds is not None or not as_json else JSON_SECONDS
             watch(

@@ -15,16 +15,20 @@ class Bar:
 
     def __init__(self, *, quiet: bool, motion: str = "rotary", between_s: float = 5.0) -> None:
         self._quiet, self._live, self._motion = quiet, sys.stderr.isatty(), motion
+        # a terminal's line is drawn anew, a log's stays
         self._between_s = 0.1 if self._live else between_s
+        # -10: longer ago than any pause, so that the first share is shown
         self._began, self._shown, self._total = time.monotonic(), -10.0, 0.0
 
     def __call__(self, share: float, text: str) -> None:
         """Say that this share, 0 to 1, is done, and what is done now; not more often than one can read."""
         now = time.monotonic()
+        # the last word is always shown
         if self._quiet or (now - self._shown < self._between_s and text != "done"):
             return
         self._shown = now
         spent = now - self._began
+        # the pace of less than a hundredth foretells nothing
         left = f"{spent * (1 - share) / share:5.0f} s left" if share > 0.01 else ""
         line = f"[{'#' * round(30 * share):<30}] {100 * share:3.0f} % {left:<13} {words(text, self._motion)}"
         # filled up: it covers the line before; cut: one that wraps stays behind
@@ -32,6 +36,7 @@ class Bar:
 
     def of(self, done: float, total: float, text: str) -> None:
         """Say how much of a total is done; where the total changes, the time left is reckoned anew."""
+        # another step, with another pace
         if total != self._total:
             self._began, self._total, self._shown = time.monotonic(), total, -10.0
         self(min(done / total, 1.0), text)

@@ -40,7 +40,7 @@ def command(
     To record from the very first tick, say `record = true` in the rig file, or `rtctl run --record FOLDER`.
     Files open in PlotJuggler and Foxglove; see rtctl info, export, replay."""
     from rtctl.client.capture import Capture
-    from rtctl.errors import RtctlError
+    from rtctl.errors import RecordingError
     from rtctl.wire.protocol import client_directory, endpoints_in
 
     name, folder, limits = _target(rig or only_rig(runtime_dir), out)
@@ -53,14 +53,17 @@ def command(
     if as_json:
         click.echo(json_text({"recordings": done}))
     broken = [status["broken"] for status in done if status["broken"]]
+    if broken and as_json:  # the object says it; nothing may follow it
+        sys.exit(RecordingError.exit_code)
     if broken:
-        raise RtctlError(f"the recording is broken: {broken[0]}")
+        raise RecordingError(f"the recording is broken: {broken[0]}")
 
 
 def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
     """Name of the rig, folder, and limits of its file."""
     from rtctl.recording.state_folder import recording_folder, state_folder
 
+    # as `rig_argument.rig_name` tells a file from a name
     if not (rig.endswith(".toml") or Path(rig).is_file()):
         return rig, out or state_folder(rig) / "recordings", None
     from rtctl.recording.limits import Limits
@@ -95,6 +98,7 @@ def _record(capture: Capture, folder: Path, limits: Limits | None, seconds: floa
     done: list[dict[str, Any]] = []
     end: float | None = None
     try:
+        # another run of the daemon goes into files of its own
         while (end is None or time.monotonic() < end) and capture.run is not None:
             run, recorder = capture.run, _recorder(capture.run, folder, limits)
             end = time.monotonic() + seconds if end is None else end  # waiting for the daemon does not count
@@ -122,6 +126,7 @@ def _one_run(capture: Capture, run: Run, recorder: Recorder, end: float) -> None
     due = time.monotonic() + SHOW_S
     tty = sys.stderr.isatty()
     while capture.run is run and (now := time.monotonic()) < end:
+        # no longer than --for has left
         batch = capture.receive(min(0.5, end - now))
         if batch is not None:
             recorder.observe(batch.first_row, batch.rows, batch.events, batch.commands, state=batch.state)

@@ -45,14 +45,17 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
 
     replay = Replay(reader)
     verdict = replay.check()
+    # what was not compared is not the same
     if not verdict.ticks:
         raise DataError(
             f"{reader.parts[0]}: no tick to replay{': ' if verdict.stopped else ''}{verdict.stopped}"
         )
+    # without other sources a difference is a fault of this machine or file, so that is said
     same_law = reader.about.get("law_key") == law_key()
     text = (
         f"{verdict.ticks} ticks, {verdict.span_s:.3f} s of the rig in {verdict.took_s:.3f} s "
         f"({verdict.span_s / verdict.took_s:.0f}x; the law alone "
+        # max: of a tick or two the law takes less than the clock can show
         f"{verdict.span_s / max(verdict.law_s, 1e-9):.0f}x)"
     )
     remark = "" if same_law else "; recorded with other sources of the law"
@@ -70,7 +73,9 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
             click.echo(f"state and torque are the same bit for bit, and so is every field of the law{remark}")
     if verdict.first is not None:
         fields = ", ".join(
-            f"{name} in {n}" for name, n in sorted(verdict.differing.items(), key=lambda x: -x[1])[:6]
+            # six: a law that differs does so in most fields
+            f"{name} in {n}"
+            for name, n in sorted(verdict.differing.items(), key=lambda x: -x[1])[:6]
         )
         raise ReplayDiffersError(
             f"the law now gives something else{remark}: first {verdict.first}; ticks: {fields}"
@@ -99,6 +104,7 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
     )
     if comparison.verdict.stopped:
         click.echo(f"stopped early: {comparison.verdict.stopped}")
+    # each once, in the order of the axes
     units = " or ".join(dict.fromkeys(unit("N m", motion) for motion in reader.motions))
     click.echo(f"{f'RMS, {units}':<24}{'axis':<10}{'recorded':>12}{'other':>12}{'difference':>12}")
     for name, values in found.items():

@@ -40,6 +40,7 @@ def runtime_option(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def reach_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """`rig` and the options by which a rig is reached, here or on another machine: what `connect` takes."""
+    # the last one wrapped around a command stands first in its help
     for option in (
         click.option("--key", type=click.Path(path_type=Path), help="key file for that (rtctl keys new)"),
         click.option("--address", help="HOST:PORT of a rig on another machine"),
@@ -55,6 +56,7 @@ def connect(rig: str | None, runtime_dir: Path | None, address: str | None, key:
     named."""
     from rtctl.client import RigClient
 
+    # over TCP the address says which rig it is
     name = "" if address and not rig else rig_of(rig, runtime_dir)
     return RigClient(name, runtime_dir=runtime_dir, address=address, key=key)
 
@@ -84,6 +86,7 @@ def rig_name(rig: str) -> str:
     if not (rig.endswith(".toml") or path.is_file()):
         return rig
     try:
+        # not `load`: a file that was spoilt since must not keep anybody from stopping its rig
         table = read_toml(path).get("rig")
     except OSError as error:
         raise ConfigError(f"{rig}: {error.strerror}") from error

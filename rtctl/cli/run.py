@@ -114,6 +114,7 @@ def _host(
     from rtctl.rig_file.config import load
 
     loaded = load(config, faults)
+    # before anything is opened: nobody should be in front of a rig that arms by itself
     if arm and not loaded.config.simulated:
         raise ConfigError(
             f"{config}: --arm is for simulated rigs; a real rig is armed by its operator's client"
@@ -143,6 +144,7 @@ def _tell_end(summary: dict[str, Any], *, as_json: bool) -> None:
 
     with streams_that_never_wait(LAST_WORDS_S):
         click.echo(json_text(summary) if as_json else "\n".join(_lines(summary)))
+    # both: most runs end in SHUTDOWN, whatever was latched before
     if summary["state"] in ("FAULT", "ESTOP", "LOCKOUT") or summary["fault_first"]:
         if as_json:  # the summary says it; nothing may follow it
             sys.exit(FaultError.exit_code)

@@ -21,6 +21,7 @@ from rtctl.cli.json_text import json_text
 @click.option("--json", "as_json", is_flag=True, help="JSON (the default)")
 def command(subject: str, axes: int, motion: str, *, as_json: bool) -> None:
     """Print the JSON Schema of the tick record, or of the rig file for an editor."""
+    # every command that says something takes the flag, so that a script need not know which
     del as_json
     if subject == "tick":
         click.echo(json_text(tick.json_schema(axes, [motion] * axes), indent=2))

@@ -50,11 +50,13 @@ def install(
     from rtctl.rig_file.config import load
 
     loaded = load(config)
+    # a daemon would refuse such a file at every start
     stability_report.examine(loaded, telling=False).require()
     if root == Path("/") and not dry_run:
         _require_root()
     made = service.plan(loaded, root, starter or service.own_command(), start=not no_start)
     steps: list[str] = []
+    # standard output is one object then
     service.apply(made, steps.append if as_json else click.echo, _run, dry_run=dry_run)
     if as_json:
         click.echo(json_text({"rig": made.name, "dry_run": dry_run, "steps": steps}))
@@ -83,7 +85,9 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
     for step in commands:
         say(f"{'would run' if dry_run else 'run'} {' '.join(step)}")
         if not dry_run:
+            # a rig that does not run, or was never enabled, is removed all the same
             _run(step, check=False)
+    # once it is stopped: a unit that runs would make its folders anew
     for path in paths:
         say(f"{'would remove' if dry_run else 'remove'} {path}")
         if not dry_run:
@@ -154,7 +158,7 @@ def _pass(command: list[str]) -> int:
 
 
 def _remove(path: Path) -> None:
-    if path.is_dir():
+    if path.is_dir() and not path.is_symlink():  # a link is removed, and what it leads to is somebody's
         shutil.rmtree(path)
     else:
         path.unlink()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any, TypedDict, Unpack
 
@@ -12,6 +13,7 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import reach_options, rig_of
 
 PORT = 8650
+# a page on this machine answers within milliseconds, if it is there
 ANSWER_S = 1.0
 
 
@@ -85,6 +87,7 @@ def _serve(
     from rtctl.errors import ClientError
 
     name = "" if address and not rig else rig_of(rig, runtime_dir)
+    # who names a port wants a page of their own, whatever the daemon shows
     if port is None:
         port = PORT
         if name and (shown := _shown_by_daemon(name, runtime_dir)):
@@ -119,22 +122,18 @@ def _tell(address: str, key_part: str, *, as_json: bool) -> None:
 
 def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | None:
     """Address of the daemon's own view and its key part, if it answers."""
-    import http.client
+    from http.client import HTTPConnection, HTTPException
 
+    from hw.outside import json_of
     from rtctl.wire.protocol import VIEW_NAME, client_directory
 
     try:
         address = (client_directory(name, runtime_dir) / VIEW_NAME).read_text().strip()
-    except OSError:
+        url, _, key_part = address.partition("#")
+        with closing(HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)) as link:
+            link.request("GET", "/hello", headers={"X-Rtctl": "view"})
+            told = json_of(link.getresponse().read())
+    except (OSError, ValueError, HTTPException):
         return None
-    url, _, key_part = address.partition("#")
-    # a daemon that was killed leaves the file: does anybody answer?
-    link = http.client.HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)
-    try:
-        link.request("GET", "/link.js")
-        link.getresponse().read()
-    except (OSError, http.client.HTTPException):
-        return None
-    finally:
-        link.close()
-    return url, key_part
+    # a daemon that was killed leaves the file, and another rig's page may have taken its port since
+    return (url, key_part) if isinstance(told, dict) and told.get("rig") == name else None

@@ -20,6 +20,7 @@ from rtctl.wire.protocol import TOPIC_COMMAND, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_
 SILENCE_S = 3.0
 """Without a word for so long the daemon has ended (docs/protocol.md)."""
 
+# as of a stream: more than half a minute of a rig of 1 kHz, while the disk is waited for
 QUEUE_MESSAGES = 5000
 
 
@@ -91,12 +92,14 @@ class Capture:
             A message this version cannot read."""
         deadline, before = time.monotonic() + timeout_s, self.run
         while (left_s := deadline - time.monotonic()) > 0:
+            # 1 ms at least: 0 would ask again and again until the time is over
             if not self._socket.poll(max(1, round(left_s * 1e3))):
                 break
             self._heard = time.monotonic()
             topic, payload = self._socket.recv_multipart()
             try:
                 message = msgpack.unpackb(payload)
+                # events of the ticks that come next: kept until those are given
                 if topic == TOPIC_EVENT:
                     self._take_events(message)
                     continue
@@ -107,6 +110,7 @@ class Capture:
                 ) from error
             if found is not None or self.run is not before:
                 return found
+        # asked last: what waited in the socket counts as heard
         if time.monotonic() - self._heard > SILENCE_S:
             raise NoReplyError(
                 f"no telemetry from {self._endpoint} for {SILENCE_S:g} s: the daemon has ended"
@@ -120,6 +124,7 @@ class Capture:
     def _take(self, topic: bytes, message: Mapping[str, Any]) -> Ticks | None:
         run = self.run
         if topic == TOPIC_SETUP:
+            # every second the same setup comes again, for clients that begin later
             if run is None or message["session"] != run.session:
                 self.run = run = _begin(message)
             run.state, run.state_row = _state(message, run.n_axes), int(message.get("state_row", -1))
@@ -135,6 +140,7 @@ class Capture:
 
 def _begin(message: Mapping[str, Any]) -> Run:
     n_axes = int(message["about"]["n_axes"])
+    # the command in force: the first ticks bear its number, and no command message comes for it again
     known = [_commands(message["command"], n_axes)] if message["command"] else []
     return Run(message["session"], message, n_axes, commands=known)
 
@@ -142,6 +148,7 @@ def _begin(message: Mapping[str, Any]) -> Run:
 def _ticks(run: Run, message: Mapping[str, Any]) -> Ticks:
     rows = tick_rows(message)
     first = int(message["row"])
+    # what was before the first batch was not lost on the way
     if run.expected is not None:
         run.lost += max(0, first - run.expected)
     run.expected = first + len(rows)

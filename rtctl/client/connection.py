@@ -49,6 +49,7 @@ class Connection:
         for option, value in {**_OPTIONS, **options}.items():
             made.setsockopt(option, value)
         for topic in topics:
+            # before connecting: what is sent in between would be missed
             made.setsockopt(zmq.SUBSCRIBE, topic)
         if self.key is not None:
             made.setsockopt(zmq.CURVE_SERVERKEY, self.key.server_key.encode())
@@ -72,6 +73,7 @@ def remote_endpoints(address: str) -> Endpoints:
     """Endpoints of the rig at `HOST:PORT`, PORT being that of requests. Raises ConfigError for anything
     else."""
     host, _, port = address.rpartition(":")
+    # telemetry takes the port two above it
     if not host or not port.isdecimal() or not 0 < int(port) < 65_534:
         raise ConfigError(f"address {address!r}: HOST:PORT, with [gateway] port of the rig file")
     return tcp_endpoints(host, int(port))

@@ -12,7 +12,7 @@ import zmq
 
 from rtctl.client.connection import Connection
 from rtctl.client.requests import Requester
-from rtctl.errors import NoReplyError, RefusedError
+from rtctl.errors import ClientError, NoReplyError, RefusedError
 
 RENEWALS = 4
 """Renewals within the time after which a silent holder loses the lease."""
@@ -47,6 +47,7 @@ class Lease:
         self.lost = ""
         try:
             result = self._requester.call("lease", timeout_s, epoch=epoch)["result"]
+        # Ctrl-C, too: a socket that is open keeps `RigClient.close` waiting for ever
         except BaseException:
             self._requester.close()
             raise
@@ -123,6 +124,7 @@ class Lease:
 
     def _end(self) -> None:
         self._over.set()
+        # before the sockets close: they belong to one thread at a time
         self._thread.join()
         self._socket.close(linger=0)
 
@@ -137,3 +139,6 @@ class Lease:
                 if refused.code in _FINAL:
                     self.lost = refused.reason
                     return
+            except ClientError as error:  # what answers there now is no daemon, or another user's
+                self.lost = str(error)
+                return

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from typing import Any
 
@@ -34,6 +35,7 @@ class Listener:
         self._newest: Stream[RigState] | None = None
         self._last: RigState | None = None
         self._streams: list[Stream[Any]] = []
+        self._opening = threading.Lock()
 
     def close_streams(self) -> None:
         """Close every stream. Idempotent."""
@@ -63,10 +65,12 @@ class Listener:
         ------
         NoReplyError
             No fresh sample within the client's `timeout_s`."""
+        # opened on demand: a client that only asks has no subscription that fills
         if self._newest is None:
             self._newest = self.states()
         deadline = time.monotonic() + self.timeout_s
         while True:
+            # the queue holds the oldest first
             while (sample := self._newest.receive(0)) is not None:
                 self._last = sample
             now = time.monotonic()
@@ -79,5 +83,7 @@ class Listener:
             self._last = self._newest.receive(deadline - now) or self._last
 
     def _opened(self, stream: Stream[Any]) -> Stream[Any]:
-        self._streams.append(stream)
+        with self._opening:
+            # without the closed ones: a page opens one for each visit, for months
+            self._streams = [*(one for one in self._streams if not one.closed), stream]
         return stream

@@ -79,6 +79,7 @@ class Requester:
         while socket.poll(_left_ms(deadline), zmq.POLLIN):
             # the last frame: an empty delimiter may stand before it
             reply = _unpack(socket.recv_multipart()[-1])
+            # else it is the answer to a request that was given up
             if reply.get("id") == identity:
                 return reply
         return None

@@ -22,9 +22,9 @@ from rtctl.wire.fault_words import sentence
 from rtctl.wire.keys import ClientKey
 from rtctl.wire.protocol import Endpoints, client_directory, endpoints_in
 
-LEASE_POLL_S = 0.05
-_POLL_S = 0.005
-_ASK_AGAIN_S = 0.2
+LEASE_POLL_S = 0.05  # half of what the loop asks for after a release
+_POLL_S = 0.005  # a renderer's targets go out so often while it arms: HOLD comes after 20 ms
+_ASK_AGAIN_S = 0.2  # an edge that the law did not take (not ready yet) is lost: asked anew
 _CLOSED = (State.LOCKOUT, State.SHUTDOWN)
 
 

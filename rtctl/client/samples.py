@@ -88,6 +88,7 @@ def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigStat
             epoch=int(message["epoch"]),
             faults=tuple(fault for fault in Fault if bits & fault),
             authority=message["authority"],
+            # get: recordings and daemons of before lack it
             lease_held=bool(message.get("lease_held", 0)),
             missed_ticks=int(message["missed_ticks"]),
             command_seq=int(message["command_seq"]),
@@ -108,6 +109,7 @@ def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
     places: list[int] = []
     together: list[bytes] = []
     for name in rows.dtype.names or ():
+        # of an older daemon: the field stays 0
         if name not in columns:
             continue
         column, word = columns[name], words.get(name)

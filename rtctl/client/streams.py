@@ -90,6 +90,11 @@ class Stream(Generic[Item]):
                 return item
             self.outdated += 1
 
+    @property
+    def closed(self) -> bool:
+        """Whether it was closed."""
+        return self._closed
+
     def close(self) -> None:
         """Close the stream. Idempotent."""
         self._closed = True
@@ -112,6 +117,7 @@ class Stream(Generic[Item]):
             if session != self._session:
                 self.restarts += self._session is not None
                 self._session = session
+            # numbers only rise within a session; of a new one nothing is known to be lost
             elif first > self._expected:
                 self.lost += first - self._expected
             self._expected = first + count

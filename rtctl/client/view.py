@@ -48,6 +48,7 @@ def step_back(avoid_core: int) -> None:
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_text(str(OOM_SCORE))
     with contextlib.suppress(OSError):
+        # on a machine of one core there is no other
         if others := os.sched_getaffinity(0) - {avoid_core}:
             os.sched_setaffinity(0, others)
 
@@ -61,6 +62,7 @@ def _end_with(orders: RawIOBase) -> None:
 def _connect(client: RigClient, order: dict[str, str | int]) -> ViewServer:
     """The server, once the daemon answers."""
     while True:
+        # `hello` itself waits for the daemon: this does not spin
         with contextlib.suppress(NoReplyError):
             return ViewServer(client, str(order["host"]), int(order["port"]), str(order["key"]))
 

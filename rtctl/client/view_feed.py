@@ -10,13 +10,15 @@ import math
 import threading
 import time
 from collections import deque
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from rtctl.client import RigClient
-from rtctl.errors import ClientError, NoReplyError
+from rtctl.client.streams import Stream
+from rtctl.errors import ClientError
 from rtctl.tick import FIELD, joined
 from rtctl.wire.fault_names import FaultPlaces
 
@@ -42,6 +44,7 @@ class Histogram:
 
     def add(self, time_ns: int, durations_ns: np.ndarray) -> None:
         """Count a batch that ended at `time_ns`."""
+        # without the outer edges: the outer bins take what lies beyond
         bins = np.searchsorted(EDGES_US[1:-1] * 1e3, durations_ns)
         counts = np.bincount(bins, minlength=len(self.total))
         self.total += counts
@@ -88,6 +91,8 @@ class Follower:
         """Ticks and events since the last call."""
         self.news.clear()  # first: what comes while this takes wakes the follower again
         batches = [self.batches.popleft() for _ in range(len(self.batches))]
+        # a daemon that was started anew may have another number of axes: its ticks are of another size
+        batches = [rows for rows in batches if rows.dtype == batches[-1].dtype]
         events = [self.events.popleft() for _ in range(len(self.events))]
         return (joined(batches) if batches else None), events
 
@@ -174,7 +179,7 @@ class Feed:
             while self._followed.is_set() and not self._closed.is_set():
                 try:
                     rows = stream.receive(0.5)
-                except (ClientError, NoReplyError) as error:
+                except ClientError as error:
                     self.silent = str(error)
                     continue
                 if rows is None:
@@ -191,7 +196,7 @@ class Feed:
     def _events(self) -> None:
         with self._client.events() as stream:
             while not self._closed.is_set():
-                event = stream.receive(0.5)
+                event = _readable(stream)
                 if event is not None:
                     self.places.take_event(event)
                     for follower in self._each():
@@ -201,8 +206,16 @@ class Feed:
     def _health(self) -> None:
         with self._client.health() as stream:
             while not self._closed.is_set():
-                self.health = stream.receive(0.5) or self.health
+                self.health = _readable(stream) or self.health
                 self.places.take_health(self.health)
+
+
+def _readable(stream: Stream[dict[str, Any]]) -> dict[str, Any] | None:
+    """The next message; None for one that cannot be read, of a daemon of another version: its ticks say so to
+    who looks, and the messages after it count."""
+    with suppress(ClientError):
+        return stream.receive(0.5)
+    return None
 
 
 def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> dict[str, list[float | None]]:
@@ -210,6 +223,7 @@ def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> di
 
     A value that is not finite becomes None, as JSON has none."""
     step = max(1, math.ceil(len(rows) / points))
+    # counted from the end, so that the newest is always one of them
     chosen = rows[::-1][::step][::-1]
     out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}
     for signal in signals:

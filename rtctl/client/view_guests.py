@@ -35,6 +35,7 @@ class Guests:
             return
         with self._lock:
             self._waiting[guest] = None
+            # a dict keeps the order in which they came: the first has waited for longest
             while len(self._waiting) > self._most:
                 oldest = next(iter(self._waiting))
                 del self._waiting[oldest]

@@ -28,6 +28,7 @@ _TARED_IN = (State.INIT, State.IDLE, State.FAULT, State.ESTOP)
 def next_step(state: State, faults: int) -> str:
     """What the state means and what leads on, as one or two short sentences; `faults` are the bits present
     now."""
+    # before the states: a pressed stop is what has to go first, whatever else is latched
     if faults & Fault.ESTOP:
         return "No torque. Release the emergency stop, then Reset."
     if faults and state in (State.FAULT, State.ESTOP):

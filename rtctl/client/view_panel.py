@@ -94,6 +94,7 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
         "authority": float(row["authority"]),
         "faults": [_said(entry) for entry in feed.places.entries(faults)],
         "first": _said(cause) if cause else None,
+        # a device that is content has nothing to say here
         "devices": [device_line(one) for one in health.get("devices", []) if one["faults"] or one["silent"]],
         "lease": bool(row["lease_held"]),
         "epoch": int(row["epoch"]),
@@ -128,6 +129,7 @@ def _said(entry: Entry) -> Entry:
 
 
 def _arm(client: RigClient, _world: World, _body: dict[str, Any]) -> None:
+    # the page shows the state as it changes; a thread must not wait 10 s for it
     client.arm(wait=False)
 
 
@@ -137,6 +139,7 @@ def _stop(client: RigClient, world: World, _body: dict[str, Any]) -> None:
 
 
 def _reset(client: RigClient, _world: World, _body: dict[str, Any]) -> None:
+    # likewise
     client.reset(wait=False)
 
 

@@ -25,8 +25,10 @@ def head(signals: Sequence[Signal], hello: Mapping[str, Any]) -> str:
     for signal in signals:
         shape = FIELD[signal.field].shape
         of, field = parts[shape], signal.field
-        field = own_name(field, motions[signal.index]) if shape == "axis" else field
-        names.append(f"{field}.{of[signal.index]}" if signal.index < len(of) else field)
+        if signal.index < len(of):  # else the rig has no such axis, and the column stays empty
+            field = own_name(field, motions[signal.index]) if shape == "axis" else field
+            field = f"{field}.{of[signal.index]}"
+        names.append(field)
     return _lines([[*ALWAYS, *names]])
 
 

@@ -27,10 +27,13 @@ from rtctl.client.view_world import World, offered
 from rtctl.errors import RefusedError, RtctlError
 from rtctl.wire.event_words import line_of
 
+# each has a thread, which wakes twenty times a second (MESSAGE_S)
 MOST_STREAMS = 8
 MOST_RECORDINGS = 4
 MOST_SIGNALS = 16
 MOST_BODY = 4096
+MOST_DIGITS = 9
+# twenty pictures a second; the state changes at half of that, as one reads it
 MESSAGE_S = 0.05
 STATUS_S = 0.1
 HEADERS = {
@@ -150,7 +153,8 @@ class _Handler(BaseHTTPRequestHandler):
     def _body(self) -> bytes | None:
         """The request's body; None when it is refused for its length."""
         length = self.headers.get("Content-Length", "0")
-        if length.isdecimal() and int(length) <= MOST_BODY:
+        # its own length first: Python refuses to read a number of more than 4300 digits
+        if length.isdecimal() and len(length) <= MOST_DIGITS and int(length) <= MOST_BODY:
             return self.rfile.read(int(length))
         self.close_connection = True
         self._json({"error": "the request is too long"}, HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
@@ -164,12 +168,10 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _press(self, name: str, body: bytes) -> None:
         try:
-            # else NaN and Infinity would be numbers
-            values = json.loads(body or b"{}", parse_constant=_refuse)
-            if not isinstance(values, dict):
-                raise TypeError("a button sends an object")
+            # a stop is never refused, whatever was sent with it
+            values = {} if name == "stop" else _values(body)
             result = ACTIONS[name](self.server.client, self.server.world, values)
-        except (ValueError, TypeError, KeyError) as error:
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError) as error:
             self._json({"error": f"not understood: {error}"}, HTTPStatus.BAD_REQUEST)
         except RefusedError as error:
             self._json({"error": error.reason, "code": error.code}, HTTPStatus.CONFLICT)
@@ -274,6 +276,14 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _event(self, name: str, data: Mapping[str, Any]) -> None:
         self.wfile.write(f"event: {name}\ndata: {json.dumps(data)}\n\n".encode())
+
+
+def _values(body: bytes) -> dict[str, Any]:
+    # else NaN and Infinity would be numbers
+    values = json.loads(body or b"{}", parse_constant=_refuse)
+    if not isinstance(values, dict):
+        raise TypeError("a button sends an object")
+    return values
 
 
 def _refuse(text: str) -> float:

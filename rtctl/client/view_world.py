@@ -21,6 +21,7 @@ from rtctl.control.vocabulary import CENTER, PARAMETERS, STIFFNESS, Environment,
 from rtctl.errors import ClientError, RefusedError
 
 FRAME_S = 1 / 60
+# two seconds of 60 a second have 121 ends
 FRAMES_COUNTED = 121
 LOST_S = 0.1
 """Frames are made up for after a delay shorter than this; after a longer one the world stood still."""
@@ -45,8 +46,8 @@ DRAG_RATE_RAD_S = 1.0
 """The dragged proxy goes no faster than this, whatever the mouse does."""
 
 TARGET_TICKS = 8
-"""While something is dragged a frame is no longer than this many ticks: after 20 without a target the rig
-holds still."""
+"""While something is dragged a frame is no longer than this many ticks: after 20 (and 20 ms) without a target
+the rig holds still."""
 
 SHORTEST_FRAME_S = 1e-3
 
@@ -75,6 +76,7 @@ class Scale:
         if axis.get("motion") != "linear":
             return cls()
         low, high = axis["bounds"]["position_rad"]
+        # a metre, where the rig file has left the ends out
         travel = high - low if high - low < TRAVEL_MOST_M else 1.0
         stiffness = (axis["coupling"] or {}).get("stiffness_nm_rad") or COUPLING_NM_RAD
         return cls(0.5 * travel, stiffness / COUPLING_NM_RAD, "linear")
@@ -102,11 +104,12 @@ class Ball:
     speed_rad_s: float = 0.0
 
     def step(self, handle_rad: float, dt_s: float) -> None:
-        """Advance by one frame: the handle's push, rolling drag; it comes back to the start when it stops far
-        out."""
+        """Advance by one frame: the handle's push, rolling drag."""
         push = BALL_STIFFNESS_NM_RAD * max(handle_rad - self.face_rad, 0.0)
+        # exact, since 60 frames a second are few for a drag that takes .13 s
         decay = math.exp(-BALL_DRAG_NMS_RAD / BALL_KG_M2 * dt_s)
         self.speed_rad_s = self.speed_rad_s * decay + push / BALL_KG_M2 * dt_s
+        # with the speed of after the push: so a stiff contact does not gain energy (sqrt(k/J) dt = .46 < 2)
         self.face_rad += self.speed_rad_s * dt_s
 
 
@@ -190,6 +193,7 @@ class World:
             if kind == "drag":
                 self._frame()
             elif self._lease is not None:
+                # a world of the law needs no renderer: another one may have the lease
                 self._lease.release()
         return in_force
 
@@ -220,6 +224,7 @@ class World:
     def close(self) -> None:
         """End the animation."""
         self._closed.set()
+        # a request may be waiting for its reply for so long
         self._thread.join(2.0)
 
     def _take_lease(self) -> None:
@@ -232,6 +237,7 @@ class World:
     def _let_go(self) -> None:
         """End the drag. Nobody but the next renderer should find the rig waiting for targets."""
         self._drag_rad, self.kind = None, ""
+        # else another renderer has taken over, and its world stays
         if self._client.status()["lease_holder"] is None:
             self._client.set_environment(self._axis, "free")
 
@@ -240,6 +246,7 @@ class World:
         while not self._closed.wait(max(0.0, due - time.monotonic())):
             frame_s = self._frame_s
             due += frame_s
+            # a page that was halted must not render a second's worth of frames at once
             if time.monotonic() - due > LOST_S:
                 due = time.monotonic()
             with self._lock:

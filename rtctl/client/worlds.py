@@ -35,6 +35,7 @@ class Worlds:
         if unknown := [name for name in numbers if name not in NUMBERS]:
             msg = f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}"
             raise TypeError(msg)
+        # a number that is left out keeps its value in the daemon
         values: dict[str, Any] = {name: value for name, value in numbers.items() if value is not None}
         if lease is not None:
             values["lease"] = lease.text

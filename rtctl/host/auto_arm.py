@@ -24,6 +24,7 @@ class AutoArm:
         self._epoch = epoch if self._epoch < 0 else self._epoch
         # a stop or a fault has raised the epoch: to arm again would undo it
         if state not in (State.INIT, State.IDLE) or epoch != self._epoch:
+            # never again: a clock that never goes back is not below 0
             self._asked = -1.0
         # used up in the tick that sees it: one that came too early is lost (docs/protocol.md)
         elif state == State.IDLE and time.monotonic() - self._asked > 0.2:

@@ -31,6 +31,7 @@ class CommandTrace:
         if len(rows) == 0:
             return self._none
         fresh = np.unique(rows["command_seq"])
+        # the first ticks of a batch still bear the command of the batch before
         fresh = fresh[fresh > self._in_force]
         if len(fresh) == 0:
             return self._none

@@ -44,12 +44,14 @@ class Heartbeat:
 
     def __init__(self, writer: CommandWriter, ticks: int) -> None:
         self._writer, self._ticks = writer, ticks
+        # the first beat is at once, or never
         self._next_s = -math.inf if ticks > 0 else math.inf
 
     def beat(self, now_s: float) -> None:
         """Show life, if it is time; `now_s` on a clock that never goes back, s."""
         if now_s < self._next_s:
             return
+        # from now, not from when it was due: beats that were missed are not caught up
         self._next_s = now_s + BEAT_S
         # the command goes whole: a beat repeats what is in force, counters and all
         command = self._writer.command

@@ -48,6 +48,7 @@ class LoopGuard:
             self._stop.tell()
         if verdict is Verdict.STALLED:
             loop.kill()
+            # SIGKILL is carried out at once, unless a driver of the kernel holds the process
             loop.wait(1.0)
             raise LoopDiedError(
                 f"the loop stopped advancing at tick {head}; it was killed: {self.make_safe()}"

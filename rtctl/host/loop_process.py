@@ -199,6 +199,7 @@ class LoopProcess:
             first = message["first"] if self.compiling is None else self.compiling.first
             self.compiling = Compiling(message["functions"], message["most"], first)
         elif message["message"] == "opening":
+            # bounded: a loop that dies in a driver would be excused for ever
             self._opening_until = time.monotonic() + OPEN_TIMEOUT_S if message["begun"] else 0.0
         elif message["message"] == "ended":
             self.ended = message
@@ -216,8 +217,8 @@ class LoopProcess:
 
     @property
     def left_torque(self) -> bool:
-        # no last word, or one of trouble on the way out: either may have left the devices as they were
         """After the end: it may not have stopped its devices."""
+        # no last word, or one of trouble on the way out: either may have left the devices as they were
         return self.ended is None or self.ended["reason"] == "error"
 
     def raise_if_failed(self, aftermath: str = "check the device") -> None:

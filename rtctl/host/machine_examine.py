@@ -84,6 +84,7 @@ def examine(
     if config is not None:
         loaded, more = machine_software.rig_file(config)
         _add(more)
+    # without a rig file, or with a wrong one, the machine is judged for the defaults
     loop = loaded.config.loop if loaded else LoopTable()
     if loaded is not None:
         _add(machine_software.model(loaded))
@@ -92,6 +93,7 @@ def examine(
         wired = {
             member.label
             for member, info in zip(members, kinds, strict=True)
+            # a kind that looks for itself, or has no wire, is not told that it names none
             if not (info.simulated or info.doctor)
         }
         devices = list(zip(members, (loaded.options, *loaded.more_options), strict=True))

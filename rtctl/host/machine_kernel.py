@@ -121,7 +121,8 @@ def isolation(root: Path, core: int) -> Line:
     isolated = cores_of(text(root / _CPU / "isolated") or "")
     if core in isolated:
         return Line("isolated cores", "ok", f"core {core} is isolated")
-    options = f"isolcpus={core} nohz_full={core} rcu_nocbs={core} irqaffinity=0"
+    # devices go to another core than the loop's
+    options = f"isolcpus={core} nohz_full={core} rcu_nocbs={core} irqaffinity={0 if core else 1}"
     others = f" ({_span(isolated)} are; loop.cpu could name one)" if isolated else ""
     fix = f"{_boot_option(options)}; in the rig file: loop.cpu = {core}"
     return Line("isolated cores", "warn", f"core {core} is shared{others}", fix)
@@ -195,6 +196,7 @@ def late_ticks(root: Path) -> Line:
     if os.access(root / EVENTS.parent, os.R_OK):
         fix = "sudo mount -t tracefs nodev /sys/kernel/tracing"
         return Line(name, "warn", "by counters alone, half of them unknown: tracefs is not mounted", fix)
+    # ok: causes are told all the same, if not all of them
     return Line(name, "ok", "by counters; the scheduler tells root (tracefs)")
 
 

@@ -24,6 +24,7 @@ def gateway(root: Path, bind: str, port: int) -> Iterator[Line]:
         pid = _owner(root, listening[number])
         who = "a process of another user" if pid is None else f"{command_of(root, pid)} (pid {pid})"
         found = f"TCP port {number} is held by {who}"
+        # a rig that runs is examined, too
         if pid is not None and "rtctl" in who:
             yield Line("gateway", "warn", found, "nothing, if that is this rig, running; else end it")
         else:

@@ -57,6 +57,7 @@ def serial_port(root: Path, label: str, port: str) -> Iterator[Line]:
 def _forbidden(label: str, port: str, name: str, found: os.stat_result) -> Line:
     group = _group(found.st_gid)
     rights = stat.S_IRGRP | stat.S_IWGRP
+    # nobody should be made a member of root's group for a port
     if found.st_gid == 0 or found.st_mode & rights != rights:
         rule = f'KERNEL=="{name}", GROUP="dialout", MODE="0660"'
         fix = (

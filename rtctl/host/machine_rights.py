@@ -91,6 +91,7 @@ def service(root: Path, rig: str, priority: int, install: str = INSTALL) -> list
             "" if right else f"{edit}LimitRTPRIO={priority}",
         )
     )
+    # systemd's own default
     memlock = _limit(settings.get("LimitMEMLOCK", "8M"))
     right = memlock >= _NEEDED_LOCK
     out.append(

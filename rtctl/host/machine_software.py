@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 
 from rtctl.check import law_plan as plan
@@ -11,6 +12,7 @@ from rtctl.host.machine_line import Line
 from rtctl.rig_file.config import LoadedConfig, load
 
 PYTHON_LEAST = (3, 11)
+# what the wheels of pyzmq 26 bring, which pyproject.toml asks for
 LIBZMQ_LEAST = (4, 3, 5)
 
 
@@ -45,7 +47,8 @@ def rig_file(path: str) -> tuple[LoadedConfig | None, list[Line]]:
     except ConfigError as error:
         texts = error.faults or (str(error),)
         return None, [
-            Line("rig file", "fail", text, f"correct it, then: rtctl check {path}") for text in texts
+            Line("rig file", "fail", text, f"correct it, then: rtctl check {shlex.quote(path)}")
+            for text in texts
         ]
     return loaded, [Line("rig file", "ok", f"{loaded.path}, rig {loaded.config.rig.name}")]
 
@@ -64,5 +67,7 @@ def model(loaded: LoadedConfig) -> list[Line]:
     if report.ok:
         out.append(Line("stability", "ok", "coupling provably passive"))
     else:
-        out.append(Line("stability", "fail", report.refusal(), f"rtctl check {loaded.path}"))
+        out.append(
+            Line("stability", "fail", report.refusal(), f"rtctl check {shlex.quote(str(loaded.path))}")
+        )
     return out

@@ -130,12 +130,14 @@ def main(arguments: list[str]) -> None:
 
     seconds, period_ns, priority, cpu = float(arguments[0]), *map(int, arguments[1:4])
     clock = WallClock()
+    # percentiles of fewer say nothing
     wanted = max(10, round(seconds * 1e9 / period_ns))
     late_ns = np.zeros(wanted, np.int64)
     grants, _held = realtime.acquire(priority, cpu)
     refused = [
         f"{grant.right} refused: {grant.detail}" for grant in grants if grant.required and not grant.granted
     ]
+    # the first slot lies behind what the start itself takes
     deadline = clock.now() + 10 * period_ns
     slot = missed = n = 0
     while slot < wanted:

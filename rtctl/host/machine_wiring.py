@@ -139,6 +139,7 @@ def _others(root: Path) -> str:
 def address(label: str, host: str) -> Line:
     """Whether an address can be reached at all: name, route. Nothing is sent."""
     try:
+        # 9: the port `discard`; a datagram socket needs one to be connected
         family, _, _, _, where = socket.getaddrinfo(host, 9, type=socket.SOCK_DGRAM)[0]
         with socket.socket(family, socket.SOCK_DGRAM) as made:
             made.connect(where)  # of a datagram socket: looks up the route, and sends nothing
@@ -196,6 +197,7 @@ def _can_details(label: str, channel: str, bus: Mapping[str, Any], ask: Run, set
     if info.get("info_kind") in ("vcan", "vxcan"):
         return Line(label, "ok", f"{channel} is up (virtual: no bit rate)")
     state, rate = data.get("state", "unknown"), data.get("bittiming", {}).get("bitrate")
+    # None: a virtual interface, or an `ip` that does not tell
     if rate is not None and rate != bus.get("bitrate"):
         return Line(
             label, "fail", f"{channel} runs at {rate} bit/s, the rig file says {bus.get('bitrate')}", set_up
@@ -212,5 +214,6 @@ def _can_details(label: str, channel: str, bus: Mapping[str, Any], ask: Run, set
             label, "fail", found, f"check wiring and termination (60 ohm between the lines); then {set_up}"
         )
     if state != "ERROR-ACTIVE":
+        # a node that is error-passive still talks: it runs, less well
         return Line(label, "warn", found, "check wiring and termination: 60 ohm between the lines, unpowered")
     return Line(label, "ok", found)

@@ -39,6 +39,7 @@ class Notices:
             self.left_out += 1
             return
         now = self._clock_s()
+        # a period ago: the first of a kind is written
         last, held_back = self._kinds.get(kind, (-PERIOD_S, 0))
         if now - last < PERIOD_S:
             written = False

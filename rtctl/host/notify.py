@@ -66,6 +66,7 @@ class Notifier:
             text += f", first cause {fault_entries(cause)[0]['name']}"
         if names:
             text += f", present: {', '.join(names)}"
+        # systemd keeps the last one: to send it with every batch would be 125 datagrams a second at 1 kHz
         if text != self._status:
             self._status = text
             self._send(f"STATUS={text}")

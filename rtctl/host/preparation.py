@@ -110,6 +110,7 @@ def compile_rig(loaded: LoadedConfig) -> bool:
     from rtctl.rt.shared_memory import Memory
 
     plan = law_plan.build(loaded)
+    # 8 rows: what is compiled does not depend on how many there are
     memory = Memory.create(plan.n_axes, 8, plan.period_ns)
     memory.params[:] = plan.params
     prepare(plan.n_axes)

@@ -237,6 +237,7 @@ def devices(loaded: LoadedConfig, only: str | None = None, *, poll: bool = False
     ConfigError
         There is no device of that number or name."""
     config, found = loaded.config, []
+    # the longest of all axes: one sensor serves them, and the daemon waits for all
     tare_samples = round(max(axis.force.tare_s for axis in config.axis) / config.period_s)
     for i, (table, member) in enumerate(zip(config.device, loaded.members(), strict=True)):
         if only is not None and only not in (str(i), table.name or table.kind):

@@ -83,18 +83,25 @@ def _take_over(host: Host) -> None:
         return
     changes = compare(host.loaded.config, host.read_last, read.config)
     if changes.taken:
-        environment_fields(host.writer.command, fresh.command)
+        environment_fields(host.writer.command, fresh.command, axes_of(changes.taken))
         host.writer.send()
         host.read_last = read.config
     for line in changes.lines():
         host.announce(line)
 
 
-def environment_fields(command: np.ndarray, fresh: np.ndarray) -> None:
-    """Copy the environments of a freshly planned command into the one in force."""
+def environment_fields(command: np.ndarray, fresh: np.ndarray, axes: list[int]) -> None:
+    """Copy the environments of these axes of a freshly planned command into the one in force.
+
+    An axis whose table is as it was keeps what a client has set since."""
     for name in command.dtype.names or ():
         if name.startswith("environment_"):
-            command[name] = fresh[name]
+            command[name][0, axes] = fresh[name][0, axes]
+
+
+def axes_of(keys: list[str]) -> list[int]:
+    """Numbers of the axes whose keys these are (`axis[0].environment.kind`), each once."""
+    return sorted({int(key.partition("[")[2].partition("]")[0]) for key in keys})
 
 
 def _axes(config: Config) -> list[tuple[str, str]]:

@@ -48,6 +48,7 @@ class ChatterFilter:
         if event["event"] not in ("fault", "fault_cleared", "device", "late"):
             return event
         now_s = event["monotonic_s"]
+        # by name alone: a fault that moves from axis to axis flickers as well
         fault = self._faults.setdefault(_name(event), _Fault(BURST, now_s))
         fault.tokens = min(BURST, fault.tokens + max(0.0, now_s - fault.at_s) / REFILL_S)
         fault.at_s = now_s

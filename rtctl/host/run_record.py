@@ -62,6 +62,7 @@ class RunRecord:
         self._trace = CommandTrace(writer, rig.n_axes)
         self._shadow = ShadowLaw(arrays, rig.n_axes)
         self._setup: dict[str, Any] = {}
+        # who asked for a recording gets one, also where the rig file has no [record]
         self._table = RecordTable() if record_to is not None else loaded.config.record
         self._folder = record_to or recording_folder(loaded)
         self._friction, self._zero = friction, zero

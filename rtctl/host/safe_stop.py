@@ -48,6 +48,7 @@ class SafeStop:
             for member in loaded.members()
             if not registry.lookup(member.kind).simulated
         ]
+        # sensors have nothing to be stopped, and opening one takes time
         self._actuators = [(member.label, backend) for member, backend in made if backend.consumes]
 
     def tell(self) -> None:

@@ -59,6 +59,7 @@ class File:
     def write(self) -> None:
         """Write it whole, then put it in place."""
         self.path.parent.mkdir(parents=True, exist_ok=True, mode=0o755)
+        # a name that systemd and udev do not read
         temporary = self.path.with_name(f".{self.path.name}.new")
         temporary.unlink(missing_ok=True)  # a link there would lead the writing elsewhere
         with os.fdopen(
@@ -112,7 +113,7 @@ def own_command() -> str:
                 "PrivateTmp=yes): install rtctl for all users, then call its own program:\n"
                 f"{for_all_users()}"
             )
-    return f"{python} -m rtctl"
+    return f"{shlex.quote(str(python))} -m rtctl"  # systemd reads quotes as a shell does (systemd.syntax(7))
 
 
 def install_command(config: Path | None) -> str:
@@ -174,6 +175,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     elif needs_loopback(loaded):
         made.files.append(File(drop_in / "10-loopback.conf", shipped(LOOPBACK_DROP_IN)))
     if loaded.config.loop.cpu >= 0:
+        # all cores: a machine that isolates some gives a service none of these by itself
         cores = f"[Service]\nCPUAffinity=0-{max((os.cpu_count() or 1) - 1, loaded.config.loop.cpu)}\n"
         made.files.append(File(drop_in / "20-core.conf", cores.encode()))
     if group := loaded.config.gateway.group:
@@ -194,6 +196,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
             ],  # devices that are there already
         ]
         made.commands.append(compile_command(command, etc / "rtctl" / f"{name}.toml"))
+        # last: what it starts needs all that comes before
         made.commands.append(["systemctl", "enable", *(["--now"] if start else []), f"rtctl@{name}.service"])
     return made
 
@@ -211,7 +214,7 @@ def compile_command(command: str, rig: Path) -> list[str]:
         "--collect",
         *whose,
         *mode,
-        *command.split(),
+        *shlex.split(command),
         "compile",
         str(rig),
     ]

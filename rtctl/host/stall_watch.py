@@ -12,6 +12,7 @@ only this much counts as silence of the loop: the rest is the host's own standst
 IDLE_LOOK_S = 0.05
 """Time between two looks at the loop of a simulated rig, which has no torque to take away."""
 
+# beside 3 periods, which are .15 ms at 20 kHz: the kernel may hold a core for longer than that
 STALL_S = 0.010
 STALL_PERIODS = 3
 SLACK_S = 0.25

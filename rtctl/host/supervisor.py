@@ -47,6 +47,7 @@ FIRST_TOLD_S, TELL_EVERY_S = 2.0, 10.0
 """When a person who waits for the start is told why, and how often."""
 
 READY_TIMEOUT_S = 300.0  # without another function compiled: a first start on a slow or busy machine goes on
+# a ramp takes 50 ms, and a device that is being opened is excused
 STOP_TIMEOUT_S = 2.0
 
 EPOCH_BITS = 31
@@ -323,8 +324,10 @@ class Host:
         next_batch, heap = time.monotonic(), Heap()
         heart = Heartbeat(self.writer, promised_ticks(self.loaded.config))
         while True:
+            # first in a turn: it says that the turn before came to its end, STOPs and all
             heart.beat(time.monotonic())
             wait_s = min(next_batch - time.monotonic(), self.guard.look_s)
+            # never below 0: a negative time would wait for ever
             if self.signals.fileno() in dict(poller.poll(max(0, round(wait_s * 1e3)))):
                 self.signals.drain()
             if self.gateway.serve():
@@ -367,6 +370,7 @@ class Host:
         self.statistics.update(rows)
         self.late.follow(rows, time.monotonic_ns())
         self.gateway.latency.observe(rows)
+        # before the record: events of this batch tell the warning that stopped it
         if self.friction.follow(rows):
             self.gateway.stop()
         if (change := self.friction.changes()) is not None:

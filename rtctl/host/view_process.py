@@ -117,6 +117,7 @@ class ViewProcess:
                 stdout=subprocess.PIPE,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,  # Ctrl-C is for the rig
+                # threads of OpenBLAS would wait for each other beside the loop, for matrices of some rows
                 env={**os.environ, "OPENBLAS_NUM_THREADS": "1"},
             )
         except OSError as error:
@@ -124,6 +125,7 @@ class ViewProcess:
             return
         assert process.stdin is not None
         assert process.stdout is not None
+        # the host never waits for what the page says
         os.set_blocking(process.stdout.fileno(), False)
         with contextlib.suppress(BrokenPipeError):  # it has died already: seen at the next look
             os.write(process.stdin.fileno(), order.encode())

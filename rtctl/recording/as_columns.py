@@ -49,6 +49,7 @@ def read(path: Path, names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     found = columns(rows, [field.name for field in RECORDED], reader.axes, reader.motions)
     if reader.n_axes == 1:
         alone = f".{reader.axes[0]}"
+        # of one axis nobody has to know the name
         found |= {name.removesuffix(alone): column for name, column in found.items() if name.endswith(alone)}
     # sum of at most one: 0 for a recording without a tick
     return found | times(rows, int(reader.about["start_wall_ns"]), int(rows["time_ns"][:1].sum()))

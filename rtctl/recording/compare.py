@@ -82,6 +82,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
 def numbers(comparison: Comparison) -> dict[str, Any]:
     """RMS of each torque of both, and of their difference, N m per axis; time in ACTIVE, s."""
     active = int(State.ACTIVE)
+    # the median: slots that were missed make a step longer
     period_s = float(np.median(np.diff(comparison.time_s))) if len(comparison.time_s) > 1 else 0.0
     found: dict[str, Any] = {
         "active_s": {
@@ -96,6 +97,7 @@ def numbers(comparison: Comparison) -> dict[str, Any]:
 
 
 def _rms(values: np.ndarray) -> list[float]:
+    # a torque that was not measured is no torque of the law
     finite = np.where(np.isfinite(values), values, 0.0)
     rms: list[float] = np.sqrt(np.mean(finite**2, axis=0)).tolist() if len(values) else []
     return rms
@@ -113,11 +115,13 @@ def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) 
     axes = range(len(comparison.axes))
     figure = pictures.blank(11, 2.4 * len(shown) + 1)
     panels = figure.subplots(len(shown), 1, sharex=True)
+    # many more points than a picture has columns (`panels.MOST_POINTS`)
     step = max(1, len(comparison.time_s) // 20_000)
     for panel, name in zip(panels, shown, strict=True):
         for axis in axes:
             more = f" {comparison.axes[axis]}" if len(comparison.axes) > 1 else ""
             pairs = ((comparison.recorded, names[0], "-"), (comparison.other, names[1], "--"))
+            # the motion is the recorded one in both
             for signals, label, style in pairs[: 1 if name == "position_rad" else 2]:
                 panel.plot(
                     comparison.time_s[::step], signals[name][::step, axis], style, lw=1, label=label + more

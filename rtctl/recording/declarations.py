@@ -15,6 +15,8 @@ from rtctl.recording.topics import COLUMNS, LOG, STATE, TICK, TOPICS
 def declarations(n_axes: int, *, columns: bool) -> tuple[list[bytes], list[bytes]]:
     """Schema and channel records of a recording."""
     topics = {k: topic for k, topic in TOPICS.items() if columns or k not in (COLUMNS, STATE)}
+    # events and commands gain fields from version to version: a schema that names them would be wrong for old
+    # files
     loose = orjson.dumps({"type": "object", "properties": {}})
     kinds = {k: (topic.replace("/", "."), "jsonschema", loose) for k, topic in topics.items()}
     kinds[TICK] = tick_cdr.SCHEMA_NAME, "ros2msg", tick_cdr.schema_text(n_axes).encode()

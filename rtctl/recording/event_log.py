@@ -17,10 +17,12 @@ from typing import Any, BinaryIO
 
 from hw.outside import json_of, read_bounded
 from rtctl.errors import DataError
+from rtctl.plain_data import as_data
 
 Event = dict[str, Any]
 
 CURRENT = "events.jsonl"
+# four files of it, 16 MB: what flickers for days must not fill a disk
 MAX_BYTES = 4 << 20
 KEPT_FILES = 4
 MOST_BYTES = 16 * MAX_BYTES
@@ -91,6 +93,7 @@ class EventLog:
             done = os.write(self._fd, data)
             while done < len(data):
                 done += os.write(self._fd, data[done:])
+            # not fsync: times of the file tell nothing that its lines do not
             os.fdatasync(self._fd)
         except OSError:
             with suppress(OSError):  # else the next run of `_open` ends the half line
@@ -116,7 +119,8 @@ class EventLog:
 
 
 def _line(event: Event) -> bytes:
-    return json.dumps(event, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    # a gain that was not measured is NaN, which JSON has not: null, and the line is read by anything
+    return json.dumps(as_data(event), allow_nan=False, separators=(",", ":")).encode() + b"\n"
 
 
 def _times(events: list[Event]) -> Event:
@@ -164,6 +168,7 @@ def follow(folder: Path, poll_s: float = FOLLOW_S) -> Iterator[Event]:
     with suppress(FileNotFoundError), ExitStack() as stack:
         file = stack.enter_context(path.open("rb"))
         file.seek(0, os.SEEK_END)
+        # opened at the call, not when the first event is asked for: what comes in between is new
         return _written(path, file, stack.pop_all(), poll_s)
     return _written(path, None, ExitStack(), poll_s)
 

@@ -121,6 +121,7 @@ def _names(fields: tuple[str, ...]) -> list[str]:
 def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
     found: dict[str, list[np.ndarray]] = {name: [] for name in names}
     ticks, motions = 0, reader.motions
+    # an array has one name for all axes: of both motions that of rotary ones, and `units` tell the rest
     of_all = "linear" if set(motions) == {"linear"} else "rotary"
     for ticks, table in _tables(reader, names, flat=False):
         for name, kept in found.items():
@@ -169,6 +170,7 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
         for ticks, flat in _tables(reader, names, flat=True):
             table = pa.table(flat).replace_schema_metadata(metadata)
             if writer is None:
+                # the schema is known with the first chunk only
                 writer = parquet.ParquetWriter(path, table.schema, compression="zstd")
             writer.write_table(table)
             progress(ticks)
@@ -176,6 +178,7 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
         if writer is not None:
             writer.close()
     if writer is None:
+        # a recording without a tick: `whole` renames what must be there
         path.touch()
     return ticks
 
@@ -191,6 +194,7 @@ def _mcap(reader: RecordingReader, path: Path, names: list[str], progress: Progr
     attachments = {name: ("application/octet-stream", data) for name, data in reader.attachments.items()}
     # beside the result: it is renamed into place, which no other file system takes
     with TemporaryDirectory(prefix=".export", dir=path.parent) as folder:
+        # one file, whatever its size: nobody is recording, and a full disk is told
         limits = Limits(file_bytes=1 << 62, file_s=math.inf, free_bytes=0)
         parts = Parts(Path(folder), Setup(reader.about, attachments), limits, rows=True)
         for batch in reader.batches():

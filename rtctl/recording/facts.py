@@ -37,6 +37,7 @@ def sound(told: Mapping[str, str], n_axes: int) -> tuple[dict[str, str], list[st
         One line for each fact replaced."""
     about, notes = dict(told), []
     if not _whole(about.get("n_axes", ""), _WHOLE["n_axes"]):
+        # neither facts nor ticks say what this file is
         if not 1 <= n_axes <= MOST_AXES:
             return {}, []
         notes.append(f"n_axes is {shown(about.get('n_axes', 'missing'))}; the ticks have {n_axes} axes")
@@ -49,6 +50,10 @@ def sound(told: Mapping[str, str], n_axes: int) -> tuple[dict[str, str], list[st
     if not _is_rate(about.get("rate_hz", "")):
         about["rate_hz"] = repr(1e9 / int(about["period_ns"]))
         notes.append(f"rate_hz is no rate; {about['rate_hz']} is taken in its place")
+    if "motion" in about and not _are_motions(texts(about, "motion"), int(about["n_axes"])):
+        # units would be guessed otherwise: said, as whoever reads it may know better
+        notes.append(f"motion is {shown(about['motion'])}; rotary axes are taken in its place")
+        del about["motion"]
     if "began_wall_ns" in about and not _whole(about["began_wall_ns"], _WHOLE["began_wall_ns"]):
         del about["began_wall_ns"]
     return about, notes
@@ -74,6 +79,10 @@ def _whole(text: str, bounds: tuple[int, int]) -> bool:
     low, high = bounds
     # a nineteenth digit: 2^62 has it
     return text.isascii() and text.isdecimal() and len(text) <= MOST_DIGITS + 1 and low <= int(text) <= high
+
+
+def _are_motions(found: list[str], n_axes: int) -> bool:
+    return len(found) == n_axes and set(found) <= {"rotary", "linear"}
 
 
 def _is_rate(text: str) -> bool:

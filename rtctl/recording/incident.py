@@ -26,6 +26,7 @@ MOST_TICKS = 2000
 """A window that faults keep extending ends here."""
 
 FOLDER = "incidents"
+# as the log, incidents must not fill a disk in a night of faults
 KEPT_FILES = 64
 KEPT_BYTES = 64 << 20
 MOST_BYTES = 1 << 26
@@ -88,10 +89,12 @@ class Capture:
         """Take the next ticks, in order, and their events; returns the incidents that are complete."""
         if len(rows) == 0:
             return []
+        # bounded: an incident takes those of its own ticks, MOST_TICKS at most
         self._events = (self._events + events)[-1000:]
         done: list[Incident] = []
         at = 0
         for event in filter(is_incident, events):
+            # ticks rise, and slots may be missing
             i = int(np.searchsorted(rows["tick"], event["tick"]))
             done += self._take(rows[at:i])
             if self._trigger is None:
@@ -124,6 +127,7 @@ class Capture:
 
     def _history(self, rows: np.ndarray) -> np.ndarray:
         """The last `before` ticks up to the end of `rows`, copied."""
+        # copied: a view would keep the whole batch
         if len(rows) >= self._before or self._kept is None:
             return rows[max(0, len(rows) - self._before) :].copy()
         return joined((self._kept, rows))[-self._before :]
@@ -155,18 +159,19 @@ def write_incident(folder: Path, incident: Incident) -> Path:
     except OSError:
         part.unlink(missing_ok=True)
         raise
-    prune(folder)
+    prune(folder, path)
     return path
 
 
-def prune(folder: Path, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
+def prune(folder: Path, newest: Path | None = None, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
     """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a
     crash."""
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0
-    # names begin with the time: the newest first
-    for k, path in enumerate(sorted(folder.glob("*.npz"), reverse=True)):
+    # names begin with the time; a wall clock that is behind since must not take the one just written
+    found = sorted(folder.glob("*.npz"), key=lambda path: (path == newest, path.name), reverse=True)
+    for k, path in enumerate(found):
         total += path.stat().st_size
         if k >= files or (k and total > size):  # the newest one stays, however long it is
             path.unlink(missing_ok=True)
@@ -183,6 +188,7 @@ def read_incident(path: Path) -> Incident:
             raise ValueError(f"{n_axes} axes")
         ticks = np.zeros(len(archive["tick"]), tick_dtype(n_axes))
         for name in ticks.dtype.names or ():
+            # of an older version: fields that it lacks are 0
             if name in archive:
                 ticks[name] = archive[name]
         return Incident(dict(body["trigger"]), ticks, list(body["events"]), dict(body["about"]))

@@ -45,6 +45,7 @@ def plot_incident(incident: Incident, path: Path) -> None:
             for axis in range(ticks[name].shape[1]):
                 own = own_name(name, motions[axis])
                 label = f"{own}[{axis}]" if ticks[name].shape[1] > 1 else own
+                # steps: between two ticks nothing is known
                 panel.plot(time_ms, ticks[name][:, axis], drawstyle="steps-post", lw=1, label=label)
         panel.set_ylabel(" | ".join(dict.fromkeys(words(unit, motion) for motion in motions)))
     for name in ("wakeup_ns", "cycle_ns"):
@@ -71,4 +72,5 @@ def _state_panel(panel: Axes, time_ms: np.ndarray, ticks: np.ndarray) -> None:
     for bit in range(seen.bit_length()):
         if seen >> bit & 1:
             present = (ticks["faults"] >> np.uint64(bit) & np.uint64(1)).astype(bool)
+            # % 10: within the states, which are ten
             panel.plot(time_ms[present], np.full(int(present.sum()), bit % 10), "|", label=f"fault bit {bit}")

@@ -20,6 +20,7 @@ COLUMNS = (
     ("torque_applied_nm", "N m"),
     ("current_a", "A"),
 )
+# denser towards the transition, where a tick counts
 AROUND = (-200, -100, -50, -20, -10, -5, -4, -3, -2, -1, 0, 1, 2, 3, 5, 10, 20, 50)
 """Rows of the table, relative to the transition."""
 
@@ -29,6 +30,7 @@ def trigger_row(incident: Incident) -> int:
     if len(incident.ticks) == 0:
         return 0
     found = np.flatnonzero(incident.ticks["tick"] == incident.trigger["tick"])
+    # a loop that died has no tick of its end
     return int(found[0]) if len(found) else len(incident.ticks) - 1
 
 

@@ -20,6 +20,7 @@ SCHEMA = "sensor_msgs/msg/JointState"
 
 QUANTITIES = ("position", "velocity", "effort")
 
+# a longer list is a damaged length, not a robot
 MOST_JOINTS = 1000
 
 
@@ -131,11 +132,13 @@ def _columns(topic: str, messages: list[tuple[int, bytes]], wanted: Sequence[str
             state = decoded(data)
         except (ValueError, UnicodeDecodeError):
             continue
+        # 0: a publisher that fills no header
         states.append((state.stamp_ns or recorded_ns, state))
     if not states:
         return {}
     joints = dict.fromkeys(name for _, state in states for name in state.names)
     asked = {name for name in joints if any(each.startswith(f"{topic}/{name}/") for each in wanted)}
+    # else the joints of the first message: a bag may mix an arm's with a gripper's
     asked = asked or set(states[0][1].names)
     states = [(ns, state) for ns, state in states if asked <= set(state.names)]
     names = [name for name in joints if all(name in state.names for _, state in states)]
@@ -144,6 +147,7 @@ def _columns(topic: str, messages: list[tuple[int, bytes]], wanted: Sequence[str
     for name in names:
         at = [state.names.index(name) for _, state in states]
         for k, quantity in enumerate(QUANTITIES):
+            # velocity and effort may be left empty, as the message allows
             if all(len(state.values[k]) > place for (_, state), place in zip(states, at, strict=True)):
                 values = [state.values[k][place] for (_, state), place in zip(states, at, strict=True)]
                 columns[f"{topic}/{name}/{quantity}"] = np.array(values)

@@ -48,11 +48,13 @@ def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
         if not all(isinstance(o, dict) for o in objects):
             raise DataError("a recorded tick is no JSON object")
         for field in RECORDED:
+            # by the first: a recording has the same fields throughout
             if objects and field.name in objects[0]:
                 rows[field.name] = np.array([o[field.name] for o in objects], rows.dtype[field.name].base)
         for raw in map(orjson.loads, raws):
             words = base64.b64decode(raw["words"])
             at = np.flatnonzero(rows["tick"] == raw["tick"])
+            # of a version with another tick the bits mean something else
             if len(at) and len(words) == rows.dtype.itemsize:
                 rows[at[0]] = np.frombuffer(words, rows.dtype)[0]
                 rows["seal"][at[0]] = 0

@@ -62,6 +62,7 @@ def unpack_law(data: bytes, n_axes: int) -> LawArrays:
             for name in array.dtype.names or ():
                 if f"{part}.{name}" in archive:
                     array[name] = archive[f"{part}.{name}"]
+        # zeros are a state, too: that of a start
         has_state = any(name.startswith("state.") for name in archive)
     except (ValueError, TypeError) as error:
         raise DataError(f"the law's arrays in the recording cannot be read: {shown(error)}") from error

@@ -159,4 +159,5 @@ class CommandBook:
         which = np.searchsorted(self.commands["seq"], sequence)
         found = self.commands["seq"][np.minimum(which, len(self.commands) - 1)]
         known = found == sequence
+        # argmin: the first False
         return which, len(sequence) if known.all() else int(np.argmin(known))

@@ -31,6 +31,7 @@ def encode(state: np.ndarray) -> bytes:
 def decode(data: bytes, n_axes: int) -> np.ndarray | None:
     """The state, shape (1,); None for what is no state of a law of this size."""
     kind = state_dtype(n_axes)
+    # 12: encapsulation, and length of the sequence with its padding
     if len(data) != 12 + kind.itemsize or data[:4] != ENCAPSULATION:
         return None
     return np.frombuffer(data[12:], kind).copy()

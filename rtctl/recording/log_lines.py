@@ -66,6 +66,7 @@ def log_line(event: Mapping[str, Any], rig: str, time_ns: int) -> bytes:
         Time of the event, ns since 1970."""
     try:
         text = line_of(event)
+    # an event of another version: a poorer line, not a recording that ends
     except (KeyError, TypeError, AttributeError):
         text = ""
     seconds, rest_ns = divmod(time_ns, 1_000_000_000)

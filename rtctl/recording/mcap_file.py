@@ -50,6 +50,7 @@ class McapFile:
         self._metadata: list[bytes] = []
         self._chunks: list[bytes] = []
         self._counts: dict[int, int] = {}
+        # the neutral ends of min and max
         self._start_ns, self._end_ns = 2**63 - 1, 0
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
         try:
@@ -83,6 +84,7 @@ class McapFile:
             Message records, one after another.
         index
             Channel id -> times in ns and offsets in `records` of its messages."""
+        # a channel without messages has no first time
         index = {channel: pair for channel, pair in index.items() if len(pair[0])}
         start = min(int(times.min()) for times, _ in index.values())
         end = max(int(times.max()) for times, _ in index.values())
@@ -130,6 +132,7 @@ class McapFile:
         footer = struct.pack("<BQQQ", Op.FOOTER, 20, start, start + len(summary))
         crc = zlib.crc32(summary + offsets + footer)
         self._write(end + summary + offsets + footer + struct.pack("<I", crc) + fmt.MAGIC)
+        # once, at the end: each chunk is found by its own checksum, whatever the disk has of the rest
         os.fsync(self._fd)
         self.abandon()
 

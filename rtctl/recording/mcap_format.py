@@ -113,6 +113,7 @@ class Cursor:
     def take(self, size: int) -> bytes:
         """The next `size` bytes."""
         data = self._content[self.at : self.at + size]
+        # a slice beyond the end is only shorter, and says nothing
         if len(data) != size:
             msg = "record too short"
             raise struct.error(msg)

@@ -43,8 +43,10 @@ class _Counts:
             return
         if self._next_number is None:
             self._next_number, self._next_slot = int(numbers[0]), int(rows["tick"][0])
+            # ticks are numbered from 0 in a run: what lies before the first was not recorded
             self.first, self.before = self._next_slot, self._next_number
         self.lost += int(numbers[-1]) - self._next_number + 1 - len(rows)
+        # slots that passed, less the ticks that the loop numbered in them
         self.missed += int(rows["tick"][-1]) - self._next_slot - (int(numbers[-1]) - self._next_number)
         self.last = int(rows["tick"][-1])
         self._next_number, self._next_slot = int(numbers[-1]) + 1, self.last + 1
@@ -75,6 +77,7 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
         "realtime_waivers": texts(reader.about, "realtime_waivers"),
         "waiver": seen.waiver,
         "ticks": seen.ticks,
+        # of what is there: losses and missed slots are told by themselves
         "duration_s": seen.ticks * period_s,
         "first_tick": seen.first,
         "last_tick": seen.last,

@@ -35,6 +35,7 @@ PANELS: tuple[tuple[str, ...], ...] = (
     ("cycle_ns", "wakeup_ns"),
     ("state",),
 )
+# many more than a picture has columns: with more it becomes slow, not finer
 MOST_POINTS = 20_000
 DURATIONS = ("wakeup_ns", "cycle_ns")
 
@@ -124,6 +125,7 @@ def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: s
         of_axes = FIELD[name].shape == "axis"
         for i in range(values.shape[1]):
             motion = run.motion(i) if of_axes else "rotary"
+            # it has a panel of its own unit
             if _unit(name, motion) != its_unit:
                 continue
             label = own_name(name.removesuffix("_ns"), motion)
@@ -136,6 +138,7 @@ def figures(run: Run) -> dict[str, Any]:
     """Numbers of a run: duration, time at work, RMS torques while at work, energies, timing, faults."""
     rows, work = run.rows, run.at_work()
     seconds = float(run.time_s[-1]) if len(rows) else 0.0
+    # by the ticks themselves, which begin where `--from` says
     period_s = seconds / max(len(rows) - 1, 1)
     out: dict[str, Any] = {
         "ticks": len(rows),

@@ -141,6 +141,7 @@ class Parts:
             self._single(LOG, event_ns, log_line(event, self._setup.about["rig"], event_ns))
         self._ticks.append((first_row, rows))
         self._rows += len(rows)
+        # before compression, in memory: a burst of a virtual clock is bounded by it
         size = self._size + self._rows * self._tick_bytes
         if size >= CHUNK_BYTES or last_ns - self._chunk_ns >= CHUNK_S * 1e9:
             self.flush()
@@ -216,7 +217,9 @@ class Parts:
             self.close({"reason": "continued in the next part"})
 
     def _leave_room(self, size: int) -> None:
+        # asked before every chunk: others fill the disk as well
         disk = os.statvfs(self._folder)
+        # f_bavail, not f_bfree: what is kept for root is no room
         if disk.f_bavail * disk.f_frsize < self._limits.free_bytes + size:
             free = self._limits.free_bytes >> 20
             why = (
@@ -233,6 +236,8 @@ class Parts:
         path = self._folder / part_name(self._setup, len(self.files))
         while path.exists():  # two recordings of one session
             path = path.with_name(path.stem + "b.mcap")
+        # hidden, and by process: who looks for *.mcap finds no file without ticks, and two recorders share
+        # none
         draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
         draft.unlink(missing_ok=True)
         file: McapFile | None = None

@@ -41,6 +41,7 @@ def ahead(items: Iterator[T], depth: int = DEPTH) -> Generator[T, None, None]:
         except BaseException as error:  # noqa: BLE001 - raised again by the caller, below
             end = error
         finally:
+            # closed by the thread that runs it: a generator cannot be closed from another one while it runs
             if isinstance(items, Generator):
                 items.close()
             put(None, end)

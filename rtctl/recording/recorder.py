@@ -83,6 +83,7 @@ class Recorder:
             if not self._fits(rows):
                 self._dropped += len(rows)
                 self._held = (
+                    # bounded, as the ticks are: a disk may hang for days
                     (self._held[0] + events)[-1000:],
                     np.concatenate((self._held[1], commands))[-1000:],
                 )
@@ -142,6 +143,7 @@ class Recorder:
                     break
                 batch = self._queue.popleft()
             self._write(batch)
+            # this thread's alone, which is the recorder
             self._cpu_s = time.thread_time()
             with self._change:
                 self._queued -= len(batch[1])
@@ -156,7 +158,7 @@ class Recorder:
         try:
             self._parts.close(end)
         except OSError as error:
-            self._break(error, lost)
+            self._break(_refusal(error, self.folder), lost)
 
     def _write(self, batch: _Batch) -> None:
         parts, rows = self._parts, batch[1]
@@ -167,10 +169,19 @@ class Recorder:
         try:
             parts.add(*batch)
         except OSError as error:
-            self._break(error, pending + len(rows) - (parts.written - written))
+            self._break(_refusal(error, self.folder), pending + len(rows) - (parts.written - written))
+        except (KeyError, TypeError, ValueError) as error:
+            # an event of a daemon of another version, over the wire: without this thread all else would be
+            # lost unheard
+            why = f"{self.folder}: what came cannot be recorded ({error!r})"
+            self._break(why, pending + len(rows) - (parts.written - written))
 
-    def _break(self, error: OSError, lost: int) -> None:
+    def _break(self, why: str, lost: int) -> None:
         self._parts.abandon()
         self._failed += lost
-        self._broken = f"{error.filename or self.folder}: {error.strerror or error}"
+        self._broken = why
         self._retry_at = time.monotonic() + RETRY_S
+
+
+def _refusal(error: OSError, folder: Path) -> str:
+    return f"{error.filename or folder}: {error.strerror or error}"

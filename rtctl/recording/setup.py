@@ -106,10 +106,12 @@ def setup_of(
     }
     law = LawArrays(plan.params, plan.model, plan.command)
     files: dict[str, tuple[str, bytes]] = {LAW_NAME: ("application/zip", pack_law(law))}
+    # a rig that was made by a program has no file
     if loaded.path.is_file() and loaded.path.suffix == ".toml":
         files[RIG_NAME] = ("application/toml", loaded.path.read_bytes())
     for axis in config.axis:
         path = loaded.model_path(axis)
+        # it may be gone since it was read: the law's arrays hold what was used
         if path is not None and path.is_file():
             files[f"model-{axis.name}.json"] = ("application/json", path.read_bytes())
     return Setup(about, files)

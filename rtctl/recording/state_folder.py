@@ -21,6 +21,7 @@ def state_root() -> Path:
 
     The first of: RTCTL_STATE_DIR, STATE_DIRECTORY (set by systemd), XDG_STATE_HOME/rtctl, and
     `.local/state/rtctl` in the home folder."""
+    # systemd may name several, one behind another; the unit asks for one
     chosen = os.environ.get("RTCTL_STATE_DIR") or os.environ.get("STATE_DIRECTORY", "").split(":")[0]
     if chosen:
         return Path(chosen).absolute()
@@ -37,7 +38,14 @@ def written_folder(rig: str, root: Path | None = None) -> Path:
     """The folder to read: this user's, or the system service's where only that one has been written."""
     own = state_folder(rig, root)
     system = SYSTEM_STATE / rig
-    return system if root is None and not own.is_dir() and system.is_dir() else own
+    return system if root is None and not own.is_dir() and _may_look_into(system) else own
+
+
+def _may_look_into(folder: Path) -> bool:
+    try:
+        return folder.is_dir()
+    except PermissionError:  # StateDirectoryMode=0750 of the unit: it is not for this user
+        return False
 
 
 def recording_folder(loaded: LoadedConfig) -> Path:

@@ -179,6 +179,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
         raise DataError("a block of ticks is not little-endian CDR")
     words = np.frombuffer(records, np.uint64, (end - start) // 8, start + 4)  # where they lie, aligned or not
     n = count_of(records, start)
+    # each tick has a word of `tick` at least, besides the lengths
     if not 0 < n < len(words):
         raise DataError("a block of ticks has no ticks")
     row = tick_dtype(n_axes)
@@ -190,6 +191,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
         if column.name in FIELD:
             kind, offset = placed(row, column.name)
             count = kind.itemsize // 8
+            # steps are never a single one for several ticks
             if length not in (count * n, 0 if column.stepped else count):
                 raise DataError(f"a block of ticks has {length} numbers of {column.name}")
             each = length // count

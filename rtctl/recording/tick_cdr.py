@@ -36,6 +36,7 @@ _BLOCK = 128
 _TYPES = {"int64": "<i8", "uint64": "<u8", "float64": "<f8"}
 TYPE_OF = {"int": "int64", "bits": "uint64", "float": "float64"}
 _LINE = re.compile(r"(int64|uint64|float64)(?:\[([1-9][0-9]{0,2})\])? ([a-z][a-z0-9_]{0,63})")
+# a schema is a stranger's text: each line costs memory for every tick
 _MOST_FIELDS = 1000
 
 # What costs the most bytes is how often what changes is parted by what does not, and how far what repeats

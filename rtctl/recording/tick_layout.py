@@ -76,6 +76,7 @@ def axes_in(contents: Contents, chunk: Chunk | None) -> int:
     tick = _first_tick(contents, chunk)
     if _is_old(contents, tick):
         return json_ticks.axes_of(tick)
+    # no two sizes of rig have ticks of one length
     own = [k for k in range(1, MOST_AXES + 1) if tick_cdr.own_layout(k).itemsize == len(tick)]
     if own:
         return own[0]
@@ -103,6 +104,7 @@ def layout_in(
         found = tick_cdr.layout_of(schema)
         if not whole and len(tick) == found.itemsize != own.itemsize:
             note = "the schema of the ticks is not the one it was made with"
+        # ticks of our own length: the damage is in the text, not in them
         elif not whole:
             found = own
     except DataError:

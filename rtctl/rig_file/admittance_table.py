@@ -29,6 +29,7 @@ class AdmittanceTable(Table):
         "torque over K_v",
         default=0.0,
     )
+    # 0: a joint that sticks is told by `rtctl check`, with the damping that calms it
     rest_damping_nms_rad: float = number(
         0,
         1e4,
@@ -58,6 +59,7 @@ class AdmittanceTable(Table):
         default=1.0,
     )
     feedforward_lowpass_hz: float = number(0, 5000, "its low-pass; 0 is off", default=20.0)
+    # .7: with all of it 29 of 3,000 hands of certified rigs swung on, with .7 none (docs/theory.md 14)
     compensation_share: float = number(
         0,
         1,
@@ -66,6 +68,7 @@ class AdmittanceTable(Table):
         "it swung on in hands they are certified for",
         default=0.7,
     )
+    # 0: only a range that is told is certified, and what is certified may be asked for
     mass_max_kgm2: float = number(
         0,
         1e3,

@@ -55,6 +55,7 @@ def _facts(data: dict[str, Any], device: dict[str, Any]) -> dict[str, Any]:
     loop = data.get("loop", {})
     if isinstance(loop, dict):
         facts["clock"] = loop.get("clock")
+        # what the loop will have where the file says nothing
         rate_hz = loop.get("rate_hz", LoopTable().rate_hz)
         if isinstance(rate_hz, int | float) and rate_hz > 0:
             facts["rate_hz"] = float(rate_hz)
@@ -76,6 +77,7 @@ def put_script(path: Path, devices: Sequence[DeviceTable], data: dict[str, Any],
                 "this rig"
             ]
         takers += [i] if takes else []
+    # of two simulations nothing says whose faults they are
     if len(takers) != 1:
         remedy = "name the schedule in the options of one" if takers else "use a mock"
         return [f"{path}: device: {len(takers)} devices take scripted faults; {remedy}"]

@@ -54,6 +54,7 @@ class DriftTable(Table):
         description="STOP where the compensation exceeds the friction for sure: the whole interval of the "
         "factor lies below the guaranteed friction and below the feed-forward",
     )
+    # off: `rtctl check` judges every row at the largest factor, which costs gain
     adapt_per_min: float = number(
         0,
         0.01,
@@ -92,6 +93,7 @@ class FrictionTable(Table):
         description="what decides the direction of the feed-forward near rest (docs/theory.md 5.6)",
     )
     gain: float = number(0, 1, "kappa: share of Coulomb and Stribeck friction compensated", default=0.9)
+    # 0: the guaranteed damping is what the coupling's proof lives on
     viscous_gain: float = number(0, 1, "kappa_v: share of the viscous part compensated", default=0.0)
     load_gain: float = number(
         0,
@@ -153,6 +155,7 @@ class FrictionTable(Table):
 
     def intent_lowpass_at(self, rate_hz: float) -> float:
         """Low-pass of the intent in Hz of a loop of this rate."""
+        # a slower loop lags more, as with the observer
         return self.intent_lowpass_hz or min(50.0, rate_hz / 20)
 
 

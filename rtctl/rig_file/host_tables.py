@@ -45,6 +45,7 @@ class TelemetryTable(Table):
         "ticks per message, as time; left out: 8 ticks, at least 2 ms and at most 20 ms",
         default=None,
     )
+    # off: it has no keys
     plotjuggler: bool = Field(
         False, description="also publish the state samples on 127.0.0.1 without keys, read-only, for viewers"
     )
@@ -55,6 +56,7 @@ class GatewayTable(Table):
     """[gateway]: clients on other machines, and of other users. The daemon's own user always reaches it by
     ipc."""
 
+    # empty: nobody is let in over a network whom no rig file named
     bind: str = Field(
         "", max_length=15, description="IPv4 address to listen on, 127.0.0.1 for tunnels; empty: no TCP"
     )
@@ -93,6 +95,7 @@ def _check_address(text: str) -> None:
     except ValueError:
         msg = f"bind {text!r}: an IPv4 address of this machine, such as 127.0.0.1, not a name or a wildcard"
         raise ValueError(msg) from None
+    # else libzmq says at the start only that it cannot be assigned
     if address.is_multicast or address.is_reserved:
         msg = f"bind {text}: no address a machine can have"
         raise ValueError(msg)

@@ -43,6 +43,7 @@ class LinearKeys:
         self.data = data
         axes = data.get("axis")
         linear = [isinstance(one, dict) and one.get("motion") == "linear" for one in _list(axes)]
+        # nothing is to be turned: where no axis slides the file stays as it was read
         self._linear = linear if any(linear) else []
         if not any(linear):
             return
@@ -106,6 +107,7 @@ class LinearKeys:
         known = {
             name(one, "linear"): one
             for one in model.model_fields
+            # a table that has both names means both as they stand
             if name(one, "linear") not in model.model_fields
         }
         found: dict[str, Any] = {}

@@ -64,11 +64,13 @@ def devices_sha256(loaded: LoadedConfig) -> str:
         for table in (loaded.options, *loaded.more_options)
     ]
     facts = [loaded.config.loop.rate_hz, [device.kind for device in loaded.config.device], options]
+    # sorted: the order of keys in a file is no property of a device
     return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
 
 
 def write(folder: Path, devices: str, axes: Mapping[str, AxisTiming]) -> None:
     """Keep these axes' timing, beside what is known of the others of the same devices. Raises OSError."""
+    # axes that were not tested this time keep what is known of them
     known = {**read(folder, devices), **axes}
     state_file.write(folder / NAME, devices, {name: asdict(axis) for name, axis in known.items()})
 

@@ -17,6 +17,7 @@ class RigTable(Table):
         description="rig name: lock file, telemetry, model files and service instance carry it"
     )
     description: str = Field("", max_length=200, description="what the rig is, in words")
+    # said, not guessed: a sensor that was forgotten would read 0 for ever
     absent: tuple[Literal["current", "force"], ...] = Field(
         (),
         strict=False,
@@ -37,6 +38,7 @@ class LoopTable(Table):
         "not arm without them; waive: a real rig arms with a quarter of its torque; off: do not even "
         "ask, else as waive",
     )
+    # 99 is the kernel's own (migration, watchdog)
     priority: int = number(1, 98, "SCHED_FIFO priority", default=80)
     cpu: int = number(
         -1,
@@ -57,6 +59,7 @@ class LoopTable(Table):
 class PassivityTable(Table):
     """[passivity]"""
 
+    # these four bound what a hand is given: .13 J + 1 W t by default (docs/safety.md)
     budget_j: float = number(1e-6, 100, "deficit of a port before damping is injected", default=0.02)
     bank_j: float = number(0, 100, "most energy a port may save up", default=0.02)
     renderer_store_j: float = number(

@@ -100,6 +100,7 @@ class ForceSensorTable(Table):
             msg = f"carried_by {list(self.carried_by)} names a joint twice"
             raise ValueError(msg)
         length = math.hypot(*self.gravity_m_s2)
+        # 9810 would be mm/s2
         if self.tip_kg > 0 and not 1 <= length <= 30:
             msg = (
                 f"tip_kg {self.tip_kg}: gravity_m_s2 {self.gravity_m_s2} must say where down is, 1 to 30 "

@@ -66,6 +66,7 @@ class Wire:
         buses = [user.bus for user in self.users]
         for key in _SAME:
             values = [getattr(bus, key) for bus in buses]
+            # without CAN FD there is no data phase whose rate could differ
             if len(set(values)) > 1 and (key != "data_bitrate" or buses[0].fd):
                 given = ", ".join(f"{value!r}" for value in values)
                 return [f"{self._keys}: {self._who}, but their {key} differs ({given}): a wire has one"]

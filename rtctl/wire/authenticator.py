@@ -128,6 +128,7 @@ class Authenticator:
         """Who a message of this user id is from, by the keys of this moment; None: nobody any more."""
         if user_id.startswith("ipc:"):
             return Caller(user_id, user_id, "operator")
+        # asked for each message: a key that was revoked counts no more, whoever is still connected
         key = self.keys.get(user_id.removeprefix("key:"))
         return None if key is None else Caller(user_id, key.name, key.role)
 

@@ -29,6 +29,7 @@ SHARE = 0.5
 """Share of the places of an endpoint that one process of this machine gets: it may lose or leak connections,
 and another one must still come in for a STOP."""
 
+# half a second more: libzmq's timer and the host's look both come late
 CERTAIN_S = HANDSHAKE_MS / 1e3 + 0.5
 """A connection older than this has been authenticated."""
 
@@ -60,6 +61,7 @@ class Connections:
         address = f"inproc://rtctl-connections-{next(_NUMBER)}"
         socket.monitor(address, zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
         self._monitor = context.socket(zmq.PAIR)
+        # 0: without a bound, see the notes above
         self._monitor.setsockopt(zmq.RCVHWM, 0)
         self._monitor.setsockopt(zmq.LINGER, 0)
         self._monitor.connect(address)

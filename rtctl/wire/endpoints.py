@@ -106,6 +106,7 @@ def _lock(rig: str, path: Path) -> int:
             f"rig {rig!r} is already run by process {' and '.join(alive or holders)} (lock {path}); "
             "stop that one first, or give this rig another name"
         )
+    # the one before may have written a longer line
     os.ftruncate(fd, 0)
     os.pwrite(fd, f"{os.getpid()}\n".encode(), 0)
     return fd
@@ -123,6 +124,7 @@ def _take(fd: int) -> bool:
             orphaned = host.isdecimal() and not _is_alive(int(host))
             if not orphaned or time.monotonic() > end:
                 return False
+            # a ramp takes 50 ms: asked often enough to follow it at once
             time.sleep(0.01)
         else:
             return True

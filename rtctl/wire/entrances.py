@@ -191,6 +191,7 @@ class Access:
         if not self._gone:
             return
         for door in self._doors:
+            # the whole door: who has said nothing since is not told apart (`Traffic.users`)
             if door.by_key:
                 door.cut()
         names = ", ".join(self._gone)

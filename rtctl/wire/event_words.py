@@ -24,6 +24,7 @@ def line_of(event: Mapping[str, Any]) -> str:
             return f"warning: {event['text']}"
         case "warning_cleared":
             return f"warning {event['name']} of axis {event['axis']} is gone"
+        # measured, late, started, ended: in the log, and no news to who watches
         case _:
             return ""
 

@@ -42,6 +42,7 @@ class FaultPlaces:
 
     def take_event(self, event: Mapping[str, Any]) -> None:
         """Take in one event; only faults count."""
+        # `fault_cleared` bears its place as well, and is no news of it
         if event.get("event") == "fault":
             self._told[event["name"]] = event
 

@@ -123,7 +123,9 @@ class Intruders:
         if len(strangers) <= most:
             return
         strangers = [one for one in strangers if not self._is_known(door, one)]
-        surplus = max(0, len(strangers) - most)
+        surplus = len(strangers) - most
+        if surplus <= 0:  # most are clients that came just now
+            return
         if door.by_tcp:
             strangers.sort(key=_has_spoken)  # a stable order: the oldest of each kind
         for descriptor in strangers[:surplus]:
@@ -155,10 +157,12 @@ class Intruders:
         resident = self._resident()
         slowly = GROWTH_BYTES_S * (now_s - self._looked_s)
         self._looked_s = now_s
+        # what the host gives back it does not need: the least counts, and rises slowly
         self._usual = resident if self._usual is None else min(resident, self._usual + slowly)
         if resident - self._usual < GROWTH_BYTES:
             self._stage, self._level = _Stage.CALM, None
             return
+        # memory of those that were expelled comes back late: from here on growth counts anew
         if self._expel_floods() or self._level is None:
             self._level = resident
         if now_s >= self._trim_s:  # what is left of those that were cut off

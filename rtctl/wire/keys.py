@@ -21,8 +21,10 @@ from rtctl.wire.protocol import ROLES
 
 SERVER_FILE = "server.key"
 CLIENTS = "clients"
+# no slash, and no dot at the begin: it becomes the name of a file
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_.-]{0,31}")
 _Z85 = re.compile(r"[0-9a-zA-Z.\-:+=^!/*?&<>()\[\]{}@%$#]{40}")
+# a key file has 200 bytes, with a name of 32 letters some 230
 _MOST_BYTES = 4096
 _PASSING = (errno.EMFILE, errno.ENFILE, errno.ENOMEM, errno.EIO, errno.EINTR)
 """What says nothing about the file, but of the moment."""
@@ -168,9 +170,12 @@ class KeyStore:
         if not _NAME.fullmatch(name) or not path.exists():
             known = ", ".join(sorted(entry.stem for entry in self._clients.glob("*.key"))) or "none"
             raise ConfigError(f"no key of the name {name!r} in {self.folder}; there are: {known}")
-        values = _read(path, ("name", "role", "public_key", "created"), private=False)
+        try:
+            key = Key(**_read(path, ("name", "role", "public_key", "created"), private=False))
+        except ConfigError:  # it lets nobody in, and must not keep the name for ever
+            key = Key(name, "damaged key", "")
         path.unlink()
-        return Key(**values)
+        return key
 
     def _server_made(self) -> ServerKey:
         if not (self.folder / SERVER_FILE).exists():
@@ -184,6 +189,7 @@ class KeyStore:
                 folder.mkdir(mode=0o700, parents=True, exist_ok=True)
             except OSError as error:
                 raise ConfigError(f"{folder}: cannot make the folder of keys: {error.strerror}") from error
+        # made by sudo: the daemon's user must be able to read it
         if self._clients.stat().st_uid != self.folder.stat().st_uid and os.geteuid() == 0:
             os.chown(self._clients, self.folder.stat().st_uid, self.folder.stat().st_gid)
         self._check_folders()
@@ -197,6 +203,7 @@ class KeyStore:
                 raise ConfigError(
                     f"{folder}: {error.strerror}; make keys with: rtctl keys new NAME --dir {self.folder}"
                 ) from error
+            # whoever owns the folder could put a key of their own into it
             if status.st_uid not in (0, os.geteuid()) and os.geteuid() != 0:
                 raise ConfigError(f"{folder}: belongs to user {status.st_uid}, not to {os.geteuid()} or root")
             if status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):

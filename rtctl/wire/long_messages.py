@@ -57,6 +57,7 @@ class Frames:
             more = frame.more
             frames.append(frame)
             if len(frames) > MOST_FRAMES:
+                # its rest would be taken for the messages of others
                 self._read_away = 1 if more else 0
                 self._expel(self.door, frame)
                 return Message(identity, [])

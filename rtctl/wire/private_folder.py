@@ -51,6 +51,7 @@ def foreign(directory: Path) -> str:
     The folder must be this user's or root's. Where root alone can make folders (`/run/rtctl`), it has given
     this one to whom it belongs: to the user of the service."""
     try:
+        # who may write beside the folder can put another one in its place
         if reason := open_to_others(directory.parent):
             return reason
         status = directory.parent.lstat()

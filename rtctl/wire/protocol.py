@@ -29,6 +29,7 @@ TOPIC_SETUP = b"rtctl/setup"
 TOPICS = (TOPIC_STATE, TOPIC_TICKS, TOPIC_EVENT, TOPIC_HEALTH, TOPIC_COMMAND, TOPIC_SETUP)
 """All of them: a subscriber that asks for others is expelled in the end."""
 
+# the largest request, targets of eight axes, has 231 bytes, and some 60 more with the longest id
 MAX_REQUEST_BYTES = 4096
 MAX_OUTSTANDING_REQUESTS = 8
 """Requests one client may have unanswered; the gateway's receive queue holds as many."""
@@ -80,6 +81,7 @@ def runtime_root() -> Path:
     if own := os.environ.get("RUNTIME_DIRECTORY", "").split(":")[0]:
         return Path(own).absolute().parent
     session = os.environ.get("XDG_RUNTIME_DIR")
+    # without a session (cron, su) the variable may name a folder that is gone
     if session and Path(session).is_dir():
         return Path(session).absolute() / "rtctl"
     return Path(tempfile.gettempdir()).absolute() / f"rtctl-{os.geteuid()}"
@@ -151,6 +153,7 @@ def _alive(lock: Path) -> bool:
         # O_NONBLOCK: a FIFO in its place would wait for a writer
         fd = os.open(lock, os.O_RDONLY | os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK)
         with os.fdopen(fd, "rb") as file:
+            # signal 0 only asks whether there is such a process
             os.kill(int(file.read(64).split()[0]), 0)
     except (OSError, ValueError, IndexError, OverflowError):
         return False

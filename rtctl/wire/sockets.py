@@ -78,6 +78,7 @@ def allow_descriptors(wanted: int) -> int:
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
         return most
+    # the hard limit does not let it be more
     return wanted if soft == resource.RLIM_INFINITY else soft
 
 
@@ -221,6 +222,7 @@ class Door:
         self.openings += 1
         self.traffic = self._new_traffic(binding, self._kind)
         self.socket = self._context.socket(self._kind)
+        # what nobody has taken must not hold up the end of a daemon
         self.socket.setsockopt(zmq.LINGER, 0)
         # of each frame; how many a message has, `long_messages` bounds
         self.socket.setsockopt(zmq.MAXMSGSIZE, MAX_REQUEST_BYTES)

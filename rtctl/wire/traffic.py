@@ -58,6 +58,7 @@ class Traffic:
         if not self._by_tcp:
             return []
         allowed = LISTENER_BYTES if self._listeners else UNFINISHED_BYTES
+        # a listener sends signs of life for ever, and never a whole message that would settle them
         refill = LISTENER_BYTES_S * (now_s - self._looked_s) if self._listeners else 0.0
         self._looked_s = now_s
         marks: dict[int, float] = {}
@@ -66,6 +67,7 @@ class Traffic:
             taken = bytes_taken(descriptor)
             if taken is None:
                 continue
+            # a number that is smaller is another connection's, of the same descriptor
             mark = min(self._mark.get(descriptor, 0.0), taken)
             marks[descriptor] = taken if descriptor in self._heard else min(mark + refill, taken)
             if taken - marks[descriptor] > allowed:

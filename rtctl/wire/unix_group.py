@@ -26,6 +26,7 @@ def group_id(name: str) -> int | None:
             f"{KEY} {name!r}: there is no such group; make it (sudo groupadd --system {name}), put its "
             f"people into it (sudo usermod -aG {name} USER) and let the daemon be in it, or remove the key"
         ) from None
+    # chown(2) to a group lets only its members and root; told here, before the sockets are there
     if os.geteuid() != 0 and number not in {os.getegid(), *os.getgroups()}:
         raise ConfigError(
             f"{KEY} {name!r}: this process is not in that group; in a unit: SupplementaryGroups={name}; for "

@@ -135,6 +135,8 @@ def test_buttons_reach_the_rig(page):
         ("world", b'{"kind": "wall", "stiffness_nm_rad": 1e999}'),
         ("world", b'{"kind": "wall", "stiffness_nm_rad": []}'),
         ("world", b'{"kind": "wall", "gravity": 9.81}'),
+        ("compensation", b'{"share": 1' + 400 * b"0" + b"}"),
+        ("compensation", 2000 * b"[" + 2000 * b"]"),
     ],
 )
 def test_nonsense_is_refused_with_a_reason(page, name, body):
@@ -161,6 +163,12 @@ def test_a_refused_press_leaves_the_connection_usable(page):
 def test_a_body_that_is_too_long_is_not_read(page):
     assert press(page[1], "stop", b" " * 5000)[0] == 413
     assert press(page[1], "stop", b"", **{"Content-Length": "-1"})[0] == 413
+    assert press(page[1], "stop", b"", **{"Content-Length": "9" * 5000})[0] == 413
+
+
+def test_a_stop_counts_whatever_was_sent_with_it(page):
+    assert press(page[1], "stop", b"stop!", key="")[0] == 200
+    assert page[0].asked == [("stop", (), {})]
 
 
 def test_a_crowd_that_says_half_a_request_each_takes_neither_threads_nor_the_way_of_a_stop(page, capfd):

@@ -3,6 +3,7 @@
 import json
 import math
 
+import made_up_rig
 import numpy as np
 import pytest
 from made_up_rig import Rig
@@ -12,6 +13,7 @@ from patience import until
 from rtctl.client.view_feed import EDGES_US, KEPT_BATCHES, Feed, Histogram, Signal, columns
 from rtctl.client.view_server import MOST_RECORDINGS, MOST_STREAMS
 from rtctl.control.vocabulary import Fault, State
+from rtctl.errors import ClientError
 from rtctl.tick import new_ticks
 
 
@@ -101,6 +103,15 @@ def test_a_recording_has_every_tick_with_the_names_of_the_export(page):
     lines.close()
 
 
+def test_a_recording_of_an_axis_that_the_rig_has_not_has_an_empty_column(page):
+    rig, server = page
+    lines = recorded(server, "position_rad.5,force_n.7")
+    assert next(lines) == ["tick", "time_ns", "position_rad", "force_n"]
+    rig.batch(3)
+    assert next(lines) == ["0", "0", "", ""]
+    lines.close()
+
+
 def test_recordings_have_places_of_their_own(page):
     server = page[1]
     lines = [recorded(server, "tick") for _ in range(MOST_RECORDINGS)]
@@ -170,6 +181,37 @@ def test_a_browser_that_does_not_read_keeps_a_bounded_past():
     assert len(rows) == 2 * KEPT_BATCHES
     assert rows["tick"][-1] == 9001
     assert follower.take()[0] is None
+    feed.leave(follower)
+    feed.close()
+
+
+def test_a_rig_that_comes_back_with_another_number_of_axes_is_shown_from_then_on():
+    feed = Feed(rig := Rig())
+    follower = feed.follow()
+    rig.batch(4)
+    rig.rows.put(new_ticks(3, 1))
+    until(lambda: feed.newest is not None and feed.newest["position_rad"].shape == (1, 1))
+    rows, _ = follower.take()
+    assert rows["position_rad"].shape == (3, 1)
+    feed.leave(follower)
+    feed.close()
+
+
+def test_a_message_that_cannot_be_read_ends_neither_events_nor_health():
+    class OfAnotherVersion(made_up_rig.Stream):
+        def receive(self, timeout_s):
+            if (found := super().receive(timeout_s)) == "unreadable":
+                raise ClientError("telemetry this client cannot read")
+            return found
+
+    rig = Rig()
+    rig.events, rig.health = (lambda: OfAnotherVersion(rig.told)), (lambda: OfAnotherVersion(rig.well))
+    feed = Feed(rig)
+    follower = feed.follow()
+    for queue, message in ((rig.told, {"event": "started", "tick": 0}), (rig.well, {"devices": []})):
+        queue.put("unreadable")
+        queue.put(message)
+    until(lambda: feed.health and follower.events, "what comes after it")
     feed.leave(follower)
     feed.close()
 

@@ -5,13 +5,17 @@ from types import SimpleNamespace
 import msgpack
 import numpy as np
 import pytest
+import zmq
+from patience import until
 
-from rtctl.client import Fault, RigClient, State, streams
+from rtctl.client import Fault, RigClient, State, lease, streams
+from rtctl.client.connection import Connection
 from rtctl.client.samples import rig_state, tick_rows
-from rtctl.errors import ClientError, ConfigError, NoReplyError
+from rtctl.errors import ClientError, ConfigError, NoReplyError, RefusedError
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.host.exchange.samples import state_samples, tick_columns
 from rtctl.tick import new_ticks
+from rtctl.wire.protocol import endpoints_in
 
 RIG = RigDescription("mock", (AxisDescription("a", {}), AxisDescription("b", {})), 1000.0, session=7)
 
@@ -182,3 +186,34 @@ def test_a_stream_that_was_closed_says_so():
 def test_a_time_that_nobody_can_wait_is_refused_by_name(tmp_path, timeout_s):
     with pytest.raises(ConfigError, match="timeout_s"):
         RigClient("mock", runtime_dir=tmp_path, timeout_s=timeout_s)
+
+
+def test_streams_that_were_closed_are_not_kept(tmp_path):
+    with RigClient(endpoints=endpoints_in(tmp_path)) as client:
+        for _ in range(5):
+            client.ticks().close()
+        newest = client.states()
+        assert client._streams == [newest]
+
+
+def test_a_lease_whose_renewal_is_answered_by_something_else_is_lost(tmp_path, monkeypatch):
+    class Answers:
+        def __init__(self, _connection):
+            self.calls = 0
+
+        def call(self, *_arguments, **_values):
+            self.calls += 1
+            if self.calls > 1:
+                raise ClientError("a reply that is not msgpack; is something else listening there?")
+            return {"result": {"lease": "a" * 16, "target_position_rad": [0.0], "silence_s": 0.02}}
+
+        def close(self):
+            pass
+
+    monkeypatch.setattr(lease, "Requester", Answers)
+    with zmq.Context() as context:
+        held = lease.Lease(Connection(context, endpoints_in(tmp_path)), 1, 1.0)
+        until(lambda: held.lost, "the end of the lease")
+        with pytest.raises(RefusedError, match="something else"):
+            held.set_target([0.0])
+        held.abandon()

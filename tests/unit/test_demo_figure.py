@@ -55,6 +55,18 @@ def test_the_trace_has_every_twentieth_tick_however_they_come(demo, sizes):
     assert demo.switch_s == 2.0
 
 
+@pytest.mark.parametrize("state", [State.STOPPING, State.FAULT, State.ESTOP, State.LOCKOUT])
+def test_a_rig_that_was_stopped_ends_the_demonstration(demo, state):
+    rig = feed(demo, [100])
+    assert not rig.ended
+    rows = new_ticks(5, 1)
+    rows["state"], rows["epoch"] = state, 1
+    demo(rig, rows[:0])
+    assert not rig.ended
+    demo(rig, rows)
+    assert rig.ended
+
+
 def test_the_picture_names_both_figures_and_has_no_date(tmp_path):
     time_s = np.arange(0, 18, 0.02)
     draw(tmp_path / "a.svg", time_s, np.sin(time_s), 9.0, (0.2921, 0.0513))

@@ -103,6 +103,10 @@ def test_a_damaged_entry_lets_nobody_in_and_is_named(store, tmp_path, text):
     keys, faults = store.clients()
     assert [key.name for key in keys.values()] == ["anna"]
     assert "bad.key" in faults[0]
+    with pytest.raises(ConfigError, match="revoke it first"):
+        store.new("bad", "observer", tmp_path / "b.key")
+    assert store.revoke("bad").name == "bad"
+    assert store.new("bad", "observer", tmp_path / "b.key").exists()
 
 
 def test_the_command_makes_lists_and_revokes(tmp_path):

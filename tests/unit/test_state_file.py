@@ -1,5 +1,6 @@
 """The small files in a rig's state folder: whole or as they were, of these devices or of none."""
 
+import errno
 import math
 import os
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 
 from rtctl import state_file
+from rtctl.recording import state_folder
 
 
 @pytest.mark.parametrize("name", ["a.json.new", ".a.json.{pid}.tmp", "a.json"])
@@ -44,3 +46,13 @@ def test_a_damaged_file_says_nothing(tmp_path, text):
     file = tmp_path / "a.json"
     file.write_text(text)
     assert state_file.read(file, "ab", 1000) == {}
+
+
+def test_the_services_state_that_is_not_for_this_user_is_not_looked_at(tmp_path, monkeypatch):
+    class Closed(type(tmp_path)):
+        def is_dir(self):
+            raise PermissionError(errno.EACCES, "Permission denied", str(self))
+
+    monkeypatch.setenv("RTCTL_STATE_DIR", str(tmp_path / "own"))
+    monkeypatch.setattr(state_folder, "SYSTEM_STATE", Closed(tmp_path / "service"))
+    assert state_folder.written_folder("mock") == tmp_path / "own" / "mock"

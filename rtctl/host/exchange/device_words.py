@@ -138,6 +138,7 @@ class DeviceWords:
 
 
 def _best(found: list[Voice]) -> Voice | None:
+    # who names its axis leads a person to the wire, who has words to the remedy
     return max(found, key=lambda voice: (voice.axis is not None, bool(voice.text)), default=None)
 
 

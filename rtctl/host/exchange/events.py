@@ -29,6 +29,7 @@ _CAUSE: dict[tuple[State, State], str] = {
     (State.STOPPING, State.IDLE): "ramp finished",
     (State.STOPPING, State.SHUTDOWN): "ramp finished",
 }
+# in ARMING, ACTIVE and HOLD alike: the table of states has one event for each of them
 _REQUEST = {State.STOPPING: "stop or shutdown request", State.SHUTDOWN: "shutdown request"}
 
 
@@ -82,7 +83,9 @@ class EventDetector:
     book : FaultBook
         Where each fault came from.
     late : LateNews
-        Of the watch over late ticks, once there is one."""
+        Of the watch over late ticks, once there is one.
+    temperature : TemperatureWatch
+        Over the motors."""
 
     def __init__(
         self,
@@ -98,7 +101,7 @@ class EventDetector:
         self._state = int(State.INIT)
         self._faults = 0
         self._sequence = 0
-        self._temperature = TemperatureWatch(rig)
+        self.temperature = TemperatureWatch(rig)
         self._timing = TimingWatch(rig)
 
     def detect(self, rows: np.ndarray) -> list[dict[str, Any]]:
@@ -119,6 +122,7 @@ class EventDetector:
         for i in changed:
             now, before = int(faults[i]), int(faults_before[i])
             first = int(rows["fault_first"][i])
+            # -1: nothing is latched
             first_name = fault_entries(1 << first)[0]["name"] if first >= 0 else ""
             events += [
                 self._event(rows[i], "fault", {**entry, "first_cause": entry["name"] == first_name})
@@ -133,7 +137,7 @@ class EventDetector:
         events += [self._event(rows[i], EVENT, more) for i, more in self._timing.changes(rows)]
         slow = [
             *self._words.changes(),
-            *self._temperature.changes(rows[-1]),
+            *self.temperature.changes(rows[-1]),
             *self._friction.changes(),
             *self.late.changes(),
         ]
@@ -151,5 +155,6 @@ class EventDetector:
             "event": kind,
             **more,
         }
+        # clients tell by it what they have missed
         self._sequence += 1
         return event

@@ -13,12 +13,14 @@ from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.wire.fault_names import cause_bit, fault_entries
 from rtctl.wire.fault_words import PLACE, Entry
 
+# ARMING has 80 ms (`control.arming`): 1600 ticks at 20 kHz; more is a loop that does not go on
 MOST_ARMING_TICKS = 4000
 
 _LINK_BITS = {
     Fault.CHECKSUM: LinkFault.CHECKSUM,
     Fault.LINK_LOST: LinkFault.LOST,
     Fault.DEVICE: LinkFault.DEVICE,
+    # a missed sample becomes STALE, whatever it was missed for
     Fault.STALE: LinkFault.SEQUENCE | LinkFault.LOST | LinkFault.OVER_BUDGET,
 }
 _MOTOR = (Fault.ACTUATOR_LAG, Fault.ACTUATOR_WRONG, Fault.WIRING, Fault.CURRENT, Fault.DELAY)
@@ -70,6 +72,7 @@ class FaultBook:
         """Keep where each fault of the bits `appeared` comes from, as the tick `rows[i]` shows it."""
         scene = self._scene(rows, i)
         for number in range(appeared.bit_length()):
+            # a bit of another version has no judge
             if appeared >> number & 1 and 1 << number in Fault._value2member_map_:
                 fault = Fault(1 << number)
                 self._places[fault] = self._place(fault, scene, int(rows["tick"][i]))
@@ -101,6 +104,7 @@ class FaultBook:
     def _scene(self, rows: np.ndarray, i: int) -> Scene | None:
         if self._rig.params is None:
             return None
+        # only what was fresh and sound is a place to have moved from
         good = np.flatnonzero(rows["sample_age_ticks"][:i] == 0)
         arming = rows[: i + 1][rows["state"][: i + 1] == State.ARMING]
         return Scene(
@@ -121,7 +125,7 @@ class FaultBook:
         if rows["state"][-1] != State.ARMING:
             self._arming = []
             return
-        self._arming.append(rows[rows["state"] == State.ARMING].copy())
+        self._arming.append(rows[rows["state"] == State.ARMING])
         if sum(map(len, self._arming)) > MOST_ARMING_TICKS:
             self._arming = []
 

@@ -81,6 +81,7 @@ def locate(fault: Fault, scene: Scene) -> Where:
 def _worst(scores: np.ndarray, channel: str | None, detail: Callable[[int], str]) -> Where:
     """The axis with the largest score, if that is above 1 and so beyond its limit; not finite is beyond
     all."""
+    # a NaN passes every comparison by failing it
     scores = np.where(np.isfinite(scores), scores, math.inf)
     axis = int(np.argmax(scores))
     if not scores[axis] >= 1.0:
@@ -134,6 +135,7 @@ def _overspeed(scene: Scene) -> Where:
 def _velocity(scene: Scene) -> Where:
     own, measured = scene.row["velocity_rad_s"], scene.row["device_velocity_rad_s"]
     watched = scene.params["device_velocity_kind"] > 0
+    # an axis whose velocity is only recorded has none
     tolerance = np.maximum(scene.params["device_tolerance_rad_s"], 1e-9)
     gap = np.where(watched, np.abs(measured - own) / tolerance, 0.0)
     return _worst(gap, "velocity", lambda a: f"device {measured[a]:.4g} rad/s, encoder {own[a]:.4g}")
@@ -147,6 +149,7 @@ def _temperature(scene: Scene) -> Where:
 
 def _follow(scene: Scene) -> Where:
     p, measured = scene.params, scene.row["motor_torque_nm"]
+    # the current of a tick answers the torque of the one before
     sent = np.zeros_like(measured) if scene.before is None else scene.before["torque_applied_nm"]
     gap = np.where(p["follow_kind"] > 0, np.abs(measured - sent) / (0.2 * p["torque_limit_nm"]), 0.0)
     return _worst(gap, "current", lambda a: f"sent {sent[a]:.4g} N m, measured {measured[a]:.4g}")
@@ -189,8 +192,10 @@ def _wiring(scene: Scene) -> Where:
     sent, got = scene.arming["torque_applied_nm"], scene.arming["motor_torque_nm"]
     delay = scene.params["follow_delay_ticks"]
     for axis in np.flatnonzero(scene.params["follow_kind"] > 0):
+        # the middle of what it may be late by: pulses of 20 ms overlap all the same
         shift = 1 + int(delay[axis]) // 2
         pulse, answer = sent[:-shift, axis], got[shift:, axis]
+        # 1e-12: no pulse was sent yet
         share = float(pulse @ answer) / max(float(pulse @ pulse), 1e-12)
         if share < CURRENT_SHARE:
             return Where(int(axis), "current", f"{share:.2f} of the test pulse in the current")

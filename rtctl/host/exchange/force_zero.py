@@ -30,6 +30,7 @@ last, has a hand on it."""
 
 REMEDY = "if nobody touches the device, the sensor has moved: say so, `rtctl tare --hands-off`"
 
+# beyond it a file was spoilt: no sensor shows N or N m of this size
 _MOST = 1e9
 
 
@@ -78,10 +79,12 @@ class ForceZero:
             return
         self._screw = state["screw"].copy()
         self._taring = bool((state["tare_count"] < self._ticks).any())
+        # nothing new: `_seen` counts from 1, so that 0 is "no tare yet"
         if self._taring or (self._seen == state["tare_seen"] + 1 and (self._zero == state["tare"]).all()):
             return
         self._seen = int(state["tare_seen"]) + 1
         self._zero = state["tare"].copy()
+        # the law has carried out the very tare that somebody vouched for
         said = 0 < self._by_word <= state["tare_seen"]
         self._by_word = 0 if said else self._by_word
         if said or not self.refusal():
@@ -98,16 +101,19 @@ class ForceZero:
 
     def taring(self, asked: int) -> bool:
         """Whether the law still averages, or has not begun the tare of the request of this number."""
+        # 0: no tare was ever seen, so that none is awaited
         return self._taring or not (self._lost or self._seen in (0, asked + 1))
 
     def moved_nm(self) -> np.ndarray:
         """How far the zero is from the accepted one at each joint, N m; 0 where nothing is known."""
+        # as torque at the joint, by the present levers: a zero that moved along no lever moves nobody
         moved = (self._screw * (self._zero - self._accepted)).sum(axis=1)
         return np.where(np.isnan(self._accepted).any(axis=1) | (self._seen == 0), 0.0, moved)
 
     def refusal(self) -> str:
         """Why the rig must not be armed with this zero; empty where it may."""
         for a, moved in enumerate(self.moved_nm()):
+            # not `>`: a zero of NaN is refused
             if not abs(moved) <= self._limits[a]:
                 zero, before = self._screw[a] @ self._zero[a], self._screw[a] @ self._accepted[a]
                 return words(

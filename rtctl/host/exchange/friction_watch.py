@@ -67,6 +67,7 @@ class FrictionWatch:
             kept = state.read(folder, self._devices)
             for name, axis in self._axes.items():
                 state.restore(axis, kept.get(name))
+        # what was read back is on the disk already
         self._kept_strokes = self._taken
 
     @property
@@ -148,6 +149,7 @@ class FrictionWatch:
     def changes(self) -> np.ndarray | None:
         """What the law is to be asked for: change of the learned friction that each axis' feed-forward goes
         by; None: as before."""
+        # as a change, so that a command of zeros asks for the friction that was learned
         asked = np.array([0.0 if axis is None else axis.factor - 1.0 for axis in self._watch.axes])
         if (asked == self._asked).all():
             return None
@@ -172,6 +174,7 @@ class FrictionWatch:
         axes = {
             name: state.packed(axis)
             for name, axis in self._axes.items()
+            # an axis that was not moved has nothing to remember
             if len(axis.strokes.table) or axis.factor != 1.0
         }
         return partial(state.write, self._folder, self._devices, axes)

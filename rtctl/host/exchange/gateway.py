@@ -46,7 +46,6 @@ GIVEN_UP_S = 1.0
 nobody knows how long: whoever asked has been told that nobody answers, and may have a hand on the rig by
 then."""
 
-NOMINAL_LEAST_HZ = 100.0
 # one user's connections may send at once all that they may have outstanding
 BURST = MAX_OUTSTANDING_REQUESTS * CONNECTIONS
 
@@ -133,7 +132,7 @@ class Gateway:
         remote = self.access.remote
         self._requests = Requests(writer, self._rig, endpoints, latest, remote, book, friction, zero)
         self.counters = Counters()
-        rate_hz = 2.0 * max(self._rig.rate_hz, NOMINAL_LEAST_HZ)
+        rate_hz = 2.0 * self._rig.rate_hz
         self._request_rate = RateLimit(rate_hz, BURST, clock_s)
         self._target_rate = RateLimit(rate_hz, BURST, clock_s)
         expel = self.access.intruders.expel
@@ -173,6 +172,7 @@ class Gateway:
         self.access.look()
         share = max(1, limit // len(self.doors))  # one door cannot use up another's turn
         for frames in self.doors:
+            # as many as it may: more may wait
             flooded |= self._serve_door(frames, share) == share
         if self.access.renewed() and self._poller is not None:
             self.register(self._poller)

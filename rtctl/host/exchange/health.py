@@ -14,6 +14,7 @@ PHASES = ("wakeup", "read", "law", "write", "record", "cycle")
 """Durations of a tick whose percentiles are told; tick field `<phase>_ns`."""
 
 _PERCENT = {"p50": 50.0, "p99": 99.0, "p99.9": 99.9, "max": 100.0}
+# five seconds of the quickest loop (20 kHz)
 _MOST_ROWS = 100_000
 
 
@@ -36,6 +37,7 @@ class HealthWindow:
         while len(self._batches) > 1 and self._rows > _MOST_ROWS:
             self._rows -= len(self._batches.pop(0))
         self.ticks += len(rows)
+        # a view would keep the whole batch
         self._last = rows[-1:].copy()
 
     def take(self, book: FaultBook) -> dict[str, Any]:

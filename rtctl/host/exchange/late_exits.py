@@ -57,6 +57,7 @@ class Exits:
         self._socket = socket.socket(socket.AF_NETLINK, socket.SOCK_RAW | socket.SOCK_CLOEXEC, _GENERIC)
         self._core: int | None = None
         try:
+            # 0: the kernel gives a number of its own, so that two hosts of one machine do not collide
             self._socket.bind((0, 0))
             self._socket.setblocking(False)
             self._family = self._ask_family()
@@ -103,8 +104,8 @@ class Exits:
         return int(struct.unpack_from("<H", numbers[0])[0])
 
     def _send(self, family: int, command: int, attributes: bytes) -> bytes:
-        # version 1 of the interface, two reserved bytes
         """Ask, and return the answer that came before the kernel's word that all is well."""
+        # version 1 of the interface, two reserved bytes
         body = struct.pack("<BBH", command, 1, 0) + attributes
         self._socket.send(struct.pack("<IHHII", 16 + len(body), family, _REQUEST_ACK, 0, 0) + body)
         answer = b""

@@ -85,6 +85,7 @@ class LateWatch:
         if len(rows):
             known = rows if self._row is None else joined([self._row, rows])
             self._waiting += late_ticks(known, bound_ns(self._period_ns, self._early_ns()))
+            # the step from it to the next batch may be the late one
             self._row = rows[-1:].copy()
         self._look(now_ns, idle=not len(rows))
         self._tell(now_ns)
@@ -207,6 +208,7 @@ class LateWatch:
             "text": CAUSES[verdict.cause],
         }
         self.newest = self.newest[0] + 1, told
+        # the next worst is that of the next event
         self._told_ns, self._worst = now_ns, None
         self._untold.clear()
 

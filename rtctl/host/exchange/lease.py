@@ -63,6 +63,7 @@ class LeaseDesk:
         """The lease in force in this epoch, or None."""
         if self._lease is not None and self._lease.epoch != epoch:
             self.end("a stop or a fault ended it")
+        # looked at when somebody asks: no timer runs
         elif self._lease is not None and self._clock_s() > self._until_s:
             self.end(f"its holder was silent for {self.silence_s:g} s")
         return self._lease
@@ -97,6 +98,7 @@ class LeaseDesk:
         lease = self.present(epoch)
         if lease is None:
             return Refusal("lease_lost", f"this lease is over: {self.ended}; ask for a new one")
+        # both: a text that leaked is of no use to another user
         if lease.text != text or lease.user_id != user_id:
             return Refusal("lease_lost", f"{lease.holder} holds the lease now")
         self._until_s = self._clock_s() + self.silence_s

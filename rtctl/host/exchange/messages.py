@@ -20,8 +20,10 @@ from rtctl.wire.protocol import MAX_REQUEST_BYTES
 Id = int | str
 MAX_ID = 2**53
 """Largest integer id or epoch: every language's number holds it exactly."""
+# names have 32 characters at most, a lease 16
 _MAX_TEXT = 64
 _MAX_KEYS = 16
+# as many axes as there may be (`tick.MOST_AXES`)
 _MAX_ITEMS = 8
 _LEASE_TEXT = re.compile(r"[0-9a-f]{16}")
 
@@ -151,6 +153,7 @@ def _operation(message: dict[str, Any]) -> tuple[str, Operation]:
 
 def _epoch(message: dict[str, Any], *, required: bool) -> int | None:
     epoch = message.get("epoch")
+    # a nil that was sent is a wrong type, not a missing key
     if epoch is None and "epoch" not in message:
         if required:
             raise _RefuseError(

@@ -38,6 +38,7 @@ class Steering:
         if self._slot.stop_pending(row):
             return Refusal("wrong_epoch", "a stop is on its way to the loop")
         epoch = int(row["epoch"])
+        # a renewal: to claim anew would be refused, as it is taken
         if "lease" in request.values:
             lease = self._desk.renew(caller.user_id, request.values["lease"], epoch)
         else:
@@ -93,12 +94,14 @@ class Steering:
         """Move the proxy of the remote axes; only the holder of the lease."""
         if self._slot.stop_pending(row):
             return Refusal("wrong_epoch", "a stop is on its way to the loop")
+        # told, rather than followed by nothing: a renderer would not know why nothing moves
         if not (self._slot.command["environment_kind"] == Environment.REMOTE).any():
             return Refusal("not_remote", "no axis has the environment `remote`; set it first")
         epoch = int(row["epoch"])
         lease = self._desk.renew(caller.user_id, request.values["lease"], epoch)
         if isinstance(lease, Refusal):
             return lease
+        # 0: a renderer that tells no velocity holds its proxy still between two targets
         position, velocity = request.values["position_rad"], request.values.get("velocity_rad_s", 0.0)
         return {"command_seq": self._slot.target(epoch, lease.number, position, velocity)}
 

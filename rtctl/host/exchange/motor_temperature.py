@@ -60,6 +60,11 @@ class TemperatureWatch:
         self._rig = rig
         self._present: dict[str, dict[str, str]] = {}
 
+    @property
+    def present(self) -> list[dict[str, str]]:
+        """The warnings that have been told and not taken back."""
+        return list(self._present.values())
+
     def changes(self, row: np.void) -> list[tuple[str, dict[str, Any]]]:
         """Kind (`warning` or `warning_cleared`) and warning, of what changed up to this tick."""
         before = self._present

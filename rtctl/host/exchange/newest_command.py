@@ -26,6 +26,7 @@ class CommandSlot:
 
     def __init__(self, writer: CommandWriter) -> None:
         self._writer = writer
+        # a view: an edit is in the mailbox with the next `send`
         self.command: np.void = writer.command[0]
         self.stop_seq = 0
 

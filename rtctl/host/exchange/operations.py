@@ -54,6 +54,7 @@ def allowed(op: str, role: str) -> bool:
 _AXIS = Key("axis", "axis", "the axis, by name or index", required=True)
 _LEASE = Key("lease", "lease", "the text the operation `lease` gave", required=True)
 _HELD = Key("lease", "lease", "the lease that is held already: renews it")
+# high: every language's number holds it exactly (`messages.MAX_ID`)
 _DECIDED = Key("tick", "number", "the tick in which it was decided", low=0, high=2**53)
 
 OPERATIONS: dict[str, Operation] = {

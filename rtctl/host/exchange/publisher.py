@@ -34,6 +34,7 @@ DEAF_S = 1.0
 """For so long nothing is made of what comes from somebody who was expelled: it was sent before, and is on its
 way."""
 
+# a send must not wait for a crowd: what is left is looked at with the next one
 _LOOKS_PER_SEND = 64
 
 

@@ -29,10 +29,12 @@ class RateLimit:
     def allows(self, client: str) -> bool:
         """Whether `client` may send one more message now; takes a token if so."""
         now = self._clock_s()
+        # taken out and put back: the order of the dict is then that of their last use
         tokens, seen = self._buckets.pop(client, (self._burst, now))
         tokens = min(self._burst, tokens + (now - seen) * self._rate_hz)
         allowed = tokens >= 1.0
         self._buckets[client] = (tokens - 1.0 if allowed else tokens, now)
+        # a forgotten client begins with a whole burst again, which is bounded too
         if len(self._buckets) > MOST_CLIENTS:
             self._buckets.popitem(last=False)
         return allowed

@@ -120,10 +120,12 @@ class Requests:
                 "forbidden",
                 f"{request.op} is for the role {OPERATIONS[request.op].role}; {caller.name} is {caller.role}",
             )
+        # a stop counts in every epoch
         if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:
             void = f"epoch {request.epoch} is void, {row['epoch']} is in force: a stop came between"
             return Refusal("wrong_epoch", f"{void}, or a restart; ask for the status, decide anew")
         state = State(int(row["state"]))
+        # to ask, and to stop, is for everybody in every state
         if state in CLOSED and OPERATIONS[request.op].role != "observer":
             return Refusal("not_ready", f"state {state.name}: it ends when a person restarts the daemon")
         return self._handlers[request.op](request, row, caller)

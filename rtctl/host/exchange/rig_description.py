@@ -19,6 +19,7 @@ from rtctl.rig_file.config import LoadedConfig
 Bounds = Mapping[str, tuple[float, float]]
 """Key of a request -> lowest and highest value accepted."""
 
+# 32 bits: telemetry has it as a float, too, which holds them exactly
 SESSION = secrets.randbits(32)
 """Random number of this run of the daemon; a client that sees it change knows of the restart."""
 
@@ -100,6 +101,7 @@ class RigDescription:
     def __post_init__(self) -> None:
         if self.start_wall_ns < 0:
             clock_ns = 0 if self.virtual else time.monotonic_ns()
+            # frozen: this is the one moment at which it may be filled
             object.__setattr__(self, "start_wall_ns", time.time_ns() - clock_ns)
 
     @property

@@ -40,6 +40,7 @@ class Histogram:
         total = int(self._counts.sum())
         if total == 0:
             return 0.0
+        # max: of few counts a small percentile is the first of them
         cell = int(np.searchsorted(np.cumsum(self._counts), max(1.0, percent / 100 * total)))
         return float(min(2.0 ** ((cell + 1) / _PER_OCTAVE) - 1, self.max_ns) / 1e3)
 

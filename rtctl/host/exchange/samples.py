@@ -19,12 +19,14 @@ class Decimator:
 
     def __init__(self, rate_hz: float, state_hz: float) -> None:
         self._stride = max(1, round(rate_hz / state_hz))
+        # before every slot: the first tick is shown
         self._slot = -1
 
     def pick(self, ticks: np.ndarray) -> np.ndarray:
         """Indices of the ticks to show. `ticks` are tick numbers, shape (n,), in order over all calls."""
         if len(ticks) == 0:
             return np.zeros(0, np.intp)
+        # by the grid, not by counting: after missed ticks samples lie on the same slots as before
         slots = ticks // self._stride
         before = np.concatenate(([self._slot], slots[:-1]))
         self._slot = int(slots[-1])

@@ -20,7 +20,6 @@ from rtctl.host.exchange.fault_book import FaultBook
 from rtctl.host.exchange.friction_watch import FrictionWatch
 from rtctl.host.exchange.health import HealthWindow
 from rtctl.host.exchange.late_watch import LateWatch
-from rtctl.host.exchange.motor_temperature import temperature_warnings
 from rtctl.host.exchange.publisher import HasSocket, Publisher
 from rtctl.host.exchange.rig_description import RigDescription, describe
 from rtctl.host.exchange.samples import Decimator, state_samples, tick_columns
@@ -124,7 +123,6 @@ class Telemetry:
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig, words, friction)
         self._health = HealthWindow()
-        self._newest: np.void | None = None
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
         self._states = self._batches = self._healths = self._rows = self._overwritten = 0
         self.published = self.dropped = 0
@@ -175,12 +173,15 @@ class Telemetry:
             Complete ticks since the last call, oldest first; may be empty.
         overwritten
             Ticks lost so far between the loop and the host, all of them before the last of `rows`."""
+        # before the ticks: the first message after a loss says so
         self._overwritten = overwritten
         for first in range(0, len(rows), MOST_ROWS):
             self._publish_ticks(rows[first : first + MOST_ROWS])
         now_ns = self._clock_ns()
         if now_ns >= self._next_health_ns:
-            self._next_health_ns = max(self._next_health_ns + HEALTH_PERIOD_NS, now_ns)
+            due_ns = self._next_health_ns + HEALTH_PERIOD_NS
+            # after a standstill anew: percentiles and rate are of a second, not of the next batch alone
+            self._next_health_ns = due_ns if due_ns > now_ns else now_ns + HEALTH_PERIOD_NS
             self._publish_health(now_ns)
 
     def counts(self) -> dict[str, int]:
@@ -194,7 +195,6 @@ class Telemetry:
 
     def _publish_ticks(self, rows: np.ndarray) -> None:
         self._health.add(rows)
-        self._newest = rows[-1].copy()
         events = self._events.detect(rows)
         if events:
             self._send(TOPIC_EVENT, events)
@@ -252,7 +252,8 @@ class Telemetry:
             self._send(TOPIC_SETUP, {"session": rig.session, **self.setup()})
 
     def _warnings(self) -> list[dict[str, str]]:
-        of_motors = [] if self._newest is None else temperature_warnings(self._rig, self._newest)
+        # as the events have them: judged anew, a motor at the bound would flicker here
+        of_motors = self._events.temperature.present
         return of_motors + ([] if self._friction is None else self._friction.warnings())
 
     def _send(self, topic: bytes, message: object) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 
 from rtctl.host.exchange.health import percentiles_us
 
+# a loop that stands takes none: the oldest are forgotten
 _MOST_WAITING = 4096
 
 
@@ -37,6 +38,7 @@ class TargetLatency:
         while self._waiting and self._waiting[0][0] <= newest:
             seq, read_ns = self._waiting.popleft()
             row = rows[np.searchsorted(rows["command_seq"], seq)]
+            # 0: a target that was read within the cycle that took it
             self._taken_ns.append(max(0, int(row["time_ns"]) + int(row["wakeup_ns"]) - read_ns))
 
     def take(self) -> dict[str, float] | None:

@@ -18,6 +18,7 @@ from rtctl.wire.sockets import user_id
 FRAMES_PER_CALL = 256
 """Most messages read in one turn from one door."""
 
+# few: only the newest counts, and what waits is old
 OPTIONS = {zmq.RCVHWM: 8, zmq.SNDHWM: 1, zmq.ROUTER_HANDOVER: 0}
 
 
@@ -64,6 +65,7 @@ class TargetInbox:
         """Hand on the newest targets. True when more messages wait than one turn reads."""
         newest: dict[tuple[int, bytes], tuple[str, bytes]] = {}
         more = False
+        # before reading: what waited here counts as latency
         self.read_ns = time.monotonic_ns()
         for number, door in enumerate(self.doors):
             more |= self._read(number, door, newest)

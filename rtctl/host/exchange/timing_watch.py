@@ -41,6 +41,7 @@ class TimingWatch:
         found = []
         for a, axis in enumerate(self._rig.axes):
             delay = float(row["arming_delay_ticks"][a])
+            # no current is measured there, so that nothing answered
             if math.isnan(delay):
                 continue
             found.append({

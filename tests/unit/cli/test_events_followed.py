@@ -8,6 +8,7 @@ from pathlib import Path
 import in_process
 import pytest
 
+from rtctl.cli.events import line
 from rtctl.recording import event_log
 
 
@@ -37,3 +38,8 @@ def test_what_is_written_while_the_log_is_read_is_shown_once(
     )
     assert code == 0
     assert [json.loads(line)["tick"] for line in said.splitlines()] == [0, 1, 2]
+
+
+def test_the_command_of_an_incident_can_be_pasted_wherever_its_file_lies() -> None:
+    told = line({**_event(1), "event": "incident", "ticks": 3, "file": "/home/lab rig/a.npz"})
+    assert told.endswith("incident '/home/lab rig/a.npz'")

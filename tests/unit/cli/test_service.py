@@ -141,6 +141,17 @@ def test_uninstall_leaves_data_unless_purged_and_nothing_at_all_with_the_last_ri
     assert "nothing of rig 'mock'" in call("uninstall", "mock", "--root", tmp_path).output
 
 
+def test_data_that_a_link_leads_to_stay_when_the_link_is_purged(tmp_path):
+    call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    (tmp_path / "disk").mkdir()
+    (tmp_path / "disk/a.mcap").write_text("")
+    (tmp_path / "var/lib/rtctl").mkdir(parents=True)
+    (tmp_path / "var/lib/rtctl/mock").symlink_to(tmp_path / "disk")
+    assert call("uninstall", "mock", "--purge", "--root", tmp_path).exit_code == 0
+    assert tree(tmp_path) == {"disk/a.mcap": b""}
+    assert not (tmp_path / "var/lib/rtctl/mock").is_symlink()
+
+
 def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(service.sys, "executable", "/home/anna/venv/bin/python")
@@ -204,6 +215,16 @@ def test_it_compiles_as_the_user_of_the_service_in_its_cache_before_that_starts(
     for name in ("User", "Group", "CacheDirectory", "CacheDirectoryMode", "UMask"):
         (line,) = (line for line in unit.splitlines() if line.startswith(f"{name}="))
         assert line in step, "as the unit says"
+
+
+def test_a_python_below_a_folder_with_a_space_is_one_word_of_the_unit(monkeypatch):
+    monkeypatch.undo()
+    monkeypatch.setattr(service, "HIDDEN", ())
+    monkeypatch.setattr(service.sys, "executable", "/opt/my rig/bin/python")
+    command = service.own_command()
+    assert shlex.split(command) == ["/opt/my rig/bin/python", "-m", "rtctl"]
+    step = service.compile_command(command, Path("/etc/rtctl/mock.toml"))
+    assert step[-5:-2] == ["/opt/my rig/bin/python", "-m", "rtctl"]
 
 
 def test_an_installation_goes_on_where_nothing_could_be_compiled_before(capfd, monkeypatch, tmp_path):

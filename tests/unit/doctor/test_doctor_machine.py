@@ -102,7 +102,12 @@ def test_the_loops_core_is_looked_up_in_the_isolated_ones(tmp_path, isolated, st
     assert line.status == status
     if status == "warn":
         assert "isolcpus=3" in line.fix
+        assert "irqaffinity=0" in line.fix
         assert "loop.cpu = 3" in line.fix
+
+
+def test_devices_are_not_sent_to_the_loops_own_core(tmp_path):
+    assert "irqaffinity=1" in machine.isolation(tmp_path, 0).fix
 
 
 def interrupts(root):

@@ -152,3 +152,18 @@ def test_a_fault_that_flickers_is_counted_instead_of_filling_the_log(tmp_path):
     assert listed + sum(e.get("suppressed", 0) for e in told) == changes
     assert any(e.get("name") == "STALE" and e["event"] == "fault" for e in events)
     assert any(e.get("to") == "FAULT" for e in events)
+
+
+def test_a_number_that_is_none_does_not_end_the_log(tmp_path):
+    recorder = FlightRecorder(tmp_path, RIG)
+    recorder.observe(rows(0, 300, State.ARMING))
+    measured = rows(300, 300, State.FAULT, Fault.JUMP)
+    measured["arming_delay_ticks"], measured["arming_gain"] = 2.0, np.nan
+    recorder.observe(measured)
+    recorder.close()
+    events, torn = read_events(tmp_path)
+    assert torn == 0
+    assert events[-1]["event"] == "ended"
+    assert next(e for e in events if e["event"] == "measured")["gain"] is None
+    (incident,) = [e for e in events if e["event"] == "incident"]
+    assert read_incident(Path(incident["file"])).trigger["to"] == "FAULT"

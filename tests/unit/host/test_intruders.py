@@ -212,8 +212,11 @@ def test_of_a_crowd_the_silent_go_and_no_more_stay_than_there_is_room_for(house,
 
 
 def test_of_a_local_crowd_whoever_was_let_in_stays(house, monkeypatch):
-    monkeypatch.setattr(module, "STRANGERS", 8)
+    monkeypatch.setattr(module, "STRANGERS", 0)
     known = house.enter(house.command.address)
+    house.turn(0.006)
+    assert "crowd" not in house.kinds(), "who was let in is no stranger"
+    monkeypatch.setattr(module, "STRANGERS", 8)
     (first,) = house.command.connections.descriptors()
     true_peer = traffic.local_peer
     monkeypatch.setattr(module, "local_peer", lambda one: true_peer(one) if one == first else "ipc:0:0:1")

@@ -2,7 +2,7 @@
 
 from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import State
-from rtctl.host.reload import AT_REST, compare, environment_fields, refused
+from rtctl.host.reload import AT_REST, axes_of, compare, environment_fields, refused
 from rtctl.rig_file import config
 from rtctl.simulation.shipped_files import shipped_config
 
@@ -35,9 +35,19 @@ def test_an_environment_is_taken_and_a_limit_needs_a_restart(tmp_path):
     command = plan.build(before).command
     fresh = plan.build(after).command
     command["arm_count"], fresh["arm_count"] = 5, 9
-    environment_fields(command, fresh)
+    environment_fields(command, fresh, axes_of(changes.taken))
     assert command["environment_stiffness_nm_rad"][0, 0] == 10.0
     assert command["arm_count"] == 5
+
+
+def test_an_environment_that_a_client_set_stays_where_the_file_says_of_it_what_it_said(tmp_path):
+    loaded = config.load(shipped_config("mock-2axis.toml"))
+    command, fresh = (plan.build(loaded).command for _ in range(2))
+    command["environment_stiffness_nm_rad"][0] = 3.0, 4.0
+    fresh["environment_stiffness_nm_rad"][0] = 5.0, 6.0
+    taken = ["axis[1].environment.kind", "axis[1].environment.stiffness_nm_rad"]
+    environment_fields(command, fresh, axes_of(taken))
+    assert command["environment_stiffness_nm_rad"].tolist() == [[3.0, 6.0]]
 
 
 def test_nothing_changed_is_said(tmp_path):

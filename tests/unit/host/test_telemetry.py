@@ -1,4 +1,5 @@
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 
 import msgpack
@@ -145,6 +146,33 @@ def test_health_comes_once_a_second_also_when_the_loop_is_silent(air):
     last = messages[-1]
     assert (last["overwritten"], last["commands"], last["wakeup_us"]) == (5, {"malformed": 3}, None)
     assert last["realtime"][0]["granted"] is False
+
+
+def test_a_host_that_stood_still_tells_one_health_and_the_next_a_second_later(air):
+    air.open()
+    socket = air.subscribe(TOPIC_HEALTH)
+    air.settle(socket)
+    air.clock.ns += 5_000_000_000
+    for _ in range(10):
+        air.telemetry.publish(air.rows(10), 0)
+        air.clock.ns += 100_000_000
+    assert len(air.heard(socket)) == 1
+
+
+def test_a_warning_stands_in_health_until_its_event_takes_it_back(air):
+    air.open(replace(RIG, axes=(AxisDescription("a", {}, (20.0, 30.0)),)))
+    socket = air.subscribe()
+    air.settle(socket)
+    told, events = [], []
+    for celsius in (36.0, 34.5, 33.5):
+        air.clock.ns += 1_000_000_000
+        rows = air.rows(10)
+        rows["temperature_c"] = celsius
+        air.telemetry.publish(rows, 0)
+        heard = air.heard(socket)
+        told += [len(message["warnings"]) for topic, message in heard if topic == TOPIC_HEALTH]
+        events += [one["event"] for topic, message in heard if topic == TOPIC_EVENT for one in message]
+    assert (told, events) == ([1, 1, 0], ["warning", "warning_cleared"])
 
 
 def test_nothing_is_dropped_while_nobody_listens(air):

@@ -184,3 +184,11 @@ def test_follow_waits_for_a_log_that_is_not_there_yet_and_goes_on_where_it_was_t
         assert [next(stream)["tick"] for _ in range(2)] == [5, 6]
     finally:
         event_log.time.sleep = saved
+
+
+def test_a_number_that_is_none_is_null(tmp_path):
+    log = EventLog(tmp_path)
+    log.append([event(0, gain=float("nan"), axes=[{"delay_s": float("inf")}])])
+    log.close()
+    ((found,), torn) = read_events(tmp_path)
+    assert (found["gain"], found["axes"], torn) == (None, [{"delay_s": None}], 0)

@@ -9,7 +9,7 @@ from rtctl.errors import DataError
 from rtctl.host.exchange.events import EventDetector
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.recording import incident as incidents
-from rtctl.recording.incident import Capture, prune, read_incident, write_incident
+from rtctl.recording.incident import KEPT_FILES, Capture, Incident, prune, read_incident, write_incident
 from rtctl.recording.incident_plot import plot_incident
 from rtctl.recording.incident_report import summary
 from rtctl.tick import new_ticks
@@ -172,6 +172,15 @@ def test_the_oldest_files_go_first_by_count_and_by_size(tmp_path):
     assert sorted(p.name[7] for p in tmp_path.iterdir()) == list("89")
     prune(tmp_path, files=5, size=10)
     assert len(list(tmp_path.iterdir())) == 1, "the newest stays whatever its size"
+
+
+def test_an_incident_of_a_clock_that_was_set_back_outlives_its_own_writing(tmp_path):
+    for k in range(KEPT_FILES):
+        (tmp_path / f"2030{k:02}.npz").write_bytes(bytes(100))
+    event = {"event": "state", "to": "FAULT", "cause": "JUMP", "tick": 7, "timestamp": 0.0}
+    path = write_incident(tmp_path, Incident(event, new_ticks(3, 1)))
+    assert path.exists()
+    assert len(list(tmp_path.iterdir())) == KEPT_FILES
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no archive at all"])

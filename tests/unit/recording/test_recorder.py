@@ -120,6 +120,21 @@ def test_a_folder_that_cannot_be_made_costs_the_recording_only(tmp_path):
     assert "file" in made.status()["broken"]
 
 
+@pytest.mark.parametrize("event", [{"event": "fault"}, {"timestamp": 1.0, "event": object()}])
+def test_an_event_that_cannot_be_recorded_is_told_and_what_comes_after_it_is_kept(
+    tmp_path, monkeypatch, event
+):
+    monkeypatch.setattr(recorder, "RETRY_S", 0.0)
+    rows, commands = run()
+    made = Recorder(tmp_path, setup(), ROOM, wait=True)
+    made.observe(0, rows[:20], [event], commands)
+    feed(made, rows[20:], commands[:0], first=20)
+    assert made.close()
+    status = made.status()
+    assert "cannot be recorded" in status["broken"]
+    assert (status["dropped"], status["ticks"]) == (20, len(rows) - 20)
+
+
 def test_a_disk_that_is_really_full(tmp_path):
     """A limit on the size of files: the write fails in the middle of a chunk, as on a full disk."""
     import subprocess

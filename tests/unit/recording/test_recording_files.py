@@ -227,3 +227,13 @@ def test_other_files_are_refused_by_name(tmp_path, content):
         RecordingReader([path])
     with pytest.raises(DataError, match="missing"):
         RecordingReader([tmp_path / "missing.mcap"])
+
+
+@pytest.mark.parametrize("motion", ['["rotary"', '["lineaR"]', '["rotary", "rotary"]', "7", '"rotary"'])
+def test_a_motion_that_is_damaged_is_told_and_what_is_taken_in_its_place(tmp_path, motion):
+    rows, commands = run()
+    reader = RecordingReader(write(tmp_path, rows, commands, setup(motion=motion)).files)
+    assert reader.motions == ["rotary"]
+    (note,) = reader.notes
+    assert "motion is" in note
+    assert overview(reader)["damaged"] == [note]
