@@ -9,7 +9,30 @@ PLAN = "tests/unit/test_plan_arrays.py"
 TIMES = "test_a_ramp_is_never_longer_and_a_renderers_silence_never_shorter_than_at_1_khz"
 UNIT = "tests/unit/host/test_force_zero.py"
 
+ANEW = "tests/integration/test_installed_anew.py"
+
 SEEDS = (
+    Seed(
+        "a safe stop imports what opens a device when it needs it", "rtctl/host/safe_stop.py",
+        "for module in modules if self._actuators else ():", "for module in ():",
+        (f"{ANEW}::test_a_loop_that_dies_after_that_is_still_stopped_through_a_device_opened_afresh",),
+    ),
+    Seed(
+        "a device whose code fails keeps the others from being stopped", "rtctl/host/safe_stop.py",
+        "with contextlib.suppress(Exception):", "with contextlib.suppress(BackendError):",
+        ("tests/unit/host/test_safe_stop.py"
+         "::test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped",),
+    ),
+    Seed(
+        "a daemon of two versions serves", "rtctl/host/waiting_loop.py",
+        "    if installed_anew():", "    if False:",
+        (f"{ANEW}::test_one_that_was_installed_anew_while_it_started_does_not_serve",),
+    ),
+    Seed(
+        "code of one version's constants is kept under another's key", "hw/code_cache.py",
+        "if self.usable() and not installed_anew():", "if self.usable():",
+        ("tests/unit/hw/test_code_cache.py::test_what_is_compiled_of_a_package_that_was_replaced_is_not_kept",),
+    ),
     Seed(
         "the first tare after a start knows no zero before it", ZERO,
         "self._take_up(state_file.read(", "_ = (state_file.read(",
