@@ -24,6 +24,16 @@ SEEDS = (
          "::test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped",),
     ),
     Seed(
+        "a word of before a stop that the loop has not seen counts", "rtctl/host/exchange/requests.py",
+        "request.op not in (\"stop\", \"arm\") and self._slot.stop_pending(row)", "False",
+        (f"{REFUSED}::test_what_was_asked_in_an_epoch_is_void_from_a_stop_on_that_the_loop_has_not_seen",),
+    ),
+    Seed(
+        "who says that nobody touches the device says it for ever", "rtctl/host/exchange/requests.py",
+        "if \"hands\" in request.values and request.epoch is None:", "if False:",
+        (f"{REFUSED}::test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none",),
+    ),
+    Seed(
         "a daemon of two versions serves", "rtctl/host/waiting_loop.py",
         "    if installed_anew():", "    if False:",
         (f"{ANEW}::test_one_that_was_installed_anew_while_it_started_does_not_serve",),

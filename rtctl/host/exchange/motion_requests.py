@@ -35,8 +35,6 @@ class Steering:
 
     def lease(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Give or renew the lease."""
-        if self._slot.stop_pending(row):
-            return Refusal("wrong_epoch", "a stop is on its way to the loop")
         epoch = int(row["epoch"])
         if "lease" in request.values:
             lease = self._desk.renew(caller.user_id, request.values["lease"], epoch)
@@ -91,8 +89,6 @@ class Steering:
 
     def target(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Move the proxy of the remote axes; only the holder of the lease."""
-        if self._slot.stop_pending(row):
-            return Refusal("wrong_epoch", "a stop is on its way to the loop")
         if not (self._slot.command["environment_kind"] == Environment.REMOTE).any():
             return Refusal("not_remote", "no axis has the environment `remote`; set it first")
         epoch = int(row["epoch"])

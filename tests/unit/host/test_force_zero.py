@@ -171,7 +171,7 @@ def test_nothing_is_armed_while_the_zero_is_not_known_nor_with_one_that_moved(ri
     assert desk.sent["arm_count"] == 1
     zero.follow(law(1.0, seen=1))
     assert "a hand pulled while it was tared" in desk.refused("not_ready", "arm", 0)
-    desk.ask("tare", hands="off")
+    desk.ask("tare", 0, hands="off")
     desk.ask("arm", 0)
     zero.follow(law(1.0, seen=2))
     assert desk.sent["arm_count"] == 1
