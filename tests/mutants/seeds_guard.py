@@ -9,6 +9,7 @@ PLAN = "tests/unit/test_plan_arrays.py"
 TIMES = "test_a_ramp_is_never_longer_and_a_renderers_silence_never_shorter_than_at_1_khz"
 UNIT = "tests/unit/host/test_force_zero.py"
 
+DISK = "tests/attacks/test_full_disk.py"
 ANEW = "tests/integration/test_installed_anew.py"
 
 SEEDS = (
@@ -32,6 +33,16 @@ SEEDS = (
         "who says that nobody touches the device says it for ever", "rtctl/host/exchange/requests.py",
         "if \"hands\" in request.values and request.epoch is None:", "if False:",
         (f"{REFUSED}::test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none",),
+    ),
+    Seed(
+        "a zero that the disk refused counts as kept", ZERO,
+        "if offered == news and now_ns - at_ns < AGAIN_NS:", "if offered == news:",
+        (f"{DISK}::test_a_zero_that_the_disk_refuses_is_told_and_written_once_there_is_room",),
+    ),
+    Seed(
+        "what the next run is not told, nobody is told", "rtctl/host/flight_recorder.py",
+        "self.state_broken[what] = why", "_ = why",
+        (f"{DISK}::test_a_zero_that_the_disk_refuses_is_told_and_written_once_there_is_room",),
     ),
     Seed(
         "a daemon of two versions serves", "rtctl/host/waiting_loop.py",
