@@ -9,7 +9,7 @@ PLAN = "tests/unit/test_plan_arrays.py"
 TIMES = "test_a_ramp_is_never_longer_and_a_renderers_silence_never_shorter_than_at_1_khz"
 UNIT = "tests/unit/host/test_force_zero.py"
 
-DISK = "tests/attacks/test_full_disk.py"
+HOST = "tests/unit/host"
 ANEW = "tests/integration/test_installed_anew.py"
 
 SEEDS = (
@@ -37,12 +37,18 @@ SEEDS = (
     Seed(
         "a zero that the disk refused counts as kept", ZERO,
         "if offered == news and now_ns - at_ns < AGAIN_NS:", "if offered == news:",
-        (f"{DISK}::test_a_zero_that_the_disk_refuses_is_told_and_written_once_there_is_room",),
+        (f"{UNIT}::test_a_zero_that_the_disk_refused_is_given_again_after_a_while",),
     ),
     Seed(
         "what the next run is not told, nobody is told", "rtctl/host/flight_recorder.py",
         "self.state_broken[what] = why", "_ = why",
-        (f"{DISK}::test_a_zero_that_the_disk_refuses_is_told_and_written_once_there_is_room",),
+        (f"{HOST}/test_flight_recorder.py::test_what_the_next_run_is_not_told_is_known_until_it_is",),
+    ),
+    Seed(
+        "the newest incident is the one of the latest date", "rtctl/recording/incident.py",
+        "key=lambda at: (at.name <= written, at.name)", "key=lambda at: at.name",
+        ("tests/unit/recording/test_incident.py"
+         "::test_what_a_clock_that_went_back_dates_long_ago_is_not_the_first_to_go",),
     ),
     Seed(
         "a daemon of two versions serves", "rtctl/host/waiting_loop.py",

@@ -1,9 +1,10 @@
+import errno
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import LoopDiedError
@@ -152,3 +153,17 @@ def test_a_fault_that_flickers_is_counted_instead_of_filling_the_log(tmp_path):
     assert listed + sum(e.get("suppressed", 0) for e in told) == changes
     assert any(e.get("name") == "STALE" and e["event"] == "fault" for e in events)
     assert any(e.get("to") == "FAULT" for e in events)
+
+
+def test_what_the_next_run_is_not_told_is_known_until_it_is(tmp_path):
+    def full():
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    recorder = FlightRecorder(tmp_path, RIG)
+    recorder.later("zero of the force", full)
+    until(lambda: recorder.state_broken["zero of the force"] == f"{tmp_path}: No space left on device")
+    assert recorder.status()["broken"] == f"{tmp_path}: No space left on device"
+    assert recorder.broken is None, "the event log is another file"
+    recorder.later("zero of the force", lambda: None)
+    recorder.close()
+    assert recorder.status()["broken"] is None

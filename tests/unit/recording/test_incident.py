@@ -1,5 +1,6 @@
 import errno
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -166,12 +167,23 @@ def test_the_oldest_files_go_first_by_count_and_by_size(tmp_path):
     for k in range(10):
         (tmp_path / f"2026010{k}.npz").write_bytes(bytes(100))
     (tmp_path / "x.part").write_bytes(b"left by a crash")
-    prune(tmp_path, files=5)
+    prune(tmp_path, "20260109.npz", files=5)
     assert sorted(p.name[7] for p in tmp_path.iterdir()) == list("56789")
-    prune(tmp_path, files=5, size=250)
+    prune(tmp_path, "20260109.npz", files=5, size=250)
     assert sorted(p.name[7] for p in tmp_path.iterdir()) == list("89")
-    prune(tmp_path, files=5, size=10)
+    prune(tmp_path, "20260109.npz", files=5, size=10)
     assert len(list(tmp_path.iterdir())) == 1, "the newest stays whatever its size"
+
+
+def test_what_a_clock_that_went_back_dates_long_ago_is_not_the_first_to_go(tmp_path, monkeypatch):
+    for k in range(10):
+        (tmp_path / f"20260101T00000{k}.npz").write_bytes(bytes(100))
+    monkeypatch.setattr(incidents.prune, "__defaults__", (5, 1 << 20))
+    made = an_incident()
+    for year_2000_s in (946_684_800, 946_684_801):
+        path = write_incident(tmp_path, replace(made, trigger={**made.trigger, "timestamp": year_2000_s}))
+        assert path.exists()
+    assert [path.name[:4] for path in sorted(tmp_path.iterdir())] == ["2000"] * 2 + ["2026"] * 3
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no archive at all"])
