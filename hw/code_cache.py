@@ -19,6 +19,7 @@ from typing import Any
 
 from llvmlite import binding
 
+from hw import installed_anew
 from hw.compile_key import module_key, remember
 from hw.numba_alone import caching, nrt
 from hw.private_cache import OwnFiles, make_private
@@ -116,7 +117,8 @@ class CodeCache(caching.FunctionCache):
         for hear in on_compiled:
             hear(len(made_here))
         numbas: Any = super()
-        if self.usable():
+        # else the key may be of one version's sources, the constants in the code of another's
+        if self.usable() and not installed_anew():
             with alone(Path(self._cache_path)):
                 numbas.save_overload(sig, data)
 

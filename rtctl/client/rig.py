@@ -203,7 +203,8 @@ class RigClient(Worlds, Listener):
 
         A force that looks like a hand is refused (`not_ready`). With `hands_off` you say that nobody touches
         the device: the sensor itself has moved."""
-        self._call("tare", **({"hands": "off"} if hands_off else {}))
+        values = {"hands": "off", "epoch": self.status()["epoch"]} if hands_off else {}
+        self._call("tare", **values)
 
     # -- setting values
 

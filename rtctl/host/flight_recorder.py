@@ -28,6 +28,10 @@ from rtctl.recording.event_log import Event, EventLog
 from rtctl.recording.incident import FOLDER, Capture, Incident, write_incident
 from rtctl.rig_file import measured_timing as timing
 
+STATE = ("zero of the force", "state of the friction")
+TIMING = "measured timing"
+"""What the next run is told by this one."""
+
 QUEUE_ITEMS = 256
 END_S = 2.0
 """Longest wait for the disk at the end of a run."""
@@ -35,7 +39,7 @@ END_S = 2.0
 Task = Callable[[], None]
 """Writes something; may raise OSError, which is nobody's loss but its own."""
 
-_Item = list[Event] | Incident | Task | None
+_Item = list[Event] | Incident | tuple[str, Task] | None
 
 
 class FlightRecorder:
@@ -81,6 +85,7 @@ class FlightRecorder:
         self._time_ns = 0 if rig.virtual else time.monotonic_ns()
         self._crowded = self._incidents = self._incidents_lost = 0
         self._incident_error: str | None = None
+        self.state_broken: dict[str, str | None] = dict.fromkeys((*STATE, TIMING))
         self._put([self._event("started", pid=os.getpid(), **self._about)])
         # daemon: a write that hangs in the kernel must not keep the process
         self._thread = threading.Thread(target=self._work, name="flight-recorder", daemon=True)
@@ -103,11 +108,11 @@ class FlightRecorder:
         """Keep the events of the watch over late ticks too."""
         self._detector.late.watch = watch
 
-    def later(self, task: Task) -> None:
-        """Have the thread do what may wait for the disk. Left out where the queue is full: it is asked
-        again."""
+    def later(self, what: str, task: Task) -> None:
+        """Have the thread do what may wait for the disk: `what` of STATE is written. Left out where the queue
+        is full: it is asked again."""
         with suppress(queue.Full):
-            self._queue.put_nowait(task)
+            self._queue.put_nowait((what, task))
 
     def status(self) -> dict[str, Any]:
         """How the log is doing, for `health` and the closing summary.
@@ -115,7 +120,7 @@ class FlightRecorder:
         `broken` is None, or why events or incidents could last not be written."""
         return {
             "folder": str(self.folder),
-            "broken": self.broken,
+            "broken": self.broken or next(filter(None, self.state_broken.values()), None),
             "written": self._log.written,
             "dropped": self._log.dropped + self._crowded,
             "incidents": self._incidents,
@@ -172,13 +177,22 @@ class FlightRecorder:
         while (item := self._queue.get()) is not None:
             if isinstance(item, Incident):
                 self._write(item)
-            elif callable(item):
-                with suppress(OSError, ValueError):  # a number that is none: what was kept before stays
-                    item()
+            elif isinstance(item, tuple):
+                self._keep_state(*item)
             else:
                 self._log.append(item)
                 self._keep_timing(item)
         self._log.close()
+
+    def _keep_state(self, what: str, task: Task) -> None:
+        why = None
+        try:
+            task()
+        except OSError as error:
+            why = f"{self.folder}: {error.strerror or error}"
+        except ValueError as error:  # a number that is none: what was kept before stays
+            why = f"{self.folder}: {error}"
+        self.state_broken[what] = why
 
     def _keep_timing(self, events: list[Event]) -> None:
         """What test pulses measured, for `rtctl check` and the next run; the log has it too when the disk
@@ -191,8 +205,7 @@ class FlightRecorder:
                 if found is not None:
                     axes[str(event["axis"])] = found
         if axes:
-            with suppress(OSError, ValueError):  # a number that is none: what was kept before stays
-                timing.write(self.folder, self._rig.devices_sha256, axes)
+            self._keep_state(TIMING, lambda: timing.write(self.folder, self._rig.devices_sha256, axes))
 
     def _write(self, incident: Incident) -> None:
         incident.about = self._about

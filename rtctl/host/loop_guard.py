@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 
 from rtctl.errors import LoopDiedError
 from rtctl.host.loop_process import LoopProcess
@@ -32,6 +33,12 @@ class LoopGuard:
         self._stop: SafeStop | None = SafeStop(loaded)
         self._told_at = -1  # tick after which the devices were told to stop
         self.look_s = self._watch.look_s
+
+    def know(self, modules: Iterable[str]) -> None:
+        """Have a stop need nothing that is not there yet; `modules` is what the loop imported to open its
+        devices."""
+        if self._stop is not None:
+            self._stop.know(modules)
 
     def look(self) -> None:
         """Stop the devices of a loop that is dying or late; end one that stalls (on a wall clock) without an

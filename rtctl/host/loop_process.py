@@ -107,6 +107,8 @@ class LoopProcess:
         self.ended: dict[str, Any] | None = None
         self.grants: list[dict[str, Any]] = []
         self.ready = False
+        self.opened_by: list[str] = []
+        """Modules that it imported to open its devices."""
         self._opening_until = 0.0
         self.compiling: Compiling | None = None
         """What it has compiled so far, for want of those of an earlier start; None: nothing."""
@@ -191,6 +193,8 @@ class LoopProcess:
     def _hear(self, message: dict[str, Any]) -> None:
         if message["message"] == "ready":
             self.ready, self.grants, self.compile_s = True, message["grants"], message["compile_s"]
+        elif message["message"] == "opened":
+            self.opened_by = message["by"]
         elif message["message"] == "note":
             self._notes.append(message["text"])
         elif message["message"] == "words":

@@ -16,7 +16,7 @@ from rtctl.host.exchange.rig_description import RigDescription
 from rtctl.host.exchange.samples import tick_columns
 from rtctl.host.exchange.streams import Telemetry
 from rtctl.host.exchange.veiled_leases import veil_leases
-from rtctl.host.flight_recorder import FlightRecorder
+from rtctl.host.flight_recorder import STATE, FlightRecorder
 from rtctl.recording.event_log import Event
 from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.limits import Limits
@@ -99,12 +99,12 @@ class RunRecord:
 
     def _keep_for_next(self, now_ns: int | None = None) -> None:
         tasks = [
+            None if self._zero is None else self._zero.to_keep(now_ns),
             None if self._friction is None else self._friction.to_keep(now_ns),
-            None if self._zero is None else self._zero.to_keep(),
         ]
-        for task in tasks:
+        for what, task in zip(STATE, tasks, strict=True):
             if task is not None:
-                self.flight.later(task)
+                self.flight.later(what, task)
 
     def _message(self) -> dict[str, Any]:
         """For `rtctl/setup`: the setup, the command in force, and the law's state before the next tick."""
@@ -126,8 +126,9 @@ class RunRecord:
         }
 
     def broken(self) -> dict[str, str | None]:
-        """Why the disk refuses the event log or the recording, None for each that it takes."""
-        kept = {"event log": self.flight.broken}
+        """Why the disk refuses the event log, what the next run is told, or the recording; None for each that
+        it takes."""
+        kept = {"event log": self.flight.broken, **self.flight.state_broken}
         if self.recorder is not None:
             kept["recording"] = self.recorder.broken
         return kept

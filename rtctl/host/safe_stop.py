@@ -6,7 +6,10 @@ live comes first; this comes second, from the supervisor and from `rtctl stop-ri
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
+from importlib import import_module
 
 from hw import registry
 from hw.interface import Backend, BackendError
@@ -51,6 +54,13 @@ class SafeStop:
         # sensors have nothing to be stopped, and opening one takes time
         self._actuators = [(member.label, backend) for member, backend in made if backend.consumes]
 
+    def know(self, modules: Iterable[str]) -> None:
+        """Import what opening needs, as the loop found when it opened the devices: later these may be files
+        of another version, or gone."""
+        for module in modules if self._actuators else ():
+            with contextlib.suppress(ImportError):  # one that is made by another, and comes with it
+                import_module(module)
+
     def tell(self) -> None:
         """Tell every actuator at once, as far as that works without opening it. Quick; never raises."""
         for _, backend in self._actuators:
@@ -66,10 +76,14 @@ class SafeStop:
 
 
 def _stop_opened(label: str, backend: Backend) -> Stopped:
-    try:
-        backend.open()
-    except BackendError as error:
-        return Stopped(label, confirmed=False, detail=str(error))
-    backend.stop()
-    backend.close()
-    return Stopped(label, confirmed=True, detail="")
+    why: list[str] = []
+    # whatever one device's code does, the others are stopped
+    with contextlib.suppress(Exception):
+        try:
+            backend.open()
+            backend.stop()
+            backend.close()
+        except Exception as error:
+            why.append(str(error) if isinstance(error, BackendError) else f"{type(error).__name__}: {error}")
+            raise
+    return Stopped(label, confirmed=not why, detail="".join(why))

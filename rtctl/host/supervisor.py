@@ -30,7 +30,7 @@ from rtctl.host.notify import Notifier
 from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
-from rtctl.host.waiting_loop import WaitingLoop
+from rtctl.host.waiting_loop import WaitingLoop, require_one_version
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN, Look
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
@@ -249,6 +249,7 @@ class Host:
         from rtctl.recording.setup import setup_of
 
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
+        self.guard.know(self.loop.opened_by)
         for grant in self.loop.grants:
             if grant["required"] and not grant["granted"]:
                 self.announce(f"warning: {grant['right']} refused: {grant['detail']}")
@@ -258,6 +259,7 @@ class Host:
         self.telemetry.early = Look(self.memory.early_ns).told
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime, self.loop.core)
+        require_one_version()
         self.notifier.ready()
 
     def _watch_late(self) -> None:

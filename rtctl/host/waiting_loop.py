@@ -13,8 +13,17 @@ import subprocess
 import sys
 from typing import Self
 
+from hw import installed_anew  # first of all: it notes what is installed now
+from rtctl.errors import RtctlError
 from rtctl.rt.birth import OF_THE_TERMINAL
 from rtctl.standard_streams import above_standard_streams
+
+
+def require_one_version() -> None:
+    """Raise RtctlError where rtctl was installed anew since this process began: it and its loop may have read
+    some of either version."""
+    if installed_anew():
+        raise RtctlError("rtctl was installed anew while it started: start it again")
 
 
 class WaitingLoop:

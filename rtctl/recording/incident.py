@@ -159,19 +159,20 @@ def write_incident(folder: Path, incident: Incident) -> Path:
     except OSError:
         part.unlink(missing_ok=True)
         raise
-    prune(folder, path)
+    prune(folder, path.name)
     return path
 
 
-def prune(folder: Path, newest: Path | None = None, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
-    """Remove the oldest incidents until at most `files` and `size` bytes are left, and leftovers of a
-    crash."""
+def prune(folder: Path, written: str, files: int = KEPT_FILES, size: int = KEPT_BYTES) -> None:
+    """Remove the oldest incidents until at most `files` and `size` bytes are left, and a crash's leftovers.
+
+    Names begin with the time of a clock that may have been set. What is dated after the one that was
+    `written` last is older all the same: a machine that wakes up in 2000 keeps what happens then."""
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0
-    # names begin with the time; a wall clock that is behind since must not take the one just written
-    found = sorted(folder.glob("*.npz"), key=lambda path: (path == newest, path.name), reverse=True)
-    for k, path in enumerate(found):
+    newest_first = sorted(folder.glob("*.npz"), key=lambda at: (at.name <= written, at.name), reverse=True)
+    for k, path in enumerate(newest_first):
         total += path.stat().st_size
         if k >= files or (k and total > size):  # the newest one stays, however long it is
             path.unlink(missing_ok=True)

@@ -4,8 +4,9 @@ It is started before the host has read its rig file, and imports meanwhile. One 
 going to be: the law is loaded, or compiled, while the host proves that rig. The memory to share comes when it
 is proved; only then is a device opened.
 
-It answers with JSON lines on stdout: `ready` before the first cycle, `ended` after the last; in between only
-`note` and `opening`, while a device is lost, and `words` of the devices, while the rig is disabled."""
+It answers with JSON lines on stdout: `opened`, with the modules that opening the devices imported, and
+`ready` before the first cycle, `ended` after the last; in between only `note` and `opening`, while a device
+is lost, and `words` of the devices, while the rig is disabled."""
 
 from __future__ import annotations
 
@@ -93,10 +94,12 @@ def _open(backend: Backend | BackendError, members: list[Member], claims: Claims
             raise backend
         for member in members:
             claims.take(member.label, member.claims)
+        before = set(sys.modules)
         backend.open()
     except BackendError as error:
         _say("ended", reason="device", detail=str(error))
         return None
+    _say("opened", by=sorted(set(sys.modules) - before))
     return backend
 
 

@@ -89,3 +89,21 @@ def test_a_disk_that_fills_up_delays_no_stop_and_what_was_written_is_read(tmp_pa
         assert not reader.left_out
         daemon.process.terminate()
         assert daemon.process.wait(PATIENCE_S) == RecordingError.exit_code, daemon.said.read_text()
+
+
+def test_a_zero_that_the_disk_refuses_is_told_and_written_once_there_is_room(tmp_path):
+    with (
+        Daemon(tmp_path) as daemon,
+        RigClient("mock", runtime_dir=daemon.folder, timeout_s=PATIENCE_S) as rig,
+    ):
+        until(lambda: list(daemon.disk.glob("state/*/force-zero.json")), "the zero of the start")
+        (zero,) = daemon.disk.glob("state/*/force-zero.json")
+        before = zero.read_text()
+        fill(daemon.disk)
+        rig.tare(hands_off=True)
+        daemon.says("ZERO OF THE FORCE BROKEN")
+        assert zero.read_text() == before
+        (daemon.disk / "fill").unlink()
+        daemon.says("zero of the force: written again")
+        assert zero.read_text() != before
+        assert daemon.said.read_text().count("ZERO OF THE FORCE BROKEN") == 1

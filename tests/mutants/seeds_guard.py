@@ -9,7 +9,57 @@ PLAN = "tests/unit/test_plan_arrays.py"
 TIMES = "test_a_ramp_is_never_longer_and_a_renderers_silence_never_shorter_than_at_1_khz"
 UNIT = "tests/unit/host/test_force_zero.py"
 
+HOST = "tests/unit/host"
+ANEW = "tests/integration/test_installed_anew.py"
+
 SEEDS = (
+    Seed(
+        "a safe stop imports what opens a device when it needs it", "rtctl/host/safe_stop.py",
+        "for module in modules if self._actuators else ():", "for module in ():",
+        (f"{ANEW}::test_a_loop_that_dies_after_that_is_still_stopped_through_a_device_opened_afresh",),
+    ),
+    Seed(
+        "a device whose code fails keeps the others from being stopped", "rtctl/host/safe_stop.py",
+        "with contextlib.suppress(Exception):", "with contextlib.suppress(BackendError):",
+        ("tests/unit/host/test_safe_stop.py"
+         "::test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped",),
+    ),
+    Seed(
+        "a word of before a stop that the loop has not seen counts", "rtctl/host/exchange/requests.py",
+        "request.op not in (\"stop\", \"arm\") and self._slot.stop_pending(row)", "False",
+        (f"{REFUSED}::test_what_was_asked_in_an_epoch_is_void_from_a_stop_on_that_the_loop_has_not_seen",),
+    ),
+    Seed(
+        "who says that nobody touches the device says it for ever", "rtctl/host/exchange/requests.py",
+        "if \"hands\" in request.values and request.epoch is None:", "if False:",
+        (f"{REFUSED}::test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none",),
+    ),
+    Seed(
+        "a zero that the disk refused counts as kept", ZERO,
+        "if offered == news and now_ns - at_ns < AGAIN_NS:", "if offered == news:",
+        (f"{UNIT}::test_a_zero_that_the_disk_refused_is_given_again_after_a_while",),
+    ),
+    Seed(
+        "what the next run is not told, nobody is told", "rtctl/host/flight_recorder.py",
+        "self.state_broken[what] = why", "_ = why",
+        (f"{HOST}/test_flight_recorder.py::test_what_the_next_run_is_not_told_is_known_until_it_is",),
+    ),
+    Seed(
+        "the newest incident is the one of the latest date", "rtctl/recording/incident.py",
+        "key=lambda at: (at.name <= written, at.name)", "key=lambda at: at.name",
+        ("tests/unit/recording/test_incident.py"
+         "::test_what_a_clock_that_went_back_dates_long_ago_is_not_the_first_to_go",),
+    ),
+    Seed(
+        "a daemon of two versions serves", "rtctl/host/waiting_loop.py",
+        "    if installed_anew():", "    if False:",
+        (f"{ANEW}::test_one_that_was_installed_anew_while_it_started_does_not_serve",),
+    ),
+    Seed(
+        "code of one version's constants is kept under another's key", "hw/code_cache.py",
+        "if self.usable() and not installed_anew():", "if self.usable():",
+        ("tests/unit/hw/test_code_cache.py::test_what_is_compiled_of_a_package_that_was_replaced_is_not_kept",),
+    ),
     Seed(
         "the first tare after a start knows no zero before it", ZERO,
         "self._take_up(state_file.read(", "_ = (state_file.read(",

@@ -86,16 +86,6 @@ SEEDS = (
         ),
     ),
     Seed(
-        "an incident of a clock that was set back is removed as it is written",
-        "rtctl/recording/incident.py",
-        "key=lambda path: (path == newest, path.name)",
-        "key=lambda path: path.name",
-        (
-            "tests/unit/recording/test_incident.py"
-            "::test_an_incident_of_a_clock_that_was_set_back_outlives_its_own_writing",
-        ),
-    ),
-    Seed(
         "an event of another version ends the recorder unheard",
         "rtctl/recording/recorder.py",
         "except (KeyError, TypeError, ValueError) as error:",

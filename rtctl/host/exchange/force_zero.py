@@ -30,6 +30,9 @@ last, has a hand on it."""
 
 REMEDY = "if nobody touches the device, the sensor has moved: say so, `rtctl tare --hands-off`"
 
+AGAIN_NS = 5_000_000_000
+"""A disk that did not take the zero is asked again after so long."""
+
 # beyond it a file was spoilt: no sensor shows N or N m of this size
 _MOST = 1e9
 
@@ -62,7 +65,8 @@ class ForceZero:
         self._by_word = 0
         self._seen, self._lost = 0, False
         self._taring = bool((self._ticks > 0).any())
-        self._kept = True
+        self._news = self._written = 0  # zeros that were accepted here; the one on the disk
+        self._offered = 0, 0  # which one was given to be written, and when
         if folder is not None:
             self._take_up(state_file.read(folder / NAME, rig.devices_sha256, MOST_BYTES))
 
@@ -90,7 +94,7 @@ class ForceZero:
         if said or not self.refusal():
             date = datetime.fromtimestamp(self._wall_ns() * 1e-9, UTC).isoformat(timespec="seconds")
             self._accepted, self._dates = self._zero.copy(), [date] * self._rig.n_axes
-            self._kept = False
+            self._news += 1
 
     def accept_next(self, count: int) -> None:
         """Somebody said that nobody touches the device: what is tared by the request of this number is the
@@ -138,18 +142,29 @@ class ForceZero:
                 )
         return ""
 
-    def to_keep(self) -> Callable[[], None] | None:
+    def to_keep(self, now_ns: int | None = None) -> Callable[[], None] | None:
         """What writes the accepted zero, for a thread that may wait for a disk; None while there is nothing
-        new."""
-        if self._folder is None or self._kept:
+        new, or it was given lately.
+
+        `now_ns` is the loop's time; None: at once."""
+        news = self._news
+        if self._folder is None or self._written == news:
             return None
-        self._kept = True
+        if now_ns is not None:
+            offered, at_ns = self._offered
+            if offered == news and now_ns - at_ns < AGAIN_NS:
+                return None
+            self._offered = news, now_ns
         axes = {
             axis.name: {"zero": self._accepted[a].tolist(), "date": self._dates[a]}
             for a, axis in enumerate(self._rig.axes)
             if self._ticks[a] > 0
         }
-        return partial(state_file.write, self._folder / NAME, self._rig.devices_sha256, axes)
+        return partial(self._write, news, self._folder / NAME, axes)
+
+    def _write(self, news: int, file: Path, axes: dict[str, Any]) -> None:
+        state_file.write(file, self._rig.devices_sha256, axes)
+        self._written = news
 
     def _when(self, a: int) -> str:
         """When the accepted zero of an axis was taken: the wall clock may have been set since."""

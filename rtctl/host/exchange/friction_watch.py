@@ -170,14 +170,17 @@ class FrictionWatch:
             if now_ns - self._kept_ns < KEEP_NS:
                 return None
             self._kept_ns = now_ns
-        self._kept_strokes = taken
         axes = {
             name: state.packed(axis)
             for name, axis in self._axes.items()
             # an axis that was not moved has nothing to remember
             if len(axis.strokes.table) or axis.factor != 1.0
         }
-        return partial(state.write, self._folder, self._devices, axes)
+        return partial(self._write, taken, self._folder, axes)
+
+    def _write(self, taken: int, folder: Path, axes: dict[str, Any]) -> None:
+        state.write(folder, self._devices, axes)
+        self._kept_strokes = taken  # else the disk is asked again in a minute
 
 
 class FrictionNews:

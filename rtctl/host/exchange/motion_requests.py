@@ -35,8 +35,6 @@ class Steering:
 
     def lease(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Give or renew the lease."""
-        if self._slot.stop_pending(row):
-            return Refusal("wrong_epoch", "a stop is on its way to the loop")
         epoch = int(row["epoch"])
         # a renewal: to claim anew would be refused, as it is taken
         if "lease" in request.values:
@@ -92,8 +90,6 @@ class Steering:
 
     def target(self, request: Request, row: np.void, caller: Caller) -> Result | Refusal:
         """Move the proxy of the remote axes; only the holder of the lease."""
-        if self._slot.stop_pending(row):
-            return Refusal("wrong_epoch", "a stop is on its way to the loop")
         # told, rather than followed by nothing: a renderer would not know why nothing moves
         if not (self._slot.command["environment_kind"] == Environment.REMOTE).any():
             return Refusal("not_remote", "no axis has the environment `remote`; set it first")

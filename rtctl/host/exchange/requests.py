@@ -124,6 +124,9 @@ class Requests:
         if request.epoch is not None and request.op != "stop" and request.epoch != row["epoch"]:
             void = f"epoch {request.epoch} is void, {row['epoch']} is in force: a stop came between"
             return Refusal("wrong_epoch", f"{void}, or a restart; ask for the status, decide anew")
+        # `arm` says more of it
+        if request.epoch is not None and request.op not in ("stop", "arm") and self._slot.stop_pending(row):
+            return Refusal("wrong_epoch", "a stop is on its way to the loop")
         state = State(int(row["state"]))
         # to ask, and to stop, is for everybody in every state
         if state in CLOSED and OPERATIONS[request.op].role != "observer":
@@ -284,6 +287,8 @@ class Requests:
         if state not in (State.INIT, State.IDLE, State.FAULT, State.ESTOP):
             why = "the force is tared at rest: stop first, hands off, then tare"
             return Refusal("not_ready", f"state {state.name}: {why}")
+        if "hands" in request.values and request.epoch is None:
+            return Refusal("missing_key", "epoch: who says that nobody touches the device says it of now")
         if "hands" not in request.values:
             if pull := self._zero.pull(row):
                 return Refusal("not_ready", pull)

@@ -1,9 +1,10 @@
+import errno
 import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
-from patience import PATIENCE_S
+from patience import PATIENCE_S, until
 
 from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import LoopDiedError
@@ -167,3 +168,17 @@ def test_a_number_that_is_none_does_not_end_the_log(tmp_path):
     assert next(e for e in events if e["event"] == "measured")["gain"] is None
     (incident,) = [e for e in events if e["event"] == "incident"]
     assert read_incident(Path(incident["file"])).trigger["to"] == "FAULT"
+
+
+def test_what_the_next_run_is_not_told_is_known_until_it_is(tmp_path):
+    def full():
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    recorder = FlightRecorder(tmp_path, RIG)
+    recorder.later("zero of the force", full)
+    until(lambda: recorder.state_broken["zero of the force"] == f"{tmp_path}: No space left on device")
+    assert recorder.status()["broken"] == f"{tmp_path}: No space left on device"
+    assert recorder.broken is None, "the event log is another file"
+    recorder.later("zero of the force", lambda: None)
+    recorder.close()
+    assert recorder.status()["broken"] is None

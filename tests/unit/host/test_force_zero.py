@@ -42,6 +42,20 @@ def kept(zero):
     return task is not None
 
 
+def test_a_zero_that_the_disk_refused_is_given_again_after_a_while(rig, tmp_path):
+    zero = ForceZero(rig, tmp_path / "folder", lambda: NOW_NS)
+    zero.follow(law(3.0))
+    (tmp_path / "folder").write_text("in its way")
+    with pytest.raises(OSError, match="exists"):
+        zero.to_keep(10**9)()
+    assert zero.to_keep(2 * 10**9) is None
+    (tmp_path / "folder").unlink()
+    zero.to_keep(7 * 10**9)()
+    assert zero.to_keep(20 * 10**9) is None
+    assert zero.to_keep() is None
+    assert (tmp_path / "folder" / NAME).exists()
+
+
 def test_a_first_zero_is_taken_as_it_is_and_kept_for_the_next_run(rig, tmp_path):
     first = ForceZero(rig, tmp_path, lambda: NOW_NS)
     assert first.taring(0)
@@ -171,7 +185,7 @@ def test_nothing_is_armed_while_the_zero_is_not_known_nor_with_one_that_moved(ri
     assert desk.sent["arm_count"] == 1
     zero.follow(law(1.0, seen=1))
     assert "a hand pulled while it was tared" in desk.refused("not_ready", "arm", 0)
-    desk.ask("tare", hands="off")
+    desk.ask("tare", 0, hands="off")
     desk.ask("arm", 0)
     zero.follow(law(1.0, seen=2))
     assert desk.sent["arm_count"] == 1

@@ -33,11 +33,30 @@ def test_a_hand_that_pulls_is_not_taken_for_zero_unless_somebody_says_it_is_none
         told = desk.refused("not_ready", "tare")
         assert f"axis tip: the force sensor shows {shown:.3g} N, more than 0.05: a hand" in told
         assert told.endswith("`rtctl tare --hands-off`")
-    desk.ask("tare", hands="off")
+    assert desk.refused("missing_key", "tare", hands="off").startswith("epoch: ")
+    desk.ask("tare", 0, hands="off")
     assert desk.sent["tare_count"] == 1
     desk.row["hand_torque_nm"] = [[0.049, -0.049]]
     desk.ask("tare")
     assert desk.sent["tare_count"] == 2
+
+
+@pytest.mark.parametrize(
+    ("op", "values"),
+    [
+        ("tare", {"hands": "off"}),
+        ("environment", {"axis": 0, "kind": "free"}),
+        ("display", {"axis": 0}),
+        ("compensation", {"share": 1.0}),
+        ("lease", {}),
+        ("target", {"lease": "0" * 16, "position_rad": [0.0, 0.0]}),
+    ],
+)
+def test_what_was_asked_in_an_epoch_is_void_from_a_stop_on_that_the_loop_has_not_seen(desk, op, values):
+    desk.ask("stop")
+    assert "on its way" in desk.refused("wrong_epoch", op, 0, **values)
+    desk.row["command_seq"], desk.row["epoch"] = 1, 1
+    assert "is void" in desk.refused("wrong_epoch", op, 0, **values)
 
 
 class Stopped:

@@ -71,6 +71,25 @@ def test_one_that_cannot_be_opened_is_told_all_the_same_and_the_reason_is_given(
     assert "pid 7" in one.text()
 
 
+def test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped(monkeypatch):
+    loaded = load(CONFIGS / "drive-and-force-sensor.toml")
+    MADE.clear()
+    info = BackendInfo(f"{__name__}:Fake", "hw.serial.options:SerialOptions", simulated=False, summary="")
+    monkeypatch.setattr(registry, "lookup", lambda _kind: info)
+    monkeypatch.setattr(registry, "create", lambda _kind, options, rig: Fake(options, rig))
+    stop = SafeStop(loaded)
+
+    def broken():
+        raise ModuleNotFoundError("No module named 'gone'")
+
+    first, second = MADE[-2:]
+    monkeypatch.setattr(first, "open", broken)
+    bad, good = stop.now()
+    assert second.calls == ["stop", "open", "stop", "close"]
+    assert (bad.confirmed, good.confirmed) == (False, True)
+    assert bad.detail == "ModuleNotFoundError: No module named 'gone'"
+
+
 def test_making_it_opens_nothing_and_a_sensor_is_left_alone(loaded, monkeypatch):
     SafeStop(loaded)
     assert MADE[-1].calls == []

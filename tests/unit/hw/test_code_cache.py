@@ -7,6 +7,7 @@ import os
 import pytest
 from numba.core.caching import NullCache
 
+import hw
 from hw import code_cache, compile_key, jit
 from hw.private_cache import OwnFiles
 
@@ -52,6 +53,14 @@ def test_what_a_function_closes_over_is_not_in_its_source_so_it_is_not_kept(comp
 
     assert (scaled_by(2.0)(1.0), scaled_by(3.0)(1.0)) == (2.0, 3.0)
     assert isinstance(scaled_by(4.0)._cache, NullCache)
+    assert not list(tmp_path.rglob("*.nbc"))
+
+
+def test_what_is_compiled_of_a_package_that_was_replaced_is_not_kept(compiled, monkeypatch, tmp_path):
+    """Its key is of the sources on the disk, its constants may be of those before."""
+    function = compiled(double)
+    monkeypatch.setattr(hw, "_found", (0, 0))
+    assert function(1) == 2
     assert not list(tmp_path.rglob("*.nbc"))
 
 

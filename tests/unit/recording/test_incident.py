@@ -1,5 +1,6 @@
 import errno
 import os
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from rtctl.errors import DataError
 from rtctl.host.exchange.events import EventDetector
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.recording import incident as incidents
-from rtctl.recording.incident import KEPT_FILES, Capture, Incident, prune, read_incident, write_incident
+from rtctl.recording.incident import Capture, prune, read_incident, write_incident
 from rtctl.recording.incident_plot import plot_incident
 from rtctl.recording.incident_report import summary
 from rtctl.tick import new_ticks
@@ -166,21 +167,23 @@ def test_the_oldest_files_go_first_by_count_and_by_size(tmp_path):
     for k in range(10):
         (tmp_path / f"2026010{k}.npz").write_bytes(bytes(100))
     (tmp_path / "x.part").write_bytes(b"left by a crash")
-    prune(tmp_path, files=5)
+    prune(tmp_path, "20260109.npz", files=5)
     assert sorted(p.name[7] for p in tmp_path.iterdir()) == list("56789")
-    prune(tmp_path, files=5, size=250)
+    prune(tmp_path, "20260109.npz", files=5, size=250)
     assert sorted(p.name[7] for p in tmp_path.iterdir()) == list("89")
-    prune(tmp_path, files=5, size=10)
+    prune(tmp_path, "20260109.npz", files=5, size=10)
     assert len(list(tmp_path.iterdir())) == 1, "the newest stays whatever its size"
 
 
-def test_an_incident_of_a_clock_that_was_set_back_outlives_its_own_writing(tmp_path):
-    for k in range(KEPT_FILES):
-        (tmp_path / f"2030{k:02}.npz").write_bytes(bytes(100))
-    event = {"event": "state", "to": "FAULT", "cause": "JUMP", "tick": 7, "timestamp": 0.0}
-    path = write_incident(tmp_path, Incident(event, new_ticks(3, 1)))
-    assert path.exists()
-    assert len(list(tmp_path.iterdir())) == KEPT_FILES
+def test_what_a_clock_that_went_back_dates_long_ago_is_not_the_first_to_go(tmp_path, monkeypatch):
+    for k in range(10):
+        (tmp_path / f"20260101T00000{k}.npz").write_bytes(bytes(100))
+    monkeypatch.setattr(incidents.prune, "__defaults__", (5, 1 << 20))
+    made = an_incident()
+    for year_2000_s in (946_684_800, 946_684_801):
+        path = write_incident(tmp_path, replace(made, trigger={**made.trigger, "timestamp": year_2000_s}))
+        assert path.exists()
+    assert [path.name[:4] for path in sorted(tmp_path.iterdir())] == ["2000"] * 2 + ["2026"] * 3
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no archive at all"])
