@@ -8,9 +8,11 @@ import re
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from rtctl.control.proofs import stability
+from rtctl.control.resting import REST_HZ
 
 ROOT = Path(__file__).parents[2]
 THEORY = (ROOT / "docs" / "theory.md").read_text()
@@ -147,3 +149,35 @@ def test_the_worst_hands_are_what_the_formula_gives():
     for n, k in enumerate(map(float, said[1].split(", ")), start=1):
         share = 8 / math.pi**2 * sum(1 / (2 * m - 1) ** 2 for m in range(1, n + 1))
         assert 2 * 0.05 / T / share - 2 * 0.01 / T == pytest.approx(k, abs=6e-3)
+
+
+REST_RAD_S = 2 * math.pi * REST_HZ
+
+
+def grows(b, damper, bristles, k, gain):
+    """True when the loop of 5.7 on bent bristles does, of 1 kg m^2; k and B are of hand and coupling."""
+    twice = np.polymul([1 / REST_RAD_S, 1], [1 / REST_RAD_S, 1])
+    whole = np.polyadd(np.polymul([1, b + damper, bristles + k], twice), [gain * damper, gain * k])
+    return np.roots(whole).real.max() > 1e-9
+
+
+def test_what_help_takes_from_bent_bristles_through_hand_and_coupling_is_bounded():
+    draw = np.random.default_rng(5)
+    for _ in range(1000):
+        bristles = (2 * math.pi * draw.uniform(8, 60)) ** 2
+        k, gain = bristles * 10 ** draw.uniform(-3, 3), draw.uniform(0, 5)
+        damper = draw.choice([0.0, 10 ** draw.uniform(-3, 1) * math.sqrt(bristles)])
+        assert not grows(1.1 * gain * REST_RAD_S**3 / (2 * bristles), damper, bristles, k, gain)
+
+
+def test_the_damping_that_bent_bristles_need_is_what_the_section_says():
+    said = re.search(
+        r"least b/J is ([\d.]+), ([\d.]+) and ([\d.]+) 1/s.*the bound gives ([\d., and]+)\. ", THEORY
+    )
+    bounds = [float(one) for one in re.findall(r"\d*\.\d+", said[4])]
+    for hz, least, bound in zip((4, 8, 16), map(float, said.groups()[:3]), bounds, strict=True):
+        bristles = (2 * math.pi * hz) ** 2
+        ks = bristles * np.logspace(-1, 1, 81)
+        assert 4.75 * REST_RAD_S**3 / (2 * bristles) == pytest.approx(bound, rel=5e-3)
+        assert not any(grows(1.01 * least, 0.0, bristles, k, 4.75) for k in ks)
+        assert any(grows(0.98 * least, 0.0, bristles, k, 4.75) for k in ks)
