@@ -137,6 +137,7 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
     tried = DELIMITERS if given is None else (given,)
     named = [name for name in names if not PLACE.fullmatch(name)]
     found: list[str] = []
+    between: str | None = None
     layout: _Layout | None = None
     for row, line in enumerate(lines[:HEADER_LINES]):
         if layout and _is_row(line, layout):
@@ -151,13 +152,14 @@ def _layout(path: Path, lines: list[str], names: tuple[str, ...], given: str | N
                 break
             words = cells_of(_uncommented(bare), delimiter)
             if delimiter and len(words) > len(found) and not any(map(is_number, words)):
-                found = words
+                found, between = words, delimiter
     if layout:
         return layout
     if not named:
         return _by_place(lines, names, tried)
     missing = next((name for name in named if name not in found), named[0])
-    rows = (zip(found, cells_of(line, one), strict=False) for line in lines[:HEADER_LINES] for one in tried)
+    # cut as the header is: `vel [rad/s]` cut at blanks is a header with `vel` in it, and no row
+    rows = (zip(found, cells_of(line, between), strict=False) for line in lines[:HEADER_LINES])
     raise NoColumnError(
         missing,
         f"{path}: no column {missing!r}; the header has: "

@@ -191,3 +191,11 @@ def test_a_date_that_is_none_is_no_number(tmp_path):
     np.savez(tmp_path / "log.npz", t=stamps[:1].repeat(4), x=np.arange(4.0))
     with pytest.raises(BackendError, match=r"\(4 such cells\)"):
         read_table(tmp_path / "log.npz", ("t", "x"))
+
+
+def test_a_name_without_its_unit_is_not_said_to_stand_in_the_rows(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t [s],vel [rad/s]\n0,1\n1,2\n")
+    with pytest.raises(BackendError) as refused:
+        read_table(path, ("t [s]", "vel"))
+    assert str(refused.value).endswith("no column 'vel'; the header has: t [s], vel [rad/s]")
