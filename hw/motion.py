@@ -73,6 +73,11 @@ _NAMES = re.compile(r"(?<![\w/^'-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\
 """Names with their unit, not those that are part of a path, nor those in quotes: they are somebody's own."""
 
 
+_TORQUE = re.compile(
+    r"(?<![\w'./=-])([Tt])orque(s?)(?![\w'=-]|s? constant|s? on (?:the|its) screw)(?!\.\w)"
+)
+"""The word, where it is no name of a column, option or key, nor of a motor's or a screw's torque."""
+
 SMALL_M_S = 0.1
 """Speeds below this are told in mm/s."""
 
@@ -114,13 +119,14 @@ def unit(rotary: str, motion: str) -> str:
 
 
 def words(text: str, motion: str) -> str:
-    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and
-    columns that end with them.
+    """A text about one axis, written for a rotary one, with the units of this one, the names of keys and
+    columns that end with them, and forces for torques.
 
     A speed below `SMALL_M_S` is told in mm/s, with the digits that it has."""
     if motion != "linear":
         return text
     own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
+    own = _TORQUE.sub(lambda found: f"{'F' if found[1] == 'T' else 'f'}orce{found[2]}", own)
     return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
 
 
