@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from decimal import Decimal
-from typing import Literal
+from typing import Any, Literal
 
 Motion = Literal["rotary", "linear"]
 
@@ -73,9 +73,7 @@ _NAMES = re.compile(r"(?<![\w/^'-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\
 """Names with their unit, not those that are part of a path, nor those in quotes: they are somebody's own."""
 
 
-_TORQUE = re.compile(
-    r"(?<![\w'./=-])([Tt])orque(s?)(?![\w'=-]|s? constant|s? on (?:the|its) screw)(?!\.\w)"
-)
+_TORQUE = re.compile(r"(?<![\w'./=-])([Tt])orque(s?)(?![\w'=-]|s? constant|s? on (?:the|its) screw)(?!\.\w)")
 """The word, where it is no name of a column, option or key, nor of a motor's or a screw's torque."""
 
 SMALL_M_S = 0.1
@@ -111,6 +109,12 @@ def _thousandfold(text: str) -> str:
 def of_units(units: Iterable[object]) -> Motion:
     """Motion that the units of some columns are of: linear where one is of a length, a speed or a force."""
     return "linear" if {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS} & set(units) else "rotary"
+
+
+def of_axes(axes: Iterable[Mapping[str, Any]]) -> Motion:
+    """Motion in which a rig as a whole is told of, by the `motion` of its axes (as `hello` has them): linear
+    where all of them are."""
+    return "linear" if all(axis.get("motion") == "linear" for axis in axes) else "rotary"
 
 
 def unit(rotary: str, motion: str) -> str:

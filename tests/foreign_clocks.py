@@ -12,6 +12,7 @@ prints what `rtctl identify --log` makes of N of them.
 
 from __future__ import annotations
 
+import json
 import math
 import sys
 import tempfile
@@ -20,8 +21,10 @@ from functools import cache
 from pathlib import Path
 
 import numpy as np
+from dirty_logs import OFF, said_by
 
 from hw.jit import compiled
+from hw.motion import name as key
 
 STEP_S = 1e-4
 KARNOPP, BOUC_WEN, TANH = 0, 1, 2
@@ -195,21 +198,14 @@ def drawn(seed: int) -> Loop:
         base = replace(base, coulomb=3 * base.coulomb, viscous=4 * base.viscous, count=base.count / 20)
     elif kind == 2:
         m = float(10 ** rng.uniform(-0.5, 0.7))
-        base = replace(
-            base, linear=True, inertia=m, coulomb=m * float(rng.uniform(1, 6)), viscous=m * float(rng.uniform(2, 8)),
-            travel=0.12, speed=0.4, count=float(rng.choice([1e-6, 5e-6, 2e-5])),
-        )  # fmt: skip
+        rubs = {"coulomb": m * float(rng.uniform(1, 6)), "viscous": m * float(rng.uniform(2, 8))}
+        count = float(rng.choice([1e-6, 5e-6, 2e-5]))
+        base = replace(base, linear=True, inertia=m, travel=0.12, speed=0.4, count=count, **rubs)
     return base
 
 
 def identified(loop: Loop, folder: Path, *more: str):
     """Exit code, how far each parameter is off, the report as an object (empty if refused), the error."""
-    import json
-
-    from dirty_logs import said_by
-
-    from hw.motion import name as key
-
     log, path = written(loop), folder / "log.csv"
     np.savetxt(path, np.column_stack([log.time, log.position, log.torque]), delimiter=",",
                header="time_s,x,motor", comments="", fmt="%.9g")  # fmt: skip
@@ -227,28 +223,19 @@ def identified(loop: Loop, folder: Path, *more: str):
 
 
 def main() -> None:
-    from dirty_logs import OFF
-
-    from hw.motion import name as key
-
     count, first = (int(text) for text in (*sys.argv[1:], "30", "0")[:2])
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(first, first + count):
             loop = drawn(seed)
-            code, off, found, err = identified(loop, Path(folder))
-            values = {**found.get("symmetric", {}).get("parameters", {})}
-            true = {key(name, found["motion"]): each for name, each in written(loop).truth.items()} if off else {}
-            held = all(values[name]["low"] <= each <= values[name]["high"] for name, each in true.items())
+            code, off, found, error = identified(loop, Path(folder))
             wrong = any(not abs(off.get(name, 1)) <= most for name, most in OFF.items())
-            late = found.get("remaining_delay_s") or {}
             shift = " ".join(f"{100 * each:+6.1f}" for each in off.values())
-            what = f"{loop.log_hz:5g} {loop.control_hz:5g} {loop.row:8} {loop.law} {loop.program:7} {'m' if loop.linear else 'rad':3}"
-            ms = f"{1e3 * late.get('value', 0):+7.2f} ({1e3 * late.get('low', 0):+.2f} {1e3 * late.get('high', 0):+.2f})"
-            took = 1e3 * found.get("torque_delay_s", [0])[0]
-            print(f"{seed:3} {what} {code} {('wide ' if held else 'WRONG') if wrong else 'right'} {shift} took {took:+.2f} left {ms}")
-            for text in (*found.get("warnings", ()), err.strip()):
-                if text:
-                    print("        ", text[:150].replace(str(folder), ""))
+            late = found.get("remaining_delay_s") or {"value": math.nan}
+            words = [
+                f"{seed:3} {loop.log_hz:5g} Hz {loop.row:8} {code} {'WRONG' if wrong else 'right'} {shift}"
+            ]
+            words += [f"left {1e3 * late['value']:+.2f} ms", *found.get("warnings", ()), error.strip()]
+            sys.stdout.write("\n    ".join(word[:160] for word in words if word) + "\n")
 
 
 if __name__ == "__main__":

@@ -63,6 +63,8 @@ class AxisReport(AxisFigures):
     """What the certificate of an admittance display finds; None on an axis that displays an impedance."""
     loop: AdmittanceLoop | None = None
     """The loop that it is asked of."""
+    motion: str = "rotary"
+    """Whether it turns or slides: of a linear axis every figure is in m, N and kg."""
     impedance: bool = True
     """Whether an impedance may be displayed, too, or alone."""
 
@@ -160,6 +162,7 @@ def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming],
         verdicts=tuple(verdicts(subject, telling=telling)),
         admittance=figures_of(loop) if loop else None,
         loop=loop,
+        motion=axis.motion,
         impedance=axis.may_show("impedance"),
     )
 

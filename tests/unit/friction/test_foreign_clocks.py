@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from dirty_logs import OFF
-from foreign_clocks import BEGINS, BOUC_WEN, ENDS, KARNOPP, MEASURED, TANH, Loop, identified
+from foreign_clocks import BOUC_WEN, ENDS, KARNOPP, MEASURED, TANH, Loop, identified
 
 pytestmark = pytest.mark.compiled
 

@@ -99,7 +99,6 @@ def identified(log, folder, place="rad", effort="Nm"):
     return off, [text for text in found["warnings"] if not re.search(LEVEL, text)]
 
 
-
 @pytest.mark.parametrize("name", CARRIAGES)
 def test_a_carriage_of_another_make_is_right_or_its_cause_is_named(name, tmp_path):
     rig, logger, cause = CARRIAGES[name]
