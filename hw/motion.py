@@ -66,7 +66,7 @@ SPEED_UNITS = {"m/s": 1.0, "mm/s": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 
 _WORDS = re.compile(
-    r"(?<![\w/^])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
+    r"(?<![\w/^'])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
 )
 
 _NAMES = re.compile(r"(?<![\w/^'-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")

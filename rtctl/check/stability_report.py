@@ -57,14 +57,11 @@ if TYPE_CHECKING:
 class AxisReport(AxisFigures):
     """Figures of one axis and what the tests say of them."""
 
-    verdicts: tuple[Verdict, ...] = ()
-    """The worst last."""
+    verdicts: tuple[Verdict, ...] = ()  # the worst last
     admittance: AdmittanceFigures | None = None
     """What the certificate of an admittance display finds; None on an axis that displays an impedance."""
     loop: AdmittanceLoop | None = None
-    """The loop that it is asked of."""
     motion: str = "rotary"
-    """Whether it turns or slides: of a linear axis every figure is in m, N and kg."""
     impedance: bool = True
     """Whether an impedance may be displayed, too, or alone."""
 
