@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 from dirty_logs import OFF
-from foreign_clocks import BOUC_WEN, ENDS, KARNOPP, MEASURED, TANH, Loop, identified
+from foreign_clocks import BOUC_WEN, ENDS, KARNOPP, MEASURED, TANH, Loop, drawn, identified
 
 pytestmark = pytest.mark.compiled
 
@@ -25,6 +25,8 @@ SOUND = {
     "a carriage, logged more seldom than it was commanded": replace(
         CARRIAGE, law=BOUC_WEN, log_hz=200.0, program="chirp"
     ),
+    "a joint, measured, that looks 1.3 ms early": drawn(25),
+    "a joint, measured, that looks .8 ms early": drawn(32),
 }
 
 DELAYED = {
