@@ -11,7 +11,7 @@ import math
 import re
 from collections.abc import Collection, Iterable, Mapping
 from decimal import Decimal
-from typing import Literal
+from typing import Any, Literal
 
 Motion = Literal["rotary", "linear"]
 
@@ -66,12 +66,15 @@ SPEED_UNITS = {"m/s": 1.0, "mm/s": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 
 _WORDS = re.compile(
-    r"(?<![\w/^])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
+    r"(?<![\w/^'])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
 )
 
 _NAMES = re.compile(r"(?<![\w/^'-])[a-z][a-z0-9]*(?:_[a-z0-9]+)+(?![\w/.-]*[/.]\w)(?!\w)")
 """Names with their unit, not those that are part of a path, nor those in quotes: they are somebody's own."""
 
+
+_TORQUE = re.compile(r"(?<![\w'./=-])([Tt])orque(s?)(?![\w'=-]|s? constant|s? on (?:the|its) screw)(?!\.\w)")
+"""The word, where it is no name of a column, option or key, nor of a motor's or a screw's torque."""
 
 SMALL_M_S = 0.1
 """Speeds below this are told in mm/s."""
@@ -108,19 +111,26 @@ def of_units(units: Iterable[object]) -> Motion:
     return "linear" if {*LENGTH_UNITS, *SPEED_UNITS, *FORCE_UNITS} & set(units) else "rotary"
 
 
+def of_axes(axes: Iterable[Mapping[str, Any]]) -> Motion:
+    """Motion in which a rig as a whole is told of, by the `motion` of its axes (as `hello` has them): linear
+    where all of them are."""
+    return "linear" if all(axis.get("motion") == "linear" for axis in axes) else "rotary"
+
+
 def unit(rotary: str, motion: str) -> str:
     """Unit of an axis, by that of a rotary one."""
     return LINEAR_UNITS.get(rotary, rotary) if motion == "linear" else rotary
 
 
 def words(text: str, motion: str) -> str:
-    """A text about one axis, written for a rotary one, with the units of this one, and the names of keys and
-    columns that end with them.
+    """A text about one axis, written for a rotary one, with the units of this one, the names of keys and
+    columns that end with them, and forces for torques.
 
     A speed below `SMALL_M_S` is told in mm/s, with the digits that it has."""
     if motion != "linear":
         return text
     own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
+    own = _TORQUE.sub(lambda found: f"{'F' if found[1] == 'T' else 'f'}orce{found[2]}", own)
     return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
 
 

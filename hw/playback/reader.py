@@ -131,7 +131,7 @@ class _Table:
         unit = column.get("unit", next(iter(units)))
         if unit not in units:
             raise BackendError(
-                f"{self.path}: column {name!r} is read in {unit}, which this axis does not have: it has "
+                f"{self.path}: column {name!r} is read in {unit!r}, which this axis does not have: it has "
                 f"{', '.join(units)}; correct the unit, or motion and lead_m of the axis"
             )
         said = self.said.get(name, "")

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hw.motion import words
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -45,13 +47,13 @@ def draw_axis(plot: Axes, axis: AxisReport) -> None:
     # 0: no hand passes with that mass, and a logarithm has no place for it
     seen = seen[seen > 0]
     plot.set_ylim(0.5 * float(seen.min()), 2 * float(seen.max()))
-    plot.set_xlabel("virtual mass m [kg m^2]")
-    plot.set_ylabel("stiffness of the hand k_h [N m/rad]")
-    plot.set_title(
-        f"axis {axis.name}: b_v = {loop.virtual_damping_nms_rad:.3g}, K_v = "
-        f"{loop.velocity_gain_nms_rad:.3g} N m s/rad, K_p = {loop.position_gain_nm_rad:.3g} N m/rad",
-        fontsize="small",
+    plot.set_xlabel(words("virtual mass m [kg m^2]", axis.motion))
+    plot.set_ylabel(words("stiffness of the hand k_h [N m/rad]", axis.motion))
+    gains = (
+        f"b_v = {loop.virtual_damping_nms_rad:.3g}, K_v = {loop.velocity_gain_nms_rad:.3g} N m s/rad, K_p = "
+        f"{loop.position_gain_nm_rad:.3g} N m/rad"
     )
+    plot.set_title(f"axis {axis.name}: {words(gains, axis.motion)}", fontsize="small")
     plot.legend(fontsize="small")
     plot.grid(visible=True, alpha=0.3)
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from hw.motion import words
 from rtctl import pictures
 from rtctl.check.admittance_figure import draw_axis
 from rtctl.check.stability_report import AxisReport, Report
@@ -67,11 +68,11 @@ def _draw_axis(plot: Axes, axis: AxisReport, T: float) -> None:
     )
     plot.set_ylim(0, 1.15 * max(float(paper.max()), float(exact.max()), axis.stiffness_nm_rad, 1e-3))
     plot.set_xlim(0, widest)
-    plot.set_xlabel("coupling damping b_c [N m s/rad]")
-    plot.set_ylabel("coupling stiffness k_c [N m/rad]")
+    plot.set_xlabel(words("coupling damping b_c [N m s/rad]", axis.motion))
+    plot.set_ylabel(words("coupling stiffness k_c [N m/rad]", axis.motion))
+    damping = words(f"{b:.4g} N m s/rad", axis.motion)
     plot.set_title(
-        f"axis {axis.name}: T = {1e3 * T:g} ms, guaranteed device damping b = {b:.4g} N m s/rad",
-        fontsize="small",
+        f"axis {axis.name}: T = {1e3 * T:g} ms, guaranteed device damping b = {damping}", fontsize="small"
     )
     plot.legend(fontsize="small")
     plot.grid(visible=True, alpha=0.3)

@@ -57,12 +57,11 @@ if TYPE_CHECKING:
 class AxisReport(AxisFigures):
     """Figures of one axis and what the tests say of them."""
 
-    verdicts: tuple[Verdict, ...] = ()
-    """The worst last."""
+    verdicts: tuple[Verdict, ...] = ()  # the worst last
     admittance: AdmittanceFigures | None = None
     """What the certificate of an admittance display finds; None on an axis that displays an impedance."""
     loop: AdmittanceLoop | None = None
-    """The loop that it is asked of."""
+    motion: str = "rotary"
     impedance: bool = True
     """Whether an impedance may be displayed, too, or alone."""
 
@@ -160,6 +159,7 @@ def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming],
         verdicts=tuple(verdicts(subject, telling=telling)),
         admittance=figures_of(loop) if loop else None,
         loop=loop,
+        motion=axis.motion,
         impedance=axis.may_show("impedance"),
     )
 

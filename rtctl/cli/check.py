@@ -66,12 +66,11 @@ def command(config: Path, *, as_json: bool, plot: Path | None) -> None:
             sys.exit(StabilityError.exit_code)
         return
     click.echo(f"{report.path}\nrig {report.rig}, {1 / report.period_s:g} Hz")
-    motion = {axis.name: axis.motion for axis in loaded.config.axis}
     for axis in report.axes:
         click.echo(f"\naxis {axis.name}")
         for label, figure, note in axis_lines(axis):
-            own = words(figure, motion[axis.name])
-            click.echo(words(f"  {label:<32}{own:>24}  {note}".rstrip(), motion[axis.name]))
+            own = words(figure, axis.motion)
+            click.echo(words(f"  {label:<32}{own:>24}  {note}".rstrip(), axis.motion))
     _echo_devices(loaded)
     for one in advices:
         if one.text:
@@ -126,10 +125,12 @@ def _shown(report: Report) -> str:
         if axis.admittance is not None and axis.loop is not None:
             box = axis.loop.box
             how = "stable" if axis.admittance.proved else "stable at every point tried"
-            parts.append(
-                f"{axis.name} as an admittance is {how} in hands to {box.stiffness_nm_rad:g} N m/rad, "
-                f"{box.damping_nms_rad:g} N m s/rad, {box.inertia_kgm2:g} kg m^2 and in linear worlds"
+            hands = (
+                f"{box.stiffness_nm_rad:g} N m/rad, {box.damping_nms_rad:g} N m s/rad, "
+                f"{box.inertia_kgm2:g} kg m^2"
             )
+            hands = words(hands, axis.motion)
+            parts.append(f"{axis.name} as an admittance is {how} in hands to {hands} and in linear worlds")
     return "; ".join(parts)
 
 

@@ -186,8 +186,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
         document["units"] = units_of(known)
-        untold = (*found.untold, *unknown)
-        document["cannot_tell"] = untold
+        document["cannot_tell"] = untold = (*found.untold, *unknown)
+        document["taken"] = found.taken
         silent = {column for part in parts for column in part.unsaid}
         asked = () if config else units_to_confirm(known, silent, fit, motion)
         document["to_confirm"] = asked
@@ -201,6 +201,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
             _write(out, points, bent, document, motion)
     lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
+    lines += [f"taken: {text}" for text in found.taken]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
     lines += [f"cannot be told: {text}" for text in untold]
     lines = [*(f"please confirm: {text}" for text in asked), *lines, units_line(known)]

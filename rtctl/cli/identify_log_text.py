@@ -111,10 +111,14 @@ def units_to_confirm(
     would_be = [
         f"in {text} {inertia * factor / family[unit]:.3g} {of}" for factor, text in sorted(by_factor.items())
     ]
+    slides = ""
+    if motion == "rotary" and not any("unit" in known[each] for each in (role, "position")):
+        slides = "; nobody says that the axis turns: of one that slides say so, position=NAME:m, torque=NAME:N"
     hand = "" if motion == "linear" else f" (as {inertia / HANDLE_M**2:.3g} kg at {1e3 * HANDLE_M:.0f} mm)"
     return (
         f"is {column!r} in {unit}? The file does not say, and no log can: what moves has {inertia:.3g} {of}"
-        f"{hand} then, {', '.join(would_be)}; write the unit behind the column's name, or give --config RIG",
+        f"{hand} then, {', '.join(would_be)}; write the unit behind the column's name, or give --config RIG"
+        f"{slides}",
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from hw.motion import name, unit, words
+from hw.motion import name, of_axes, unit, words
 from rtctl.control.vocabulary import Display
 from rtctl.wire.event_words import device_line
 from rtctl.wire.fault_words import Entry, sentence
@@ -191,7 +191,7 @@ _OF_LINE = ("position_rad", "velocity_rad_s", "hand_torque_nm", "feedforward_tor
 def line(hello: dict[str, Any], shown: Shown) -> str:
     """One plain line, for a log or a pipe; names are those of m and N where every axis is linear."""
     # a line has one name for all axes, a table one for each
-    motion = "linear" if all(axis.get("motion") == "linear" for axis in hello["axes"]) else "rotary"
+    motion = of_axes(hello["axes"])
     sample, health = shown.sample, shown.health
     faults = ",".join(str(fault.name) for fault in sample.faults) or "-"
     latency = "-"

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from hw.motion import words
+from hw.motion import of_axes, words
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, reach_options
@@ -121,10 +121,10 @@ adapt.params.insert(0, click.Argument(["follow"], type=click.Choice(SWITCH)))
 
 def lines(told: dict[str, Any]) -> list[str]:
     """The state for a person."""
-    first = told["fault_first"]
+    first, no_torque = told["fault_first"], words("no torque", of_axes(told["axes"]))
     out = [
         f"{told['rig']}: {told['state']}"
-        + (f", authority {told['authority']:.0%}" if told["enabled"] else ", no torque")
+        + (f", authority {told['authority']:.0%}" if told["enabled"] else f", {no_torque}")
         + (", EMERGENCY STOP pressed" if told["estop"] else "")
     ]
     out += [f"  stopped by {first['name']}: {first['text']}"] if first else []

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hw.motion import name as own_name
-from hw.motion import unit
+from hw.motion import unit, words
 from hw.outside import shown
 from rtctl.client import RigClient
 from rtctl.client.view_feed import Feed
@@ -48,7 +48,7 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
                 "field": own_name(item.name, motions[i]),
                 "part": part,
                 "unit": "" if item.unit == "1" else unit(item.unit, motions[i]),
-                "meaning": item.meaning,
+                "meaning": words(item.meaning, motions[i]),
                 "writer": item.writer,
                 "names": _NUMBERED.get(item.name, {}),
             }
@@ -75,8 +75,8 @@ def _shown_value(value: object) -> object:
     return value
 
 
-def status(feed: Feed, world: World) -> dict[str, Any]:
-    """What the panel shows beside the curves."""
+def status(feed: Feed, world: World, motion: str = "rotary") -> dict[str, Any]:
+    """What the panel shows beside the curves, of a rig that is told of in this motion."""
     health, rows = feed.health, feed.newest
     out: dict[str, Any] = {"silent": feed.silent, "silent_s": feed.silent_s}
     out |= {"health": health, "world": world.describe()}
@@ -88,7 +88,7 @@ def status(feed: Feed, world: World) -> dict[str, Any]:
     return {
         **out,
         "state": state.name,
-        "next": next_step(state, faults),
+        "next": words(next_step(state, faults), motion),
         "hindrances": hindrances(state, faults, health.get("warnings", [])),
         "enabled": bool(row["enabled"]),
         "authority": float(row["authority"]),

@@ -18,6 +18,7 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 from urllib.parse import parse_qs, urlsplit
 
+from hw.motion import of_axes
 from rtctl.client import RigClient, view_record
 from rtctl.client.view_feed import Feed, Follower, Signal, columns
 from rtctl.client.view_guests import Guests, Request
@@ -253,7 +254,7 @@ class _Handler(BaseHTTPRequestHandler):
 
     def _send_stream(self, follower: Follower, signals: list[Signal]) -> None:
         """Server-sent events: `ticks` thinned for a screen, `event`, `status`."""
-        told = -1.0
+        told, motion = -1.0, of_axes(self.server.hello["axes"])
         while not self.server.closing.wait(MESSAGE_S):
             rows, events = follower.take()
             if rows is not None:
@@ -262,7 +263,7 @@ class _Handler(BaseHTTPRequestHandler):
                 self._event("event", shown_table({**event, "sentence": line_of(event)}))
             if time.monotonic() - told >= STATUS_S:
                 told = time.monotonic()
-                self._event("status", shown_table(status(self.server.feed, self.server.world)))
+                self._event("status", shown_table(status(self.server.feed, self.server.world, motion)))
             self.wfile.flush()
 
     def _send_ticks(self, follower: Follower, signals: list[Signal]) -> None:

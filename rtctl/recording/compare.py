@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from hw.motion import name as own_name
+from hw.motion import unit
 from rtctl import pictures
 from rtctl.check.law_plan import build
 from rtctl.control.vocabulary import State
@@ -16,6 +18,7 @@ from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.replay import Replay, Verdict
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.tick import FIELD
 
 TORQUES = (
     "coupling_torque_nm",
@@ -36,6 +39,7 @@ class Comparison:
     recorded: dict[str, np.ndarray]
     other: dict[str, np.ndarray]
     axes: list[str]
+    motions: list[str]
     verdict: Verdict
 
 
@@ -76,11 +80,12 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
         {n: np.concatenate(parts or [np.zeros(0)]) for n, parts in x.items()} for x in (recorded, replayed)
     )
     time_s = (one["time_ns"] - (one["time_ns"][0] if len(one["time_ns"]) else 0)) * 1e-9
-    return Comparison(time_s, one, two, reader.axes, replay.verdict)
+    return Comparison(time_s, one, two, reader.axes, motions, replay.verdict)
 
 
 def numbers(comparison: Comparison) -> dict[str, Any]:
-    """RMS of each torque of both, and of their difference, N m per axis; time in ACTIVE, s."""
+    """RMS of each torque of both, and of their difference, N m (N where it is linear) per axis;
+    time in ACTIVE, s."""
     active = int(State.ACTIVE)
     # the median: slots that were missed make a step longer
     period_s = float(np.median(np.diff(comparison.time_s))) if len(comparison.time_s) > 1 else 0.0
@@ -101,6 +106,12 @@ def _rms(values: np.ndarray) -> list[float]:
     finite = np.where(np.isfinite(values), values, 0.0)
     rms: list[float] = np.sqrt(np.mean(finite**2, axis=0)).tolist() if len(values) else []
     return rms
+
+
+def _label(name: str, motions: list[str]) -> str:
+    """What a signal is called on these axes, with its units."""
+    own = dict.fromkeys((own_name(name, each), unit(FIELD[name].unit, each)) for each in motions)
+    return "\n".join(f"{called}, {of}" for called, of in own)
 
 
 def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) -> None:
@@ -126,7 +137,7 @@ def plot_comparison(comparison: Comparison, path: Path, names: tuple[str, str]) 
                 panel.plot(
                     comparison.time_s[::step], signals[name][::step, axis], style, lw=1, label=label + more
                 )
-        panel.set_ylabel(name)
+        panel.set_ylabel(_label(name, comparison.motions))
         panel.grid(alpha=0.3)
         panel.legend(loc="upper right", fontsize=7)
     panels[0].set_title(f"The same samples through two laws: {names[0]} and {names[1]}")

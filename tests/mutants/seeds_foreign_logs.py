@@ -19,9 +19,31 @@ HDF = ("tests/unit/hw/test_matlab_hdf.py",)
 
 DIRTY = ("tests/unit/friction/test_dirty_logs.py",)
 CELLS = ("tests/unit/hw/test_cells.py",)
+LOOPS = "tests/unit/friction/test_foreign_clocks.py"
 JUDGED = ("tests/unit/cli/test_fit_judge.py",)
 
 SEEDS = (
+    Seed(
+        "a delay that changes nothing is a warning",
+        "rtctl/friction/logs/regression.py",
+        "if _moved_by(signals, late.value) < TOLD_CHANGE:",
+        "if False:",
+        (f"{LOOPS}::test_what_a_loggers_convention_explains_is_no_warning",),
+    ),
+    Seed(
+        "a delay that changes friction by a quarter is none",
+        "rtctl/friction/logs/regression.py",
+        "if _moved_by(signals, late.value) < TOLD_CHANGE:",
+        "if _moved_by(signals, late.value) < 4 * TOLD_CHANGE:",
+        (f"{LOOPS}::test_a_torque_truly_of_another_time_is_told",),
+    ),
+    Seed(
+        "how a torque was taken is a warning",
+        "rtctl/friction/logs/log_points.py",
+        "(*told, *off), taken,",
+        "(*told, *off, *taken), (),",
+        (f"{LOOPS}::test_how_the_torque_was_taken_stands_beside_the_warnings",),
+    ),
     Seed(
         "logs of two loads are no cause that has a name",
         "rtctl/friction/logs/changed_within.py",

@@ -6,6 +6,8 @@ from seed import Seed
 
 HANDLE = ("tests/unit/control/test_handle.py",)
 PLAYED = ("tests/unit/cli/test_playback_of_a_linear_axis.py",)
+WORDS = "tests/unit/cli/test_words_of_a_linear_rig.py"
+LOGS = ("tests/unit/cli/test_identify_log_of_a_linear_axis.py",)
 WAVES = ("tests/unit/friction/test_waves.py",)
 CONTROL = "rtctl/control/"
 CHECK = "tests/unit/cli/test_shake_of_a_carriage.py"
@@ -20,7 +22,52 @@ def _of_a_joint(what: str, file: str, own: str) -> Seed:
 
 SEEDS = (
     Seed(
-        "a line of the monitor is in rad whatever moves", "rtctl/cli/monitor_text.py",
+        "a carriage has torques", "hw/motion.py",
+        """f"{'F' if found[1] == 'T' else 'f'}orce{found[2]}\"""", "found[0]",
+        (f"{WORDS}::test_check_tells_a_carriage_in_forces",),
+    ),
+    Seed(
+        "two laws are drawn without units", "rtctl/recording/compare.py",
+        "panel.set_ylabel(_label(name, comparison.motions))", "panel.set_ylabel(name)",
+        (f"{WORDS}::test_the_figure_of_two_laws_says_what_it_draws",),
+    ),
+    Seed(
+        "the couplings of a carriage are drawn in N m/rad", "rtctl/check/stability_figure.py",
+        'words("coupling stiffness k_c [N m/rad]", axis.motion)', '"coupling stiffness k_c [N m/rad]"',
+        (f"{WORDS}::test_the_figure_of_check_is_in_the_units_of_its_axis",),
+    ),
+    Seed(
+        "the virtual mass of a carriage is drawn in kg m^2", "rtctl/check/admittance_figure.py",
+        'words("virtual mass m [kg m^2]", axis.motion)', '"virtual mass m [kg m^2]"',
+        (f"{WORDS}::test_the_figure_of_check_is_in_the_units_of_its_axis",),
+    ),
+    Seed(
+        "a carriage as an admittance is told in N m/rad", "rtctl/cli/check.py",
+        "hands = words(hands, axis.motion)", 'hands = words(hands, "rotary")',
+        (f"{WORDS}::test_check_tells_the_hands_of_a_virtual_mass_that_slides_in_m",),
+    ),
+    Seed(
+        "a carriage at rest has no torque", "rtctl/cli/operate.py",
+        'words("no torque", of_axes(told["axes"]))', '"no torque"',
+        (f"{WORDS}::test_status_of_carriages_says_that_there_is_no_force",),
+    ),
+    Seed(
+        "the page explains a carriage's curves by torques", "rtctl/client/view_panel.py",
+        "words(item.meaning, motions[i])", "item.meaning",
+        (f"{WORDS}::test_the_page_explains_its_curves_in_forces",),
+    ),
+    Seed(
+        "a unit that an axis does not have is told in the axis' own", "hw/motion.py",
+        """(?<![\\w/^'])(""", """(?<![\\w/^])(""",
+        (f"{LOGS[0]}::test_units_of_both_motions_in_one_log_are_refused",),
+    ),
+    Seed(
+        "a log without units turns", "rtctl/cli/identify_log_text.py",
+        """f"{slides}",""", """"",""",
+        (f"{LOGS[0]}::test_a_log_of_no_units_is_asked_whether_its_axis_turns",),
+    ),
+    Seed(
+        "a line of the monitor is in rad whatever moves", "hw/motion.py",
         '"linear" if all(axis.get("motion") == "linear"', '"rotary" if all(axis.get("motion") == "linear"',
         ("tests/unit/test_monitor.py",),
     ),

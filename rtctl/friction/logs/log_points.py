@@ -58,8 +58,9 @@ class InTime:
     """Logs whose torques are of the instants of the position: stretches of each, all together, and how that
     was come by.
 
-    `torque_delay_s` None: half a period of each. `untold` is what such a log cannot tell, `bent` the
-    presliding length of all together."""
+    `torque_delay_s` None: half a period of each. `notes` are warnings; `taken` is what was put right and
+    leaves nothing to do, `untold` what such a log cannot tell, `bent` the presliding length of all
+    together."""
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
@@ -67,6 +68,7 @@ class InTime:
     speed_min_rad_s: float
     torque_delay_s: float | None
     notes: tuple[str, ...] = ()
+    taken: tuple[str, ...] = ()
     untold: tuple[str, ...] = ()
     bent: Presliding | None = None
 
@@ -128,21 +130,22 @@ def read_in_time(
     cutoff = cutoff_hz or cutoff_for(parts)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     logs, signals, bent = looked_at(logs)
-    notes: tuple[str, ...] = ()
+    taken: tuple[str, ...] = ()
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
     # the lateness is read off a torque put back by half a period, which is what most drives record
     half_s = 0.5 / parts[0].rate_hz
     late_s = taken_late(signals, half_s) if torque_delay_s is None and driven else half_s
     if late_s < half_s:
-        torque_delay_s, notes = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
+        torque_delay_s, taken = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
         # anew from the file: a torque that was shifted twice would be smoothed twice
         logs, signals, bent = looked_at(read(late_s))
     held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
-    notes, untold = (*notes, *told, *off), (*untold, *unseen)
-    return InTime(logs, signals, cutoff, slowest, torque_delay_s, notes, untold, bent)
+    return InTime(
+        logs, signals, cutoff, slowest, torque_delay_s, (*told, *off), taken, (*untold, *unseen), bent
+    )
 
 
 def settled(

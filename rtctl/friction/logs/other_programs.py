@@ -212,7 +212,7 @@ def _signals(
             name, units = column["column"], known[role]
             if column["unit"] not in units:
                 raise DataError(
-                    f"{file}: column {name!r} is read in {column['unit']}, which this axis does not have: "
+                    f"{file}: column {name!r} is read in {column['unit']!r}, which this axis does not have: "
                     f"it has {', '.join(units)}"
                 )
             require_unit(file, name, table.units.get(name, ""), column, tuple(units))

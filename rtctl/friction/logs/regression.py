@@ -24,6 +24,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rtctl.errors import DataError
+from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.balance_faults import TOLD_CHANGE
 from rtctl.friction.logs.dynamics import require_both_directions
 from rtctl.friction.logs.even_motion import TooEvenError, completed, require_acceleration, said, told_apart
 from rtctl.friction.logs.intervals import Estimate
@@ -38,7 +40,8 @@ UNEXPLAINED_MAX = 0.7
 """Largest relative error of a fit that says anything; real logs have .1 to .2."""
 
 DELAY_SAID_S = 0.5e-3
-"""Delay left in the torque that is worth a word: 1 % of viscous friction at 2 Hz on the nominal rig."""
+"""Delay left in the torque that is worth a word where it changes a parameter by `TOLD_CHANGE`: what a logger
+takes at other instants than it says moves right logs by less."""
 
 
 @dataclass(frozen=True)
@@ -203,6 +206,8 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
     # surely there, and large enough to change a figure
     if late is None or late.holds(0.0) or abs(late.value) < DELAY_SAID_S:
         return ()
+    if _moved_by(signals, late.value) < TOLD_CHANGE:
+        return ()
     word = "late" if late.value > 0 else "early"
     return (
         f"{signals.source}: the torque looks {1e3 * abs(late.value):.3g} ms {word} against the position "
@@ -210,6 +215,19 @@ def _misaligned(signals: Regressors, late: Estimate | None) -> tuple[str, ...]:
         "friction and inertia are then wrong), or an elastic shaft or belt is between motor and encoder, or "
         "friction is not Coulomb + viscous",
     )
+
+
+def _moved_by(signals: Regressors, delay_s: float) -> float:
+    """Largest share by which inertia, viscous or Coulomb friction change with the motion as it was so much
+    earlier."""
+    balance = Balance.of(signals)
+    a, v, s = balance.motion.T
+    earlier = np.column_stack([a - delay_s * signals.jerk_rad_s3[signals.sliding], v - delay_s * a, s])
+    before, after = (
+        np.array([fit.inertia, fit.viscous, fit.coulomb])
+        for fit in (balance.fit(), balance.fit(motion=earlier))
+    )
+    return float(np.max(np.abs(before - after) / np.maximum(np.abs(after), 1e-12)))
 
 
 def _usual_friction(fit: Regression, signals: Regressors) -> float:

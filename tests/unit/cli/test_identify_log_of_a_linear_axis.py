@@ -145,9 +145,20 @@ def test_a_unit_that_the_file_says_is_not_asked(monkeypatch, capsys, logs, name)
     assert scaled.startswith("symmetric: ")
 
 
+def test_a_log_of_no_units_is_asked_whether_its_axis_turns(monkeypatch, capsys, logs):
+    asked = first_line(monkeypatch, capsys, logs["rotary"], "position=place", "torque=effort")
+    assert asked.startswith("please confirm: ")
+    assert asked.endswith("of one that slides say so, position=NAME:m, torque=NAME:N")
+    said = first_line(monkeypatch, capsys, logs["rotary"], "position=place:rad", "torque=effort")
+    assert "slides" not in said
+
+
 @pytest.mark.parametrize(
     ("place", "effort", "told"),
-    [("mm", "N m", "which this axis does not have"), ("rad", "N", "which this axis does not have")],
+    [
+        ("mm", "N m", "'effort' is read in 'N m', which this axis does not have"),
+        ("rad", "N", "'place' is read in 'rad', which this axis does not have"),
+    ],
 )
 def test_units_of_both_motions_in_one_log_are_refused(monkeypatch, capsys, logs, place, effort, told):
     columns = ("--column", f"position=place:{place}", "--column", f"torque=effort:{effort}")

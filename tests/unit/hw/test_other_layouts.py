@@ -60,7 +60,7 @@ REFUSED = {
     "ros2 topic echo as it is shown": r"ros2 topic echo --csv",
     "carriage: kilograms of a load cell, taken for newtons": r"Force \(kgf\).*says kgf.*give 9\.80665 N",
     "carriage: kN in the header, taken for newtons": r"'Kraft' is read in N, the file says kN; give",
-    "carriage: millimetres and newton-metres": r"'tau_nm' is read in Nm, which this axis does not have",
+    "carriage: millimetres and newton-metres": r"'tau_nm' is read in 'Nm', which this axis does not have",
     "the folder of a bag": r"is a folder: give a file in it \(bag\.mcap",
 }
 """Layouts that are not read, and what must be said; None: read, and judged by what comes of it."""
