@@ -168,15 +168,6 @@ FEW: dict[str, dict[str, tuple[str, ...]]] = {
         "test_it_holds_on_the_next_of_days_with_heavy_tails_too": ("3",),
         "test_it_holds_on_the_next_session_of_friction_that_wears": ("3-0.02", "4-0.0", "8-0.01"),
     },
-    "unit/friction/test_dirty_logs.py": {
-        "test_a_clean_log_gives_its_parameters_and_no_alarm": (
-            "hand",
-            "hand, drifting",
-            "hand against a spring, coarse",
-            "motor, coarse current",
-            "motor, even strokes",
-        ),
-    },
     "unit/friction/test_drift_beside.py": {
         "test_a_judge_of_another_make_finds_nothing_wrong": (
             "a tenth less-told",
