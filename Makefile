@@ -52,8 +52,9 @@ test: $(VENV)/.ready-dev
 test-volume: $(VENV)/.ready-dev
 	$(BIN)/python tests/run_tier.py volume
 
-# Against other people's programs; what is missing on this machine is skipped, with its reason.
-SYSTEM ?= tests/system tests/attacks
+# Against other people's programs; what is missing on this machine is skipped, with its reason. And what meets a clock, asked
+# more often than `make test` does.
+SYSTEM ?= tests/system tests/attacks tests/integration
 test-system: $(VENV)/.ready-dev
 	$(BIN)/python -m pytest -m system -rs $(SYSTEM)
 

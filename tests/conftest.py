@@ -6,8 +6,9 @@ import gc
 import os
 import signal
 import tempfile
-from collections import Counter
+from collections import Counter, defaultdict
 
+import few
 import pytest
 import tiers
 from hypothesis import HealthCheck, settings
@@ -34,10 +35,21 @@ def pytest_unconfigure():
     _FOLDER.cleanup()
 
 
-def pytest_collection_modifyitems(items):
+@pytest.hookimpl(tryfirst=True)  # before what chooses by marks
+def pytest_collection_modifyitems(config, items):
+    cases = defaultdict(lambda: defaultdict(set))
     for item in items:
-        if tiers.meets_a_clock(item.path):
+        clock = tiers.meets_a_clock(item.path)
+        test, _, case = item.nodeid.partition("::")[2].removesuffix("]").partition("[")
+        cases[item.path][test].add(case)
+        if clock:
             item.add_marker(pytest.mark.clock)
+        if few.is_left(item.path, test, case):
+            item.add_marker(pytest.mark.system if clock else pytest.mark.volume)
+    if not any("::" in argument for argument in config.args):  # whole files
+        unknown = {one for path, known in cases.items() for one in few.unknown(path, known)}
+        if unknown:
+            raise pytest.UsageError(f"tests/few.py names what is none: {sorted(unknown)}")
     if os.environ.get("NUMBA_DISABLE_JIT", "0") == "0":
         return
     for item in items:

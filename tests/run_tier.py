@@ -21,6 +21,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import few
 import tiers
 
 ROOT = tiers.TESTS.parent
@@ -32,7 +33,6 @@ END_S = 30.0
 
 ENOUGH_FILES = 25
 """In one part: it starts Python and imports for three seconds."""
-
 LEAST_WEIGHT = 19
 """Nice value of a session that takes only what no other one wants."""
 
@@ -167,7 +167,7 @@ def test() -> list[Part]:
 
 def volume() -> list[Part]:
     """The same questions asked many more times, beside anything; of two parts, one took 165 s longer."""
-    files = [path for path in tiers.every_file() if VOLUME.search(path.read_text())]
+    files = [path for path in tiers.every_file() if few.names(path) or VOLUME.search(path.read_text())]
     return [pytest_part(f"volume {k}", files[k::6], "-m", "volume", UNHURRIED, idle=True) for k in range(6)]
 
 

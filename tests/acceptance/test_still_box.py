@@ -47,10 +47,11 @@ def test_of_many_hands_that_hold_still_none_feels_anything_of_the_default_policy
     assert found.most_fed_j <= campaign_still.FED_J
 
 
+@asked_often
 @pytest.mark.compiled
 def test_the_judge_hears_a_policy_that_shakes():
-    found = campaign_still.run(campaign_still.Order(seed=1, cases=26, policies=("dither",)))
-    assert len(found.loud) >= 4, "a square wave shakes a third of the hands"
+    found = campaign_still.run(campaign_still.Order(seed=1, cases=26 if WHOLE else 18, policies=("dither",)))
+    assert len(found.loud) >= 4, "a square wave shakes a quarter of the hands"
 
 
 def alarms(name, world, seconds):

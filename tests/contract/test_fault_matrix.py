@@ -62,6 +62,22 @@ PLAYED = [
 MEASURED = [*PLAYED, *(key for key in KINDS if key[0] == "velocity")]
 STATE_BYTES = 49
 PHASES = ["test pulse", "soft start", "active", "hold", "stopping"]
+UNDER_WAY = ["soft start", "active", "stopping"]
+
+
+def in_turn(keys):
+    """Every kind in these phases: in one of them in `make test`, another one for the next kind, and in all as
+    volume.
+    """
+    return [
+        pytest.param(
+            *(key, phase),
+            id=f"{'.'.join(key)}-{phase}",
+            marks=[] if k % len(UNDER_WAY) == n else [pytest.mark.volume],
+        )
+        for k, key in enumerate(keys)
+        for n, phase in enumerate(UNDER_WAY)
+    ]
 
 
 @pytest.fixture
@@ -145,8 +161,7 @@ def test_mock(mock_rig, key, phase):
     expect(mock_rig, phase, fault, within)
 
 
-@pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
-@pytest.mark.parametrize("key", PLAYED, ids=lambda key: ".".join(key))
+@pytest.mark.parametrize(("key", "phase"), in_turn(PLAYED))
 def test_playback(playback_rig, key, phase):
     fault, within, value = KINDS[key]
     enter(playback_rig, phase)
@@ -154,8 +169,7 @@ def test_playback(playback_rig, key, phase):
     expect(playback_rig, phase, fault, within)
 
 
-@pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
-@pytest.mark.parametrize("key", MEASURED, ids=lambda key: ".".join(key))
+@pytest.mark.parametrize(("key", "phase"), in_turn(MEASURED))
 def test_serial_board(serial_rig, key, phase):
     fault, within, value = KINDS[key]
     enter(serial_rig, phase)
@@ -163,8 +177,7 @@ def test_serial_board(serial_rig, key, phase):
     expect(serial_rig, phase, fault, within)
 
 
-@pytest.mark.parametrize("phase", ["soft start", "active", "stopping"])
-@pytest.mark.parametrize("key", [key for key in MEASURED if key[0] != "force"], ids=lambda key: ".".join(key))
+@pytest.mark.parametrize(("key", "phase"), in_turn([key for key in MEASURED if key[0] != "force"]))
 def test_can_drive(can_rig, key, phase):
     fault, within, value = KINDS[key]
     enter(can_rig, phase)

@@ -3,6 +3,7 @@
 import ast
 from pathlib import Path
 
+import few
 import pytest
 from mutations import mutations
 from run import SEEDS
@@ -16,6 +17,7 @@ def test_a_seeded_bug_applies_and_its_tests_exist(seed):
     for test in seed.tests:
         file, _, name = test.partition("::")
         assert f"def {name}" in (ROOT / file).read_text()
+        assert few.FEW.get(file.removeprefix("tests/"), {}).get(name) != (), "`make test` does not ask it"
 
 
 def test_there_are_many_and_each_is_a_different_one():

@@ -3,12 +3,14 @@ all.
 """
 
 import os
+import re
 import shutil
 import signal
 import subprocess
 import sys
 from pathlib import Path
 
+import few
 import pytest
 import run_tier
 import tiers
@@ -78,6 +80,17 @@ def test_the_inner_loop_is_part_of_what_a_user_runs():
 
 def test_everything_marked_volume_is_found():
     assert "tests/acceptance/test_campaign.py" in files_of(run_tier.volume())
+
+
+@pytest.mark.parametrize("name", few.FEW)
+def test_what_make_test_asks_of_few_is_asked_of_the_others_in_ci(name):
+    path = tiers.TESTS / name
+    assert all(f"def {test.rpartition('::')[2]}(" in path.read_text() for test in few.FEW[name])
+    if tiers.meets_a_clock(path):
+        (system,) = re.findall(r'--ignore=%s .*\) (.*)" \|\|', (ROOT / ".ci/run").read_text())
+        assert f"tests/{name.partition('/')[0]}" in system.split()
+    else:
+        assert f"tests/{name}" in files_of(run_tier.volume())
 
 
 def test_ci_runs_every_tier():
@@ -198,7 +211,8 @@ def test_busy():
 
 
 def test_a_session_says_which_files_were_not_quick(tmp_path, monkeypatch):
-    shutil.copy(tiers.TESTS / "conftest.py", tmp_path)
+    for name in ("conftest.py", "few.py"):
+        shutil.copy(tiers.TESTS / name, tmp_path)
     table = (tiers.TESTS / "tiers.py").read_text().replace(f"QUICK_S = {tiers.QUICK_S}", "QUICK_S = 0.2")
     (tmp_path / "tiers.py").write_text(table)
     for name, seconds in (("slow", 0.4), ("quick", 0.0)):

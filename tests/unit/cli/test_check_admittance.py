@@ -197,7 +197,7 @@ def test_a_heavier_mass_that_may_be_asked_for_is_judged_with_dry_friction_too(ri
 
 
 def test_both_displays_are_judged_where_the_display_may_change_and_all_masses_that_may_be_asked_for(rig):
-    path = rig()
+    path = rig(b_v=0.6)
     text = path.read_text().replace('display = "admittance"', 'display = "admittance"\ndisplay_change = true')
     text = text.replace(
         "[axis.coupling]\n", "[axis.coupling]\nstiffness_nm_rad = 10.0\ndamping_nms_rad = 0.01\n"
@@ -210,7 +210,7 @@ def test_both_displays_are_judged_where_the_display_may_change_and_all_masses_th
 
 
 def test_rows_of_a_coupling_are_not_of_an_admittance(rig):
-    names = set(rows_of(rig()))
+    names = set(rows_of(rig(b_v=0.6)))
     couplings = {
         "coupling, sampled and late",
         "steps of the encoder",
@@ -218,8 +218,8 @@ def test_rows_of_a_coupling_are_not_of_an_admittance(rig):
         "delay of the devices",
     }
     assert not names & couplings
-    text = rig().read_text().replace('display = "admittance"', 'display = "impedance"')
-    path = rig()
+    text = rig(b_v=0.6).read_text().replace('display = "admittance"', 'display = "impedance"')
+    path = rig(b_v=0.6)
     path.write_text(text)
     names = set(rows_of(path))
     assert "coupling, sampled and late" in names

@@ -227,7 +227,8 @@ def test_the_noise_of_points_is_estimated_from_them_alone():
     assert grids.noise_nm(v, np.full(400, 0.3)) == pytest.approx(3e-4)
 
 
-def test_a_real_dask_cluster_finds_the_same():
+@pytest.mark.parametrize("processes", [False, True], ids=["threads", "processes"])
+def test_a_real_dask_cluster_finds_the_same(processes):
     distributed = pytest.importorskip("distributed", reason="the extra rtctl[dask] is not installed")
     dask = pytest.importorskip("dask")
     few = {"families": ("gaussian", "epsilon-spline"), "symmetric": "no"}
@@ -235,7 +236,9 @@ def test_a_real_dask_cluster_finds_the_same():
     busy = {"distributed.comm.timeouts.connect": "120s", "distributed.comm.timeouts.tcp": "120s"}
     with (
         dask.config.set(busy),
-        distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster,
+        distributed.LocalCluster(
+            n_workers=2, threads_per_worker=1, processes=processes, dashboard_address=None
+        ) as cluster,
         distributed.Client(cluster),
     ):
         other = ladder.ascend(points(), ladder.Options(**few, backend="dask", n_jobs=2))
