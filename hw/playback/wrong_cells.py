@@ -11,6 +11,7 @@ from hw.playback.text_rows import UNIT_ROWS, cells_of
 ENDED_ROWS = 10
 """A column that ends by more rows before the others is of another rate."""
 
+_COMMA = re.compile(r"[-+]?\d+,\d+")
 _HEXADECIMAL = re.compile(r"[0-9a-fA-F]{4}|[0-9a-fA-F]{8}")
 
 
@@ -71,12 +72,16 @@ def no_number(
             f"{where}: {cells[at][:40]!r} is not a number: from there on {len(below)} row(s) are none of "
             "the log (a footer, of statistics?); delete them"
         )
-    hint = ""
-    if all(_HEXADECIMAL.fullmatch(each[at]) for each in below if at < len(each)):
-        hint = " (hexadecimal? Write 0x before each)"
-    elif re.fullmatch(r"[-+]?\d+,\d+", cells[at]):
-        hint = " (with a decimal comma? Other cells have a point: say which it is, --decimal comma)"
     return (
-        f"{where}: {cells[at][:40]!r} is not a number{hint}; drop the row if nothing was measured in it (a "
+        f"{where}: {cells[at][:40]!r} is not a number{_meant(below, at)}; drop the row if nothing was measured in it (a "
         "gap in the stamps is fine): every cell of a mapped column must be a number"
     )
+
+
+def _meant(below: list[list[str]], at: int) -> str:
+    """What a cell, the first of those from it down, may be meant as."""
+    if all(_HEXADECIMAL.fullmatch(each[at]) for each in below if at < len(each)):
+        return " (hexadecimal? Write 0x before each)"
+    if _COMMA.fullmatch(below[0][at]):
+        return " (with a decimal comma? Other cells have a point: say which it is, --decimal comma)"
+    return ""
