@@ -73,8 +73,8 @@ def no_number(
             "the log (a footer, of statistics?); delete them"
         )
     return (
-        f"{where}: {cells[at][:40]!r} is not a number{_meant(below, at)}; drop the row if nothing was measured "
-        "in it (a gap in the stamps is fine): every cell of a mapped column must be a number"
+        f"{where}: {cells[at][:40]!r} is not a number{_meant(below, at)}; drop the row if nothing was "
+        "measured in it (a gap in the stamps is fine): every cell of a mapped column must be a number"
     )
 
 

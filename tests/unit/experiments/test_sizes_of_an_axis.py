@@ -97,7 +97,7 @@ def test_a_page_of_a_carriage_speaks_in_its_units_and_a_joint_s_is_left_alone():
     shown = own.parts[0].shown[0]
     assert (shown.caption, shown.header, shown.rows) == (
         "at 2 mm/s",
-        ("torque, mN",),
+        ("force, mN",),
         (("as hand_rms_n",),),
     )
 
