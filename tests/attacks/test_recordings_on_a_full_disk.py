@@ -88,6 +88,7 @@ def test_a_rig_name_of_a_stranger_names_no_other_folder(tmp_path, setup):
 
 class Kept:
     broken = None
+    state_broken = {"zero of the force": None}
 
 
 def test_a_log_or_a_recording_that_breaks_is_told_once_each_time():
@@ -109,3 +110,5 @@ def test_a_log_or_a_recording_that_breaks_is_told_once_each_time():
     assert new() == ["event log: written again", "RECORDING BROKEN: x"]
     record.flight.broken = "again"
     assert new() == ["EVENT LOG BROKEN: again"]
+    record.flight.state_broken = {"zero of the force": "full"}
+    assert new() == ["ZERO OF THE FORCE BROKEN: full"]
