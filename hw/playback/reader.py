@@ -158,9 +158,8 @@ def load(options: Options, rig: Rig) -> Recording:
         See `hw.playback.columns.read_table` and `hw.playback.rising.require_rising`; more than two ticks of a
         recording missed in a row, in other logs steps that differ by more than `MAX_STEP_ERROR` (smaller
         differences are resampled on the stamps); also when the number of axes differs."""
-    recorded = (
-        Path(options["file"]).suffix.lower() == ".mcap"
-    )  # its stamps are exact: a missed tick is a missing row
+    # stamps of a recording are exact: a missed tick is a missing row
+    recorded = Path(options["file"]).suffix.lower() == ".mcap"
     stretches = _read(options, rig, steady=not recorded)
     start_s, end_s = options.get("start_s", 0.0), options.get("end_s")
     whole = _around(stretches, start_s, end_s)
