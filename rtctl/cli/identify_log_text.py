@@ -110,7 +110,9 @@ def units_to_confirm(
     ]
     slides = ""
     if motion == "rotary" and not any("unit" in known[each] for each in (role, "position")):
-        slides = "; nobody says that the axis turns: of one that slides say so, position=NAME:m, torque=NAME:N"
+        slides = (
+            "; nobody says that the axis turns: of one that slides say so, position=NAME:m, torque=NAME:N"
+        )
     hand = "" if motion == "linear" else f" (as {inertia / HANDLE_M**2:.3g} kg at {1e3 * HANDLE_M:.0f} mm)"
     return (
         f"is {column!r} in {unit}? The file does not say, and no log can: what moves has {inertia:.3g} {of}"
