@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -39,7 +40,7 @@ class Comparison:
     recorded: dict[str, np.ndarray]
     other: dict[str, np.ndarray]
     axes: list[str]
-    motions: list[str]
+    motions: Sequence[str]
     verdict: Verdict
 
 
@@ -108,7 +109,7 @@ def _rms(values: np.ndarray) -> list[float]:
     return rms
 
 
-def _label(name: str, motions: list[str]) -> str:
+def _label(name: str, motions: Sequence[str]) -> str:
     """What a signal is called on these axes, with its units."""
     own = dict.fromkeys((own_name(name, each), unit(FIELD[name].unit, each)) for each in motions)
     return "\n".join(f"{called}, {of}" for called, of in own)
