@@ -76,14 +76,12 @@ class SafeStop:
 
 
 def _stop_opened(label: str, backend: Backend) -> Stopped:
-    why: list[str] = []
-    # whatever one device's code does, the others are stopped
-    with contextlib.suppress(Exception):
-        try:
-            backend.open()
-            backend.stop()
-            backend.close()
-        except Exception as error:
-            why.append(str(error) if isinstance(error, BackendError) else f"{type(error).__name__}: {error}")
-            raise
-    return Stopped(label, confirmed=not why, detail="".join(why))
+    try:
+        backend.open()
+        backend.stop()
+        backend.close()
+    except BackendError as error:
+        return Stopped(label, confirmed=False, detail=str(error))
+    except Exception as error:  # noqa: BLE001 - whatever one device's code does, the others are stopped
+        return Stopped(label, confirmed=False, detail=f"{type(error).__name__}: {error}")
+    return Stopped(label, confirmed=True, detail="")

@@ -62,7 +62,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
             f"{other.path}: {plan.n_axes} axes at {other.config.loop.rate_hz:g} Hz, but the recording has "
             f"{reader.n_axes} at {float(reader.about['rate_hz']):g} Hz; both must be the same"
         )
-    motions: list[str] = [axis.motion for axis in other.config.axis]
+    motions = [axis.motion for axis in other.config.axis]
     if motions != list(reader.motions):  # rad would be taken for m
         raise ConfigError(
             f"{other.path}: axes are {', '.join(motions)}, but those of the recording "

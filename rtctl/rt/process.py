@@ -206,7 +206,7 @@ def main(line_fd: int) -> int:
         return 1
     try:
         run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
-    except Exception as error:  # noqa: BLE001 - the one allowed: whatever it was, the actuator is stopped; say it and end
+    except Exception as error:  # noqa: BLE001 - whatever it was, the actuator is stopped; say it and end
         _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
         return 1
     finally:

@@ -30,7 +30,6 @@ from rtctl.recording.law_arrays import LawArrays
 from rtctl.recording.law_runner import LawRunner
 from rtctl.rig_file.config import load
 from rtctl.rt import __main__ as rt
-from rtctl.rt import process  # noqa: F401 - imported before the fork
 from rtctl.rt.clock import WallClock
 from rtctl.rt.loop import warm_up
 from rtctl.rt.shared_memory import Memory
@@ -42,9 +41,10 @@ FOLLOWING = (
     "rtctl.host.exchange.late_tasks", "rtctl.host.exchange.late_watch",
     "rtctl.host.exchange.rig_description",
     "rtctl.host.exchange.streams", "rtctl.host.view_process", "rtctl.recording.setup",
-    "rtctl.recording.state_folder",
+    "rtctl.recording.state_folder", "rtctl.rt.process",
 )  # fmt: skip
-"""What a host imports only once its loop has begun; here it is there before the fork."""
+"""What a host imports only once its loop has begun, and a loop as it begins; here it is there before the
+fork."""
 
 QUICK = {
     "READY_S": 0.1,
