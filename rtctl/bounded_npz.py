@@ -13,7 +13,11 @@ from typing import BinaryIO
 
 import numpy as np
 
+# each costs some hundred bytes of directory, and an array object; ours have a hundred
 MOST_MEMBERS = 10_000
+
+_PACKED = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""What NumPy writes. Python unpacks bzip2 and LZMA without a bound, whatever size is asked for."""
 
 
 def read_arrays(file: BinaryIO, most: int) -> dict[str, np.ndarray]:
@@ -35,7 +39,7 @@ def read_arrays(file: BinaryIO, most: int) -> dict[str, np.ndarray]:
             if size > most or len(members) > MOST_MEMBERS:
                 msg = f"{len(members)} arrays of {size} bytes, at most {MOST_MEMBERS} of {most} are read"
                 raise ValueError(msg)
-            return {info.filename.removesuffix(".npy"): _array(archive.read(info)) for info in members}
+            return {info.filename.removesuffix(".npy"): _array(_unpacked(archive, info)) for info in members}
     except (
         zipfile.BadZipFile,
         zlib.error,
@@ -47,10 +51,21 @@ def read_arrays(file: BinaryIO, most: int) -> dict[str, np.ndarray]:
         raise ValueError(str(error) or type(error).__name__) from error
 
 
+def _unpacked(archive: zipfile.ZipFile, info: zipfile.ZipInfo) -> bytes:
+    """The bytes of one member: no more than its head in the archive says."""
+    if info.compress_type not in _PACKED:
+        msg = f"{info.filename} is packed by method {info.compress_type}"
+        raise ValueError(msg)
+    # with a size: `archive.read` unpacks up to 2 GB at once, and only then cuts it to what the head says
+    with archive.open(info) as member:
+        return member.read(info.file_size)
+
+
 def _array(data: bytes) -> np.ndarray:
     """One npy file. Its head is believed only when it says as much as there is."""
     stream = io.BytesIO(data)
     version = np.lib.format.read_magic(stream)
+    # 3.0 is for field names that are not Latin-1: no array of ours has such
     read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     if version not in read:
         msg = f"array of version {version}"
@@ -64,4 +79,5 @@ def _array(data: bytes) -> np.ndarray:
         msg = f"an array that claims to be {dtype} {shape}"
         raise ValueError(msg)
     flat = np.frombuffer(data, dtype, offset=stream.tell())
+    # a copy: what lies in `bytes` is read-only, and behind a head of any length not aligned
     return flat.reshape(shape, order="F" if by_columns else "C").copy()

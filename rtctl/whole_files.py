@@ -36,6 +36,9 @@ def whole(path: Path) -> Iterator[Path]:
     new = beside(path)
     try:
         yield new
+        with new.open("rb") as file:
+            # else a power cut may leave the name, and nothing in it
+            os.fsync(file.fileno())
         _take_place(new, path)
     except OSError as error:
         raise DataError(

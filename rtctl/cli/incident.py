@@ -21,6 +21,10 @@ def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
     from rtctl.recording.incident_report import extremes, summary
 
     incident = read_incident(file)
+    if plot is not None:  # first: a picture that fails must not follow a JSON object with another
+        from rtctl.recording.incident_plot import plot_incident
+
+        plot_incident(incident, plot)
     if as_json:
         body = {"about": incident.about, "trigger": incident.trigger, "events": incident.events}
         click.echo(json_text({**body, "ticks": len(incident.ticks), "extremes": extremes(incident)}))
@@ -29,9 +33,5 @@ def command(file: Path, plot: Path | None, *, as_json: bool) -> None:
         click.echo("\nevents")
         for event in incident.events:
             click.echo(f"  {line(event)}")
-    if plot is not None:
-        from rtctl.recording.incident_plot import plot_incident
-
-        plot_incident(incident, plot)
-        if not as_json:
+        if plot is not None:
             click.echo(f"\npicture: {plot}")

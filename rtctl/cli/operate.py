@@ -81,11 +81,19 @@ arm = _operation("arm")(_arm)
 def stop(client: RigClient) -> None:
     """Stop a running rig: the torque ramps to zero, then the motor is disabled. Never refused.
 
-    Where no daemon answers, `rtctl stop-rig CONFIG` makes the actuators torque-free by itself."""
+    Ends when the motor is off; exit code 12 when it is not after 2 s. Where no daemon answers, `rtctl
+    stop-rig CONFIG` makes the actuators torque-free by itself."""
+    from rtctl.errors import ClientError
+
     client.stop()
     # the reply says that the stop was taken in, not that the motor is off
     deadline = time.monotonic() + STOP_S
-    while client.status()["enabled"] and time.monotonic() < deadline:
+    while client.status()["enabled"]:
+        if time.monotonic() > deadline:  # whoever reaches for the joint next relies on the exit code
+            raise ClientError(
+                f"the stop was taken in, but the motor is enabled after {STOP_S:g} s: press the emergency "
+                "stop, or cut its power"
+            )
         time.sleep(POLL_S)
 
 

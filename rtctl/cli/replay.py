@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -60,17 +61,20 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
     )
     remark = "" if same_law else "; recorded with other sources of the law"
     if as_json:
-        click.echo(json_text({**asdict(verdict), "same_law_sources": same_law}))
-    else:
-        click.echo(text)
-        if missing := reader.missing_fields():
-            click.echo(
-                f"recorded before the tick had {', '.join(missing)}: taken as not measured or 0, not compared"
-            )
-        if verdict.stopped:
-            click.echo(f"stopped early: {verdict.stopped}")
-        if verdict.first is None:
-            click.echo(f"state and torque are the same bit for bit, and so is every field of the law{remark}")
+        body = {**asdict(verdict), "same_law_sources": same_law}
+        if verdict.first is not None:  # here, not by `cli.report`: standard output is one object
+            body |= {"error": ReplayDiffersError.__name__, "exit_code": ReplayDiffersError.exit_code}
+        click.echo(json_text(body))
+        sys.exit(0 if verdict.first is None else ReplayDiffersError.exit_code)
+    click.echo(text)
+    if missing := reader.missing_fields():
+        click.echo(
+            f"recorded before the tick had {', '.join(missing)}: taken as not measured or 0, not compared"
+        )
+    if verdict.stopped:
+        click.echo(f"stopped early: {verdict.stopped}")
+    if verdict.first is None:
+        click.echo(f"state and torque are the same bit for bit, and so is every field of the law{remark}")
     if verdict.first is not None:
         fields = ", ".join(
             # six: a law that differs does so in most fields

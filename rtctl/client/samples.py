@@ -30,7 +30,8 @@ class RigState:
     monotonic_s
         The loop's clock at the sample, s.
     age_s
-        Age when this object was made, s: how long ago the rig was like this. NaN on a virtual clock.
+        Age when this object was made, s: how long ago the rig was like this; over TCP without the shortest
+        way that a message took. NaN on a virtual clock.
     energy_hand_j, energy_port_j
         Net energy the hand has put in; what the passivity observer has seen the controller absorb. J.
     lease_held

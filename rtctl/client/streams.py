@@ -22,6 +22,10 @@ Item = TypeVar("Item")
 QUEUE_MESSAGES = 5000
 """Messages a stream may hold unread: at the 125 a second of a rig of 1 kHz, more than half a minute."""
 
+CLOCKS_APART = 2e-4
+"""How much faster one machine's clock may run than another's, where nobody sets either: quartz is off by up
+to 1e-4."""
+
 
 class Stream(Generic[Item]):
     """An endless iterator over one topic. Use each stream in one thread at a time.
@@ -58,8 +62,7 @@ class Stream(Generic[Item]):
         self.restarts = 0
         self.outdated = 0
         options = {zmq.RCVHWM: QUEUE_MESSAGES}
-        self._socket = connection.socket(zmq.SUB, self._endpoint, options)
-        self._socket.setsockopt(zmq.SUBSCRIBE, topic)
+        self._socket = connection.socket(zmq.SUB, self._endpoint, options, (topic,))
 
     def __iter__(self) -> Self:
         return self
@@ -124,12 +127,39 @@ class Stream(Generic[Item]):
             self._waiting.append(item)
 
 
+class OtherClock:
+    """Puts times of the daemon's CLOCK_MONOTONIC on that of this machine: over TCP the two may be of machines
+    that were started days apart.
+
+    The least that lies between sending and taking counts, of the message that was on its way for the shortest
+    time: how long that was nobody can tell, and ages leave it out."""
+
+    def __init__(self) -> None:
+        self._session: int | None = None
+        self._apart_s = self._taken_s = 0.0
+
+    def here(self, session: int, sent_s: float, now_s: float) -> float:
+        """When it was here what the daemon's clock shows as `sent_s`, for a message that is taken now, s."""
+        apart_s = now_s - sent_s
+        if session == self._session:
+            # a daemon that was started anew may be on a machine that was, too; else the least so far
+            apart_s = min(apart_s, self._apart_s + CLOCKS_APART * (now_s - self._taken_s))
+        self._session, self._apart_s, self._taken_s = session, apart_s, now_s
+        return sent_s + apart_s
+
+
 def state_stream(connection: Connection, timeout_s: float, max_age_s: float = math.inf) -> Stream[RigState]:
     """Decimated samples, those older than `max_age_s` when they are read left out.
 
     A message carries several: their age is that of the moment when each is handed out."""
+    clock = OtherClock() if connection.endpoints.telemetry.startswith("tcp:") else None
 
     def items(message: list[dict[str, Any]]) -> list[tuple[int, int, int, RigState]]:
+        if clock is not None:
+            now_s = time.monotonic()
+            for one in message:
+                sent_s = clock.here(one["session"], one["sent_monotonic_s"], now_s)
+                one["sent_monotonic_s"] = sent_s
         samples = [rig_state(sample) for sample in message]
         return [(sample.session, sample.sequence, 1, sample) for sample in samples]
 

@@ -15,6 +15,7 @@ from hw import registry
 from rtctl.errors import ConfigError
 from rtctl.host.service_files import named_files, rig_file
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.wire.protocol import rig_directory
 from rtctl.wire.unix_group import group_id
 
 UNIT = "rtctl@.service"
@@ -250,12 +251,15 @@ def apply(
 
 def removal(name: str, root: Path, *, last: bool, purge: bool) -> tuple[list[list[str]], list[Path]]:
     """Commands and paths that take rig `name` away; `last`: also what all rigs share; `purge`: also its
-    data."""
+    data.
+
+    Raises ConfigError for a name that is none: `..` would be the folder of everybody's data."""
+    data = rig_directory(name, root / "var/lib/rtctl")
     etc = root / "etc"
     commands = [["systemctl", "disable", "--now", f"rtctl@{name}.service"]] if root == Path("/") else []
     paths = [etc / f"systemd/system/rtctl@{name}.service.d"]
     if purge:
-        paths += [etc / "rtctl" / f"{name}.toml", root / "var/lib/rtctl" / name]
+        paths += [etc / "rtctl" / f"{name}.toml", data]
     if last:
         paths += [
             etc / "systemd/system" / UNIT,

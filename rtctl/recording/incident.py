@@ -187,7 +187,11 @@ def read_incident(path: Path) -> Incident:
         n_axes = archive["position_rad"].shape[1]
         if not 1 <= n_axes <= MOST_AXES:
             raise ValueError(f"{n_axes} axes")
-        ticks = np.zeros(len(archive["tick"]), tick_dtype(n_axes))
+        n, kind = len(archive["tick"]), tick_dtype(n_axes)
+        # a column of bytes has a hundredth of the ticks that would be made of it
+        if n * kind.itemsize > MOST_BYTES:
+            raise ValueError(f"{n} ticks")
+        ticks = np.zeros(n, kind)
         for name in ticks.dtype.names or ():
             # of an older version: fields that it lacks are 0
             if name in archive:

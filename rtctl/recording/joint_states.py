@@ -9,6 +9,7 @@ from __future__ import annotations
 import struct
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -102,13 +103,14 @@ def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> Mapping[str, np
     for chunk in chunks(path, contents):
         for channel, _, time_ns, start, end in chunk.table.tolist():
             found.setdefault(channel, []).append((time_ns, chunk.records[start:end]))
-    topics = {
-        contents.topics[channel]: messages
-        for channel, messages in found.items()
-        if contents.numbered.get(contents.kinds.get(channel, -1)) == SCHEMA
-    }
+    topics: dict[str, list[tuple[int, bytes]]] = {}
+    for channel, messages in sorted(found.items()):
+        if contents.numbered.get(contents.kinds.get(channel, -1)) == SCHEMA:
+            # a topic has several channels where bags were merged, or two programs published it
+            topics.setdefault(contents.topics[channel], []).extend(messages)
     columns: dict[str, np.ndarray] = {}
     for topic, messages in sorted(topics.items()):
+        messages.sort(key=itemgetter(0))  # a bag promises no order, and of two channels there is none
         columns |= _columns(topic, messages, wanted)
     if not columns:
         if topics:

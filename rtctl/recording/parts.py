@@ -42,13 +42,14 @@ ROWS_LEVEL, COLUMNS_LEVEL = 1, 3
 _NO_NAME = re.compile(r"[^A-Za-z0-9_-]")
 
 
-def part_name(setup: Setup, number: int) -> str:
-    """Name of a part: rig, start of the run, session, number; sorts by time."""
+def part_name(setup: Setup, number: int, again: str = "") -> str:
+    """Name of a part: rig, start of the run, session, number; sorts by time. `again` tells a later recording
+    of the same session: without it its second file would be taken for one of the first recording."""
     began_ns = int(setup.about.get("began_wall_ns", setup.about["start_wall_ns"]))
     when = datetime.fromtimestamp(began_ns * 1e-9, UTC)
     session = int(setup.about["session"])
     rig = _NO_NAME.sub("_", setup.about["rig"])[:32]  # over the wire it may be anything, a path too
-    return f"{rig}-{when:%Y%m%dT%H%M%SZ}-{session:08x}-{number:03d}.mcap"
+    return f"{rig}-{when:%Y%m%dT%H%M%SZ}-{session:08x}{again}-{number:03d}.mcap"
 
 
 class Parts:
@@ -79,9 +80,11 @@ class Parts:
             tick_blocks.encode(new_ticks(1, setup.n_axes), COLUMNS, 0, 0)
         self._level = COLUMNS_LEVEL if self._columns else ROWS_LEVEL
         self._tick_bytes = tick_cdr.MESSAGE_HEAD + tick_cdr.own_layout(setup.n_axes).itemsize
-        self._start_wall_ns = int(setup.about["start_wall_ns"])
+        # MCAP has no time before 1970, where a machine without a battery begins; `facts` reads 0, too
+        self._start_wall_ns = max(0, int(setup.about["start_wall_ns"]))
         self._file: McapFile | None = None
         self._final = folder  # the name of the file being written, once it has a chunk
+        self._again = ""
         self._records: list[bytes | memoryview] = []
         self._size = 0
         self._index: dict[int, tuple[list[np.ndarray], list[np.ndarray]]] = {}
@@ -136,7 +139,7 @@ class Parts:
         for command in commands:
             self._single(COMMAND, first_ns, orjson.dumps(command_fields(command)))
         for event in events:
-            event_ns = int(event["timestamp"] * 1e9)
+            event_ns = max(0, int(event["timestamp"] * 1e9))
             self._single(EVENT, event_ns, orjson.dumps(event))
             self._single(LOG, event_ns, log_line(event, self._setup.about["rig"], event_ns))
         self._ticks.append((first_row, rows))
@@ -160,6 +163,8 @@ class Parts:
             self._leave_room(len(records))
             self._file.add_chunk(records, index)
             if self._file.path != self._final:
+                # asked again: another recorder may have taken the name meanwhile, and a rename replaces
+                self._final = self._free_name()
                 self._file.rename(self._final)
                 self.files.append(self._final)
         except OSError:
@@ -233,9 +238,7 @@ class Parts:
         setup = self._setup if state is None else self._setup.with_state(state)
         self._folder.mkdir(mode=0o750, parents=True, exist_ok=True)
         self._leave_room(0)
-        path = self._folder / part_name(self._setup, len(self.files))
-        while path.exists():  # two recordings of one session
-            path = path.with_name(path.stem + "b.mcap")
+        path = self._free_name()
         # hidden, and by process: who looks for *.mcap finds no file without ticks, and two recorders share
         # none
         draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
@@ -262,6 +265,12 @@ class Parts:
             raise
         self._file, self._file_ns = file, int(rows["time_ns"][0]) + self._start_wall_ns
         self._final = path
+
+    def _free_name(self) -> Path:
+        """Name of the next part, which no file has."""
+        while (path := self._folder / part_name(self._setup, len(self.files), self._again)).exists():
+            self._again += "b"  # two recordings of one session
+        return path
 
     def _single(self, channel: int, time_ns: int, data: bytes) -> None:
         record = fmt.message(channel, self._numbers[channel], time_ns, data)

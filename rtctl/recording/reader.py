@@ -262,6 +262,11 @@ def _commands(found: list[dict[str, Any]], n_axes: int) -> np.ndarray:
     return commands
 
 
+def _width(number: str) -> int:
+    """Digits that numbers of parts are filled up to: the part before 1000 is 999."""
+    return len(number) if number.startswith("0") else 3
+
+
 def with_earlier_parts(path: Path) -> list[Path]:
     """The recording's parts from its first one up to `path`, as far as they lie beside it."""
     match = _PART.fullmatch(path.name)
@@ -270,7 +275,7 @@ def with_earlier_parts(path: Path) -> list[Path]:
     stem, last = match.groups()
     earlier: list[Path] = []
     for k in reversed(range(int(last))):  # the nearest first: in `rig-20261127.mcap` the number is a date
-        part = path.with_name(f"{stem}-{k:0{len(last)}d}.mcap")
+        part = path.with_name(f"{stem}-{k:0{_width(last)}d}.mcap")
         if not part.is_file():
             return [path]
         earlier.append(part)
@@ -285,7 +290,7 @@ def all_parts(path: Path) -> list[Path]:
         return parts
     stem, last = match.groups()
     number = int(last) + 1
-    while (later := path.with_name(f"{stem}-{number:0{len(last)}d}.mcap")).is_file():
+    while (later := path.with_name(f"{stem}-{number:0{_width(last)}d}.mcap")).is_file():
         parts.append(later)
         number += 1
     return parts

@@ -6,6 +6,7 @@ file is tried every second."""
 
 from __future__ import annotations
 
+import struct
 import threading
 import time
 from collections import deque
@@ -133,7 +134,12 @@ class Recorder:
             self._ending, self._reason = True, self._reason or reason
             self._change.notify_all()
         self._thread.join(END_S)
-        return not self._thread.is_alive()
+        if (
+            self._thread.is_alive()
+        ):  # what waits is lost when the process ends: nobody may call that a success
+            self._broken = self._broken or f"{self.folder}: the disk took nothing for {END_S:g} s at the end"
+            return False
+        return True
 
     def _work(self) -> None:
         while True:
@@ -154,11 +160,12 @@ class Recorder:
             "broken": self._broken or "",
         }
         end |= {"commands_lost": str(self._commands_lost)}
-        lost = self._parts.pending
+        pending, written = self._parts.pending, self._parts.written
         try:
             self._parts.close(end)
         except OSError as error:
-            self._break(_refusal(error, self.folder), lost)
+            # the last chunk may be on the disk, and only the summary not
+            self._break(_refusal(error, self.folder), pending - (self._parts.written - written))
 
     def _write(self, batch: _Batch) -> None:
         parts, rows = self._parts, batch[1]
@@ -170,7 +177,7 @@ class Recorder:
             parts.add(*batch)
         except OSError as error:
             self._break(_refusal(error, self.folder), pending + len(rows) - (parts.written - written))
-        except (KeyError, TypeError, ValueError) as error:
+        except (KeyError, TypeError, ValueError, OverflowError, struct.error) as error:
             # an event of a daemon of another version, over the wire: without this thread all else would be
             # lost unheard
             why = f"{self.folder}: what came cannot be recorded ({error!r})"

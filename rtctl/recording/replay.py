@@ -135,7 +135,8 @@ class Replay:
         self._compared = [name for name in LAW_FIELDS if name not in missing]
         self._initial, self._other = own.command, commands_from
         self._book = CommandBook(self._n)
-        self._next: int | None = None
+        # where the state at the start belongs: a first chunk that is damaged is a loss, not another law
+        self._next = int(reader.about["first_row"])
         self.verdict = Verdict()
         self.by_states = 0
 
@@ -218,7 +219,7 @@ class Replay:
         numbers = batch.numbers
         if len(numbers) == 0:
             return numbers
-        expected = int(numbers[0]) if self._next is None else self._next
+        expected = self._next
         whole = numbers == np.arange(expected, expected + len(numbers))
         count = len(numbers) if whole.all() else int(np.argmin(whole))
         self._next = expected + len(numbers)

@@ -56,14 +56,17 @@ class AxisTiming:
 
 
 def devices_sha256(loaded: LoadedConfig) -> str:
-    """What the timing is a property of: rate of the loop, kind and options of every device but scripted
-    faults."""
+    """What the timing is a property of: rate of the loop, and of every device kind, options but scripted
+    faults, and axes: what is kept by the name of an axis is of the drive that serves it."""
     options = [
         # a fault that is played is no other device
         {key: value for key, value in table.items() if key != "faults"}
         for table in (loaded.options, *loaded.more_options)
     ]
-    facts = [loaded.config.loop.rate_hz, [device.kind for device in loaded.config.device], options]
+    config = loaded.config
+    every = [axis.name for axis in config.axis]
+    devices = [(device.kind, device.axes or every, device.channels) for device in config.device]
+    facts = [config.loop.rate_hz, devices, options]
     # sorted: the order of keys in a file is no property of a device
     return hashlib.sha256(json.dumps(facts, sort_keys=True, default=str).encode()).hexdigest()
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 import gc
 import os
@@ -103,16 +102,15 @@ def _affinity(cpu: int) -> Grant:
 def _dma_latency(held: list[int]) -> Grant:
     try:
         fd = os.open(_DMA_LATENCY, os.O_WRONLY | os.O_CLOEXEC)
+        held.append(fd)
+        # a signed 32-bit number of us, wanted for as long as the file is open (pm_qos)
+        os.write(fd, (0).to_bytes(4, "little"))
     except OSError as error:
         remedy = (
             f"{_DMA_LATENCY}: {error.strerror}; give the group write access by a udev rule, or ignore on a "
             "desktop"
         )
         return Grant("cpu-dma-latency", granted=False, required=False, detail=remedy)
-    with contextlib.suppress(OSError):
-        # a signed 32-bit number of us, wanted for as long as the file is open (pm_qos)
-        os.write(fd, (0).to_bytes(4, "little"))
-    held.append(fd)
     return Grant("cpu-dma-latency", granted=True, required=False, detail="0 us")
 
 

@@ -233,7 +233,9 @@ def _write(path: Path, values: dict[str, str], like: Path | None) -> None:
     try:
         fd = os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o600)
         try:
-            os.write(fd, text.encode())
+            # all of it, or an error: a single `os.write` may take a part (a quota, a disk almost full)
+            with os.fdopen(fd, "wb", closefd=False) as file:
+                file.write(text.encode())
             if like is not None and os.geteuid() == 0:
                 os.fchown(fd, like.stat().st_uid, like.stat().st_gid)
             os.fsync(fd)  # the content before the name

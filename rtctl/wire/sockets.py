@@ -63,9 +63,8 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
         listener.listen(BACKLOG)
     except OSError as error:
         listener.close()
-        raise BusyError(
-            f"cannot listen on {host}:{port}: {error.strerror}; choose another [gateway] bind or port"
-        ) from error
+        key = "[telemetry] plotjuggler_port" if entry == "viewer" else "[gateway] bind or port"
+        raise BusyError(f"cannot listen on {host}:{port}: {error.strerror}; choose another {key}") from error
     listener.setblocking(False)
     return Binding(f"tcp://{host}:{listener.getsockname()[1]}", entry, listener, server_secret)
 

@@ -70,6 +70,30 @@ def test_of_a_message_of_several_samples_each_is_as_old_as_when_it_is_handed_out
     assert (fresh.outdated, fresh.lost) == (2, 0)
 
 
+@pytest.mark.parametrize(
+    ("way", "apart_s", "shortest_s"),
+    [("tcp://far:9862", -86_400.0, 0.0), ("tcp://far:9862", 86_400.0, 0.0), ("ipc:///run/here", 0.0, 0.001)],
+)
+def test_an_age_over_the_network_does_not_go_by_another_machines_clock(monkeypatch, way, apart_s, shortest_s):
+    clock = SimpleNamespace(now_s=0.0, monotonic=lambda: clock.now_s)
+    monkeypatch.setattr(streams, "time", clock)
+    delivered = Delivered([])
+    delivered.endpoints = SimpleNamespace(telemetry=way)
+    stream = streams.state_stream(delivered, 1.0, max_age_s=0.1)
+    ages = []
+    # sent a second apart; the last but one waits here for half a second
+    for k, (sent_s, late_s) in enumerate([(100.0, 0.002), (101.0, 0.001), (102.0, 0.5), (103.0, 0.001)]):
+        message = state_samples(rows(1), RIG, k, round(sent_s * 1e9))
+        for one in message:
+            one["age_s"] = 0.0
+        delivered.waiting = [[b"", msgpack.packb(message)]]
+        clock.now_s = sent_s + apart_s + late_s
+        sample = stream.receive(0)
+        ages.append(None if sample is None else round(sample.age_s, 3))
+    assert ages[1:] == [shortest_s, None, shortest_s]
+    assert stream.outdated == 1
+
+
 def test_tick_batches_come_back_bit_for_bit():
     some = rows()
     again = tick_rows(msgpack.unpackb(msgpack.packb({"rows": 3, "columns": tick_columns(some)})))

@@ -1,6 +1,7 @@
 import errno
 import json
 import os
+import resource
 import stat
 
 import pytest
@@ -161,3 +162,15 @@ def test_what_cannot_be_read_for_the_moment_is_not_taken_for_gone(tmp_path, monk
     monkeypatch.setattr(os, "scandir", refuse)
     with pytest.raises(OSError, match=os.strerror(number)):
         store.signature()
+
+
+def test_a_key_for_which_there_is_no_room_is_none(store, tmp_path):
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))  # less than a key has, as a quota
+    try:
+        with pytest.raises(ConfigError, match="cannot write the key"):
+            store.new("anna", "renderer", tmp_path / "a.key")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert not (tmp_path / "a.key").exists()
+    assert store.new("anna", "renderer", tmp_path / "a.key").exists()

@@ -82,3 +82,15 @@ def test_it_is_of_devices_and_rate_and_not_of_coupling_or_scripted_faults(tmp_pa
     assert timing.devices_sha256(config.load(tmp_path / "rig.toml", script=script)) == timing.devices_sha256(
         config.load(tmp_path / "rig.toml")
     )
+
+
+def test_it_is_of_the_axes_that_each_device_serves(tmp_path):
+    first = config.load(shipped_config("mock-2axis.toml"))
+    axes = first.config.axis
+    # the drive of one joint is then that of the other
+    swapped = first.model_copy(update={"config": first.config.model_copy(update={"axis": axes[::-1]})})
+    assert timing.devices_sha256(swapped) != timing.devices_sha256(first)
+    stiffer = axes[0].coupling.model_copy(update={"stiffness_nm_rad": 1.0})
+    other = (axes[0].model_copy(update={"coupling": stiffer}), *axes[1:])
+    same = first.model_copy(update={"config": first.config.model_copy(update={"axis": other})})
+    assert timing.devices_sha256(same) == timing.devices_sha256(first)

@@ -103,3 +103,14 @@ def test_no_file_takes_the_place_of_a_pipe(tmp_path):
         write_together(tmp_path, {"null": b"1"})
     assert [path.name for path in tmp_path.iterdir()] == ["null"]
     assert pipe.is_fifo()
+
+
+def test_what_is_in_a_file_is_on_the_disk_before_its_name(tmp_path, monkeypatch):
+    done, replace, fsync = [], Path.replace, os.fsync
+    monkeypatch.setattr(Path, "replace", lambda new, path: done.append("name") or replace(new, path))
+    monkeypatch.setattr(os, "fsync", lambda fd: done.append("content") or fsync(fd))
+    with whole(tmp_path / "a") as new:
+        new.write_bytes(b"1")
+    write_whole(tmp_path / "b", b"1")
+    write_together(tmp_path, {"c": b"1"})
+    assert done == ["content", "name"] * 3

@@ -1,0 +1,102 @@
+"""What a script relies on: one JSON object on standard output whatever happens, and an exit code that says
+when a motor is still on, or a name would have another folder taken away."""
+
+import json
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+import rtctl.cli as program
+from rtctl.cli import operate
+from rtctl.errors import ClientError
+from rtctl.recording import incident as incidents
+from rtctl.recording import reader, replay
+from rtctl.recording.incident import Incident, write_incident
+from rtctl.recording.replay import Difference, Verdict
+from rtctl.tick import new_ticks
+
+
+def run(monkeypatch, *arguments):
+    monkeypatch.setattr(sys, "argv", ["rtctl", *map(str, arguments)])
+    return program._exit_code()
+
+
+@pytest.mark.parametrize("differs", [False, True])
+def test_a_replay_that_differs_is_one_object(monkeypatch, capsys, tmp_path, differs):
+    first = Difference(3, "torque_wanted_nm", 0, 1.0, float("nan")) if differs else None
+    verdict = Verdict(ticks=5, span_s=1.0, took_s=1.0, first=first, differing={"torque_wanted_nm": 2})
+    read = SimpleNamespace(about={}, parts=[tmp_path], missing_fields=list)
+    monkeypatch.setattr(reader, "RecordingReader", lambda _parts: read)
+    monkeypatch.setattr(replay, "Replay", lambda _reader: SimpleNamespace(check=lambda: verdict))
+    code = run(monkeypatch, "replay", tmp_path / "a.mcap", "--json")
+    told = json.loads(capsys.readouterr().out)
+    assert (code, told.get("exit_code", 0), told["ticks"]) == (10 if differs else 0,) * 2 + (5,)
+
+
+def test_an_incident_whose_picture_cannot_be_drawn_is_one_object(monkeypatch, capsys, tmp_path):
+    ticks = new_ticks(3, 1)
+    ticks["tick"] = np.arange(3)
+    trigger = {
+        "event": "state",
+        "from": "ACTIVE",
+        "to": "FAULT",
+        "tick": 1,
+        "timestamp": 0.0,
+        "monotonic_s": 0.0,
+    }
+    path = write_incident(tmp_path, Incident(trigger, ticks, [trigger], {"rig": "r"}))
+    assert run(monkeypatch, "incident", path, "--json") == 0
+    assert json.loads(capsys.readouterr().out)["ticks"] == 3
+    gone = tmp_path / "gone"
+    gone.mkdir()
+    read = incidents.read_incident
+
+    def then_the_folder_goes(file):
+        found = read(file)
+        gone.rmdir()
+        return found
+
+    monkeypatch.setattr(incidents, "read_incident", then_the_folder_goes)
+    assert run(monkeypatch, "incident", path, "--json", "--plot", gone / "a.png") == 10
+    assert json.loads(capsys.readouterr().out)["exit_code"] == 10
+
+
+class Rig:
+    """A client of a rig whose motor goes off after so many questions."""
+
+    def __init__(self, questions):
+        self.left, self.stopped = questions, False
+
+    def stop(self):
+        self.stopped = True
+
+    def status(self):
+        self.left -= 1
+        return {"enabled": self.left > 0}
+
+
+def test_a_motor_that_stays_on_is_no_success_of_stop(monkeypatch):
+    now = [0.0]
+    clock = SimpleNamespace(monotonic=lambda: now[0], sleep=lambda s: now.__setitem__(0, now[0] + s))
+    monkeypatch.setattr(operate, "time", clock)
+    rig = Rig(5)
+    act = operate.stop.callback.__wrapped__
+    act(rig)
+    assert rig.stopped
+    with pytest.raises(ClientError, match="motor is enabled after 2 s"):
+        act(Rig(10**6))
+
+
+@pytest.mark.parametrize("name", ["..", ".", "", "../../home", "/", "mock/.."])
+def test_a_name_that_is_a_path_takes_nothing_away(monkeypatch, capsys, tmp_path, name):
+    files = [tmp_path / "var/lib" / at for at in ("others/data", "rtctl/mock/recordings/a.mcap")]
+    files.append(tmp_path / "etc/rtctl/mock.toml")
+    for file in files:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.touch()
+    assert run(monkeypatch, "service", "uninstall", name, "--purge", "--root", tmp_path) == 3
+    assert "a letter, then at most 31" in capsys.readouterr().err
+    assert all(Path(file).exists() for file in files)
