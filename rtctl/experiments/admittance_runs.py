@@ -23,6 +23,8 @@ SLIPPERY = 0.01
 CALM_NM = 0.02
 """Hand torque above 9 Hz, RMS, from which on a contact rings."""
 RING_HZ = 9.0
+JUDGED_S = 0.5
+"""End of a contact that is judged: some periods of what rings at `RING_HZ`."""
 HAND_NM_RAD = 30.0
 """Stiffness of the hand that leans on worlds."""
 FELT_HZ = (0.5, 1.1, 2.3, 5.0)
@@ -177,19 +179,20 @@ def contact(
     rest = float(simulation.plant_state["position_rad"][0, 0])
     command["environment_center_rad"] = rest
     simulation.plant_params["hand_center_rad"] = rest
+    judged = round(JUDGED_S / simulation.plan.period_s)
     # lets the joint lie on the world before it is loaded
     if _armed_run(simulation, 0.2, _compensation(joint)) is None:
         return Contact(math.nan, math.nan, math.nan, stopped=True)
     loads, rings, least = [], 0.0, 0.0
     for share in (0.2, 0.4):
         simulation.plant_params["hand_center_rad"] = rest + share * limit / HAND_NM_RAD
-        # what rings on goes on to the end: only the last half second is judged
+        # what rings on goes on to the end: only that is judged
         trace = simulation.run(1.5)
         if not np.all(trace["state"] == State.ACTIVE):
             return Contact(math.nan, math.nan, float(trace["energy_port_j"].min()), stopped=True)
         torque, place = (
-            simulation.truth["hand_torque_nm"][-500:, 0],
-            simulation.truth["position_rad"][-500:, 0],
+            simulation.truth["hand_torque_nm"][-judged:, 0],
+            simulation.truth["position_rad"][-judged:, 0],
         )
         loads.append((float(torque.mean()), float(place.mean())))
         rings = max(rings, above(torque, RING_HZ, simulation.plan.period_s))

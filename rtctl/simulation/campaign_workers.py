@@ -18,6 +18,7 @@ def results(work: Callable[..., R], *arguments: Iterable[object], jobs: int = 0)
 
     The kernel ends the workers when their parent dies: those of an executor otherwise wait for its next word
     for ever."""
-    n, parent = jobs or os.cpu_count() or 1, os.getpid()
+    # the cores that this process may use: a container or `taskset` may leave it two of sixty-four
+    n, parent = jobs or len(os.sched_getaffinity(0)), os.getpid()
     with ProcessPoolExecutor(n, initializer=die_with, initargs=(parent,)) as pool:
         yield from pool.map(work, *arguments)

@@ -74,19 +74,26 @@ def write_copy(source: str, target: Path, name: str) -> list[Path]:
             raise ConfigError(
                 f"{path} exists already, and nothing is overwritten: choose another TARGET or --name"
             )
+    done: list[Path] = []
     try:
         for old, new in made.items():
             new.parent.mkdir(parents=True, exist_ok=True)
+            done.append(new)
             if old.suffix == ".json":
                 artefact.save(replace(artefact.load(old), rig=name), new)
             else:
                 new.write_bytes(old.read_bytes())
         target.parent.mkdir(parents=True, exist_ok=True)
         with target.open("x") as file:  # x: a file that appeared meanwhile is not overwritten
+            done.append(target)
             file.write(text)
-    except OSError as error:
-        raise ConfigError(f"{error.filename or target}: {error.strerror}") from error
-    return [*made.values(), target]
+    except BaseException as error:
+        for path in done:  # half of a rig would be in the way of the next try, which overwrites nothing
+            path.unlink(missing_ok=True)
+        if isinstance(error, OSError):
+            raise ConfigError(f"{error.filename or target}: {error.strerror}") from error
+        raise
+    return done
 
 
 def _find(name: str) -> Path:

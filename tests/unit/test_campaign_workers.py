@@ -9,6 +9,7 @@ import sys
 import time
 from pathlib import Path
 
+from rtctl.simulation import campaign_workers
 from rtctl.simulation.campaign_workers import results
 
 WORK = r"""
@@ -44,3 +45,17 @@ def test_workers_end_with_their_parent():
 def _lives(pid):
     """Whether it runs: one that has ended and that nobody has asked for has no program."""
     return Path(f"/proc/{pid}/exe").exists()
+
+
+def test_there_are_as_many_workers_as_cores_that_may_be_used(monkeypatch):
+    asked = []
+
+    class Pool(campaign_workers.ProcessPoolExecutor):
+        def __init__(self, n, **options):
+            asked.append(n)
+            super().__init__(n, **options)
+
+    monkeypatch.setattr(campaign_workers, "ProcessPoolExecutor", Pool)
+    monkeypatch.setattr(os, "cpu_count", lambda: 64)
+    assert list(results(pow, [2], [3])) == [8]
+    assert asked == [len(os.sched_getaffinity(0))]

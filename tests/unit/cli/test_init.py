@@ -1,6 +1,7 @@
 """`rtctl init`: every shipped rig file can be one's own, complete, and nothing that exists is lost."""
 
 import json
+import resource
 import shlex
 import subprocess
 import sys
@@ -9,7 +10,7 @@ import pytest
 from click.testing import CliRunner
 
 from rtctl.cli import cli, invocation
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, ModelError
 from rtctl.friction import artefact
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import about, rig_files, shipped, write_copy
@@ -141,3 +142,19 @@ def test_what_the_demonstration_names_exists(capsys):
     assert len(commands) == 2
     program, word, file = commands[1].split()
     assert subprocess.run([program, word, file], capture_output=True, check=False).returncode == 0
+
+
+def test_half_of_a_rig_is_not_left_in_the_way_of_the_next_try(tmp_path):
+    target = tmp_path / "my-rig.toml"
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    model = len(shipped("configs/friction/mock.json").read_bytes())
+    text = len(shipped("configs/mock.toml").read_bytes())
+    for room in (min(model, text) - 100, max(model, text) - 100):  # for neither file, for one of both
+        resource.setrlimit(resource.RLIMIT_FSIZE, (room, before[1]))
+        try:
+            with pytest.raises((ConfigError, ModelError)):
+                write_copy("mock.toml", target, "my-rig")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+        assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+    assert target in write_copy("mock.toml", target, "my-rig")

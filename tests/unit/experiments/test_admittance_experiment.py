@@ -141,3 +141,16 @@ def test_help_with_friction_turns_with_the_mass_and_makes_it_no_lighter(mock):
     mass, damping = runs.felt(runs.displayed(slow, runs.usual(slow)), Rubbing.COMPENSATED)
     assert mass == pytest.approx(slow.config.axis[0].inertia_kgm2, rel=findings.FELT_WITHIN)
     assert damping == pytest.approx(2 * slow.config.axis[0].viscous_nms_rad, rel=findings.FELT_WITHIN)
+
+
+def test_of_a_contact_half_a_second_is_judged_at_any_rate(mock, monkeypatch):
+    judged_s = []
+
+    def above(signal, _hz, period_s):
+        judged_s.append(len(signal) * period_s)
+        return 0.0
+
+    monkeypatch.setattr(runs, "above", above)
+    slow = mock.config.model_copy(update={"loop": mock.config.loop.model_copy(update={"rate_hz": 500.0})})
+    runs.contact(runs.displayed(mock.model_copy(update={"config": slow}), None), Environment.SPRING, 50.0)
+    assert judged_s == [0.5, 0.5]
