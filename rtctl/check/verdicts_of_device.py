@@ -33,3 +33,31 @@ def cut(s: Subject) -> list[Verdict]:
             "" if fits else f"{s.where}: axis {s.axis.name}: {told}",
         )
     ]
+
+
+def remembered(s: Subject) -> list[Verdict]:
+    """A torque that acts later than the law remembers is taken for a younger one by every account: no row
+    that rests on them then speaks of this rig."""
+    from rtctl.control.proofs.stability import lag_ticks  # the names of a report must not load the compiler
+    from rtctl.control.take_back import LATE_MOST
+
+    acting = s.axis.delay_ticks + lag_ticks(s.axis.current_loop_hz, s.period_s)
+    if acting <= LATE_MOST:
+        return []
+    # fewer and longer ticks: the same time is remembered in less of them
+    hz = math.floor(LATE_MOST / (acting * s.period_s))
+    told = (
+        f"delay and lag of {acting:.3g} ticks: the accounts of energy and the observer take the torque for "
+        f"at most {LATE_MOST} ticks late; loop.rate_hz = {hz} at most, or a quicker drive"
+    )
+    return [
+        s.row(
+            "torque that acts late, remembered",
+            f"{acting:.3g} ticks",
+            f"<= {LATE_MOST}",
+            Outcome.NOT_PROVED,
+            told,
+            acting / LATE_MOST,
+            f"{s.where}: axis {s.axis.name}: {told}",
+        )
+    ]

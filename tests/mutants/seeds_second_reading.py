@@ -162,4 +162,38 @@ SEEDS = (
         "        if time.monotonic() > deadline:\n            break\n        if False:  # whoever",
         (f"{ONE}::test_a_motor_that_stays_on_is_no_success_of_stop",),
     ),
+    Seed(
+        "a torque that acts later than the law remembers is proved",
+        "rtctl/check/verdicts_of_device.py",
+        "    acting = s.axis.delay_ticks + lag_ticks(s.axis.current_loop_hz, s.period_s)",
+        "    acting = s.axis.delay_ticks",
+        (
+            "tests/unit/cli/test_check_plausibility.py::"
+            "test_a_torque_that_acts_later_than_the_law_remembers_is_not_proved",
+        ),
+    ),
+    Seed(
+        "half of a rig is left in the way of the next try",
+        "rtctl/simulation/shipped_files.py",
+        "            path.unlink(missing_ok=True)\n",
+        "            pass\n",
+        ("tests/unit/cli/test_init.py::test_half_of_a_rig_is_not_left_in_the_way_of_the_next_try",),
+    ),
+    Seed(
+        "a campaign takes the cores of the whole machine",
+        "rtctl/simulation/campaign_workers.py",
+        "jobs or len(os.sched_getaffinity(0))",
+        "jobs or os.cpu_count()",
+        ("tests/unit/test_campaign_workers.py::test_there_are_as_many_workers_as_cores_that_may_be_used",),
+    ),
+    Seed(
+        "a second of a contact is judged on a slow loop",
+        "rtctl/experiments/admittance_runs.py",
+        "    judged = round(JUDGED_S / simulation.plan.period_s)",
+        "    judged = 500",
+        (
+            "tests/unit/experiments/test_admittance_experiment.py::"
+            "test_of_a_contact_half_a_second_is_judged_at_any_rate",
+        ),
+    ),
 )

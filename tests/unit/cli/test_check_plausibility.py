@@ -220,3 +220,19 @@ def test_a_device_that_declares_nothing_is_named(rig, monkeypatch):
     assert row.outcome is Outcome.NOT_PROVED
     assert "device[0] 'mock'" in row.meaning
     assert stated is None
+
+
+def test_a_torque_that_acts_later_than_the_law_remembers_is_not_proved(rig):
+    name = "torque that acts late, remembered"
+    file = edited(
+        rig(k_c=1.0, d=20), ("[axis.coupling]", "[axis.drive]\ncurrent_loop_hz = 0\n[axis.coupling]")
+    )
+    assert name not in rows_of(file)
+    row = rows_of(edited(file, ("current_loop_hz = 0", "current_loop_hz = 1000")))[name]
+    assert row.outcome == Outcome.NOT_PROVED
+    assert "loop.rate_hz = 992 at most" in row.meaning
+    # by the lag alone, too
+    file = edited(
+        file, ("current_loop_hz = 1000", "current_loop_hz = 10"), ("delay_ticks = 20", "delay_ticks = 5")
+    )
+    assert "20.9 ticks" in rows_of(file)[name].figure
