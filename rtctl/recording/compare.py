@@ -57,6 +57,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     DataError, ModelError
         As `Replay`, and as `rtctl.check.law_plan.build`."""
     plan = build(other)
+    # gains per tick, delays and filters of another rate would be of another rig
     if (plan.n_axes, plan.period_ns) != (reader.n_axes, int(reader.about["period_ns"])):
         raise ConfigError(
             f"{other.path}: {plan.n_axes} axes at {other.config.loop.rate_hz:g} Hz, but the recording has "
@@ -80,6 +81,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
     one, two = (
         {n: np.concatenate(parts or [np.zeros(0)]) for n, parts in x.items()} for x in (recorded, replayed)
     )
+    # 0 for a recording without a tick
     time_s = (one["time_ns"] - (one["time_ns"][0] if len(one["time_ns"]) else 0)) * 1e-9
     return Comparison(time_s, one, two, reader.axes, motions, replay.verdict)
 

@@ -28,11 +28,13 @@ KEPT_FILES = 4
 MOST_BYTES = 16 * MAX_BYTES
 """Largest file that is read: a batch of events is written whole, whatever its size."""
 
+# a look costs two `stat`; sooner than that nobody reads
 FOLLOW_S = 0.2
 
 
 def log_files(folder: Path) -> list[Path]:
     """Files of the log that exist, oldest first."""
+    # one of the kept files is the current one, which has no number
     rotated = [folder / _rotated(k) for k in range(1, KEPT_FILES)]
     return [path for path in (*reversed(rotated), folder / CURRENT) if path.is_file()]
 
@@ -64,10 +66,12 @@ class EventLog:
         """Write the events, one line each."""
         lines = [_line(event) for event in events]
         if self._gap:
+            # in front of what is written again: who reads in order meets the hole where it is
             lines.insert(0, _line({**_times(events), "event": "log_gap", "lost": self._gap}))
         try:
             self._write(lines)
         except OSError as error:
+            # opened anew by the next write: the file may have been removed, or the disk mounted again
             self.close()
             self.broken = f"{error.filename or self._folder / CURRENT}: {error.strerror or error}"
             self.dropped += len(events)
@@ -104,6 +108,7 @@ class EventLog:
     def _open(self) -> None:
         self._folder.mkdir(mode=0o750, parents=True, exist_ok=True)
         path = self._folder / CURRENT
+        # read, too: of its last byte; appended: the next line begins at the end, wherever that is by then
         self._fd = os.open(path, os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_CLOEXEC, 0o640)
         self._size = os.fstat(self._fd).st_size
         if self._size and os.pread(self._fd, 1, self._size - 1) != b"\n":  # cut off by a crash
@@ -136,6 +141,7 @@ def read_events(folder: Path, last: int | None = None) -> tuple[list[Event], int
         found, bad = _parse(_whole(path).split(b"\n"))
         events += found
         torn += bad
+    # not [-last:]: of the last 0 that would be all
     return (events if last is None else events[max(0, len(events) - last) :]), torn
 
 
@@ -149,6 +155,7 @@ def _parse(lines: Iterable[bytes]) -> tuple[list[Event], int]:
         except ValueError:
             torn += 1
             continue
+        # else it is JSON and no event: nobody could say when it was
         if isinstance(event, dict):
             events.append(event)
     return events, torn

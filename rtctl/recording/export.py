@@ -127,6 +127,7 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
         for name, kept in found.items():
             kept.append(table[name])
         progress(ticks)
+    # units are of these alone: a scalar or a vector has the same for every motion
     per_axis = {field.name: field for field in RECORDED if field.shape == "axis"}
     units = {
         own_name(name, of_all): [unit(per_axis[name].unit, motion) for motion in motions]

@@ -11,6 +11,8 @@ from rtctl.tick import MOST_AXES
 MOST_DIGITS = 18
 """Most digits of a whole number: it is then below 2^63."""
 
+# a tick of 1 us to 10 s: rig files have 50 us to 10 ms; 2^62 ns is in 2116, and its sum with the time of a
+# loop stays below 2^63
 _WHOLE = {"n_axes": (1, MOST_AXES), "period_ns": (1_000, 10**10), "start_wall_ns": (0, 2**62),
     "began_wall_ns": (0, 2**62)}  # fmt: skip
 """Key -> bounds of a whole number. Beyond them nothing that is built on it makes sense."""
@@ -47,6 +49,7 @@ def sound(told: Mapping[str, str], n_axes: int) -> tuple[dict[str, str], list[st
         if not _whole(about.get(name, ""), bounds):
             notes.append(f"{name} is {shown(about.get(name, 'missing'))}; {default} is taken in its place")
             about[name] = default
+    # both say the same; the period is what times are made of
     if not _is_rate(about.get("rate_hz", "")):
         about["rate_hz"] = repr(1e9 / int(about["period_ns"]))
         notes.append(f"rate_hz is no rate; {about['rate_hz']} is taken in its place")
@@ -54,6 +57,7 @@ def sound(told: Mapping[str, str], n_axes: int) -> tuple[dict[str, str], list[st
         # units would be guessed otherwise: said, as whoever reads it may know better
         notes.append(f"motion is {shown(about['motion'])}; rotary axes are taken in its place")
         del about["motion"]
+    # without a note: it is in the names of files alone
     if "began_wall_ns" in about and not _whole(about["began_wall_ns"], _WHOLE["began_wall_ns"]):
         del about["began_wall_ns"]
     return about, notes

@@ -20,7 +20,9 @@ from rtctl.errors import DataError
 from rtctl.recording.event_log import Event
 from rtctl.tick import MOST_AXES, joined, tick_dtype
 
+# at 1 kHz twice the silence of a renderer that stops a rig (`law_plan.TARGET_STOP_S`)
 BEFORE_TICKS = 200
+# RAMP takes no more (`law_plan.STOP_TICKS`): afterwards no torque is left to look at
 AFTER_TICKS = 50
 MOST_TICKS = 2000
 """A window that faults keep extending ends here."""
@@ -29,6 +31,7 @@ FOLDER = "incidents"
 # as the log, incidents must not fill a disk in a night of faults
 KEPT_FILES = 64
 KEPT_BYTES = 64 << 20
+# ten times the longest window of eight axes, 3.2 kB a tick
 MOST_BYTES = 1 << 26
 """Largest incident that is read, unpacked."""
 
@@ -60,6 +63,7 @@ class Incident:
         """File name: sorts by time, says what happened."""
         when = datetime.fromtimestamp(self.trigger["timestamp"], UTC)
         what = self.trigger.get("to", self.trigger["event"])
+        # a cause may hold what a device said, and slashes with it
         cause = "".join(c if c.isalnum() or c == "_" else "-" for c in str(self.trigger.get("cause", "")))
         return f"{when:%Y%m%dT%H%M%S.%f}Z-{what}-{cause[:40]}-tick{self.trigger['tick']}.npz"
 
@@ -122,6 +126,7 @@ class Capture:
         more = rows[: self._left]
         self._parts.append(more)
         self._left -= len(more)
+        # a fault that chatters starts `_left` anew each time
         full = self._left == 0 or sum(map(len, self._parts)) >= MOST_TICKS
         return [self._finish()] if full else []
 
@@ -151,6 +156,7 @@ def write_incident(folder: Path, incident: Incident) -> Path:
     columns: dict[str, Any] = {name: incident.ticks[name] for name in incident.ticks.dtype.names or ()}
     try:
         with part.open("wb") as file:
+            # an open file: to a name NumPy would add .npz, and the rename would miss it
             np.savez_compressed(file, incident=np.array(json.dumps(body)), **columns)
             file.flush()
             # before the rename: a name that stands for a whole file must not come to the disk first

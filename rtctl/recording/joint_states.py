@@ -40,12 +40,14 @@ class _Cdr:
     encapsulation."""
 
     def __init__(self, data: bytes) -> None:
+        # as rosbag2 writes on little-endian machines; parameter lists and XCDR2 align otherwise
         if data[:2] != b"\x00\x01":
             msg = "not little-endian CDR"
             raise ValueError(msg)
         self.data, self.at = data[4:], 0
 
     def _aligned(self, size: int) -> int:
+        # up to the next multiple: -at % size is what is missing
         self.at += -self.at % size
         return self.at
 
@@ -66,6 +68,7 @@ class _Cdr:
 
     def doubles(self) -> np.ndarray:
         count = self.number("I")
+        # no padding before an element that is not there: what follows stands right behind the length
         if not count:
             return np.zeros(0)
         start = self._aligned(8)

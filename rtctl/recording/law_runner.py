@@ -54,6 +54,7 @@ def run_law(
     for i in range(len(words)):
         for k in before:
             tick_words[0, k] = words[i, k]
+        # a command lasts for thousands of ticks
         if which[i] != in_force:
             in_force = which[i]
             command[0] = commands[in_force]
@@ -63,6 +64,7 @@ def run_law(
             out[i, k] = tick_words[0, k]
         for k in range(first, words.shape[1] - 1):
             changed |= words[i, k] ^ tick_words[0, k]
+        # gathered and asked once: no branch for each word
         differs[i] = changed != 0
         for k in after:
             tick_words[0, k] = words[i, k]

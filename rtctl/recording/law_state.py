@@ -18,6 +18,7 @@ SCHEMA = b"uint64[] words # the control law's state before the next block of tic
 @cache
 def layout_crc32(n_axes: int) -> str:
     """Checksum of the state's fields: a state is of use only to a law with the very same ones."""
+    # names, types and places: a field moved is as wrong as one that is missing
     return str(zlib.crc32(str(state_dtype(n_axes).descr).encode()))
 
 

@@ -54,6 +54,7 @@ class McapFile:
         self._start_ns, self._end_ns = 2**63 - 1, 0
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
         try:
+            # no profile: ROS 2's wants every message to be one, and events are JSON
             head = fmt.record(Op.HEADER, fmt.string("") + fmt.string("rtctl"))
             self._write(fmt.MAGIC + head + b"".join(schemas) + b"".join(channels))
         except OSError:
@@ -92,6 +93,7 @@ class McapFile:
         chunk = fmt.chunk(start, end, records, compressed, "zstd")
         at, offsets, indexes = self.size + len(chunk), {}, b""
         for channel, (times, places) in index.items():
+            # counted from the begin of the file: a reader goes there by the chunk's index alone
             offsets[channel] = at + len(indexes)
             pairs = np.column_stack((times.astype("<i8"), places.astype("<i8"))).tobytes()
             indexes += fmt.record(Op.MESSAGE_INDEX, struct.pack("<HI", channel, len(pairs)) + pairs)
@@ -124,6 +126,7 @@ class McapFile:
         start = self.size + len(end)
         summary = offsets = b""
         for op, records in groups:
+            # an empty group has no place in the summary
             if records:
                 place = struct.pack("<BQQ", op, start + len(summary), sum(map(len, records)))
                 summary += b"".join(records)

@@ -31,6 +31,7 @@ _CHUNK_MARK = struct.pack("<I", 4) + b"zstd"
 _MARK_AT = RECORD_HEAD + 28  # 28: two times, size and checksum of what is packed
 """Where in a chunk record its compression is named: what a chunk is found by behind a damaged length."""
 
+# bytes read at a time in search of a mark
 _WINDOW = 1 << 16
 MOST_PASSES = 4
 """How often a file is read over at most, in search of its next sound chunk."""
@@ -165,6 +166,7 @@ def _next_chunk(file: BinaryIO, start: int) -> int | None:
         if found >= 0:
             begin = at + found - _MARK_AT
             file.seek(begin)
+            # the mark alone may stand in any data
             if file.read(1) == bytes([Op.CHUNK]):
                 return begin
             at += found + 1
@@ -208,6 +210,7 @@ def _chunk(content: bytes, contents: Contents, read: int) -> Chunk | None:
         contents.packed = read
         contents.may_unpack(size)
         records = _decompressed(data, compression, size)
+        # of what was packed, not of the packed: a fault of the decompressor shows, too
         if crc and zlib.crc32(records) != crc:  # 0: the writer has made none
             msg = "checksum"
             raise ValueError(msg)

@@ -45,6 +45,7 @@ class _Counts:
             self._next_number, self._next_slot = int(numbers[0]), int(rows["tick"][0])
             # ticks are numbered from 0 in a run: what lies before the first was not recorded
             self.first, self.before = self._next_slot, self._next_number
+        # within the batch and before it: numbers rise by one for each tick the loop made
         self.lost += int(numbers[-1]) - self._next_number + 1 - len(rows)
         # slots that passed, less the ticks that the loop numbered in them
         self.missed += int(rows["tick"][-1]) - self._next_slot - (int(numbers[-1]) - self._next_number)

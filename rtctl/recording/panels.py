@@ -118,6 +118,7 @@ def _unit(name: str, motion: str) -> str:
 
 
 def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: str, *, named: bool) -> None:
+    # each so many-th, not a mean: a spike may be missed, but none is made smaller
     step = max(1, len(run.rows) // MOST_POINTS)
     time_s = run.time_s[::step]
     for name in names:

@@ -26,6 +26,7 @@ from rtctl.recording.setup import Setup
 from rtctl.recording.topics import COLUMNS, COMMAND, EVENT, LOG, STATE, TICK, TOPICS
 from rtctl.tick import joined, new_ticks
 
+# memory of a burst, and what one bad byte on the disk may cost; one axis at 10 kHz fills .8 of it in .5 s
 CHUNK_BYTES = 1 << 22
 CHUNK_S = 0.5
 """A crash costs at most this much of a recording."""
@@ -127,6 +128,7 @@ class Parts:
         if len(rows) == 0:
             return
         first_ns, last_ns = (int(t) + self._start_wall_ns for t in rows["time_ns"][[0, -1]])
+        # of this batch: it is in force behind it, also where the disk refuses all that follows
         before, self._in_force = self._in_force, commands[-1:] if len(commands) else self._in_force
         begins = not self._rows
         if begins:
@@ -243,6 +245,7 @@ class Parts:
         # none
         draft = path.with_name(f".{path.name}.{os.getpid()}.draft")
         draft.unlink(missing_ok=True)
+        # all of its head or nothing: a draft that stayed would hide behind its dot for ever
         file: McapFile | None = None
         try:
             file = McapFile(draft, *declarations(self._setup.n_axes, columns=self._columns), self._level)
@@ -263,6 +266,7 @@ class Parts:
                 file.abandon()
             draft.unlink(missing_ok=True)
             raise
+        # last: until here there is no file for `abandon` to close
         self._file, self._file_ns = file, int(rows["time_ns"][0]) + self._start_wall_ns
         self._final = path
 

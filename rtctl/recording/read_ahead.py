@@ -44,6 +44,7 @@ def ahead(items: Iterator[T], depth: int = DEPTH) -> Generator[T, None, None]:
             # closed by the thread that runs it: a generator cannot be closed from another one while it runs
             if isinstance(items, Generator):
                 items.close()
+            # in any case: whoever waits for the next item would wait for ever
             put(None, end)
 
     thread = threading.Thread(target=work, name="ahead", daemon=True)

@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import count, takewhile
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,7 @@ class RecordingReader:
     def __post_init__(self) -> None:
         """Read the facts, of the first part that can be read. Raises DataError when none can."""
         why = ""
+        # the first that has facts stands for all: a first part that is gone or damaged takes no other with it
         for path in self.parts:
             first = Contents()
             try:
@@ -262,37 +264,31 @@ def _commands(found: list[dict[str, Any]], n_axes: int) -> np.ndarray:
     return commands
 
 
-def _width(number: str) -> int:
-    """Digits that numbers of parts are filled up to: the part before 1000 is 999."""
-    return len(number) if number.startswith("0") else 3
+def _place(path: Path) -> tuple[int, Callable[[int], Path]] | None:
+    """Number of a part, and what names the others of its recording; None for a file of another name."""
+    if (match := _PART.fullmatch(path.name)) is None:
+        return None
+    stem, number = match.groups()
+    width = len(number) if number.startswith("0") else 3  # the part before 1000 is 999
+    return int(number), lambda k: path.with_name(f"{stem}-{k:0{width}d}.mcap")
 
 
 def with_earlier_parts(path: Path) -> list[Path]:
     """The recording's parts from its first one up to `path`, as far as they lie beside it."""
-    match = _PART.fullmatch(path.name)
-    if match is None:
+    if (place := _place(path)) is None:
         return [path]
-    stem, last = match.groups()
-    earlier: list[Path] = []
-    for k in reversed(range(int(last))):  # the nearest first: in `rig-20261127.mcap` the number is a date
-        part = path.with_name(f"{stem}-{k:0{_width(last)}d}.mcap")
-        if not part.is_file():
-            return [path]
-        earlier.append(part)
-    return [*reversed(earlier), path]
+    number, named = place
+    # the nearest first: in `rig-20261127.mcap` the number is a date
+    earlier = list(takewhile(Path.is_file, map(named, reversed(range(number)))))
+    return [path] if len(earlier) < number else [*reversed(earlier), path]
 
 
 def all_parts(path: Path) -> list[Path]:
     """The recording's parts up to `path` and those after it."""
     parts = with_earlier_parts(path)
-    match = _PART.fullmatch(path.name)
-    if match is None:
-        return parts
-    stem, last = match.groups()
-    number = int(last) + 1
-    while (later := path.with_name(f"{stem}-{number:0{_width(last)}d}.mcap")).is_file():
-        parts.append(later)
-        number += 1
+    if (place := _place(path)) is not None:
+        number, named = place
+        parts += takewhile(Path.is_file, map(named, count(number + 1)))
     return parts
 
 

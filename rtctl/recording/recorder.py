@@ -145,6 +145,7 @@ class Recorder:
         while True:
             with self._change:
                 self._change.wait_for(lambda: self._queue or self._ending)
+                # told to end, and nothing left: what was queued before is written first
                 if not self._queue:
                     break
                 batch = self._queue.popleft()
@@ -152,6 +153,7 @@ class Recorder:
             # this thread's alone, which is the recorder
             self._cpu_s = time.thread_time()
             with self._change:
+                # only now: what is being written still takes memory
                 self._queued -= len(batch[1])
                 self._change.notify_all()
         end = {
@@ -169,6 +171,7 @@ class Recorder:
 
     def _write(self, batch: _Batch) -> None:
         parts, rows = self._parts, batch[1]
+        # between two tries it is counted, not tried: opening a file for each batch would hold up the queue
         if self._broken is not None and parts.path is None and time.monotonic() < self._retry_at:
             self._failed += len(rows)
             return

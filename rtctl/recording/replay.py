@@ -162,7 +162,10 @@ class Replay:
             self._others.put(LawRunner(self._arrays, self._n))
         with ThreadPoolExecutor(cores) as pool:
             for piece, early in _some_ahead(
-                self._pieces(), lambda piece: self._begun(pool, piece), cores + 1
+                # one more than run: while the oldest is waited for, no core is idle
+                self._pieces(),
+                lambda piece: self._begun(pool, piece),
+                cores + 1,
             ):
                 if early is not None and self._is_reached(piece):
                     found = early.result()

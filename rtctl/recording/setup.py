@@ -97,6 +97,7 @@ def setup_of(
         "config_sha256": loaded.sha256,
         "schema_sha256": schema_sha256(plan.n_axes, [axis.motion for axis in config.axis]),
         "law_key": law_key(),
+        # as texts: a map of MCAP has no others
         "realtime": json.dumps(list(realtime)),
         "realtime_waivers": json.dumps([grant.get("right", "") for grant in refused]),
         "python": platform.python_version(),

@@ -45,6 +45,7 @@ class ShadowLaw:
             self.why = f"a command in force at tick {rows['tick'][known]} is not known"
             return
         _, differs = self._law.run(rows, self._book.commands, which)
+        # before the number is raised: who asks for the state meets `why` first
         if differs.any():
             self.why = (
                 f"the law gave something else than the loop at tick {rows['tick'][int(np.argmax(differs))]}"

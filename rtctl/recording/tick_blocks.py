@@ -96,6 +96,7 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     the first."""
     n = len(rows)
     words = np.ascontiguousarray(rows).view(np.uint64).reshape(n, -1)
+    # as words: a NaN is then equal to itself, and -0 is not 0
     same = (words == words[0]).all(axis=0)
     table, lengths, at = [], [], 0
     for column in own_columns():
@@ -111,6 +112,7 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     out[places] = counts
     to_columns(words, np.array(table), out)
     for column, (at, _) in zip(own_columns(), lengths, strict=True):
+        # the first stays whole: a reader adds up from it
         if column.stepped:
             out[at + 2 : at + 1 + n] = np.diff(out[at + 1 : at + 1 + n])
     return fmt.message(channel, sequence, time_ns, ENCAPSULATION + out.tobytes())

@@ -27,6 +27,7 @@ class CouplingTable(Table):
 
     stiffness_nm_rad: float = number(0, 1e6, "k_c: spring of the virtual coupling", default=0.0)
     damping_nms_rad: float = number(0, 1e4, "b_c: its damper", default=0.0)
+    # 20: later torques the law does not remember (`control.take_back.LATE_MOST`)
     delay_ticks: float = number(
         0,
         20,
@@ -70,6 +71,7 @@ class DriveTable(Table):
 
     @model_validator(mode="after")
     def _bandwidth(self) -> DriveTable:
+        # at 10 Hz the lag is 16 ms already
         if 0 < self.current_loop_hz < 10:
             msg = f"current_loop_hz {self.current_loop_hz}: 0 for an ideal one, else at least 10"
             raise ValueError(msg)
@@ -215,6 +217,7 @@ class AxisTable(Table):
 
     @model_validator(mode="after")
     def _pairs(self) -> AxisTable:
+        # equal ends, too: every place would be beyond one of them
         if self.position_min_rad >= self.position_max_rad:
             msg = (
                 f"position_min_rad {self.position_min_rad} must be below position_max_rad "

@@ -25,6 +25,7 @@ class RecordTable(Table):
 class ViewTable(Table):
     """[view]: the daemon shows its own page on 127.0.0.1; `view = true` for the defaults"""
 
+    # below 1024 only root may listen
     port: int = number(
         1024, 65_535, "TCP port of the page; each rig of a machine needs its own", default=8650
     )
@@ -60,6 +61,7 @@ class GatewayTable(Table):
     bind: str = Field(
         "", max_length=15, description="IPv4 address to listen on, 127.0.0.1 for tunnels; empty: no TCP"
     )
+    # two more follow it, and 65,535 is the last
     port: int = number(
         1024, 65_000, "TCP port of requests; targets and telemetry take the next two", default=9860
     )

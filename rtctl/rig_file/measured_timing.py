@@ -21,6 +21,7 @@ NAME = "timing.json"
 MOST_BYTES = 1 << 20
 
 BOUNDS: dict[str, tuple[float, float]] = {
+    # what a test pulse of 80 ms can answer lies far inside: beyond is damage, or another unit
     "delay_s": (0.0, 10.0),
     "lag_s": (0.0, 10.0),
     "gain": (-100.0, 100.0),

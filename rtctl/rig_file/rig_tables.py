@@ -53,6 +53,7 @@ class LoopTable(Table):
         "woken some tens of us late. auto: as long as wake-ups take, 80 on average and 200 at most; at most "
         "40 % of the period; 0: never",
     )
+    # so long the host may stand still, for a disk or a debugger, before a tick is lost
     ring_s: float = number(8, 120, "seconds of ticks kept in shared memory", default=8.0)
 
 

@@ -128,6 +128,7 @@ class TemperatureTable(Table):
 
     @model_validator(mode="after")
     def _order(self) -> TemperatureTable:
+        # the limit falls from one to the other: over nothing it would be a switch
         if self.trip_c < self.warn_c + 1:
             msg = f"trip_c {self.trip_c} must be at least 1 above warn_c {self.warn_c}"
             raise ValueError(msg)

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from hw.plain_words import Key
 
+# far below any unit's smallest quantity; 1e-300 squared is 0, and 1 over it infinite
 LEAST = 1e-30
 """Smallest magnitude but 0 that a file of settings may name, in any unit."""
 

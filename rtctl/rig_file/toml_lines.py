@@ -31,6 +31,7 @@ def _statements(text: str) -> Iterator[tuple[int, str]]:
         if ends:
             ends = "" if ends in line else ends
             continue
+        # before it is counted: the line that opens a list is a statement itself
         if depth == 0:
             yield number, line
         for quotes in ('"""', "'''"):

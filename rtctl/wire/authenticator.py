@@ -21,6 +21,7 @@ from rtctl.wire.connections import Connections
 from rtctl.wire.keys import Key
 
 ZAP_ADDRESS = "inproc://zeromq.zap.01"
+# a crowd must not hold up the turn in which a STOP is read
 ANSWERS_PER_CALL = 64
 
 BAN_S = 60.0
@@ -116,6 +117,7 @@ class Authenticator:
                 frames = self.socket.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
+            # libzmq finds the connection by it, also of a request that cannot be read
             number = frames[1] if len(frames) > 1 else b""
             user_id, why = self._decide(frames)
             self.admitted += user_id is not None
@@ -160,6 +162,7 @@ class Authenticator:
             return None, "400 unknown domain"
         peer = address.decode("ascii", "replace")
         user_id, role, why = self._identify(door.entry, peer, mechanism, credentials)
+        # before its place is asked for: who is expelled takes none
         if user_id is not None and self._clock_s() < self._banned.get((domain, user_id), -math.inf):
             user_id, why = None, "300 expelled for a while"
         process = user_id if door.entry == "ipc" else None

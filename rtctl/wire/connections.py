@@ -80,6 +80,7 @@ class Connections:
         """Whether a client of this role may come in; then its place is taken. `peer`: a process, as
         `local_peer` names it."""
         places = self._places if role == "operator" else self._places - RESERVED
+        # the asking one is counted: a process has half of the places at most
         if self.count >= places or (peer is not None and self._held_by(peer) > SHARE * self._places):
             return False
         self._permitted.append(time.monotonic())

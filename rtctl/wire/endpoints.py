@@ -70,6 +70,7 @@ class RuntimeDirectory:
 
     def note_holder(self, pid: int) -> None:
         """Write down a process that inherits the lock, for whoever finds the rig held."""
+        # over the line of `_lock`, which is shorter: two writes would leave a moment without a holder
         os.pwrite(self._lock_fd, f"{os.getpid()} {pid}\n".encode(), 0)
 
     def describe(self) -> list[str]:

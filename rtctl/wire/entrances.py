@@ -104,6 +104,7 @@ class Access:
         self._store = None if openings.keys is None else KeyStore(openings.keys)
         self._server_secret = b"" if self._store is None else self._store.server().secret_key.encode()
         self.authenticator = Authenticator(context, notice, clock_s)
+        # before any door: what is lent must have been taken while there was some
         self._reserve = Reserve()
         self._opened: list[int] = []
         self.intruders = Intruders(self._doors, self.authenticator, notice, descriptors, resident)
@@ -270,6 +271,7 @@ class Access:
         if self._store is None:
             return
         try:
+            # by names and times: the files themselves are read only when one of them has changed
             if (signature := self._store.signature()) == self._signature:
                 return
             found, faults = self._store.clients()

@@ -49,6 +49,7 @@ class Frames:
             raise zmq.Again
         if self._read_away:
             self._read_on(socket)
+        # ROUTER puts it in front; the frames behind it are there as well, as libzmq gives whole messages
         identity = socket.recv(zmq.NOBLOCK)
         frames: list[zmq.Frame] = []
         more = True

@@ -65,6 +65,7 @@ def tcp_binding(host: str, port: int, entry: Entry, server_secret: bytes = b"") 
         listener.close()
         key = "[telemetry] plotjuggler_port" if entry == "viewer" else "[gateway] bind or port"
         raise BusyError(f"cannot listen on {host}:{port}: {error.strerror}; choose another {key}") from error
+    # libzmq polls it: a connection that is gone before it is taken would hold up its I/O thread
     listener.setblocking(False)
     return Binding(f"tcp://{host}:{listener.getsockname()[1]}", entry, listener, server_secret)
 
@@ -74,6 +75,7 @@ def allow_descriptors(wanted: int) -> int:
     many it may."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
     most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
+    # never lower: who was given more may need it for something else
     if soft != resource.RLIM_INFINITY and soft < most:
         resource.setrlimit(resource.RLIMIT_NOFILE, (most, hard))
         return most

@@ -88,7 +88,7 @@ SEEDS = (
     Seed(
         "an event of another version ends the recorder unheard",
         "rtctl/recording/recorder.py",
-        "except (KeyError, TypeError, ValueError) as error:",
+        "except (KeyError, TypeError, ValueError, OverflowError, struct.error) as error:",
         "except ZeroDivisionError as error:",
         (f"{RECORDER}an_event_that_cannot_be_recorded_is_told_and_what_comes_after_it_is_kept",),
     ),

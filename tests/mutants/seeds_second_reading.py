@@ -74,8 +74,8 @@ SEEDS = (
     Seed(
         "before part 1000 nothing is found",
         "rtctl/recording/reader.py",
-        'return len(number) if number.startswith("0") else 3',
-        "return len(number)",
+        'width = len(number) if number.startswith("0") else 3',
+        "width = len(number)",
         (f"{RARE}::test_the_part_before_the_thousandth_is_found",),
     ),
     Seed(
