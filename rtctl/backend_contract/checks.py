@@ -250,6 +250,7 @@ class Contract:
         assert tick.tobytes() == before
 
     def test_measurements_are_finite_whatever_is_sent(self, running: Subject) -> None:
+        # what one of them breaks shows in the reading of the next
         for slot, value in enumerate([0.0, math.nan, math.inf, -math.inf, 1e308, -1e308, 0.5]):
             tick = running.tick(slot)
             running.read(tick)

@@ -160,5 +160,6 @@ class Subject:
 
     def release(self) -> None:
         """End both."""
+        # the backend first: it may still say goodbye to its device
         self.backend.close()
         self.device.close()

@@ -41,10 +41,12 @@ def passing_together(loop: AdmittanceLoop) -> Advice:
     for."""
     # the first that passes is the least change: the search ends with it
     tried = sorted(product(HEAVIER, DAMPED, GAINS, HELD), key=_change)
+    # 81 sets at most, of which the quick questions of `_calmed` end most
     for mass, damped, gain, held in tried:
         if held < 1 and loop.position_gain_nm_rad == 0:  # the same set once more
             continue
         one = _changed(loop, mass, damped, gain, held)
+        # judged once more as a whole: calming it has changed the loop
         if (found := _calmed(one)) is not None and judged(found).ok:
             return Advice(tuple(_told(loop, found)))
     return Advice()

@@ -41,6 +41,7 @@ def draw_axis(plot: Axes, axis: AxisReport) -> None:
     )
     colour = "black" if one.stable else "tab:red"
     plot.plot(loop.mass_kgm2, loop.box.stiffness_nm_rad, "o", color=colour, label="this rig file", zorder=3)
+    # a mass counts by its ratio to the joint's, a hand by its to another
     plot.set_xscale("log")
     plot.set_yscale("log")
     seen = np.concatenate([world, free, [loop.box.stiffness_nm_rad]])

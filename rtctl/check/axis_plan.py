@@ -46,6 +46,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     ):
         p[name][a] = getattr(axis, name)
     p["is_linear"][a] = axis.motion == "linear"
+    # of a screw rad of the motor per m: the law knows no leads
     p["gear_ratio"][a] = axis.motor_ratio
     # a zero one stays: it says that moments do not count
     p["axis_direction"][a] /= math.hypot(*axis.axis_direction) or 1.0
@@ -57,6 +58,7 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["temperature_trip_c"][a] = axis.temperature.trip_c
     count_rad = 2 * math.pi / axis.counts_of_turn
     p["count_rad"][a] = count_rad
+    # per tick, as the gate has no clock
     p["torque_rate_nm"][a] = axis.torque_rate_nm_s * period_s
     p["force_limit_n"][a] = axis.force.limit_n
     p["force_offset_limit_nm"][a] = axis.force.offset_nm or OFFSET_SHARE * axis.torque_limit_nm
@@ -86,6 +88,7 @@ def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> No
     shown = axis.admittance
     p["display_kind"][a], p["display_change"][a] = Display[axis.display.upper()], axis.display_change
     p["mass_kgm2"][a], p["mass_damping_nms_rad"][a] = shown.mass_kgm2, shown.damping_nms_rad
+    # without a range the mass itself bounds it: a client cannot ask for another
     p["mass_max_kgm2"][a] = shown.mass_max_kgm2 or shown.mass_kgm2
     p["mass_damping_max_nms_rad"][a] = shown.damping_max_nms_rad or shown.damping_nms_rad
     p["mass_rest_nms_rad"][a] = shown.rest_damping_nms_rad
@@ -118,4 +121,5 @@ def fill_force_feedback(
     p["force_feedback_share"][a] = feedback.share
     needed = stability.damping_needed_between(k_c, b_c, period_s, between)  # the coupling lives on this much
     p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
+    # dry friction that holds the joint against the encoder's steps (row `steps of the encoder`)
     p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s

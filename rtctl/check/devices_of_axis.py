@@ -28,6 +28,7 @@ def joint_of_axis(loaded: LoadedConfig, axis: int) -> Joint:
     if drive.motor_share < 1 or not elastic:  # the file's number counts only where the file calls it elastic
         dampings.append(drive.joint_damping_nms_rad)
     return Joint(
+        # the least damping on the motor's side counts, whoever says it
         motor_share=min([drive.motor_share, *(one.motor_share for one in elastic)]),
         dry_share=min([drive.motor_share, *(one.dry_share for one in elastic)]),
         damping_nms_rad=min(dampings),

@@ -62,6 +62,7 @@ def of_axis(loaded: LoadedConfig, axis: int, pulse: AxisTiming | None = None) ->
     ]
     if pulse is not None:
         claims.append(_Claim(f"test pulse of {pulse.date}", _measured(pulse, loaded.config.period_s)))
+    # part by part: the worst delay may be one device's, the slowest loop another's
     late = max(claims, key=lambda claim: claim.between.delay)
     old = max(claims, key=lambda claim: claim.between.sample_ticks)
     # 0 is an ideal loop, not the slowest

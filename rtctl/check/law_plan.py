@@ -124,6 +124,7 @@ def build(loaded: LoadedConfig) -> Plan:
         model=model,
         n_axes=config.n_axes,
         period_s=config.period_s,
+        # whole ns: deadlines are sums of it and must not drift; 3 kHz is off by 1e-6
         period_ns=round(1e9 / config.loop.rate_hz),
         ring_rows=math.ceil(config.loop.ring_s * config.loop.rate_hz),
     )
@@ -150,6 +151,7 @@ def _fill_scalars(p: np.void, config: Config) -> None:
     # by the contract a count of cycles, by a person a time
     p["ready_ticks"] = max(MIN_SOFT_START_TICKS, round(READY_S * rate_hz))
     p["soft_start_ticks"] = max(MIN_SOFT_START_TICKS, round(SOFT_START_S * rate_hz))
+    # the least of both: below 1 kHz 50 ticks would be longer than 50 ms
     p["stop_ticks"] = min(STOP_TICKS, round(STOP_S * rate_hz))
     p["target_hold_ticks"] = target_hold_ticks(rate_hz)
     p["target_stop_ticks"] = max(TARGET_STOP_TICKS, round(TARGET_STOP_S * rate_hz))

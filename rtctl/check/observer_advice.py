@@ -31,6 +31,7 @@ def snippet(loaded: LoadedConfig, axis: AxisGain, model: Path) -> str:
     index = next(i for i, table in enumerate(loaded.config.axis) if table.name == axis.axis)
     usual = loaded.config.axis[index].friction.observer
     usual_hz = usual.bandwidth_at(loaded.config.loop.rate_hz)
+    # the quickest that passes helps most, so the first one is the advice
     for share in SHARES:
         # judged as it will be printed
         hz = float(f"{share * usual_hz:.2g}")

@@ -171,6 +171,7 @@ def _late_bound_hz(lead: float, late: int, T: float, sensor_hz: float = 0.0) -> 
     With beta of that low-pass: z^late (z - (1 - alpha))(z - (1 - beta)) + alpha beta lead z = 0; without it
     the same with beta 1."""
     low, high, kept = 0.0, 1.0, math.exp(-2 * math.pi * sensor_hz * T) if sensor_hz > 0 else 0.0
+    # 2^-30: finer than the millionth that counts as all of it, below
     for _ in range(30):
         alpha = 0.5 * (low + high)
         own = [1.0, alpha - 1.0 - kept, (1.0 - alpha) * kept, *[0.0] * late]

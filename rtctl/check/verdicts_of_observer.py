@@ -193,6 +193,7 @@ def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
 def _quiet_bandwidth(s: Subject) -> float:
     """Largest bandwidth at which a count is below the bound, Hz: the torque rises with the bandwidth."""
     low, high = 0.0, s.axis.observer.bandwidth_hz
+    # to a millionth of a millionth: printed are three digits
     for _ in range(40):
         middle = 0.5 * (low + high)
         low, high = (

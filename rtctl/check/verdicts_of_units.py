@@ -190,6 +190,7 @@ def _feedforward_of_a_count(s: Subject) -> float:
 def time_constant(s: Subject) -> list[Verdict]:
     """How long the joint runs on by itself."""
     b = s.table.viscous_nms_rad
+    # 0 is allowed, and no unit can be wrong about it
     if b == 0:
         return []
     return judged(

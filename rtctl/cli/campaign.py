@@ -126,6 +126,7 @@ def command(
                 found = campaign.run(order, jobs, done)
         text, result, broken = _text(found), found.as_dict(), found.violations
     click.echo(json_text(result) if as_json else text)
+    # after the object is out: the status says the same to a script that reads nothing
     if broken:
         sys.exit(1)
 

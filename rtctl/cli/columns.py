@@ -75,6 +75,7 @@ def tables(
         # the whole table: unit and scale of the file are those of its own column
         given[role] = {"column": name} | ({"unit": unit} if unit else {})
         given[role] |= {"scale": float(scale)} if scale else {}
+    # of the file as well: a role that is spelt wrong would be left out without a word
     unknown = sorted(set(given) - set(roles))
     if unknown:
         raise ConfigError(f"unknown role {unknown[0]!r} of a column; there are {', '.join(roles)}")

@@ -47,6 +47,7 @@ def command(
         raise click.UsageError(
             f"in which format? give --to, or --out with a name that ends with .{', .'.join(KINDS)}"
         )
+    # `-ticks`: beside the recording, whose name it would have else
     target = out or file.with_name(f"{file.stem}-ticks.mcap" if kind == "mcap" else f"{file.stem}.{kind}")
     parts = all_parts(file)
     # the same file by any name: writing would replace what is still read

@@ -218,6 +218,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
         fit_points.tell_doubts(measured, known=True, alone=False)
         fit_judge.run(judged, measured, as_json=as_json)
         return
+    # here, not by click: --judge writes nothing
     if out is None:
         raise click.UsageError("Missing option '--out'.")
     fixed = c is not None or epsilon_nm is not None

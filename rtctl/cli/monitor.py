@@ -53,7 +53,7 @@ def command(
     try:
         with connect(rig or named, runtime_dir, address, key) as client:
             end = math.inf if seconds is None else time.monotonic() + seconds
-            with Watch(client, local=address is None) as watch:
+            with Watch(client) as watch:
                 (_json if as_json else _show)(watch, end)
                 silent_s = watch.silent_s
             if silent_s >= NO_DATA_S:
@@ -65,19 +65,13 @@ def command(
 
 
 class Watch:
-    """What is known of the rig now. Telemetry may cease and come back, from another run of the daemon too.
+    """What is known of the rig of a connected client now. Telemetry may cease and come back, from another run
+    of the daemon too."""
 
-    Parameters
-    ----------
-    client
-        Connected to the rig.
-    local
-        The rig's clock is this machine's, so a sample's own age counts."""
-
-    def __init__(self, client: RigClient, *, local: bool) -> None:
+    def __init__(self, client: RigClient) -> None:
         from rtctl.wire.fault_names import FaultPlaces
 
-        self._client, self._local = client, local
+        self._client = client
         self.hello = client.hello()
         self._places = FaultPlaces()
         self._states, self._healths, self._events = client.states(), client.health(), client.events()
@@ -122,7 +116,7 @@ class Watch:
     def silent_s(self) -> float:
         """For how long nothing new has been known of the rig, s: no sample came, or only old ones."""
         silent_s = time.monotonic() - self._came
-        if self._local and self.sample is not None:
+        if self.sample is not None:
             age_s = self.sample.as_of(time.monotonic()).age_s
             # samples may come and be old; NaN: on a virtual clock none has an age
             silent_s = max(silent_s, age_s) if math.isfinite(age_s) else silent_s
@@ -137,8 +131,7 @@ class Watch:
         sample = self.sample
         bits = sum(sample.faults)
         return Shown(
-            # another machine's clock is no measure of age
-            sample.as_of(time.monotonic()) if self._local else sample,
+            sample.as_of(time.monotonic()),
             self.silent_s,
             self._states.lost,
             self.health,

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 SWITCH = ("on", "off")
 # the ramp takes 50 ms at most (`law_plan.STOP_S`); the rest is for a host that is busy
 STOP_S = 2.0
+# a fifth of the ramp of 50 ms: told soon after it is so
 POLL_S = 0.01
 
 _Act = Callable[..., None]

@@ -85,6 +85,7 @@ def why_no_folder(path: Path) -> str:
 
 def _why_not(folder: Path) -> str:
     try:
+        # without a name where the system can: nobody finds it, and nothing is left if this process is killed
         with tempfile.TemporaryFile(dir=folder) as file:
             file.write(b"tried")
             file.flush()  # a full disk refuses what is written, not what is kept in a buffer

@@ -45,6 +45,7 @@ def command(
 
     name, folder, limits = _target(rig or only_rig(runtime_dir), out)
     with Capture(endpoints_in(client_directory(name, runtime_dir))) as capture:
+        # before any file: a wrong name must not leave an empty recording
         _await(capture, name)
         done = _record(capture, folder, limits, math.inf if seconds is None else seconds)
     for status in done:

@@ -75,6 +75,7 @@ def only_rig(runtime_dir: Path | None) -> str:
         raise ClientError(
             f"no daemon runs (looked in {runtime_dir or runtime_root()}); start one with: rtctl run CONFIG"
         )
+    # never the first of several: a stop must not go to another rig than the one that is meant
     if len(running) > 1:
         raise ClientError(f"several rigs run: name one of {', '.join(running)}")
     return running[0]

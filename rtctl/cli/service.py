@@ -78,6 +78,7 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
 
     if root == Path("/") and not dry_run:
         _require_root()
+    # by the rig files, which an uninstallation without --purge leaves: they may come back
     others = [rig for rig in service.installed(root) if rig != name]
     commands, paths = service.removal(name, root, last=not others, purge=purge)
     steps: list[str] = []

@@ -130,6 +130,7 @@ def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | N
     try:
         address = (client_directory(name, runtime_dir) / VIEW_NAME).read_text().strip()
         url, _, key_part = address.partition("#")
+        # the whole way, not the file alone: what answers there tells its rig
         with closing(HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)) as link:
             link.request("GET", "/hello", headers={"X-Rtctl": "view"})
             told = json_of(link.getresponse().read())

@@ -127,6 +127,7 @@ class Capture:
             # every second the same setup comes again, for clients that begin later
             if run is None or message["session"] != run.session:
                 self.run = run = _begin(message)
+            # each time: the state in it belongs before the very next batch
             run.state, run.state_row = _state(message, run.n_axes), int(message.get("state_row", -1))
             return None
         if run is None or message["session"] != run.session:

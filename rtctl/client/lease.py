@@ -57,6 +57,7 @@ class Lease:
         # CONFLATE is safe here: nothing is received by this socket, and a target is one frame (decision 0010)
         self._socket = connection.socket(zmq.DEALER, connection.endpoints.targets, {zmq.CONFLATE: 1})
         self._over = threading.Event()
+        # last: it uses all of the above
         self._thread = threading.Thread(target=self._keep, name="rtctl-lease", daemon=True)
         self._thread.start()
 

@@ -80,6 +80,7 @@ class Listener:
                 raise NoReplyError(
                     f"no fresh state from {self.endpoints.telemetry} within {self.timeout_s:g} s"
                 )
+            # an old one is kept: it may be all there is when the time is over
             self._last = self._newest.receive(deadline - now) or self._last
 
     def _opened(self, stream: Stream[Any]) -> Stream[Any]:

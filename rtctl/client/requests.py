@@ -40,6 +40,7 @@ class Requester:
             The daemon refused, with code and reason."""
         identity = next(self._ids)
         payload: bytes = msgpack.packb({"id": identity, "op": op, **values}, default=_plain)
+        # before the socket is made: connecting counts, too
         deadline = time.monotonic() + timeout_s
         socket = self._connected()
         try:

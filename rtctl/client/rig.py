@@ -132,7 +132,7 @@ class RigClient(Worlds, Listener):
             `not_ready`, saying what is missing; also when arming ended in a fault, or after `timeout_s`.
             `wrong_epoch`: somebody stopped the rig meanwhile."""
         deadline = time.monotonic() + timeout_s
-        status = self.status()
+        status = self.status()  # not remembered: whoever stopped the rig before this is not armed over
         epoch = int(status["epoch"])
         self._call("arm", epoch=epoch, tick=status["tick"])
         asked = time.monotonic()

@@ -180,6 +180,7 @@ class World:
             msg = "every number must be finite"
             raise ValueError(msg)
         with self._lock:
+            # before anything can fail: the last world must not go on moving beside the next
             self._ball, self._drag_rad, self.trouble = None, None, ""
             if kind == "ball":
                 self._ball = Ball(values[CENTER.name])

@@ -233,6 +233,7 @@ def _largest(passes: Callable[[float], bool], most: float = 4000.0) -> float:
     not."""
     # ratios are halved: stiffnesses of one and of a thousand are both of interest
     low, high = 0.0, most
+    # 9 halvings of a ratio of 4000: to 1.6 %, finer than a contact is told from one that rings
     for _ in range(9):
         middle = math.sqrt(max(low, 1.0) * high)
         low, high = (middle, high) if passes(middle) else (low, middle)

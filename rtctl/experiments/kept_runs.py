@@ -81,6 +81,7 @@ class KeptRuns:
 
     def add(self, runs: Runs) -> None:
         """Keep the models and more runs, at once on disk. Raises DataError when they cannot be written."""
+        # all of them again: an npz cannot be added to without a moment in which it is broken
         self.runs |= runs
         arrays = {_ABOUT: np.frombuffer(json.dumps(self._about).encode(), np.uint8)}
         for one in self.models:

@@ -122,6 +122,7 @@ def compared(order: Order) -> list[Compared]:
         No support-vector model could be learned; says why of each. Another one is left out and announced."""
     points, found = climb(order)
     lost: list[str] = []
+    # first in every table: what all others are held against
     models = [Compared("none", np.zeros(1, MODEL), float("nan"), "-")]
     rungs = {rung.family: rung for rung in found.choice.rungs}
     for name, family in COMPARED.items():

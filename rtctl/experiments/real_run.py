@@ -96,6 +96,7 @@ class Comparison:
     def _begin(self, host: Host, at: int) -> None:
         self._at = at
         host.set_compensation(self.phases[at].compensation)
+        # after it was sent: the number is that of this command
         self._since_seq = int(host.writer.command["seq"][0])
 
     def _arm(self, host: Host, rows: np.ndarray) -> None:

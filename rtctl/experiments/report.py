@@ -158,6 +158,7 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
         "provenance": facts,
         "experiments": {outcome.name: document_of(outcome) for outcome in outcomes},
     }
+    # the page last: who sees it finds all that it names (`write_together` keeps the order)
     files[HEADER] = (json.dumps(as_data(document), indent=1, allow_nan=False) + "\n").encode()
     files[PAGE] = _page(outcomes, title, facts).encode()
     write_together(folder, files)

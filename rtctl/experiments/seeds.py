@@ -26,6 +26,7 @@ def over_seeds(order: Order, once: Callable[[Order, int], T]) -> list[T]:
     # progress and announcements are of this process: they cannot be sent along
     bare = Order(order.loaded, order.seeds)
     jobs = min(order.seeds, joblib.cpu_count())
+    # a pool of one would only cost its start
     if jobs == 1:
         return [once(bare, seed) for seed in range(order.seeds)]
     with workers("loky", jobs) as pool:

@@ -31,6 +31,7 @@ class Estimate:
     def text(self, scale: float = 1.0, shape: str = ".3g") -> str:
         """As `mean ± half` in another unit."""
         mean, half = scale * self.mean, scale * self.half
+        # four digits of a thousand are whole: 1.23e+03 ± 40 would be read as two figures
         said = format(mean, ".0f" if shape.endswith("g") and 1e3 <= abs(mean) < 1e6 else shape)
         return f"{said} ± {format(half, '.0f' if half >= 9.5 else '.1g')}" if self.count > 1 else said
 

@@ -184,6 +184,7 @@ def make(loaded: LoadedConfig, seed: int) -> Simulation:
     room = min(axis.position_max_rad, -axis.position_min_rad)
     # friction differs over a turn, where there is a turn
     place = float(draw.uniform(-math.pi, math.pi)) if room > 2 * math.pi else 0.0
+    # as factors: a hand is never less than nothing
     stiffness, damping = np.exp(HAND_SPREAD * draw.standard_normal(2))
     # drawn and not added: rig 2 of seed 1 would be rig 1 of seed 2
     options["seed"] = int(draw.integers(1 << 62))

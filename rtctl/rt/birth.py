@@ -24,6 +24,7 @@ def be_guarded(host: int) -> None:
     Ends this process at once if the host has gone already: the kernel announces only deaths that are to come.
     """
     die_with(host)
+    # ignored before they are let through again: one that waits must not end this process
     for number in OF_THE_TERMINAL:
         signal.signal(number, signal.SIG_IGN)
     signal.pthread_sigmask(signal.SIG_UNBLOCK, OF_THE_TERMINAL)  # the host held them back until now

@@ -142,6 +142,7 @@ class VirtualClock:
         self._now = 0
         self._ending = ending
         self._header = header
+        # half: the reader copies the other half meanwhile
         self._most_unread = 0 if header is None else int(header[0]["ring_rows"]) // 2
 
     def now(self) -> int:
@@ -162,6 +163,8 @@ class VirtualClock:
     def sleep_until(self, deadline_ns: int) -> int:
         """Jump to the deadline."""
         while self.room() <= 0 and not self._ending():
+            # asking without a pause would take the core that the reader needs
             time.sleep(0.0005)
+        # never back: the first deadline may lie before what `jump` has set
         self._now = max(self._now, deadline_ns)
         return self._now

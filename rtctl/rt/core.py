@@ -55,6 +55,7 @@ def since_start_s() -> float:
 def interrupts(root: Path) -> dict[int, Interrupts]:
     """Those of devices, by number of the line; empty where the kernel does not tell."""
     found: dict[int, Interrupts] = {}
+    # by number: the folder has nothing else, and a name that is none would end the start
     for folder in (root / "sys/kernel/irq").glob("[0-9]*"):
         devices, counts = _text(folder / "actions"), _text(folder / "per_cpu_count").split(",")
         if devices and not _OF_A_CORE.search(devices) and all(count.isdecimal() for count in counts):

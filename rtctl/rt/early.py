@@ -117,6 +117,7 @@ def choose(
     useful = not auto or (granted and cores > 1)
     first_us = min(INCOME_US if auto else float(asked), bound_us) if useful else 0.0
     most = min(MOST_US, bound_us) if useful else 0.0
+    # a loop that was started anew learns anew: its core may be another one
     early_ns[:] = 0
     early_ns[[MARGIN, FOLLOWED, INCOME, SAVED]] = round(first_us * 1e3)
     early_ns[MOST] = round(most * 1e3) if auto else 0

@@ -89,6 +89,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     for name in OPTIONAL_FIELDS:  # no sensor, no value; a backend that has one overwrites it
         tick[name] = np.nan
     grid[PERIOD] = int(memory.header[0]["period_ns"])
+    # a period from now: what is still to be done before the first sleep is no lateness
     grid[DEADLINE] = memory.header[0]["start_ns"] = clock.now() + grid[PERIOD]
     try:
         while True:
@@ -104,6 +105,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
             if at <= READ:
                 read(tick)  # 2 read the devices
                 t_read = now()
+                # after the reading: the law ramps by a sample of this very cycle
                 if stop.requests:
                     if stop.requests > 1:
                         break

@@ -46,6 +46,7 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
     held
         File descriptors that must stay open while the rights are to last."""
     held: list[int] = []
+    # memory first: its pages are fetched while others may still run
     grants = [_lock_memory(), _affinity(cpu), _fifo(priority), _dma_latency(held), _timer_slack()]
     gc.collect()
     gc.freeze()

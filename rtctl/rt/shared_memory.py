@@ -192,6 +192,7 @@ class RingReader:
             copy = copy[lost:]
         sealed = mailbox.seals_fit(copy)
         if not sealed.all():
+            # not one that the loop was writing: those are left out above
             self.torn += int((~sealed).sum())
             copy = copy[sealed]
         header[_READ_HEAD] = self.next

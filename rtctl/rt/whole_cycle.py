@@ -164,6 +164,7 @@ def _run(
             o.faults = t.faults
             return RECORD
         mailbox.publish(header, ring_words, tick_words)  # 5 record
+        # after it was recorded: the host sees the last state, and knows that nothing follows
         if t.state == _SHUTDOWN:
             return ENDED
         g.slot += 1
@@ -215,6 +216,7 @@ class WholeCycles:
         order["read_at"] = entry_point(parts.read, *parts.read_arguments)
         order["write_at"] = entry_point(parts.write, *parts.write_arguments)
         order["law_at"] = entry_point(law.step, *law_arguments)
+        # one at least, at 100 Hz too: a cycle takes twice that time there
         order["most"] = max(1, round(PYTHON_EVERY_S * 1e9 / memory.header[0]["period_ns"]))
         order["rehearsal_ns"] = REHEARSAL_NS * memory.n_axes
         order["virtual"], order["simulated"] = isinstance(clock, VirtualClock), bool(parts.simulated)

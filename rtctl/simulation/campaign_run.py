@@ -137,6 +137,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
     if bits:
         numbers = [number for number in INVARIANTS if bits >> number & 1]
         result.violations.append(Violation(index, result.ticks, numbers, order.reproduce(index)))
+    # of a ring: the oldest of the last ones is where the next would be written
     rows = min(keep, result.ticks)
     last = np.take(trace, np.arange(result.ticks - rows, result.ticks) % keep) if rows else trace
     return result, rig, last

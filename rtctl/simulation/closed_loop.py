@@ -137,6 +137,7 @@ class Simulation:
         """Send a command: set fields of the command record, each a number or one per axis."""
         for name, value in fields.items():
             self.command[name][0] = value
+        # the law takes a command by its number: one with the last number changes nothing
         self.command["seq"] += 1
 
     def run(self, seconds: float, every: int = 1, **fields: object) -> np.ndarray:
@@ -145,6 +146,7 @@ class Simulation:
         `truth` then holds the rig's states at the end of the same ticks."""
         if fields:
             self.change(**fields)
+        # one tick at least: who asks for less asks what is now
         rows = max(1, round(seconds / self.plan.period_s / every))
         trace = records(new_ticks(rows, self.plan.n_axes))
         self.truth = records(np.zeros(rows, self.plant_state.dtype))

@@ -201,9 +201,11 @@ def _point(
 
 def _break_away_point(rig: Rig, direction: int, measurements: int) -> Point:
     params, state = rig.plant
+    # the ramp is of torque, and open loop: a servo would move the joint before it breaks away
     step_a = direction * RAMP_NM_S * rig.period_s / rig.torque_per_ampere
     samples = np.empty(measurements)
     positions_rad, currents_a = np.empty((2, rig.ticks(RAMP_MAX_S)))
+    # the 10 ms of `MOVING_COUNTS`
     look_back, ramps = rig.ticks(0.01), list[Ramp | None]()
     for k in range(measurements):
         turn_through(rig, [(direction * JOG_RAD_S, 2 * math.pi / measurements / JOG_RAD_S), (0.0, PAUSE_S)])

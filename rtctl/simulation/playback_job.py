@@ -176,6 +176,7 @@ def _from_options(job: Job) -> LoadedConfig:
         "torque_constant_nm_a": 1.0,
         "lever_m": [0.0, job.lever_m, 0.0],
         "torque_limit_nm": job.torque_limit_nm,
+        # from nothing to the limit in 10 ms: the gate must not be what the report is about
         "torque_rate_nm_s": 100 * job.torque_limit_nm,
         "velocity_limit_rad_s": 100.0,
         "current_limit_a": 1e3,

@@ -162,6 +162,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
         backend.open()
     except BackendError as error:
         raise DeviceError(str(error)) from error
+    # all of the log at once: nobody reads the ring while the loop runs in this very process
     memory = Memory.create(plan.n_axes, len(backend.recording or ()) + SPARE_ROWS, plan.period_ns)
     try:
         memory.params[:], memory.model[:] = plan.params, plan.model

@@ -62,6 +62,7 @@ def write_copy(source: str, target: Path, name: str) -> list[Path]:
         raise ConfigError(
             f"rig name {name!r}: a letter, then at most 31 letters, digits, - or _; give one with --name"
         )
+    # the first name alone, which is the rig's: axes and devices have names, too
     text = re.sub(r'(?m)^name = "[^"]*"', f'name = "{name}"', origin.read_text(), count=1)
     text = text.replace(f"configs/{origin.name}", shlex.quote(str(target)))
     made: dict[Path, Path] = {}
@@ -69,6 +70,7 @@ def write_copy(source: str, target: Path, name: str) -> list[Path]:
         beside = part.with_name(f"{name}.json") if part.suffix == ".json" else part
         text = text.replace(f'"{part}"', f'"{beside}"')
         made[origin.parent / part] = target.parent / beside
+    # before anything is written: half of a rig beside somebody's files would be hard to take away
     for path in (target, *made.values()):
         if path.exists():
             raise ConfigError(

@@ -89,7 +89,7 @@ def drawn(watch):
 
 
 def test_a_rig_that_is_gone_is_no_data_within_half_a_second_and_its_age_grows(clock, client):
-    watch = monitor.Watch(client, local=True)
+    watch = monitor.Watch(client)
     client.states_.items.append(sample_at(clock))
     assert watch.receive(0.1) is not None
     assert "state   ACTIVE" in drawn(watch)
@@ -104,7 +104,7 @@ def test_a_rig_that_is_gone_is_no_data_within_half_a_second_and_its_age_grows(cl
 
 
 def test_old_samples_of_a_daemon_that_stood_still_are_no_data_either(clock, client):
-    watch = monitor.Watch(client, local=True)
+    watch = monitor.Watch(client)
     client.states_.items.append(sample_at(clock))
     clock.now += 2.0  # it waited in the queue
     watch.receive(0.1)
@@ -112,7 +112,7 @@ def test_old_samples_of_a_daemon_that_stood_still_are_no_data_either(clock, clie
 
 
 def test_when_the_daemon_is_back_it_goes_on_and_greets_it_again(clock, client):
-    watch = monitor.Watch(client, local=True)
+    watch = monitor.Watch(client)
     client.states_.items.append(sample_at(clock))
     watch.receive(0.1)
     clock.now += 5.0
@@ -123,7 +123,7 @@ def test_when_the_daemon_is_back_it_goes_on_and_greets_it_again(clock, client):
 
 
 def test_lines_say_at_once_that_data_cease_and_the_end_of_the_time_asked_for_is_kept(clock, client, capsys):
-    watch = monitor.Watch(client, local=True)
+    watch = monitor.Watch(client)
     client.states_.items.append(sample_at(clock))
     monitor._show(watch, clock.now + 1.0)
     said = [text.split()[1] for text in capsys.readouterr().out.splitlines()]
@@ -132,7 +132,7 @@ def test_lines_say_at_once_that_data_cease_and_the_end_of_the_time_asked_for_is_
 
 
 def test_json_says_that_there_are_no_data(clock, client, capsys):
-    watch = monitor.Watch(client, local=True)
+    watch = monitor.Watch(client)
     client.states_.items.append(sample_at(clock))
     monitor._json(watch, clock.now + 1.0)
     first, *more = [json.loads(text) for text in capsys.readouterr().out.splitlines()]
@@ -142,7 +142,7 @@ def test_json_says_that_there_are_no_data(clock, client, capsys):
 
 
 def test_a_latched_cause_is_shown_with_its_place_when_the_fault_is_gone(clock, client):
-    watch = monitor.Watch(client, local=True)
+    watch = monitor.Watch(client)
     where = {"axis": "tip", "channel": None, "device": "device[0] 'drive'", "detail": "DC_BUS_UNDER_VOLTAGE"}
     client.told.items.append({"event": "fault", "name": "DEVICE", "text": "see its manual", **where})
     number = Fault.DEVICE.value.bit_length() - 1
