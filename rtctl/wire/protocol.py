@@ -155,6 +155,9 @@ def _alive(lock: Path) -> bool:
         with os.fdopen(fd, "rb") as file:
             # signal 0 only asks whether there is such a process
             os.kill(int(file.read(64).split()[0]), 0)
+    except PermissionError:
+        # the rig of another user, whose group this one is in: else its folder could not be looked into
+        return True
     except (OSError, ValueError, IndexError, OverflowError):
         return False
     return True

@@ -196,4 +196,15 @@ SEEDS = (
             "test_of_a_contact_half_a_second_is_judged_at_any_rate",
         ),
     ),
+    Seed(
+        "a member of the group is told that no daemon runs",
+        "rtctl/wire/protocol.py",
+        "        # the rig of another user, whose group this one is in: else its folder could not be looked into\n"
+        "        return True\n",
+        "        return False\n",
+        (
+            "tests/unit/host/test_endpoints.py::"
+            "test_a_member_of_its_group_finds_a_rig_whose_lock_only_its_user_reads",
+        ),
+    ),
 )

@@ -146,6 +146,32 @@ def test_a_client_finds_the_service_where_this_user_runs_no_such_rig(root, monke
     assert protocol.running_rigs() == ["mock", "mock"]
 
 
+@pytest.mark.skipif(os.geteuid() != 0, reason="needs root, to be another user")
+def test_a_member_of_its_group_finds_a_rig_whose_lock_only_its_user_reads(tmp_path_factory):
+    root = tmp_path_factory.mktemp("run")
+    for folder in (root, *root.parents[:-1]):
+        folder.chmod(folder.stat().st_mode | 0o055)
+    folder, user, group = root / "mock", 54321, 54322
+    folder.mkdir()
+    (folder / "lock").write_text(f"{os.getpid()}\n")
+    for path, mode in ((folder / "lock", 0o600), (folder, 0o750)):
+        os.chown(path, user, group)
+        path.chmod(mode)
+    code = f"""
+import os
+from pathlib import Path
+from rtctl.wire.protocol import running_rigs
+os.setgroups([{group}] * GROUPED)
+os.setgid(54323)
+os.setuid(54323)
+print(running_rigs(Path({str(root)!r})))
+"""
+    for grouped, found in ((1, "['mock']"), (0, "[]")):
+        text = code.replace("GROUPED", str(grouped))
+        shown = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+        assert shown.stdout.strip() == found
+
+
 ORPHAN = """
 import os, sys, time
 from rtctl.wire.endpoints import RuntimeDirectory
