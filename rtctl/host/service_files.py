@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from hw.outside import read_bounded, shown, toml_of
+from hw.outside import MOST_TABLE_BYTES, read_bounded, shown, toml_of
 from rtctl.errors import ConfigError
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.mistakes import FILE_OPTIONS
@@ -53,6 +53,16 @@ def named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
         if os.path.lexists(folder / part):
             found[part] = _content(folder, part)
     return list(found.items())
+
+
+def names(rig: Path, part: Path) -> bool:
+    """Whether an installed rig file names this file, too; one that cannot be read names none."""
+    try:
+        return any(
+            Path(text) == part for text in _named(toml_of(read_bounded(rig, MOST_TABLE_BYTES))) if text
+        )
+    except (OSError, ValueError, AttributeError, TypeError):
+        return False
 
 
 def _content(folder: Path, part: Path) -> bytes:

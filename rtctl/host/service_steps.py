@@ -13,7 +13,7 @@ from pathlib import Path
 
 from hw import registry
 from rtctl.errors import ConfigError
-from rtctl.host.service_files import named_files, rig_file
+from rtctl.host.service_files import named_files, names, rig_file
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.wire.protocol import rig_directory
 from rtctl.wire.unix_group import group_id
@@ -160,7 +160,7 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
     ------
     ConfigError
         [gateway] group is none of this machine, or a file the rig file names lies outside its folder by a
-        relative path, is a link, or is no regular file."""
+        relative path, is a link, is no regular file, or has the name of another rig's."""
     name = loaded.config.rig.name
     etc, made = root / "etc", Installation(name, root)
     made.files += [
@@ -169,7 +169,14 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
         File(etc / "udev/rules.d/60-rtctl.rules", shipped("60-rtctl.rules")),
         File(etc / "rtctl" / f"{name}.toml", rig_file(loaded)),
     ]
-    made.files += [File(etc / "rtctl" / part, content) for part, content in named_files(loaded)]
+    for part, content in named_files(loaded):
+        file = File(etc / "rtctl" / part, content)
+        if other := _loser(name, file, etc / "rtctl"):
+            raise ConfigError(
+                f"{loaded.path}: {part}: rig {other} would lose its own file of this name there; "
+                f"give this one another name (in {etc / 'rtctl'} all rigs have theirs)"
+            )
+        made.files.append(file)
     drop_in = etc / f"systemd/system/rtctl@{name}.service.d"
     if needs_network(loaded):
         made.files.append(File(drop_in / "10-network.conf", shipped(NETWORK_DROP_IN)))
@@ -200,6 +207,17 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
         # last: what it starts needs all that comes before
         made.commands.append(["systemctl", "enable", *(["--now"] if start else []), f"rtctl@{name}.service"])
     return made
+
+
+def _loser(name: str, file: File, folder: Path) -> str:
+    """The rig whose file this one, which rig `name` brings along, would replace; empty for none."""
+    part = file.path.relative_to(folder)
+    if part == Path(f"{name}.toml"):
+        return name
+    if not file.path.is_file() or file.path.read_bytes() == file.content:
+        return ""
+    others = {one.stem: one for one in sorted(folder.glob("*.toml")) if one.stem != name}
+    return next((rig for rig, one in others.items() if one == file.path or names(one, part)), "")
 
 
 def compile_command(command: str, rig: Path) -> list[str]:

@@ -199,12 +199,25 @@ SEEDS = (
     Seed(
         "a member of the group is told that no daemon runs",
         "rtctl/wire/protocol.py",
-        "        # the rig of another user, whose group this one is in: else its folder could not be looked into\n"
-        "        return True\n",
-        "        return False\n",
+        "folder could not be looked into\n        return True\n",
+        "folder could not be looked into\n        return False\n",
         (
             "tests/unit/host/test_endpoints.py::"
             "test_a_member_of_its_group_finds_a_rig_whose_lock_only_its_user_reads",
         ),
+    ),
+    Seed(
+        "a service that is installed takes another one's files away",
+        "rtctl/host/service_steps.py",
+        '        if other := _loser(name, file, etc / "rtctl"):',
+        '        if other := "":',
+        ("tests/unit/cli/test_service.py::test_a_rig_takes_no_file_of_another_rig_away",),
+    ),
+    Seed(
+        "a schedule takes the place of the rig file that names it",
+        "rtctl/host/service_steps.py",
+        '    if part == Path(f"{name}.toml"):',
+        "    if part == Path(name):",
+        ("tests/unit/cli/test_service.py::test_a_rig_takes_no_file_of_another_rig_away",),
     ),
 )

@@ -15,9 +15,11 @@ from click.testing import CliRunner
 from hw import registry
 from rtctl.cli import service as cli
 from rtctl.cli.service import command
+from rtctl.errors import ConfigError
+from rtctl.friction import artefact
 from rtctl.host import service_steps as service
 from rtctl.rig_file.config import load
-from rtctl.simulation.shipped_files import shipped_config
+from rtctl.simulation.shipped_files import shipped_config, write_copy
 
 
 @pytest.fixture(autouse=True)
@@ -237,3 +239,36 @@ def test_an_installation_goes_on_where_nothing_could_be_compiled_before(capfd, m
     assert said.out == "", "for scripts"
     assert "98 functions so far" in said.err
     assert "first start does it" in said.err
+
+
+def test_a_rig_takes_no_file_of_another_rig_away(tmp_path):
+    root, folder = tmp_path / "root", tmp_path / "mine"
+    folder.mkdir()
+    write_copy("mock.toml", folder / "one.toml", "one")
+    assert call("install", folder / "one.toml", "--root", root).exit_code == 0
+    before = tree(root)
+    text = (folder / "one.toml").read_text()
+    # another joint's model under the same name
+    other = folder / "two.toml"
+    other.write_text(text.replace('name = "one"', 'name = "two"'))
+    (model,) = folder.rglob("*.json")
+    artefact.save(replace(artefact.load(model), rig="two"), model)
+    done = call("install", other, "--root", root)
+    assert isinstance(done.exception, ConfigError)
+    assert "rig one would lose its own file" in str(done.exception)
+    # a schedule by the name of a rig, another one's and its own
+    schedule = '[[fault]]\nchannel = "link"\nkind = "drop"\nat_s = 1.0\nfor_ticks = 1\n'
+    for name in ("one", "three"):
+        rig = tmp_path / name / "three-rig.toml"
+        write_copy("mock.toml", rig, "three")
+        (rig.parent / f"{name}.toml").write_text(schedule)
+        rig.write_text(
+            rig.read_text().replace("[device.options]", f'[device.options]\nfaults = "{name}.toml"')
+        )
+        done = call("install", rig, "--root", root)
+        assert f"rig {name} would lose" in str(done.exception)
+    assert tree(root) == before
+    # its own files it may replace
+    artefact.save(replace(artefact.load(model), rig="one"), model)
+    (folder / "one.toml").write_text(f"{text}\n# changed\n")
+    assert call("install", folder / "one.toml", "--root", root).exit_code == 0
