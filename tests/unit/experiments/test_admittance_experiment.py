@@ -3,12 +3,15 @@ rig.
 """
 
 import math
+from collections import defaultdict
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from rtctl.control.environments.table import Environment
+from rtctl.control.vocabulary import State
 from rtctl.experiments import admittance_findings as findings
 from rtctl.experiments import admittance_runs as runs
 from rtctl.experiments.admittance_findings import Felt
@@ -17,6 +20,7 @@ from rtctl.experiments.statistics import Estimate
 from rtctl.rig_file.config import load
 from rtctl.simulation.family import with_plant
 from rtctl.simulation.shipped_files import shipped_config
+from rtctl.tick import new_ticks
 
 SHOWN = Shown(0.012, 0.1, 2.0, 20.0)
 
@@ -143,14 +147,30 @@ def test_help_with_friction_turns_with_the_mass_and_makes_it_no_lighter(mock):
     assert damping == pytest.approx(2 * slow.config.axis[0].viscous_nms_rad, rel=findings.FELT_WITHIN)
 
 
-def test_of_a_contact_half_a_second_is_judged_at_any_rate(mock, monkeypatch):
+class Resting:
+    """A simulation of a joint that nothing moves."""
+
+    def __init__(self, loaded):
+        self.plan = SimpleNamespace(period_s=loaded.config.period_s)
+        self.params = self.command = self.plant_params = self.plant_state = defaultdict(
+            lambda: np.ones((1, 1))
+        )
+
+    def arm(self, **_fields):
+        pass
+
+    def run(self, seconds):
+        trace = new_ticks(round(seconds / self.plan.period_s), 1)
+        trace["state"] = State.ACTIVE
+        self.truth = {name: np.zeros((len(trace), 1)) for name in ("hand_torque_nm", "position_rad")}
+        return trace
+
+
+@pytest.mark.parametrize("rate_hz", [500.0, 10_000.0])
+def test_of_a_contact_half_a_second_is_judged_at_any_rate(mock, monkeypatch, rate_hz):
     judged_s = []
-
-    def above(signal, _hz, period_s):
-        judged_s.append(len(signal) * period_s)
-        return 0.0
-
-    monkeypatch.setattr(runs, "above", above)
-    slow = mock.config.model_copy(update={"loop": mock.config.loop.model_copy(update={"rate_hz": 500.0})})
-    runs.contact(runs.displayed(mock.model_copy(update={"config": slow}), None), Environment.SPRING, 50.0)
-    assert judged_s == [0.5, 0.5]
+    monkeypatch.setattr(runs, "above", lambda signal, _hz, T: judged_s.append(len(signal) * T) or 0.0)
+    monkeypatch.setattr(runs, "Simulation", Resting)
+    other = mock.config.model_copy(update={"loop": mock.config.loop.model_copy(update={"rate_hz": rate_hz})})
+    runs.contact(mock.model_copy(update={"config": other}), Environment.SPRING, 50.0, Rubbing.BARE)
+    assert judged_s == pytest.approx([0.5, 0.5])
