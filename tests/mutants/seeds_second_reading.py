@@ -220,4 +220,11 @@ SEEDS = (
         "    if part == Path(name):",
         ("tests/unit/cli/test_service.py::test_a_rig_takes_no_file_of_another_rig_away",),
     ),
+    Seed(
+        "the offset of a clock that was never set is taken again with every copy",
+        "rtctl/host/exchange/rig_description.py",
+        "        if self.start_wall_ns == NOT_TAKEN:",
+        "        if self.start_wall_ns < 0:",
+        ("tests/unit/host/test_description.py::test_the_offset_of_a_clock_that_was_never_set_is_taken_once",),
+    ),
 )

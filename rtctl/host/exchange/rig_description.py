@@ -24,6 +24,9 @@ SESSION = secrets.randbits(32)
 """Random number of this run of the daemon; a client that sees it change knows of the restart."""
 
 
+NOT_TAKEN = -(1 << 62)
+"""No difference of two clocks: one below 0 is, where the wall clock began in 1970 and was not set since."""
+
 BATCH_TICKS = 8
 """Ticks of a telemetry message: a world that answers each message with a target is never near HOLD."""
 
@@ -94,12 +97,12 @@ class RigDescription:
     devices_sha256: str = ""
     version: str = __version__
     session: int = SESSION
-    start_wall_ns: int = -1
+    start_wall_ns: int = NOT_TAKEN
     devices: tuple[DeviceDescription, ...] = ()
     params: np.ndarray | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
-        if self.start_wall_ns < 0:
+        if self.start_wall_ns == NOT_TAKEN:
             clock_ns = 0 if self.virtual else time.monotonic_ns()
             # frozen: this is the one moment at which it may be filled
             object.__setattr__(self, "start_wall_ns", time.time_ns() - clock_ns)

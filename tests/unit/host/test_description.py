@@ -4,6 +4,7 @@ from pathlib import Path
 import pytest
 
 from rtctl.friction import artefact
+from rtctl.host.exchange import rig_description
 from rtctl.host.exchange.rig_description import RigDescription, describe
 from rtctl.rig_file.config import Config, LoadedConfig
 
@@ -79,3 +80,13 @@ def test_the_temperatures_of_the_model_in_use_are_known(tmp_path, range_c, polic
 def test_a_description_describes_itself():
     rig = RigDescription("m", (), 1000.0)
     assert describe(rig) is rig
+
+
+def test_the_offset_of_a_clock_that_was_never_set_is_taken_once(monkeypatch):
+    now_ns = [10**9]  # since 1970, on a machine that has run for longer
+    monkeypatch.setattr(rig_description.time, "time_ns", lambda: now_ns[0])
+    monkeypatch.setattr(rig_description.time, "monotonic_ns", lambda: 5 * 10**9)
+    first = RigDescription("m", (), 1000.0)
+    assert first.start_wall_ns == -4 * 10**9
+    now_ns[0] = 10**18  # it is set
+    assert dataclasses.replace(first, name="n").start_wall_ns == first.start_wall_ns
