@@ -227,4 +227,11 @@ SEEDS = (
         "        if self.start_wall_ns < 0:",
         ("tests/unit/host/test_description.py::test_the_offset_of_a_clock_that_was_never_set_is_taken_once",),
     ),
+    Seed(
+        "an incident of another version ends in a traceback",
+        "rtctl/cli/incident.py",
+        "    except (KeyError, TypeError, ValueError, IndexError, OverflowError) as error:",
+        "    except ZeroDivisionError as error:",
+        (f"{ONE}::test_an_incident_of_another_version_is_told_by_name",),
+    ),
 )

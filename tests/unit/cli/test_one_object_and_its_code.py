@@ -64,6 +64,34 @@ def test_an_incident_whose_picture_cannot_be_drawn_is_one_object(monkeypatch, ca
     assert json.loads(capsys.readouterr().out)["exit_code"] == 10
 
 
+@pytest.mark.parametrize("more", [[], ["--json"], ["--plot", "a.png"]])
+@pytest.mark.parametrize(
+    ("trigger", "about", "state"),
+    [
+        ({"timestamp": "x"}, {}, 3),
+        ({"timestamp": 1e300}, {}, 3),
+        ({"tick": None}, {"axes": ["a", "b"], "motion": ["rotary"]}, 3),
+        ({}, {"motion": 5}, 3),
+        ({}, {}, 99),
+    ],
+)
+def test_an_incident_of_another_version_is_told_by_name(
+    monkeypatch, capsys, tmp_path, trigger, about, state, more
+):
+    ticks = new_ticks(3, 1)
+    ticks["tick"], ticks["state"] = np.arange(3), state
+    whole = {"event": "state", "from": "A", "to": "FAULT", "tick": 1, "timestamp": 0.0, "monotonic_s": 0.0}
+    path = tmp_path / "other.npz"
+    body = {"trigger": {**whole, **trigger}, "events": [5, {"event": "fault"}], "about": about}
+    columns = {name: ticks[name] for name in ticks.dtype.names}
+    np.savez_compressed(path, incident=np.array(json.dumps(body)), **columns)
+    monkeypatch.chdir(tmp_path)
+    code = run(monkeypatch, "incident", path, *more)
+    told = capsys.readouterr()
+    assert (code, "this version cannot tell" in told.err + told.out) in [(10, True), (0, False)]
+    assert told.err.count("\n") <= 1
+
+
 class Rig:
     """A client of a rig whose motor goes off after so many questions."""
 
