@@ -8,7 +8,7 @@ import click
 
 from rtctl.cli import fit_checks
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFile
+from rtctl.cli.outputs import OutputFile, require_apart
 
 
 @click.command("evidence")
@@ -54,6 +54,7 @@ def command(
     from rtctl.whole_files import whole
 
     register()
+    require_apart(out, (description,))
     sets = read_description(description)
     folder = data or description.parent
     # all of them first: a file that is missing is told before hours of learning

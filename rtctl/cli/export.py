@@ -9,7 +9,7 @@ from typing import Literal, get_args
 import click
 
 from rtctl.cli.json_text import json_text
-from rtctl.cli.outputs import OutputFile
+from rtctl.cli.outputs import OutputFile, require_apart
 from rtctl.cli.recording_argument import RecordingFile
 
 Kind = Literal["npz", "parquet", "csv", "mcap"]
@@ -50,9 +50,7 @@ def command(
     # `-ticks`: beside the recording, whose name it would have else
     target = out or file.with_name(f"{file.stem}-ticks.mcap" if kind == "mcap" else f"{file.stem}.{kind}")
     parts = all_parts(file)
-    # the same file by any name: writing would replace what is still read
-    if any(target.exists() and target.samefile(part) for part in parts):
-        raise click.UsageError(f"{target} is what is read: give another name with --out")
+    require_apart(target, parts)
     chosen = tuple(name.strip() for name in fields.split(",")) if fields else ()
     tty = sys.stderr.isatty()
 

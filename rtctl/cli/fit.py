@@ -12,7 +12,7 @@ import click
 from rtctl.cli import fit_checks, fit_learning, fit_places, fit_points, fit_told
 from rtctl.cli.columns import text_of
 from rtctl.cli.number import Number
-from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of
+from rtctl.cli.outputs import OutputFile, OutputFolder, errors_in_units_of, require_apart
 
 if TYPE_CHECKING:
     from rtctl.friction.logs.other_programs import Average
@@ -221,6 +221,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     # here, not by click: --judge writes nothing
     if out is None:
         raise click.UsageError("Missing option '--out'.")
+    require_apart(out, (*points, map_file, places, sweep, test_points, config))
     fixed = c is not None or epsilon_nm is not None
     # options that only a comparison has ask for one
     asked = climb or one_rung or kernel != "all" or tolerance is not None or max_support_vectors is not None

@@ -8,8 +8,8 @@ from __future__ import annotations
 import io
 import os
 import tempfile
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, redirect_stdout, suppress
 from pathlib import Path
 
 import click
@@ -69,6 +69,14 @@ def _why_no_file(path: Path) -> str:
     if path.exists() and not path.is_file():
         return "it is a device or a pipe; name a file"
     return "it exists and may not be written" if path.exists() and not os.access(path, os.W_OK) else ""
+
+
+def require_apart(target: Path | None, read: Iterable[Path | None]) -> None:
+    """Refuse to replace what is read (UsageError), by whatever name: measured data are measured once."""
+    for one in read:
+        with suppress(OSError):  # one of both is not there, or cannot be looked at: told where it is read
+            if target and one and target.samefile(one):
+                raise click.UsageError(f"{target} is what is read: give another name to what is written")
 
 
 def why_no_folder(path: Path) -> str:

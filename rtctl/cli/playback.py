@@ -12,7 +12,7 @@ from hw.playback.text_rows import is_number
 from rtctl.cli.columns import unit_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
-from rtctl.cli.outputs import OutputFile, errors_in_units_of
+from rtctl.cli.outputs import OutputFile, errors_in_units_of, require_apart
 
 if TYPE_CHECKING:
     from rtctl.simulation.playback_job import Job
@@ -105,6 +105,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
         raise click.UsageError(
             "give CONFIG, or --log, --fit-from, --time and --position with a torque column"
         )
+    require_apart(options["save_model"], (config, options["log"], *options["fit_from"]))
     from rtctl.recording.as_columns import register
     from rtctl.rig_file.config import load
     from rtctl.simulation.playback_job import Job, run

@@ -234,4 +234,11 @@ SEEDS = (
         "    except ZeroDivisionError as error:",
         (f"{ONE}::test_an_incident_of_another_version_is_told_by_name",),
     ),
+    Seed(
+        "a model is written over the points that it is learned from",
+        "rtctl/cli/outputs.py",
+        "            if target and one and target.samefile(one):",
+        "            if target is one:",
+        ("tests/unit/cli/test_outputs.py::test_what_was_measured_is_not_written_over",),
+    ),
 )

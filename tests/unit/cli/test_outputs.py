@@ -139,3 +139,24 @@ def test_a_full_disk_under_standard_output_is_told_in_one_line():
         1,
         "rtctl: standard output: No space left on device; make room\n",
     )
+
+
+@pytest.mark.parametrize(
+    ("command", "written", "read"),
+    [
+        ("fit", "--out", ["points.csv"]),
+        ("fit", "--out", ["other.csv", "--test", "points.csv"]),
+        ("playback", "--save-model", ["points.csv"]),
+        ("playback", "--save-model", ["other.csv", "--fit-from", "points.csv"]),
+        ("evidence", "--out", ["points.csv"]),
+    ],
+)
+def test_what_was_measured_is_not_written_over(tmp_path, monkeypatch, command, written, read):
+    monkeypatch.chdir(tmp_path)
+    Path("points.csv").write_text("measured once")
+    Path("link.csv").symlink_to("points.csv")
+    for name in ("points.csv", "../" + tmp_path.name + "/points.csv", "link.csv"):
+        told = CliRunner().invoke(cli, [command, *read, written, name])
+        assert told.exit_code == 2, told.output
+        assert "is what is read" in told.output
+    assert Path("points.csv").read_text() == "measured once"
