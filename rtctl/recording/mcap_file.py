@@ -142,7 +142,10 @@ class McapFile:
     def abandon(self) -> None:
         """Close the file as it is; what was written whole stays readable. Idempotent."""
         if self._fd >= 0:
-            os.close(self._fd)
+            with suppress(
+                OSError
+            ):  # a network's disk may refuse now what it took before: nothing is left to do
+                os.close(self._fd)
             self._fd = -1
 
     def _statistics(self) -> bytes:

@@ -8,6 +8,7 @@ import os
 import re
 import time
 from collections.abc import Mapping
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -193,7 +194,8 @@ class Parts:
         if self._file is not None:
             self._file.abandon()
             if self._file.path != self._final:
-                self._file.path.unlink(missing_ok=True)
+                with suppress(OSError):  # a disk that became read-only keeps it
+                    self._file.path.unlink(missing_ok=True)
             self._file = None
 
     def _encode_ticks(self) -> None:
@@ -229,12 +231,8 @@ class Parts:
         # f_bavail, not f_bfree: what is kept for root is no room
         if disk.f_bavail * disk.f_frsize < self._limits.free_bytes + size:
             free = self._limits.free_bytes >> 20
-            why = (
-                f"less than {free} MB would be left on the disk"
-                if free
-                else "nothing would be left on the disk"
-            )
-            raise OSError(errno.ENOSPC, why, str(self._folder))
+            left = f"less than {free} MB" if free else "nothing"
+            raise OSError(errno.ENOSPC, f"{left} would be left on the disk", str(self._folder))
 
     def _open(self, first_row: int, rows: np.ndarray, state: np.ndarray | None) -> None:
         setup = self._setup if state is None else self._setup.with_state(state)

@@ -241,4 +241,18 @@ SEEDS = (
         "            if target is one:",
         ("tests/unit/cli/test_outputs.py::test_what_was_measured_is_not_written_over",),
     ),
+    Seed(
+        "a draft that cannot be removed ends the recorder unheard",
+        "rtctl/recording/parts.py",
+        "                with suppress(OSError):  # a disk that became",
+        "                with suppress(ZeroDivisionError):  # a disk that became",
+        (f"{RARE}::test_a_disk_that_becomes_read_only_does_not_end_the_recorder_unheard",),
+    ),
+    Seed(
+        "a file that cannot be closed ends the recorder unheard",
+        "rtctl/recording/mcap_file.py",
+        "            with suppress(OSError):  # a network's disk",
+        "            with suppress(ZeroDivisionError):  # a network's disk",
+        (f"{RARE}::test_a_disk_that_becomes_read_only_does_not_end_the_recorder_unheard",),
+    ),
 )

@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
-COPIED = ("rtctl", "hw", "tests", "docs", "configs", "pyproject.toml")
+COPIED = ("rtctl", "hw", "tests", "docs", "configs", "systemd", "pyproject.toml")
 WARM = ("pytest", "hypothesis", "numpy", "numba", "zmq", "msgpack", "pydantic", "click")
 MOST_S, COMPILED_MOST_S = 120, 600
 """Processor time of one mutant; an endless loop ends there. The second: with what must be compiled."""

@@ -1,12 +1,15 @@
 """What happens to a recording once in a year: clocks before 1970, a thousand parts, two recorders at once, a
 disk that hangs at the end, and files of strangers that unpack to gigabytes."""
 
+import errno
 import io
 import json
+import os
 import struct
 import threading
 import tracemalloc
 import zipfile
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -20,6 +23,7 @@ from rtctl.errors import DataError
 from rtctl.recording import as_columns, mcap_file, parts, recorder
 from rtctl.recording.incident import read_incident
 from rtctl.recording.limits import Limits
+from rtctl.recording.mcap_format import Op
 from rtctl.recording.overview import overview
 from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader, all_parts, with_earlier_parts
@@ -79,6 +83,42 @@ def test_a_disk_that_hangs_at_the_end_is_no_success(tmp_path, monkeypatch):
     finally:
         release.set()
         made._thread.join(60)
+
+
+@pytest.mark.parametrize("step", ["unlink", "close"])
+def test_a_disk_that_becomes_read_only_does_not_end_the_recorder_unheard(tmp_path, monkeypatch, step):
+    refused = [True]
+    write, close, unlink = mcap_file.os.write, mcap_file.os.close, Path.unlink
+
+    def refuse(done, mine=lambda *_arguments: True):
+        def call(*arguments, **options):
+            if refused[0] and mine(*arguments):
+                raise OSError(errno.EROFS, "Read-only file system")
+            return done(*arguments, **options)
+
+        return call
+
+    def draft(path):
+        return path.name.endswith(".draft") and path.exists()
+
+    fake = SimpleNamespace(**vars(os))
+    fake.write = refuse(write, lambda _fd, data: bytes(data[:1]) == bytes([Op.CHUNK]))
+    fake.close = refuse(close) if step == "close" else close
+    monkeypatch.setattr(mcap_file, "os", fake)
+    monkeypatch.setattr(Path, "unlink", refuse(unlink, draft) if step == "unlink" else unlink)
+    monkeypatch.setattr(recorder, "RETRY_S", 0.0)
+    rows, commands = ticks()
+    made = Recorder(tmp_path, setup(), ROOM, wait=True)
+    made._most_rows = 1000  # one batch at a time
+    made.observe(0, rows[:1000], [], commands)
+    with made._change:
+        made._change.wait_for(lambda: made._queued == 0, 60)
+    refused[0] = False
+    made.observe(1000, rows[1000:], [], commands[:0])
+    assert made.close()
+    status = made.status()
+    assert "Read-only" in status["broken"]
+    assert (status["ticks"], status["dropped"]) == (1000, 1000)
 
 
 def test_a_chunk_that_is_on_the_disk_is_not_counted_as_dropped_for_its_summary(tmp_path, monkeypatch):
