@@ -142,9 +142,7 @@ class McapFile:
     def abandon(self) -> None:
         """Close the file as it is; what was written whole stays readable. Idempotent."""
         if self._fd >= 0:
-            with suppress(
-                OSError
-            ):  # a network's disk may refuse now what it took before: nothing is left to do
+            with suppress(OSError):  # a network's disk may refuse now what it took before
                 os.close(self._fd)
             self._fd = -1
 
