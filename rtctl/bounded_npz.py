@@ -36,6 +36,7 @@ def read_arrays(file: BinaryIO, most: int) -> dict[str, np.ndarray]:
         with zipfile.ZipFile(file) as archive:
             members = [info for info in archive.infolist() if info.filename.endswith(".npy")]
             size = sum(info.file_size for info in members)
+            # by the archive's own list: asked before anything is unpacked, and held to below
             if size > most or len(members) > MOST_MEMBERS:
                 msg = f"{len(members)} arrays of {size} bytes, at most {MOST_MEMBERS} of {most} are read"
                 raise ValueError(msg)

@@ -13,8 +13,8 @@ Plain: TypeAlias = "bool | int | float | str | list[Plain] | dict[str, Plain] | 
 
 
 def as_data(value: object) -> Plain:
-    """A value in the types that JSON has: NumPy numbers and arrays as Python's, enumerations by name, paths
-    as text.
+    """A value in the types that JSON has: NumPy numbers and arrays as Python's, enumerations by name (those
+    that are numbers as such), paths as text.
 
     A float that is not finite is null, for JSON has none. Raises TypeError for what is no data."""
     if value is None or isinstance(value, str | bool):

@@ -15,6 +15,7 @@ FIRST_OWN = 3
 
 def open_standard_streams() -> None:
     """Open to nothing what of them is closed. Call it before anything else is opened."""
+    # the lowest free number is given: it is asked until that is none of theirs
     while (fd := os.open(os.devnull, os.O_RDWR)) < FIRST_OWN:
         os.set_inheritable(fd, True)
     os.close(fd)

@@ -23,6 +23,7 @@ def write(file: Path, devices: str, axes: Mapping[str, object]) -> None:
     Raises OSError, and ValueError for a number that is not finite: of a file with it nothing could be used.
     """
     text = json.dumps({"devices_sha256": devices, "axes": axes}, default=_plain, allow_nan=False)
+    # there is none before the first run
     file.parent.mkdir(parents=True, exist_ok=True)
     write_whole(file, f"{text}\n".encode())
 

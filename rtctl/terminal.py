@@ -26,6 +26,7 @@ class Harmless(io.TextIOWrapper):
 
     def write(self, text: str) -> int:
         """Write; returns the number of characters given."""
+        # of what was given, not of what came of it: who counts compares with its own text
         super().write(obeyed_by_none(text))
         return len(text)
 

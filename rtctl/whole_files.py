@@ -14,6 +14,7 @@ from rtctl.errors import DataError
 
 def beside(path: Path) -> Path:
     """The hidden file in the same folder that becomes `path` once it is whole."""
+    # by process: two take no draft of each other; in the same folder: a rename crosses no disks
     return path.with_name(f".{path.name}.{os.getpid()}.tmp")
 
 
@@ -87,6 +88,7 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
             if at.is_dir():
                 raise DataError(f"{at}: is a folder; remove it, or choose another --out")
             _write(new[name], content)
+        # only now: whatever could not be written has ended it before the first old file went
         for name in files:
             at = folder / name
             _take_place(new[name], at)

@@ -71,6 +71,7 @@ class RigState:
         return replace(self, age_s=self.fields["age_s"] + now_s - self.fields["sent_monotonic_s"])
 
 
+# by the class itself: a field that is added is read, too
 _VECTORS = tuple(one.name for one in fields(RigState) if one.type == "Vector")
 
 

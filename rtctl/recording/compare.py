@@ -69,6 +69,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
             f"{other.path}: axes are {', '.join(motions)}, but those of the recording "
             f"{', '.join(reader.motions)}; both must be the same"
         )
+    # without a state: of another law there is none, and `Replay` takes the recorded start
     replay = Replay(reader, LawArrays(plan.params, plan.model, plan.command), commands_from=plan.command)
     names = (*SHOWN, "state", "time_ns")
     recorded: dict[str, list[np.ndarray]] = {name: [] for name in names}

@@ -82,9 +82,9 @@ class EventLog:
 
     def close(self) -> None:
         """Close the file. Idempotent."""
-        if self._fd >= 0:
-            os.close(self._fd)
-            self._fd = -1
+        fd, self._fd = self._fd, -1
+        with suppress(OSError):  # it is closed all the same (close(2)), and a closed one is none
+            os.close(fd)
 
     def _write(self, lines: list[bytes]) -> None:
         data = b"".join(lines)

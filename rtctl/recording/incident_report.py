@@ -68,6 +68,7 @@ def extremes(incident: Incident) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for name, _ in COLUMNS:
         values = np.abs(incident.ticks[name])
+        # a sensor that is not there shows NaN, and would be the largest of all
         values = np.where(np.isfinite(values), values, 0.0)
         found[name] = values.max(axis=0).tolist() if len(values) else []
     return found

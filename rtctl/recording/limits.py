@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 class Limits:
     """When a new file begins, and how much of the disk is left alone."""
 
+    # what any file system takes, FAT's 4 GB too, and one copies over a network at one go
     file_bytes: int = 1 << 30
     file_s: float = 3600.0
     free_bytes: int = 200 << 20

@@ -94,6 +94,7 @@ def overview(reader: RecordingReader) -> dict[str, Any]:
         "whole_chunks": reader.whole_chunks,
         "bad_chunks": reader.bad_chunks,
         "ends": {part.name: end for part, end in reader.ends.items()},
+        # from its begin or from a state that is told: else nobody knows what the law was doing
         "replayable": reader.from_start or _has_state(reader),
     }
 

@@ -31,6 +31,7 @@ def line_of(event: Mapping[str, Any]) -> str:
 
 def device_line(said: Mapping[str, Any]) -> str:
     """What a device says (`Voice.as_dict`, or an event `device`), as one line."""
+    # without an axis the name says all
     where = f"{said['device']}, axis {said['axis']}" if said["axis"] else str(said["device"])
     link = [*said["faults"], *(["no fresh sample"] if said["silent"] else [])]
     return f"{where}: " + (

@@ -20,6 +20,7 @@ class Heap:
     """The memory of this process that the C library manages. Another library than glibc: does nothing."""
 
     def __init__(self) -> None:
+        # musl, for one, has none
         self._trim: Callable[[int], int] = getattr(ctypes.CDLL(None), "malloc_trim", _nothing)
         self._next_s = 0.0
 

@@ -37,5 +37,6 @@ def group_id(name: str) -> int | None:
 
 def give(path: str | bytes | os.PathLike[str], number: int, mode: int) -> None:
     """Let the group have a file or folder, with these bits. Raises OSError."""
+    # -1: the owner stays
     os.chown(path, -1, number, follow_symlinks=False)
     os.chmod(path, mode)  # noqa: PTH101 - beside its chown

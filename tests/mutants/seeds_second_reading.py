@@ -255,4 +255,11 @@ SEEDS = (
         "            with suppress(ZeroDivisionError):  # a network's disk",
         (f"{RARE}::test_a_disk_that_becomes_read_only_does_not_end_the_recorder_unheard",),
     ),
+    Seed(
+        "an event log that cannot be closed ends whoever writes it",
+        "rtctl/recording/event_log.py",
+        "        with suppress(OSError):  # it is closed all the same",
+        "        with suppress(ZeroDivisionError):  # it is closed all the same",
+        ("tests/unit/recording/test_event_log.py::test_a_disk_that_refuses_to_close_the_log_raises_nothing",),
+    ),
 )

@@ -192,3 +192,26 @@ def test_a_number_that_is_none_is_null(tmp_path):
     log.close()
     ((found,), torn) = read_events(tmp_path)
     assert (found["gain"], found["axes"], torn) == (None, [{"delay_s": None}], 0)
+
+
+def test_a_disk_that_refuses_to_close_the_log_raises_nothing(tmp_path, monkeypatch):
+    real, refused = event_log.os.close, []
+
+    def close(fd):
+        real(fd)
+        refused.append(fd)
+        raise OSError(5, "Input/output error")
+
+    log = EventLog(tmp_path, max_bytes=200)
+    log.append([{"event": "x", "n": 0}])
+    with monkeypatch.context() as patched:
+        patched.setattr(event_log.os, "close", close)
+        for n in range(1, 20):  # over several rotations
+            log.append([{"event": "x", "n": n}])
+        log.close()
+    assert len(refused) >= 2
+    log.append([{"event": "x", "n": 20}])
+    log.close()
+    log.close()
+    assert log.written == 21
+    assert [event["n"] for event in read_events(tmp_path)[0]][-1] == 20
