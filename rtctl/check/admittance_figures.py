@@ -9,7 +9,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rtctl.check.drive_of_axis import drive_of
-from rtctl.control.proofs.quicker_sensors import quicker_sensors
+from rtctl.control.proofs.less_late import quicker_sensors
 
 if TYPE_CHECKING:
     from hw.interface import Joint
@@ -255,11 +255,18 @@ def _growth(found: Finding) -> float:
 
 
 def faster(loop: AdmittanceLoop) -> list[AdmittanceLoop]:
-    """The loop with every whole delay below the declared, with and without the current loop's lag."""
+    """The loop with every whole delay below the declared, with and without the current loop's lag, and with
+    samples that are fresh in every tick."""
     delays = [*map(float, range(math.ceil(loop.delay))), loop.delay]  # a little less delay may be worse (2.4)
     lags = [0.0, loop.lag_hz] if loop.lag_hz > 0 else [0.0]
-    both = [replace(loop, delay=delay, lag_hz=lag) for delay in delays for lag in lags]
-    return [one for one in both if one != loop]
+    ages = sorted({1, loop.sample_ticks})
+    every = [
+        replace(loop, delay=delay, lag_hz=lag, sample_ticks=age)
+        for delay in delays
+        for lag in lags
+        for age in ages
+    ]
+    return [one for one in every if one != loop]
 
 
 def fading(loop: AdmittanceLoop) -> list[AdmittanceLoop]:

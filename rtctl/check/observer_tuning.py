@@ -114,10 +114,10 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
 
 @lru_cache(maxsize=256)
 def judged(loop: Loop) -> Finding:
-    """The worst of the joint as it is declared in any hand of the box, with its force sensor and with quicker
-    ones."""
+    """The worst of the joint as it is declared in any hand of the box, as late as it is said to be and less
+    late."""
     from rtctl.control.proofs import observer_margin
-    from rtctl.control.proofs.quicker_sensors import quicker_sensors
+    from rtctl.control.proofs.less_late import less_late
 
-    found = map(observer_margin.judge, (loop, *quicker_sensors(loop)))
+    found = map(observer_margin.judge, (loop, *less_late(loop)))
     return max(found, key=lambda one: (not one.ok, -one.kept))  # the worst: what fails, then what keeps least

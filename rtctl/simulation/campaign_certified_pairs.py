@@ -13,7 +13,7 @@ from rtctl.check import stability_report
 from rtctl.control.environments.table import Environment
 from rtctl.control.proofs import admittance_help, admittance_margin, admittance_sticking
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop
-from rtctl.control.proofs.quicker_sensors import quicker_sensors
+from rtctl.control.proofs.less_late import quicker_sensors
 from rtctl.rig_file import config
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.simulation.campaign_draws import log_uniform

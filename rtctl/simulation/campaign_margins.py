@@ -88,7 +88,14 @@ def _loop(draw: np.random.Generator) -> tuple[Loop, float]:
 def certified(seed: int, index: int) -> Certified:
     """Rig `index`, inside what `rtctl check` proves."""
     draw = np.random.default_rng((seed, index))
-    kinds: list[Callable[[np.random.Generator], Case]] = [_worst, _elastic, _worst_elastic, _old, _jittery]
+    kinds: list[Callable[[np.random.Generator], Case]] = [
+        _worst,
+        _elastic,
+        _worst_elastic,
+        _old,
+        _jittery,
+        _old_and_jittery,
+    ]
     made = kinds[index % len(kinds)]
     return Certified(made.__name__.strip("_"), made(draw))
 
@@ -200,6 +207,23 @@ def _jittery(draw: np.random.Generator) -> Case:
     if draw.random() < 0.5:
         plant = _hand(draw, J, loop.b, loop.T)
     return Case(loop.T, loop.tau, tuple((1, whole + float(f)) for f in shares), plant, law)
+
+
+def _old_and_jittery(draw: np.random.Generator) -> Case:
+    """Both together: old samples behind a delay that changes, with a current loop as declared or quicker."""
+    loop, J = _loop(draw)
+    n, whole = int(draw.integers(2, 4)), int(draw.integers(0, 3))
+    low, high = sorted(draw.uniform(0.001, 0.999, 2))
+    k = _proven(loop, Between(whole + high, _lag_hz(loop.tau, loop.T), n, high - low), draw)
+    late = [whole + float(draw.choice([low, high])) for _ in range(n * int(draw.integers(1, 4)))]
+    pattern = tuple((0 if tick % n else n, one) for tick, one in enumerate(late))
+    tau = loop.tau * draw.choice([0.0, draw.uniform(0, 1), 1.0])
+    near = Loop(loop.T * n, (whole + high + (n - 1) / 2) / n, tau / n, k, loop.b_c, loop.b)
+    if draw.random() < 0.6:
+        plant = worst_rig(near, J, worst_place(near))[0]
+    else:
+        plant = _hand(draw, J, loop.b, loop.T)
+    return Case(loop.T, tau, pattern, plant, Law(k, loop.b_c, spring=_world(draw, k)))
 
 
 def distance(seed: int, index: int) -> float:

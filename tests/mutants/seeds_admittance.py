@@ -28,6 +28,13 @@ GIVES = (
 
 SEEDS = (
     Seed(
+        "an admittance is tried with samples as old as declared only",
+        "rtctl/check/admittance_figures.py",
+        "    ages = sorted({1, loop.sample_ticks})\n",
+        "    ages = [loop.sample_ticks]\n",
+        ("tests/unit/cli/test_check_admittance.py::test_the_certificate_is_asked_of_the_loop_that_the_file_describes",),
+    ),
+    Seed(
         "a renderer's end of the spring stays where the mass was armed", MASS,
         "if s.world_kind[axis] != _REMOTE:  # it begins", "if False:  # it begins",
         ("tests/unit/control/test_virtual_mass.py"
@@ -103,7 +110,7 @@ SEEDS = (
     ),
     Seed(
         "an observer behind a declared sensor is tried as declared and without it only",
-        "rtctl/control/proofs/quicker_sensors.py",
+        "rtctl/control/proofs/less_late.py",
         "for share in (0.0, 0.25, 0.5, 0.75, 1.0)", "for share in (0.0, 1.0)",
         ("tests/unit/cli/test_check_force_sensor.py"
          "::test_a_force_that_is_late_is_counted_in_whole_ticks_and_what_is_earlier_is_tried",),

@@ -202,9 +202,16 @@ SEEDS = (
     Seed(
         "the observer is tuned for the slowest sensor alone",
         "rtctl/control/proofs/observer_match.py",
-        "for one in (loop, *quicker_sensors(loop)):",
+        "for one in (loop, *less_late(loop)):",
         "for one in [loop]:",
         (f"{IN_TIME}::test_what_is_chosen_passes_with_every_quicker_sensor",),
+    ),
+    Seed(
+        "the observer is tuned for a drive that is as late as it may be",
+        "rtctl/control/proofs/less_late.py",
+        "dict.fromkeys([*quicker_sensors(loop), *others])",
+        "dict.fromkeys(quicker_sensors(loop))",
+        (f"{IN_TIME}::test_what_is_chosen_passes_with_a_drive_that_is_less_late_than_declared",),
     ),
     Seed(
         "a gear is said to ring that keeps enough where another loop rang",
@@ -223,7 +230,7 @@ SEEDS = (
     Seed(
         "the observer is judged with the slowest sensor alone",
         "rtctl/check/observer_tuning.py",
-        "(loop, *quicker_sensors(loop))",
+        "(loop, *less_late(loop))",
         "(loop,)",
         (f"{CHECK}::test_an_observer_is_judged_with_quicker_sensors_too",),
     ),

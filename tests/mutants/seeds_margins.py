@@ -51,6 +51,27 @@ SEEDS = (
         LOOP,
     ),
     Seed(
+        "old samples are proved behind a delay that does not change",
+        "rtctl/control/proofs/stability.py",
+        "held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d))",
+        "held_samples.damping_needed(k_c, b_c, T, n, d, lag)",
+        LOOP,
+    ),
+    Seed(
+        "old samples are proved with the slowest current loop only",
+        "rtctl/control/proofs/stability.py",
+        "            for lag in {0.0, tau}\n",
+        "            for lag in {tau}\n",
+        LOOP,
+    ),
+    Seed(
+        "behind a lag a delay that changes is one of whole ticks",
+        "rtctl/control/proofs/sampled_loop.py",
+        "- beyond(m - 1 + jitter) + beyond(m + jitter)",
+        "- beyond(m - 1 + math.ceil(jitter)) + beyond(m + math.ceil(jitter))",
+        LOOP,
+    ),
+    Seed(
         "what a device declares does not count",
         "rtctl/check/lateness.py",
         "    return [claim] if names else [], undeclared",

@@ -26,43 +26,38 @@ given no energy if ``b v^2 + h v`` and the sum add up to no less than zero over 
 
 a matrix of n rows, as h is linear in the a_i. For n = 1 it is the condition of `sampled_loop` with l = 1: it
 covers environments that are not linear. A lag is a mixture of delays, and h h* is convex: the mixture bounds
-it."""
+it. A delay that changes from tick to tick is covered as in `varying_peaks`: h* h is never negative, so every
+share of a tick is taken at its largest."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
-from rtctl.control.proofs.sampled_loop import delays
+from rtctl.control.proofs.sampled_loop import felt
 
 _ANGLES = 256
 _ALLOWANCE = 1.005
 """For what may lie between the points of the sweep."""
 
 
-def damping_needed(k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0) -> float:
+def damping_needed(
+    k_c: float, b_c: float, T: float, n: int, d: float = 0.0, tau: float = 0.0, jitter: float = 0.0
+) -> float:
     """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay
-    `d`, lag `tau`, both in ticks. Arguments are taken as valid. 0 without a coupling."""
+    `d`, up to `jitter` less in any tick, lag `tau`, all in ticks. Arguments are taken as valid. 0 without a
+    coupling."""
     if k_c == 0 and b_c == 0:
         return 0.0
-    return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau)
+    return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau, jitter)
 
 
-def _needed(k_c: float, b_c: float, T: float, n: int, d: float, tau: float) -> float:
+def _needed(k_c: float, b_c: float, T: float, n: int, d: float, tau: float, jitter: float) -> float:
     """Largest eigenvalue over the sweep, a quarter of it."""
     back = np.exp(-2j * _angles())  # 1/z
     torque, weight = _torques(k_c, b_c, T, n, back)
-    felt: dict[int, float] = {}  # share of a tick that the torque of so many ticks ago is felt for
-    for share, late in delays(d, tau):
-        k = math.floor(late)
-        # a delay between whole ticks is felt as both
-        for piece, length in ((k + 1, late - k), (k, 1 - late + k)):
-            felt[piece] = felt.get(piece, 0.0) + share * length
     total = np.zeros((len(back), n, n), dtype=complex)
-    for piece, share in felt.items():
-        if share > 0:
-            total += share * T * _gram(torque, weight, n, piece, back)
+    for m, share in felt(d, tau, jitter).items():
+        total += share * T * _gram(torque, weight, n, m - 1, back)
     return 0.25 * float(np.linalg.eigvalsh(total)[:, -1].max())
 
 

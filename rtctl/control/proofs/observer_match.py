@@ -12,14 +12,15 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from itertools import product
+from typing import Any
 
 import numpy as np
 
 from rtctl.control.disturbance_observer import LATE_MOST
 from rtctl.control.proofs.drive_in_hand import ElasticJoint
+from rtctl.control.proofs.less_late import LATENESS, less_late
 from rtctl.control.proofs.observer_loop import Loop, grid
 from rtctl.control.proofs.observer_margin import KEPT_LEAST, Finding, judge
-from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 KEPT_WANTED = 0.4
 """Share of its damping that every vibration is to keep: more than `observer_margin.KEPT_LEAST`, as some hands
@@ -51,7 +52,7 @@ def _on_gears(loop: Loop, gears: tuple[ElasticJoint, ...]) -> Loop:
 
 def _in_gears(free: Loop, hard: _Hard) -> Finding:
     points, found = _sliding(free), list[Finding]()
-    for one in (free, *quicker_sensors(free)):
+    for one in (free, *less_late(free)):
         found.append(judge(one, points))
         if not found[-1].ok:
             hard.found(one, int(points[found[-1].worst]))
@@ -76,7 +77,7 @@ def largest_in_gears(loop: Loop, gears: tuple[ElasticJoint, ...], bandwidths_hz:
 
 def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint, ...] = ()) -> Loop:
     """The loop with the first of the bandwidths, and with it the least excess, that damps every vibration
-    enough behind every sensor, those of unknown gears, too; the last if none does."""
+    enough however less late the rig is, those of unknown gears, too; the last if none does."""
     points, hard, hard_gears = _sliding(loop), _Hard(), _Hard()
     # 0 to D/2: later, an early sensor rings in stiff hands (6.4)
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
@@ -92,21 +93,22 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint,
 
 
 class _Hard:
-    """The sensor with which a loop was damped too little, and points that were the worst with it: most that
-    fail, fail there, too."""
+    """How late the rig was with which a loop was damped too little, and points that were the worst with it:
+    most that fail, fail there, too."""
 
     def __init__(self) -> None:
-        self._sensor, self._points = (0.0, 0), dict[int, None]()
+        self._late, self._points = dict[str, Any](), dict[int, None]()
 
     def found(self, loop: Loop, point: int) -> None:
         """Keep that this loop was the worst at this point of the grid."""
-        if self._sensor != (loop.sensor_hz, loop.sensor_ticks):
-            self._sensor, self._points = (loop.sensor_hz, loop.sensor_ticks), {}
+        late = {name: getattr(loop, name) for name in LATENESS}
+        if self._late != late:
+            self._late, self._points = late, {}
         self._points[point] = None
 
     def fails(self, loop: Loop, wanted: float) -> bool:
         """True if a loop keeps too little at these already; False: all must be looked at."""
-        behind = replace(loop, sensor_hz=self._sensor[0], sensor_ticks=self._sensor[1])
+        behind = replace(loop, **self._late)
         return bool(self._points) and not _share(judge(behind, np.array([*self._points]))) >= wanted
 
 
@@ -138,9 +140,9 @@ def _share(found: Finding) -> float:
 
 
 def _kept(loop: Loop, points: np.ndarray, hard: _Hard, wanted: float = KEPT_WANTED) -> float:
-    """Least share that is kept with every sensor, or as soon as it is too little."""
+    """Least share that is kept however less late the rig is, or as soon as it is too little."""
     least = 1.0
-    for one in (loop, *quicker_sensors(loop)):
+    for one in (loop, *less_late(loop)):
         found = judge(one, points)
         least = min(least, _share(found))
         if not least >= wanted:

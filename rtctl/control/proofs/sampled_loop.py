@@ -90,21 +90,15 @@ def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.n
 
     Notes
     -----
-    The joint feels the torque of m - 1 ticks ago for a share of each tick, which is at most `slots`' share of
-    m; what the hand may be given in a tick is a sum over the torques felt of share times ``|y - y of the tick
-    to come|^2``, so taking every share at its largest covers whatever way it changes: ``W = 2 sum_m share_m
-    sin^2(m theta)``. The shares add up to 1 + high - low. It covers worlds that are not linear; of a lag it
-    takes the mixture of delays."""
-    shares: dict[int, float] = {}
-    for weight, late in delays(high, tau):
-        for m, share in slots(max(late - (high - low), 0.0), late).items():
-            shares[m] = shares.get(m, 0.0) + weight * share
+    What the hand may be given in a tick is a sum over the torques that are felt in it of share times ``|y - y
+    of the tick to come|^2``, so taking every share at its largest, `felt`, covers whatever way the delay
+    changes: ``W = 2 sum_m share_m sin^2(m theta)``. It covers worlds that are not linear."""
     cells = _cells(high, tau)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     h2 = (np.pi / 2 / cells) ** 2 / 8
     W, U, safe = np.zeros_like(theta), np.zeros_like(theta), np.sin(theta) ** 2
     safe[0] = 1.0
-    for m, share in shares.items():
+    for m, share in felt(high, tau, high - low).items():
         wave = np.sin(m * theta) ** 2
         over = wave / safe
         over[0] = m * m
@@ -119,38 +113,32 @@ def _cells(d: float, tau: float) -> int:
     return min(math.ceil(_POINTS_PER_TICK * (2 + d + 2 * tau)), _MOST_CELLS)
 
 
-def slots(low: float, high: float) -> dict[int, float]:
-    """Largest share of a tick for which the torque of m - 1 ticks ago may be felt, for delays within [low,
-    high]."""
-    out = {}
-    for k in range(math.floor(low), math.ceil(high) + 1):
-        # the torque of k ticks ago is felt for 1 - |delay - k| of a tick
-        share = 1 - (low - k if low > k else max(k - high, 0.0))
-        if share > 0:
-            out[k + 1] = share
-    return out
-
-
 @lru_cache(maxsize=64)
-def delays(d: float, tau: float) -> tuple[tuple[float, float], ...]:
-    """Shares and lengths, in ticks, of the delays that a lag behind the delay `d` is a mixture of.
+def felt(d: float, tau: float, jitter: float = 0.0) -> dict[int, float]:
+    """Largest share of a tick for which the joint feels the torque of m - 1 ticks ago, by m, behind a delay
+    of `d`, at times up to `jitter` less, and a lag `tau`, all in ticks.
 
-    Of each tick the mean, rounded by sharing it between the whole ticks beside it, which is exact for what is
-    linear in the delay between whole ticks; the tail is put where its mean is rounded up."""
-    if tau == 0:
-        return ((1.0, d),)
-    shares: dict[int, float] = {}
-    edge, left = d, 1.0
-    while left > _TAIL:
-        top = math.floor(edge) + 1
-        rest = math.exp(-(top - d) / tau)
-        up = edge + tau - (top - edge) / math.expm1((top - edge) / tau) - (top - 1)
-        for k, share in ((top - 1, 1 - up), (top, up)):
-            shares[k] = shares.get(k, 0.0) + (left - rest) * share
-        edge, left = float(top), rest
-    far = math.ceil(edge + tau)
-    shares[far] = shares.get(far, 0.0) + left
-    return tuple((share, float(k)) for k, share in sorted(shares.items()))
+    The shares add up to 1 + jitter.
+
+    Notes
+    -----
+    A lag is a mixture of delays l = d + X, X exponential with mean tau. With l the torque is felt for 1 - |l
+    - (m - 1)| of a tick; where l may be up to `jitter` less, for all of it from m - 1 to m - 1 + jitter. That
+    is a trapezium over l, and its mean the sum of four means of a ramp, E max(l - c, 0), c at its corners."""
+
+    def beyond(corner: float) -> float:
+        if corner <= d:
+            return d - corner + tau
+        return tau * math.exp((d - corner) / tau) if tau > 0 else 0.0
+
+    last = math.ceil(d - tau * math.log(_TAIL)) + 1
+    shares = {
+        m: beyond(m - 2) - beyond(m - 1) - beyond(m - 1 + jitter) + beyond(m + jitter)
+        for m in range(1, last + 1)
+    }
+    # what is later lies a tau beyond on average; two give its square no less than its mean
+    shares[last + 1 + math.ceil(2 * tau)] = beyond(last - 1) - beyond(last + jitter)
+    return {m: share for m, share in shares.items() if share > 0}
 
 
 def undominated(W: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,5 +1,6 @@
 """`rtctl check` of an axis displayed as an admittance: rows, refusals with what passes, JSON, picture."""
 
+import dataclasses
 import json
 import re
 import sys
@@ -110,6 +111,9 @@ def test_the_certificate_is_asked_of_the_loop_that_the_file_describes(rig):
     )
     assert loop.inertia_kgm2 == 0.012
     assert len(admittance_figures.faster(loop)) == 5
+    old = admittance_figures.faster(dataclasses.replace(loop, sample_ticks=3))
+    assert {one.sample_ticks for one in old} == {1, 3}
+    assert len(old) == 11
     (told,) = (row for row in axis.verdicts if row.name == ANY)
     assert "K_p" in told.bound
     assert "not even without lags" in told.meaning

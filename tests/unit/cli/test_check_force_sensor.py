@@ -19,7 +19,7 @@ from rtctl.check import (
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.control.proofs import admittance_margin
-from rtctl.control.proofs.quicker_sensors import quicker_sensors
+from rtctl.control.proofs.less_late import quicker_sensors
 from rtctl.rig_file.config import Config, load
 from rtctl.simulation.family import with_plant
 

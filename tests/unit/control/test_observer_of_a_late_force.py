@@ -12,9 +12,9 @@ import pytest
 from rtctl.control.disturbance_observer import LATE_MOST
 from rtctl.control.proofs import observer_match
 from rtctl.control.proofs.drive_in_hand import unknown_gears
+from rtctl.control.proofs.less_late import quicker_sensors
 from rtctl.control.proofs.observer_loop import Loop, Points, grid
 from rtctl.control.proofs.observer_margin import BANDWIDTHS_HZ, judge, modes
-from rtctl.control.proofs.quicker_sensors import quicker_sensors
 
 RIG = Loop(0.012, 0.05, 1e-3, 0.95, 20.0, stiffness_nm_rad=60.0, damping_nms_rad=0.01)
 RAISED = replace(RIG, excess=0.2)
@@ -127,6 +127,31 @@ def test_what_is_chosen_passes_with_every_quicker_sensor(ticks, hz):
     for one in (law, *quicker_sensors(law)):
         assert judge(one).ok, one
     assert law.bandwidth_hz == 20.0 or ticks == 10
+
+
+SLOW_SAMPLES = Loop(
+    0.00925, 0.0256, 1e-3, 0.5, 20.0, acting_ticks=1, delay=1.0, sample_ticks=5, sensor_hz=150.0,
+    sensor_ticks=5, stiffness_nm_rad=4.87, damping_nms_rad=0.0051,
+)  # fmt: skip
+SLOW_MOTOR = Loop(
+    0.021, 0.0319, 1e-3, 0.3, 20.0, acting_ticks=10, delay=10.0, sensor_ticks=10, stiffness_nm_rad=2.59,
+    damping_nms_rad=0.0064,
+)  # fmt: skip
+QUICKER_DRIVES = [
+    (SLOW_SAMPLES, {"sample_ticks": 1, "sensor_ticks": 0, "sensor_hz": 0.0}),
+    (SLOW_MOTOR, {"delay": 0.0}),
+]
+
+
+@pytest.mark.parametrize(("declared", "real"), QUICKER_DRIVES)
+def test_what_is_chosen_passes_with_a_drive_that_is_less_late_than_declared(declared, real, monkeypatch):
+    law = observer_match.tuned(declared, SLOWER)
+    assert judge(law).ok
+    assert judge(replace(law, **real)).ok
+    monkeypatch.setattr(observer_match, "less_late", quicker_sensors)
+    law = observer_match.tuned(declared, SLOWER)
+    assert all(judge(one).ok for one in (law, *quicker_sensors(law)))
+    assert not judge(replace(law, **real)).ok
 
 
 def test_more_delay_takes_more_excess_and_then_bandwidth_and_never_more_than_half_of_the_delay():

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rtctl.control.proofs.held_samples import damping_needed as damping_needed_held
-from rtctl.control.proofs.sampled_loop import delays, slots, undominated
+from rtctl.control.proofs.sampled_loop import felt, undominated
 from rtctl.control.proofs.stability import (
     Between,
     damping_needed_between,
@@ -162,16 +162,52 @@ def test_old_samples_cost_more_than_their_longer_period_alone():
     assert damping_needed_between(k * 1.001, 0.01, T, Between(sample_ticks=3)) > 0.05
 
 
-def test_a_lag_is_a_mixture_of_delays_with_its_mean():
-    for d, tau in ((0.0, 0.3), (0.6, 1.4), (2.0, 5.0)):
-        mixture = delays(d, tau)
-        assert sum(share for share, _ in mixture) == pytest.approx(1)
-        assert sum(share * late for share, late in mixture) == pytest.approx(d + tau, rel=1e-4)
+def test_old_samples_behind_a_delay_that_changes_cost_more_than_either():
+    both = Between(1.3, sample_ticks=3, jitter=0.4)
+    apart = (Between(1.3, sample_ticks=3), Between(1.3, jitter=0.4))
+    needed = damping_needed_between(20, 0.01, T, both)
+    assert needed > 1.1 * max(damping_needed_between(20, 0.01, T, one) for one in apart)
+    # a delay that changes hardly is one that does not
+    assert damping_needed_held(20, 0.01, T, 3, 1.3, 0.0, 1e-9) == pytest.approx(
+        damping_needed_held(20, 0.01, T, 3, 1.3), rel=1e-6
+    )
+    # felt for its largest share in each tick: of one sample a tick, what `varying_peaks` says
+    assert damping_needed_held(20, 0.01, T, 1, 1.3, 0.0, 0.4) == pytest.approx(
+        1.005 * damping_needed_between(20, 0.01, T, Between(1.3, jitter=0.4)), rel=1e-3
+    )
+
+
+def test_old_samples_are_proved_with_every_current_loop_that_is_quicker():
+    k, b_c, lag_hz = 0.18247141593228097, 0.00016169814234194424, 1 / (2 * np.pi * 0.17151366170711596e-3)
+    needed = damping_needed_between(k, b_c, T, Between(0.0, lag_hz, 2))
+    assert needed >= damping_needed_held(k, b_c, T, 2)
+    assert needed > 1.03 * damping_needed_held(k, b_c, T, 2, 0.0, 1e3 / (2 * np.pi * lag_hz))
+
+
+def test_a_lag_of_nearly_nothing_is_none_whatever_the_rate():
+    for lag_hz in (1e5, 1e6, 1e9):
+        for one in (Between(1.5, lag_hz, jitter=0.5), Between(1.5, lag_hz, 2)):
+            none = Between(one.delay, 0.0, one.sample_ticks, one.jitter)
+            assert damping_needed_between(10, 0.01, 0.01, one) == pytest.approx(
+                damping_needed_between(10, 0.01, 0.01, none), rel=1e-3
+            )
+
+
+@pytest.mark.parametrize(
+    ("d", "tau", "jitter"), [(0.3, 0.3, 0.0), (0.6, 1.4, 0.45), (1.3, 0.02, 0.4), (2.0, 5.0, 1.0)]
+)
+def test_what_is_felt_behind_a_lag_is_the_mean_over_delays_that_are_drawn(d, tau, jitter):
+    late = d + np.random.default_rng(1).exponential(tau, 400_000)
+    shares = felt(d, tau, jitter)
+    assert sum(shares.values()) == pytest.approx(1 + jitter)
+    for m in range(1, 12):
+        # of delays anywhere within [late - jitter, late] the one nearest to m - 1
+        away = np.maximum(np.maximum(late - jitter - (m - 1), (m - 1) - late), 0)
+        assert shares.get(m, 0.0) == pytest.approx(np.mean(np.maximum(1 - away, 0)), abs=3e-3)
     # never less than what the closed form asks of the same loop
-    for tau, hz in ((0.8, 1 / (2 * np.pi * 0.8e-3)),):
-        assert damping_needed_held(60, 0.01, T, 1, 0.3, tau) > damping_needed_sampled_data(
-            60, 0.01, T, 0.3, hz
-        )
+    if jitter == 0:
+        hz = 1 / (2 * np.pi * tau * T)
+        assert damping_needed_held(60, 0.01, T, 1, d, tau) > damping_needed_sampled_data(60, 0.01, T, d, hz)
 
 
 def test_only_pairs_that_another_exceeds_in_both_numbers_are_left_out():
@@ -192,9 +228,9 @@ def test_a_delay_that_changes_from_tick_to_tick_costs_more_than_any_constant_one
 
 
 def test_shares_of_a_tick_are_the_largest_of_all_delays_within():
-    assert slots(0.25, 0.25) == {1: 0.75, 2: 0.25}
-    assert slots(1.0, 1.0) == {2: 1.0}
-    assert slots(0.7, 1.2) == pytest.approx({1: 0.3, 2: 1.0, 3: 0.2})
+    assert felt(0.25, 0.0) == {1: 0.75, 2: 0.25}
+    assert felt(1.0, 0.0) == {2: 1.0}
+    assert felt(1.2, 0.0, 0.5) == pytest.approx({1: 0.3, 2: 1.0, 3: 0.2})
 
 
 @pytest.mark.parametrize(
