@@ -198,7 +198,7 @@ class AdapterBus:
                 can_id |= REMOTE
             handler = handlers.get(can_id)
             if handler is not None:
-                handler(message.data, 0, message.dlc)
+                handler(message.data, 0, len(message.data))  # `dlc` is what the frame said it has
         return False
 
     def _is_damage(self, error: Exception) -> bool:

@@ -37,8 +37,9 @@ SILENT_TICKS = 10
 UNKNOWN_AGE_TICKS = 2
 """After more missed slots than this what waits in the queue may be old: it is dropped, not shown as fresh."""
 
-LINE_READS, LINE_MAX = 16, 64
-"""Most reads of one cycle from an adapter that writes lines; most bytes of a line."""
+LINE_READS, LINE_MAX, LINE_FULL = 16, 64, 4095
+"""Most reads of one cycle from an adapter that writes lines; most bytes of a line; what the kernel's line
+discipline holds: after a read of so many newer lines wait, or have been dropped."""
 
 
 class Outgoing(Protocol):

@@ -13,10 +13,11 @@ from __future__ import annotations
 from hw.can.fields import Buffer
 from hw.interface import LinkFault
 
-TX_TIMEOUT, CONTROLLER, BUS_OFF, RESTARTED = 0x001, 0x004, 0x040, 0x100
-"""Classes of error frames (linux/can/error.h) that are asked for."""
+CONTROLLER, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100
+"""Classes of error frames (linux/can/error.h) that are asked for: those that say the controller's state. A
+frame that nobody takes shows in the queue, by `refused`."""
 
-WANTED = TX_TIMEOUT | CONTROLLER | BUS_OFF | RESTARTED
+WANTED = CONTROLLER | BUS_OFF | RESTARTED
 
 _PASSIVE, _ACTIVE, _WARNING, _OVERFLOW = 0x30, 0x40, 0x0C, 0x03
 """Bits of data byte 1 of a controller error frame: both directions of each."""

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from hw.can.batch import STRIDE, Batch
-from hw.can.bus import EXTENDED, LINE_MAX, LINE_READS, REMOTE, Handler
+from hw.can.bus import EXTENDED, LINE_FULL, LINE_MAX, LINE_READS, REMOTE, Handler
 from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
 from hw.serial_port import CHUNK, Port
@@ -100,6 +100,7 @@ class SlcanBus:
     def _open(self) -> None:
         arguments = self._options["arguments"]
         self._left, self._lost = b"", ""
+        self._cut = self._belled = False
         self._kept = 0, 0
         self._port = Port(self._options["channel"], int(arguments.get("tty_baudrate", 115200)))
         time.sleep(float(arguments.get("sleep_after_open", 0.0)))
@@ -171,7 +172,7 @@ class SlcanBus:
         if self._lost:
             raise LinkLost(self._lost)
         self._take_kept()
-        for _ in range(LINE_READS):
+        for k in range(LINE_READS):
             try:
                 n = self._port.read_into(self._views)
             except LinkLost as error:
@@ -179,21 +180,26 @@ class SlcanBus:
                 raise
             if n:
                 self._take(bytes(self._buffer[:n]))
-            if n < CHUNK:
-                return True
+            if n < LINE_FULL:
+                return k == 0  # else the line has been full: what was read last may be of any age
         return False
 
     def _take(self, data: bytes) -> None:
-        data = self._left + data  # BELL: the adapter has refused a frame
-        if _BELL in data:
+        data = self._left + data
+        if refused := _BELL in data:  # the adapter has refused a frame
             self.health.refused()
+            self._belled = True
             data = data.replace(_BELL, b"")
         *lines, self._left = data.split(b"\r")
         if len(self._left) > _LONGEST:
             self.health.counts["damaged"] += 1
             self._left = b""
         for line in lines:
-            if not line or line in (b"z", b"Z"):  # z, Z: the adapter has taken a frame
+            if not line or line in (b"z", b"Z"):  # the adapter has taken a frame
+                # only its own word ends a refusal: the port takes what the adapter then refuses
+                if self._belled and not refused:
+                    self._belled = False
+                    self.health.taken()
                 continue
             found = parse(line)
             if found is None:
@@ -210,19 +216,21 @@ class SlcanBus:
     def send(self, frame: SlcanFrame) -> bool:
         """Write a frame; False when the port takes no more. Raises LinkLost.
 
-        A port that is nearly full takes a part of a line: what follows a refusal begins with an end of line.
-        """
+        A port that is nearly full takes a part of a line: the line after it begins with an end of line."""
         if self._lost:
             raise LinkLost(self._lost)
-        begin = "\r" if self.health.refused_in_a_row else ""
+        # not behind a BELL alone: some adapters answer an empty line by one, which would never end
+        cut = self._cut or (self.health.refused_in_a_row and not self._belled)
+        begin = "\r" if cut else ""
         try:
             sent = self._port.write(f"{begin}{frame.head}{frame.buffer.hex().upper()}\r".encode())
         except LinkLost as error:
             self._lost = f"{self._name}: {error}"
             raise
+        self._cut = not sent
         if not sent:
             self.health.refused()
-        elif self.health.refused_in_a_row:
+        elif self.health.refused_in_a_row and not self._belled:
             self.health.taken()
         return sent
 

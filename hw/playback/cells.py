@@ -93,6 +93,8 @@ def number(cell: str, marks: str) -> float | None:
         cell = cell.replace(mark, "")
     if match := _HEXADECIMAL.fullmatch(cell):
         return float(int(match[1], 16))
+    if "_" in cell:  # Python's own notation: a name such as `1_2` would be 12
+        return None
     try:
         return float(cell.replace(",", ".") if marks[-1] == "," else cell)
     except ValueError:

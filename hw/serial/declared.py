@@ -9,9 +9,15 @@ from __future__ import annotations
 
 from hw.interface import Options, Rig, Timing
 
-_STATE_BYTES, _STATE_AXIS_BYTES = 30, 14
-"""A state packet with velocities and its framing, and what each axis adds."""
-_COMMAND_BYTES, _COMMAND_AXIS_BYTES = 12, 4
+
+def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
+    """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
+    return 28 + (14 if velocity else 10) * n_axes + (12 if moment else 0) + 4 + 3
+
+
+def command_packet_bytes(n_axes: int) -> int:
+    """Length on the wire of a command packet."""
+    return 8 + 4 * n_axes + 4 + 3
 
 
 def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
@@ -22,8 +28,9 @@ def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
 
 def timing(options: Options, rig: Rig) -> list[Timing]:
     """Timing of a board that speaks rtctl-frame."""
-    axes = (_STATE_AXIS_BYTES + _COMMAND_AXIS_BYTES) * rig.n_axes
-    return _timing(_STATE_BYTES + _COMMAND_BYTES + axes, options, rig)
+    told = {name: name in (options.get("channels") or ()) for name in ("velocity", "moment")}
+    wire_bytes = state_packet_bytes(rig.n_axes, **told) + command_packet_bytes(rig.n_axes)
+    return _timing(wire_bytes, options, rig)
 
 
 def described_timing(options: Options, rig: Rig) -> list[Timing]:

@@ -11,7 +11,15 @@ from hw.jit import bound, records
 from hw.serial import described_codec as codec
 from hw.serial.asking import await_first, switched
 from hw.serial.backend import Codec, SerialCore, require_line_rate
-from hw.serial.described_plan import MEASURED, Target, fields_of, layout_of, require_every_axis
+from hw.serial.described_plan import (
+    MEASURED,
+    NEEDED,
+    TARGETS,
+    Target,
+    fields_of,
+    layout_of,
+    require_every_axis,
+)
 from hw.serial.layout import LENGTH_MAX, stream_dtype
 from hw.serial_port import Port, usb_identity
 
@@ -34,8 +42,9 @@ class DescribedBackend(SerialCore):
         sample, command = options["sample"], options["command"]
         self.layout, self.fields = records(layout_of(sample)), records(fields_of(sample, rig, "sample"))
         channels = {field["channel"] for field in sample["field"]}
-        if "position" in channels:
-            require_every_axis(self.fields, Target.POSITION, rig.n_axes, "sample")
+        for channel in NEEDED:
+            if channel in channels:
+                require_every_axis(self.fields, TARGETS[channel], rig.n_axes, "sample")
         self._has_identity = Target.IDENTITY in self.fields["target"]
         self._wanted = options["identity"]
         if self._wanted is not None and not self._has_identity:
@@ -54,6 +63,8 @@ class DescribedBackend(SerialCore):
         self._stream = records(np.zeros(1, stream_dtype()))
         self.link = records(np.zeros(1, codec.described_dtype(rig.n_axes)))
         self.link["angle"][..., 0] = np.nan  # NaN: no angle has been seen yet
+        # of an axis without this sensor; 0 would be a motor that is cold, or stands
+        self.link["temperature_c"] = self.link["velocity_rad_s"] = np.nan
         for channel in MEASURED:
             self.link["show_" + channel] = channel in channels
         self.link["torque_mode"] = "torque" in self.consumes
@@ -111,12 +122,13 @@ class DescribedBackend(SerialCore):
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
         (receive, received), sending = self._codec(tick)
-        taken = bound(receive, *received)
+        taken, unsent = bound(receive, *received), self._wire["unsent_in_row"]
         if sending is None:
-            return taken, switched(tick, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
+            none = {"enter": b"", "idle": b""}
+            return taken, switched(tick, self.packet, lambda: 0, none, self._poll, unsent)
         send = bound(sending[0], *sending[1])
         if self._is_switched:
-            send = switched(tick, self.packet, send, self._command, self._poll)
+            send = switched(tick, self.packet, send, self._command, self._poll, unsent)
         return taken, send
 
     def _forget(self) -> None:

@@ -11,11 +11,11 @@ from functools import cache
 
 import numpy as np
 
-from hw.encoder import ANGLE_STATE, beyond, follow, unwrap
+from hw.encoder import ANGLE_STATE, beyond, follow, unwrap, wrap
 from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial.described_plan import Target
-from hw.serial.layout import next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
+from hw.serial.layout import SIGNED, next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
 from hw.serial.link import MORE, board_fields, judge, show_measured
 
 _DEVICE = int(LinkFault.DEVICE)
@@ -86,6 +86,14 @@ def _store_switch(d: np.record, target: int, on: bool) -> None:
 
 
 @compiled
+def _count(raw: float, f: np.record) -> int:
+    """Count of a counter that may be narrower than its type, without what stands above it."""
+    # flags or parity of an encoder there, taken as counts at the first reading, would be whole turns
+    count = wrap(int(np.int64(raw)), f.bits)
+    return count if f.kind == SIGNED or count >= 0 else count + (1 << f.bits)
+
+
+@compiled
 def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
     """Take over the numbers of a frame that counts."""
     d.estop, d.fault = 0, 0  # several bits of a frame may say so: any one sets it
@@ -95,7 +103,7 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
         on = ((np.int64(raw[k]) & f.mask) != 0) != (f.invert != 0) if f.mask else False
         if f.target == _POSITION and f.bits:
             # unwrapped as a whole number, then scaled: a scaled one would lose the last bits of a long way
-            d.position_rad[i] = (unwrap(int(np.int64(raw[k])), f.bits, d.encoder[i]) - f.zero) * f.scale
+            d.position_rad[i] = (unwrap(_count(raw[k], f), f.bits, d.encoder[i]) - f.zero) * f.scale
         elif f.target == _POSITION and f.period > 0:
             d.position_rad[i] = follow(value, f.period, d.angle[i])
         elif f.target == _POSITION:

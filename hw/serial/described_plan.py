@@ -82,6 +82,10 @@ UNITS = {
 MEASURED = tuple(READING)
 """What a board may measure."""
 
+NEEDED = ("position", "current")
+"""What is of every axis, if of any: the law takes an axis that nobody tells of for one at 0 that never
+moves."""
+
 PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}
 
 

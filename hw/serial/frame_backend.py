@@ -13,6 +13,7 @@ from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import frame, link
 from hw.serial.backend import Codec, SerialCore, require_line_rate
+from hw.serial.declared import command_packet_bytes, state_packet_bytes
 from hw.serial.deframer import deframer_dtype
 from hw.serial.framing import BODY_MAX, PACKET_MAX
 from hw.serial_port import Port
@@ -26,16 +27,6 @@ missing."""
 
 STOP_REPEATS = 3
 """Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
-
-
-def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
-    """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
-    return 28 + (14 if velocity else 10) * n_axes + (12 if moment else 0) + 4 + 3
-
-
-def command_packet_bytes(n_axes: int) -> int:
-    """Length on the wire of a command packet."""
-    return 8 + 4 * n_axes + 4 + 3
 
 
 class SerialBackend(SerialCore):

@@ -10,7 +10,7 @@ import numpy as np
 from hw.interface import CHANNEL_FIELDS, BackendError, Options, Rig, Words
 from hw.serial.asking import await_first, switched
 from hw.serial.backend import SerialCore, require_line_rate
-from hw.serial.described_plan import MEASURED, PER_AXIS, unit_of
+from hw.serial.described_plan import MEASURED, NEEDED, PER_AXIS, unit_of
 from hw.serial.lines_codec import INVALID, LINE_MAX, LineReader, Lines, LineWriter
 from hw.serial.lines_sample import LineSample
 from hw.serial.link import BACKLOGGED, MORE
@@ -30,8 +30,9 @@ class LinesBackend(SerialCore):
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)
         self._options, sample, command = options, options["sample"], options["command"]
-        self._require_axes(sample, "position", "sample")
         given = {field["channel"] for field in sample["field"]}
+        for channel in NEEDED:
+            self._require_axes(sample, channel, "sample")
         self.provides = frozenset(given & set(MEASURED))
         self.sample = LineSample(sample["field"], rig)
         self._reader, self._lines = LineReader(sample), Lines()
@@ -103,20 +104,21 @@ class LinesBackend(SerialCore):
 
     def _sender(self, row: np.ndarray) -> Callable[[], int]:
         writer, end, buffer, order = self._writer, self._end, self._packet_bytes, self.sample.order
+        unsent = self._wire["unsent_in_row"]
         if writer is None:
-            return switched(row, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
+            return switched(row, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll, unsent)
         values, enabled = row[CHANNEL_FIELDS[self._channel]][0].data, row["enabled"].data
 
         def _send() -> int:
             # the line before may have gone out in part: it ends here
-            cut = end if self._wire["unsent_in_row"][0] else b""
+            cut = end if unsent[0] else b""
             line = cut + writer.write(values, enabled=order(enabled[0] != 0)) + end
             buffer[: len(line)] = line
             return len(line)
 
         command = self._options["command"]
         words = {name: self._line(command[name]) for name in ("enter", "idle")}
-        return switched(row, self.packet, _send, words, self._poll)
+        return switched(row, self.packet, _send, words, self._poll, unsent, end)
 
     def _absorb(self, data: bytes) -> None:
         sample, reader = self.sample, self._reader

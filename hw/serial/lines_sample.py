@@ -15,7 +15,7 @@ from hw.serial.described_plan import unit_of
 
 _CHECKSUM, _SEQUENCE, _DEVICE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE), int(LinkFault.DEVICE)
 _SPAN = 1 << 32
-"""A sequence number (a count, or milliseconds) starts over after this at the latest."""
+"""A sequence number (a count, or milliseconds) starts over after this, unless its field has a `wrap_at`."""
 
 
 class LineSample:
@@ -34,12 +34,18 @@ class LineSample:
             name: array("d", bytes(8 * n.get(name, rig.n_axes)))
             for name in ("position", "velocity", "current", "force", "moment", "temperature")
         }
+        for name in ("velocity", "temperature"):
+            # of an axis without this sensor; 0 would be a joint that stands, or a motor that is cold
+            self._values[name] = array("d", [math.nan] * rig.n_axes)
         self._shown = sorted({field["channel"] for field in fields} & set(self._values))
         self._has_estop = any(field["channel"] == "estop" for field in fields)
         self._rows = [_Row(field, rig) for field in fields]
         self._estop = self.fault = 0
         self._asked = self._driven = self._dropped = False
         self._sequence: int | None = None
+        # taken for a wider one, a counter that starts over looks like a board that was powered anew
+        spans = [field["wrap_at"] for field in fields if field["channel"] == "sequence"]
+        self._span = int(spans[0] or _SPAN) if spans else _SPAN
         self.fresh = False
         self._damaged = self._older = False
         self.count = self.older_in_row = 0
@@ -104,7 +110,7 @@ class LineSample:
         self.fresh, self.older_in_row = True, 0
 
     def _is_newer(self, number: int) -> bool:
-        if self._sequence is not None and not 0 < (number - self._sequence) % _SPAN < _SPAN // 2:
+        if self._sequence is not None and not 0 < (number - self._sequence) % self._span < self._span / 2:
             return False
         self._sequence = number
         return True
@@ -145,7 +151,7 @@ class _Row:
         self._mask, self._invert = int(field["mask"]), bool(field["invert"])
         unit = unit_of(field, rig)
         self._scale, self._zero = field["scale"] * unit, field["zero"]
-        period = unit * (field["wrap_at"] or 0.0)
+        period = unit * (field["wrap_at"] or 0.0) if self.channel == "position" else 0.0
         self._follow = Modulo(period) if period else None
 
     def value(self, number: float) -> float:

@@ -57,6 +57,8 @@ def test_a_board_without_commands_is_a_sensor():
 
 
 FIELD = {"channel": "position", "type": "i32", "offset": 4, "unit": "counts"}
+MEASURED = {"channel": "current", "axis": 1, "type": "i16", "offset": 12, "unit": "mA"}
+CURRENT = {"channel": "current_command", "type": "i24", "offset": 5, "unit": "mA"}
 
 
 @pytest.mark.parametrize(
@@ -90,6 +92,7 @@ FIELD = {"channel": "position", "type": "i32", "offset": 4, "unit": "counts"}
             "either torque or current_command",
         ),
         ({"command__stop": [1, -1]}, "stop"),
+        ({"command__field": [{**CURRENT, "zero": 100.5}]}, "zero 100.5.*a command of 0 cannot be sent"),
         ({"sample__colour": 1}, "colour"),
     ],
 )
@@ -102,6 +105,11 @@ def test_bad_descriptions_are_refused_by_key(changes, said):
     ("changes", "n_axes", "said"),
     [
         ({}, 2, r"position is given for axes \[0\]; each of axes 0 to 1 needs it once"),
+        (
+            {"sample__field": [FIELD, {**FIELD, "axis": 1, "offset": 8}, MEASURED]},
+            2,
+            r"current is given for axes \[1\]; each of axes 0 to 1",
+        ),
         ({"sample__field": [{**FIELD, "axis": 3}]}, 1, "axis 3, the device has axes 0 to 0"),
         ({"baud": 9600}, 1, "baud 9600 is too slow"),
         ({"identity": 3, "sample__field": [FIELD]}, 1, "no field of that channel"),
