@@ -45,7 +45,10 @@ def usb_identity(path: str, sys_tty: Path = Path("/sys/class/tty")) -> str | Non
     for folder in (here, *here.parents):
         if (folder / "idVendor").is_file():
             found = [folder / name for name in ("idVendor", "idProduct", "serial")]
-            return ":".join(file.read_text().strip() for file in found if file.is_file())
+            try:
+                return ":".join(file.read_text(errors="replace").strip() for file in found if file.is_file())
+            except OSError:  # unplugged just now: who asks compares, and takes it for another one
+                return None
     return None
 
 
@@ -177,7 +180,9 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
         try:
             if os.isatty(fd):
-                _make_raw(fd, baud)
+                # a line that takes no settings may well have the right ones: the daemon's
+                with contextlib.suppress(OSError, termios.error):
+                    _make_raw(fd, baud)
                 termios.tcflush(fd, termios.TCOFLUSH)
                 sent = os.write(fd, packet) == len(packet)
                 _drain(fd)

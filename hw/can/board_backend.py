@@ -13,7 +13,7 @@ from typing import Any
 from hw.can.armed import UNBOUNDED
 from hw.can.backend import CanBackend
 from hw.can.board_in import ReceivedFrame, handlers
-from hw.can.board_map import UNITS, identifier, make_field
+from hw.can.board_map import identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.load import Traffic
@@ -21,7 +21,7 @@ from hw.can.steady_records import Command, Frame
 from hw.channels import READING, places
 from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
-__all__ = ["UNITS", "BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
+__all__ = ["BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
 
 CHANNELS = (*READING, "fault", "enabled")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")

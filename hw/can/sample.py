@@ -82,7 +82,8 @@ class Shaft:
     """From the drive's shaft to the joint and back, for one axis.
 
     `direction` turns the sign of everything the drive reports and takes. `shaft` is what its angle and
-    torque mean: the motor (before the gear) or the link (the drive knows the gear)."""
+    torque mean: the motor (before the gear) or the link (the drive knows the gear); of a linear axis the link
+    is the screw."""
 
     __slots__ = ("current_max_a", "direction", "offset_rad", "rad_per_turn", "torque_per_ampere")
 
@@ -92,10 +93,13 @@ class Shaft:
         self.direction = float(table["direction"])
         self.offset_rad = float(table["offset_rad"])
         self.current_max_a = float(table["current_max_a"])
-        self.rad_per_turn = self.direction * 2 * math.pi / (ratio if at_motor else 1.0)
-        self.torque_per_ampere = (
-            self.direction * float(rig.torque_constant_nm_a[axis]) * (1.0 if at_motor else ratio)
-        )
+        _, lead_m = rig.moves(axis)
+        # the ratio of a screw is in rad of the motor a m: without its own 2 pi / lead rad a m, a turn would
+        # be 6 m, and the torque of 5 mm of lead 1257 times what is meant
+        screw = 2 * math.pi / lead_m if lead_m else 1.0
+        self.rad_per_turn = self.direction * 2 * math.pi / (ratio if at_motor else screw)
+        gear = 1.0 if at_motor else ratio / screw
+        self.torque_per_ampere = self.direction * float(rig.torque_constant_nm_a[axis]) * gear
 
     def limited(self, current_a: float) -> float:
         """The current within +-`current_max_a`; one that is not finite is 0, as a drive would refuse it."""

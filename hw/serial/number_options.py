@@ -30,6 +30,12 @@ Unit = Literal[
     "N m",
     "mN m",
     "degC",
+    "m",
+    "mm",
+    "um",
+    "m/s",
+    "mm/s",
+    "kN",
     "",
 ]
 ToldChannel = Literal[
@@ -48,11 +54,11 @@ ToldChannel = Literal[
 SampleChannel = Literal[ToldChannel, "identity"]
 
 UNITS = {
-    "position": ("counts", "rad", "deg", "rev"),
-    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm"),
+    "position": ("counts", "rad", "deg", "rev", "m", "mm", "um"),
+    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm", "m/s", "mm/s"),
     "current": ("A", "mA"),
     "current_command": ("A", "mA"),
-    "torque": ("N m", "mN m"),
+    "torque": ("N m", "mN m", "N", "mN", "kN"),
     "force": ("N", "mN"),
     "moment": ("N m", "mN m"),
     "temperature": ("degC",),

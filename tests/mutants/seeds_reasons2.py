@@ -9,6 +9,7 @@ from seed import Seed
 CELLS, FORMATS = "tests/unit/hw/test_cells.py::test_", "tests/unit/hw/test_log_formats.py::test_"
 DESCRIBED, LINES = "tests/unit/hw/test_serial_described", "tests/unit/hw/test_serial_lines"
 REFUSALS, BOARD = "tests/unit/hw/test_can_line_refusals.py::test_", "tests/unit/hw/test_can_board.py::test_"
+CARRIAGES = "tests/unit/hw/test_units_of_carriages.py::test_"
 FULL = (f"{REFUSALS}nothing_out_of_a_full_line_is_shown_as_fresh",)
 LEFT_OUT = "an_axis_that_is_left_out_is_not_taken_for_one_that_stands_at_zero"
 
@@ -69,7 +70,7 @@ SEEDS = (
         "a zero of a line with more digits than are written is rounded",
         "hw/serial/lines_options.py",
         "if round(self.zero, self.decimals) != self.zero:",
-        "if round(self.zero) != round(self.zero, self.decimals):",
+        "if round(self.zero, 9) != self.zero:",
         (f"{LINES}_commands.py::test_descriptions_that_make_no_sense_are_refused_by_key",),
     ),
     Seed(
@@ -158,6 +159,44 @@ SEEDS = (
         "handler(message.data, 0, len(message.data))",
         "handler(message.data, 0, message.dlc)",
         ("tests/unit/hw/test_can_adapter_ports.py::test_a_frame_is_as_long_as_its_data_whatever_it_says",),
+    ),
+    Seed(
+        "a stop is not sent where the port takes no settings",
+        "hw/serial_port.py",
+        "(OSError, termios.error):\n                    _make_raw(fd, baud)\n",
+        "(ValueError):\n                    _make_raw(fd, baud)\n",
+        (f"{DESCRIBED}_commands.py::test_a_stop_is_sent_by_a_port_that_takes_no_settings",),
+    ),
+    Seed(
+        "the serial number of a USB device in no UTF-8 ends the daemon",
+        "hw/serial_port.py",
+        'read_text(errors="replace")',
+        "read_text()",
+        (f"{DESCRIBED}_commands.py::test_a_usb_device_whose_words_cannot_be_read_ends_nothing",),
+    ),
+    Seed(
+        "a drive that knows the gear of a screw gets the torque of a turn a metre",
+        "hw/can/sample.py",
+        "        screw = 2 * math.pi / lead_m if lead_m else 1.0\n",
+        "        screw = 1.0\n",
+        (
+            "tests/unit/hw/test_can_axes.py::test_a_turn_of_a_screw_is_its_lead_and_torque_on_it_is_that_of"
+            "_the_gear",
+        ),
+    ),
+    Seed(
+        "a turn of a screw is 6 m to a board",
+        "hw/motion.py",
+        "    return dict(rotary) if own is None else coordinate_units(rotary, own, motion, lead_m)\n",
+        "    return dict(rotary)\n",
+        (f"{CARRIAGES}a_turn_of_a_screw_is_its_lead_and_a_torque_on_it_pulls_by_it",),
+    ),
+    Seed(
+        "a board that is sent torques gives a screw 2 pi / lead times the force",
+        "hw/motion.py",
+        '    if channel == "torque":\n        return effort_units',
+        '    if channel == "moment":\n        return effort_units',
+        (f"{CARRIAGES}a_turn_of_a_screw_is_its_lead_and_a_torque_on_it_pulls_by_it",),
     ),
     Seed(
         "a drive may let go between two commands",

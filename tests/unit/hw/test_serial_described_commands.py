@@ -1,12 +1,16 @@
 """What is sent in described frames, descriptions that are refused, and a board that lets go."""
 
 import math
+import os
+import pty
+import tty
 
 import pytest
 from described_wire import Wire, options
 from hardware import rig
 from pydantic import ValidationError
 
+from hw import serial_port
 from hw.interface import BackendError, LinkFault
 from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
@@ -154,3 +158,27 @@ def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go():
     assert wire.board.output[0] == 0.0
     assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
     assert wire.board.output[0] == pytest.approx(0.1)
+
+
+def test_a_usb_device_whose_words_cannot_be_read_ends_nothing(tmp_path):
+    device = tmp_path / "usb1" / "1-1"
+    (device / "ttyUSB9").mkdir(parents=True)
+    (device / "idVendor").write_text("0403\n")
+    (device / "serial").write_bytes(b"\xff7\n")
+    (tmp_path / "class" / "ttyUSB9").mkdir(parents=True)
+    (tmp_path / "class" / "ttyUSB9" / "device").symlink_to(device / "ttyUSB9")
+    assert usb_identity("/dev/ttyUSB9", tmp_path / "class") == "0403:\ufffd7"
+
+
+def test_a_stop_is_sent_by_a_port_that_takes_no_settings(monkeypatch):
+    def refuse(*_):
+        raise OSError(25, "inappropriate")
+
+    monkeypatch.setattr(serial_port, "_set_any_rate", refuse)
+    master, slave = pty.openpty()
+    tty.setraw(master)
+    tty.setraw(slave)
+    assert serial_port.send_once(os.ttyname(slave), 123_456, b"stop")
+    assert os.read(master, 16) == b"stop"
+    os.close(master)
+    os.close(slave)
