@@ -31,12 +31,15 @@ def await_first(
     -------
     int or None
         Bytes that came, when none of them made a sample. Raises LinkLost."""
+    # -1: the first question goes out at once, whatever the clock shows
     end, asked, seen = time.monotonic() + seconds, -1.0, 0
     views = [chunk.data]
     while not heard():
         now = time.monotonic()
+        # looked at before a question is sent: none goes out that nobody waits for
         if now >= end:
             return seen
+        # again and again: a board that boots does not hear the first ones
         if now - asked > ASK_AGAIN_S:
             asked = now
             for packet in questions:

@@ -22,6 +22,7 @@ def command_packet_bytes(n_axes: int) -> int:
 
 def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
     # ten bits a byte: start, eight of data, stop
+    # one period that the sample is old at most, one that the command waits at most
     delay_s = 2 * rig.period_s + 10 * wire_bytes / float(options.get("baud") or 921_600)
     return [Timing(delay_s=delay_s, sample_period_s=rig.period_s, jitter_s=rig.period_s)] * rig.n_axes
 

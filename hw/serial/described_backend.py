@@ -57,6 +57,7 @@ class DescribedBackend(SerialCore):
         self._poll, self.asks = bytes(options["poll"]), bool(options["poll"])
         self.packet = np.zeros(3 * LENGTH_MAX, np.uint8)  # a command and a poll
         self._packet_bytes = self.packet.data
+        # what is sent in one cycle must be gone before the next one
         sent = len(self._poll) + (0 if command is None else command["length"])
         own_hz = options.get("rate_hz") or 1.0 / rig.period_s
         require_line_rate(self._path, self._baud, sample["length"], own_hz, sent, 1.0 / rig.period_s)
@@ -87,6 +88,7 @@ class DescribedBackend(SerialCore):
         last = b"".join(bytes(packet) for packet in self._options["stop"])
         if command is None or self.command_layout is None or self.command_fields is None:
             return last
+        # what the rig file says goes before what can be guessed: zeros do not open a power stage
         for given in (command["stop"], command["idle"]):
             if given:
                 return bytes(given) * STOP_REPEATS + last
@@ -118,6 +120,7 @@ class DescribedBackend(SerialCore):
 
     def _compiled_codec(self, tick: np.ndarray) -> tuple[Codec, Codec] | None:
         receive, send = self._codec(tick)
+        # `enter` and `idle` are bytes of a moment: compiled cycles send one kind of frame
         return None if send is None or self._is_switched else (receive, send)
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
@@ -164,6 +167,7 @@ class DescribedBackend(SerialCore):
 
     def _greet(self, port: Port) -> None:
         """Wait for the first good frame; refuse another board than before."""
+        # a patience of .2 s would be over while Numba compiles for seconds
         self._take_in(0)  # compiles before the clock below starts
         questions = [
             *(bytes(packet) for packet in self._options["start"]),

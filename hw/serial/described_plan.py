@@ -100,6 +100,7 @@ def layout_of(table: Options) -> np.ndarray:
         table["checksum_from"],
     )
     row["n_tail"] = len(tail)
+    # tail and sync before constants: the options have seen to it that no constant is in their place
     row["template"][end : table["length"]] = tail
     row["template"][: len(table["sync"])] = table["sync"]
     for constant in table["constant"]:
@@ -150,6 +151,7 @@ def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:
     row["scale"] = field["scale"] * unit
     row["period"] = unit * (field.get("wrap_at") or 0.0)
     # only a whole number runs over its end
+    # with `wrap_at` an angle is followed by its value: the two would follow each other
     whole = name == "position" and row["kind"] != FLOAT and not row["period"]
     row["bits"] = (field["wrap_bits"] or 8 * int(row["n_bytes"])) if whole else 0
 

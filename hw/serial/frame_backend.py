@@ -25,6 +25,7 @@ _NOT_IN_THE_PACKET = int(frame.Status.VELOCITY_MISSING | frame.Status.MOMENT_MIS
 """Bits that also say which type of packet it is: no news where the rig file does not ask for what is
 missing."""
 
+# where one packet in 1000 is damaged, all three are once in 10^9 stops
 STOP_REPEATS = 3
 """Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
 
@@ -116,6 +117,7 @@ class SerialBackend(SerialCore):
         end = time.monotonic() + self._patience_s
         views: list[memoryview] = [self.chunk.data]
         ask, ask_at = self._packet(frame.TYPE_IDENTIFY), 0.0
+        # samples alone do not do: they say nothing of who sends them
         while not self.link[0]["identified"]:
             now = time.monotonic()
             if now > end:
@@ -151,6 +153,7 @@ class SerialBackend(SerialCore):
     def _check_identity(self) -> None:
         board = self._board[0]
         name = bytes(board["serial_number"]).rstrip(b"\0").decode("ascii", "backslashreplace")
+        # the board of this run before the one of the file: after a re-plug the joint's angle goes on with it
         wanted = self.identity or self._wanted
         if wanted is not None and name != wanted:
             raise BackendError(
@@ -175,12 +178,14 @@ def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
             f"serial: axis has {len(axes)} tables; give one for all, or {rig.n_axes}, one per axis"
         )
     for k, axis in enumerate(axes):
+        # sign and resolution in one factor: angle and velocity cannot get different signs
         row["rad_per_count"][k] = axis["position_sign"] * 2 * math.pi / rig.encoder_counts_per_rev[k]
         row["offset_rad"][k] = axis["position_offset_rad"]
         row["motor_sign"][k] = axis["motor_sign"]
     row["torque_mode"], row["time_to_live"] = int(torque), options["time_to_live_cycles"]
     for channel in link.SHOWN:
         row["show_" + channel] = channel in channels
+    # what the rig does not use may be missing: a board without a force sensor serves a rig without one
     unusable = frame.Status.DRIVE_FAULT
     unusable |= frame.Status.FORCE_MISSING if "force" in channels else 0
     unusable |= frame.Status.TEMPERATURE_MISSING if "temperature" in channels else 0

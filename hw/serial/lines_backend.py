@@ -52,6 +52,7 @@ class LinesBackend(SerialCore):
         self._identity: str | None = None
         self._opened = False
         # at least a digit and a separator for each number
+        # a board may print more digits: a rate that is refused here is too slow for certain
         shortest = len(sample["prefix"]) + 2 * sample["columns"]
         sent = len(self._poll) + (
             len(self._writer.write([0.0] * rig.n_axes, enabled=True)) + 1 if self._writer else 0
@@ -82,7 +83,9 @@ class LinesBackend(SerialCore):
         if self._writer is None:
             return last
         command = self._options["command"]
+        # made like any command: with the prefixes and the checksum that the board expects
         zero = self._writer.write([0.0] * self._rig.n_axes, enabled=False) + self._end
+        # the idle word behind zeros: torque ends before the power stage does
         return self._end + (zero + self._line(command["idle"])) * STOP_REPEATS + last
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:

@@ -93,6 +93,7 @@ class LineSample:
                 self._older = True
                 return
         values = [row.value(number) for row, number in zip(rows, numbers, strict=True)]
+        # an angle beyond its range comes out as NaN: the whole line is none then, no number of it is taken
         if not all(map(math.isfinite, values)):
             self.invalid()
             return
@@ -100,6 +101,7 @@ class LineSample:
         for row, value in zip(rows, values, strict=True):
             if row.channel == "estop":
                 self._estop = int(value)
+            # several bits or columns may say so: any one of them counts
             elif row.channel == "fault":
                 self.fault |= int(value)
             elif row.channel == "enabled":
@@ -119,6 +121,7 @@ class LineSample:
         """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle."""
         fresh, damaged, older = self.fresh, self._damaged, self._older
         self.fresh = self._damaged = self._older = False
+        # in every cycle until a line says otherwise: silence is no repair
         device = _DEVICE if self.fault or self._dropped else 0
         if backlogged:  # anything may be lost behind it, and the order begins anew
             self._sequence, self.older_in_row = None, 0
