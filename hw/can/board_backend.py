@@ -105,6 +105,7 @@ class BoardBackend(CanBackend):
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         options = self._options
+        # frames of a connection before are no sample of this one
         self.sample.fresh = 0
         for frame in self._received:
             frame.forget()
@@ -112,6 +113,7 @@ class BoardBackend(CanBackend):
         self._start, self._poll, self._halt = (
             fixed(options.get(name, ()), bus) for name in ("start", "poll", "stop")
         )
+        # one handler for an identifier: the bus calls one, however many tables want its frames
         found = handlers(options["receive"], self._received)
         bus.subscribe(found)
         if not self._heard(bus):
@@ -128,6 +130,7 @@ class BoardBackend(CanBackend):
         """Whether a whole sample comes within about 1 s; a board that answers commands is asked again and
         again."""
         for _ in range(OPEN_ASKED):
+            # each time: which of them was lost is not known, and hearing one twice does no harm
             for frame in self._start:
                 bus.send(frame)
             self._prime(bus)
@@ -192,6 +195,7 @@ class BoardBackend(CanBackend):
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: which frame carries the fault flag, and which frames have not come."""
+        # a frame that comes and one that does not: both may be true of one board
         told = [f"{f.label} sets its fault flag" for f in self._received if f.fault]
         waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
         told += [f"{f.label} does not come" for f in self._received if waiting & f.bit]

@@ -66,6 +66,7 @@ def identifier(table: Options) -> int:
 def selector(tables: Sequence[Options], length: int) -> Callable[[Buffer, int], bool]:
     """Whether a frame of `length` bytes is the one meant: every number of `tables` has its value."""
     wanted = [(raw_decoder(make_field(table, length)), table["value"]) for table in tables]
+    # the usual case without a generator: it runs for every frame of the identifier
     if len(wanted) == 1:
         ((only, value),) = wanted
         return lambda buffer, at: only(buffer, at) == value

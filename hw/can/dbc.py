@@ -121,6 +121,7 @@ def _multiplexers(message: Message, signal: Signal, path: Path) -> list[tuple[Si
             int(signal.multiplexer_ids[0]),
             message.get_signal_by_name(str(signal.multiplexer_signal)),
         )
+        # a multiplexer may itself be multiplexed: the outermost is compared first
         chosen.insert(0, (signal, value))
     return chosen
 

@@ -30,6 +30,7 @@ class BusOptions(Table):
     fd: bool = Field(False, description="CAN FD frames")
     data_bitrate: int = Field(5_000_000, ge=10_000, le=8_000_000, description="FD: bit/s of the data phase")
     raw: bool = Field(True, description="socketcan, slcan: our own code in place of python-can's")
+    # a tenth is left: frames that are sent again after an error need room, too
     load_limit: float = number(
         0.05, 1.0, "greatest worst-case share of the bus' time a config may ask for", 0.9
     )

@@ -41,12 +41,14 @@ HEAD = struct.Struct("=IB3x")
 _BELL = b"\x07"
 _STANDARD, _EXTENDED, _STANDARD_REMOTE, _EXTENDED_REMOTE = b"tTrR"
 _LONGEST = LINE_MAX
+# an adapter answers within a USB frame or two; many never do
 _ANSWER_S = 0.2
 
 
 def parse(line: bytes) -> tuple[int, bytes] | None:
     """Identifier with flags and data of one line (without its end); None unless it is a whole frame."""
     # `int` takes blanks, signs and _, and `fromhex` blanks
+    # t, three digits and a length are the least
     if len(line) < 5 or not line.isalnum():
         return None
     kind = line[0]
@@ -79,7 +81,9 @@ class SlcanFrame:
         remote = bool(can_id & REMOTE)
         letter = ("R" if remote else "T") if can_id & EXTENDED else ("r" if remote else "t")
         digits = 8 if can_id & EXTENDED else 3
+        # upper case, as LAWICEL's manual has it
         self.head = f"{letter}{can_id & 0x1FFF_FFFF:0{digits}X}{length}"
+        # a remote frame says a length and carries no data
         self.buffer, self.offset, self.length = bytearray(0 if remote else length), 0, length
 
 
@@ -103,11 +107,13 @@ class SlcanBus:
         self._cut = self._belled = False
         self._kept = 0, 0
         self._port = Port(self._options["channel"], int(arguments.get("tty_baudrate", 115200)))
+        # Arduino boards reset when DTR rises at opening, and hear nothing for a second or two
         time.sleep(float(arguments.get("sleep_after_open", 0.0)))
         rate = self._options["bitrate"]
         try:
             if rate not in RATES:
                 raise BackendError(f"{self._name}: bitrate {rate} is none of {sorted(RATES)}")
+            # closed first: the bit rate of an open channel cannot be changed (LAWICEL: BELL)
             self._command(b"\rC\r", 0.02)  # the first end of line ends what another program has left half
             for command in (b"S%d\r" % RATES[rate], b"O\r"):
                 if _BELL in self._command(command, _ANSWER_S):
@@ -123,6 +129,7 @@ class SlcanBus:
         """Send a command and collect its answer; an adapter that does not answer is no error."""
         self._port.write(command)
         deadline, answer = time.monotonic() + seconds, b""
+        # CR says yes, BELL says no; no answer is taken for yes: old firmware has none
         while time.monotonic() < deadline and not answer.endswith((b"\r", _BELL)):
             n = self._port.read_into(self._views)
             answer += self._buffer[:n]
@@ -191,6 +198,7 @@ class SlcanBus:
             self._belled = True
             data = data.replace(_BELL, b"")
         *lines, self._left = data.split(b"\r")
+        # no adapter writes so long a line: it is noise, or another bit rate
         if len(self._left) > _LONGEST:
             self.health.counts["damaged"] += 1
             self._left = b""
@@ -243,6 +251,7 @@ class SlcanBus:
         from hw.can.adapter import AdapterBus
 
         self._port.close()
+        # one port, one reader: two would each get a part of the answers
         self._other = AdapterBus(self._options)
         return self._other.fresh_python_can()
 
@@ -256,5 +265,6 @@ class SlcanBus:
         if not self._lost:
             self._lost = f"{self._name}: closed"
             with contextlib.suppress(LinkLost):
+                # a channel that stays open would acknowledge frames on the bus, and hide that nobody listens
                 self._port.write(b"C\r")
         self._port.close()

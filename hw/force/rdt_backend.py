@@ -156,7 +156,7 @@ class RdtBackend:
                 self._malformed += 1
                 continue
             number, reading = rdt.decode(self._view[: rdt.LENGTH])
-            # UDP may turn two records round or send one twice: 0 is a double, half the range or more an older one
+            # UDP may turn records round or send one twice: 0 is a double, half the range or more an older one
             step = (number - self._number) & _WRAP
             if self._number >= 0 and not 0 < step < _HALF:
                 self._older += 1

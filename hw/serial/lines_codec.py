@@ -17,7 +17,7 @@ from hw.interface import Options
 LINE_MAX = 250
 """Most characters of a line, its end not counted."""
 
-# some 15 us each in Python: more in a cycle would take its time, and only the newest is shown
+# some 27 us each for four numbers: more in a cycle would take its time, and only the newest is shown
 LINES_MAX = 32
 """Most lines read of one chunk, the newest; older ones are counted and passed over."""
 
