@@ -165,7 +165,23 @@ class SerialBackend(SerialCore):
                 f"serial port {self._path}: board {name!r} has {board['n_axes']} axes, the rig file "
                 f"{self._rig.n_axes}"
             )
+        self._require_short_life(name, 1e-6 * float(board["cycle_us"]))
         self.identity = name
+
+    def _require_short_life(self, name: str, cycle_s: float) -> None:
+        """Refuse a time to live, which is in cycles of the board, that is too long or too short for the
+        loop."""
+        cycles, period_s = int(self.link[0]["time_to_live"]), self._rig.period_s
+        life_s = cycles * cycle_s
+        # the safety contract: without the host no torque after 10 periods (never asked below 10 ms); and one
+        # command that comes late must not stop the motor. The clocks of board and loop differ a little.
+        least_s, most_s = 2 * period_s, max(0.01, 10 * period_s)
+        if not 0.99 * least_s <= life_s <= 1.01 * most_s:
+            raise BackendError(
+                f"serial port {self._path}: board {name!r} has a cycle of {1e6 * cycle_s:g} us: "
+                f"time_to_live_cycles {cycles} are {1e3 * life_s:g} ms, and must be {1e3 * least_s:g} to "
+                f"{1e3 * most_s:g}: 2 to 10 periods"
+            )
 
 
 def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:

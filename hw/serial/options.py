@@ -97,9 +97,12 @@ class SerialOptions(PortOptions):
     command: Literal["current", "torque"] = Field(
         "current", description="torque: the board does its own current"
     )
-    # 50 cycles are 50 ms at 1 kHz: the longest that a hand is pulled after the host has died
+    # of what length its cycles are, the board says when it is opened: the bounds in s are held there
     time_to_live_cycles: int = Field(
-        10, ge=1, le=50, description="board cycles a command is held without a new one"
+        10,
+        ge=1,
+        le=50,
+        description="board cycles a command is held without a new one; 2 to 10 periods of the loop",
     )
     axis: tuple[AxisOptions, ...] = Field((AxisOptions(),), strict=False)
 

@@ -9,6 +9,7 @@ from seed import Seed
 CELLS, FORMATS = "tests/unit/hw/test_cells.py::test_", "tests/unit/hw/test_log_formats.py::test_"
 DESCRIBED, LINES = "tests/unit/hw/test_serial_described", "tests/unit/hw/test_serial_lines"
 REFUSALS, BOARD = "tests/unit/hw/test_can_line_refusals.py::test_", "tests/unit/hw/test_can_board.py::test_"
+LIVES = "tests/unit/hw/test_serial_commands.py::test_"
 CARRIAGES = "tests/unit/hw/test_units_of_carriages.py::test_"
 FULL = (f"{REFUSALS}nothing_out_of_a_full_line_is_shown_as_fresh",)
 LEFT_OUT = "an_axis_that_is_left_out_is_not_taken_for_one_that_stands_at_zero"
@@ -197,6 +198,13 @@ SEEDS = (
         '    if channel == "torque":\n        return effort_units',
         '    if channel == "moment":\n        return effort_units',
         (f"{CARRIAGES}a_turn_of_a_screw_is_its_lead_and_a_torque_on_it_pulls_by_it",),
+    ),
+    Seed(
+        "a serial board holds its last torque for 50 periods after the host has died",
+        "hw/serial/frame_backend.py",
+        " <= life_s <= 1.01 * most_s:",
+        " <= life_s <= 101 * most_s:",
+        (f"{LIVES}a_time_to_live_is_two_to_ten_periods_of_the_loop_whatever_the_boards_own_cycle_is",),
     ),
     Seed(
         "a drive may let go between two commands",
