@@ -36,7 +36,7 @@ class LineSample:
         }
         for name in ("velocity", "temperature"):
             # of an axis without this sensor; 0 would be a joint that stands, or a motor that is cold
-            self._values[name] = array("d", [math.nan] * rig.n_axes)
+            self._values[name] = array("d", [np.nan] * rig.n_axes)
         self._shown = sorted({field["channel"] for field in fields} & set(self._values))
         self._has_estop = any(field["channel"] == "estop" for field in fields)
         self._rows = [_Row(field, rig) for field in fields]
