@@ -84,6 +84,7 @@ READINGS = (
 )
 """In the order of the tick."""
 
+# tables by name are made of the one above: a channel that is added there is in all of them
 READING = {reading.name: reading for reading in READINGS}
 
 COMMAND_FIELDS = {"torque": "torque_applied_nm", "current_command": "current_command_a"}

@@ -34,6 +34,7 @@ def claims_on(interface: str, channel: str, identifiers: Iterable[int]) -> tuple
     Those of a `virtual` bus are none: no other process is on it."""
     if interface == "virtual":
         return ()
+    # /dev/serial/by-id/X and /dev/ttyACM0 are one wire
     where = os.path.realpath(channel) if channel.startswith("/") else channel
     return tuple(f"{interface} {where} 0x{one & 0x1FFF_FFFF:x}{_kind(one)}" for one in sorted(identifiers))
 
@@ -64,6 +65,7 @@ class Claims:
                     f"{label}: {refused[0]} is driven by {_holder(refused[0])} already; end that one first, "
                     "or give this device another channel or node"
                 )
+            # a process that was killed gives its names back when the kernel has closed its files
             time.sleep(0.02)
 
     def _try(self, names: Sequence[str]) -> tuple[str, OSError] | None:
@@ -98,6 +100,7 @@ def _listen(name: str) -> socket.socket:
     made = socket.socket(socket.AF_UNIX)
     try:
         made.bind(_address(name))
+        # bound alone it could not be connected to, and who holds it would stay unknown
         made.listen(_BACKLOG)  # so that whoever connects is told who we are
     except OSError:
         made.close()

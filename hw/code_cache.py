@@ -31,6 +31,7 @@ def keep(dispatcher: Any, root: Path, options: str) -> None:  # noqa: ANN401 - i
 
     A function with a closure is compiled anew by every process, and so is one without a file."""
     function = dispatcher.py_func
+    # a closure's values are no part of the source: code kept with one would serve another
     if function.__closure__ is None and (key := _key(function, options, root)):
         dispatcher._cache = CodeCache(function, root / f"{function.__module__}-{key}")
         may_be_made.append(repr(function))
@@ -140,6 +141,7 @@ def alone(folder: Path) -> Iterator[None]:
     dies."""
     descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
     try:
+        # of the folder, not of a file: Numba replaces its files, and a lock on the old one holds nobody
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         yield
     finally:

@@ -27,6 +27,7 @@ def holders(path: str, root: Path = Path("/")) -> list[tuple[int, str]]:
 
 
 def _by_descriptor(root: Path, wanted: str) -> Iterator[int]:
+    # a process may end while it is looked at: what is gone holds nothing
     for process in (root / "proc").glob("[0-9]*"):
         with contextlib.suppress(OSError):
             for descriptor in (process / "fd").iterdir():
@@ -44,6 +45,7 @@ def _by_lock(root: Path, device: Path) -> Iterator[int]:
         wanted = f"{os.major(status.st_dev):02x}:{os.minor(status.st_dev):02x}:{status.st_ino}"
         for line in (root / "proc/locks").read_text().splitlines():
             words = line.split()
+            # a lock that waits has an arrow more in its line, and holds nothing yet
             if len(words) > 5 and words[5] == wanted and words[4].isdecimal():
                 yield int(words[4])
 

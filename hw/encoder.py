@@ -23,6 +23,7 @@ has."""
 @compiled
 def beyond(value: float, period: float, state: np.ndarray) -> bool:
     """Whether an angle lies further from the last one than one that starts over after `period` can."""
+    # half a period that it may turn, and one that it starts over by; NaN, before the first, is beyond nothing
     return bool(abs(value - state[0]) > 1.5 * period)
 
 
@@ -33,6 +34,7 @@ def follow(value: float, period: float, state: np.ndarray) -> float:
     As `unwrap`, for any period: less than half of it may pass between two samples. `state`, float64 of shape
     (ANGLE_STATE,), is changed in place."""
     if not math.isnan(state[0]):
+        # a step of nearly a whole period is a start over, forwards or backwards
         state[1] -= round((value - state[0]) / period)
     state[0] = value
     return float(value + state[1] * period)
@@ -82,6 +84,7 @@ class Modulo:
     __slots__ = ("_last", "_period", "_turns")
 
     def __init__(self, period: float) -> None:
+        # a negative scale turns the sign of angle and period alike
         self._period = abs(period)
         self._last = math.nan
         self._turns = 0
@@ -98,8 +101,10 @@ class Modulo:
     def __call__(self, value: float) -> float:
         """The angle on its endless axis; the first one is `value` itself."""
         step = value - self._last
+        # false for NaN, which the branch below sorts out
         if abs(step) <= 1.5 * self._period:
             self._turns -= round(step / self._period)
+        # not the first one (NaN equals nothing), or no number at all
         elif self._last == self._last or value - value != 0.0:  # too far, or not finite
             return math.nan
         self._last = value

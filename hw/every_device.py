@@ -7,6 +7,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 
+# the stop of the last device must not wait for the first one that hangs
 STOP_TIMEOUT_S = 0.1
 """How long to wait for a device that hangs."""
 
@@ -22,10 +23,12 @@ def reach_all(actions: Sequence[Callable[[], None]]) -> None:
         with contextlib.suppress(Exception):  # whatever one device does, the others are stopped
             action()
 
+    # of the whole process: put back below, whatever happens
     before = threading.stack_size(_STACK_BYTES)
     waiting = []
     try:
         for action in actions:
+            # daemon: a stop that hangs for ever must not keep the process from ending
             thread = threading.Thread(target=_quietly, args=(action,), daemon=True)
             try:
                 thread.start()
@@ -35,6 +38,7 @@ def reach_all(actions: Sequence[Callable[[], None]]) -> None:
                 waiting.append(thread)
     finally:
         threading.stack_size(before)
+    # one for all: eight devices that hang take as long as one
     deadline = time.monotonic() + STOP_TIMEOUT_S
     for thread in waiting:
         thread.join(max(deadline - time.monotonic(), 0.0))

@@ -57,6 +57,7 @@ def _ticks(fault: Mapping[str, Any], name: str, period_s: float, least: int = 1)
     if given is not None:
         return int(given)
     seconds = fault[name + "_s"]
+    # a fault of less than a period acts for one tick: one of none would never act, with nothing said
     return max(least, round(seconds / period_s)) if seconds else 0
 
 
@@ -71,6 +72,7 @@ def raise_or_stall(state: np.ndarray, period_s: float) -> None:
         The schedule has `raise_read` due."""
     s = state[0]
     if s["fault_stall_ticks"] > 0:
+        # half a period beyond: a slot that is begun at its very end counts as missed on every machine
         time.sleep((int(s["fault_stall_ticks"]) + 1.5) * period_s)
     if s["fault_raise"] == IN_READ:
         raise LinkLost("scripted fault: the link was lost in read")

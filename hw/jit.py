@@ -47,6 +47,7 @@ def cache_root() -> Path:
 @cache
 # `_home`: `home` looks at HOME, so another one is another answer
 def _cache_root(own: str | None, service: str | None, user: str | None, _home: str | None) -> Path:
+    # what somebody says first, then the service's own folder, which nobody else can write
     return Path(own or service or Path(user or home() / ".cache") / "rtctl")
 
 
@@ -79,6 +80,7 @@ def compiler(*, nogil: bool = False, inline: bool = False) -> Callable[[F], F]:
 
     def compiled(function: F) -> F:
         made = numba.njit(error_model="numpy", nogil=nogil, forceinline=inline)(function)
+        # switched off nothing is compiled, and there is nothing to keep
         if not JIT_DISABLED:
             keep(made, compiled_folder(), f"nogil={nogil} inline={inline}")
         return cast("F", made)

@@ -23,6 +23,7 @@ def kept_field(name: str, n_axes: int) -> tuple[Any, ...]:
 @compiled
 def copy_readings(source: np.record, target: np.record) -> None:
     """Keep the readings of a tick, or let a tick show those that were kept."""
+    # unrolled: fields of different shapes have different types, and a compiled loop has one
     for field in literal_unroll(FIELDS):
         old, new = source[field], target[field]
         # here, not in a function: a call for each field takes eight times as long

@@ -65,6 +65,7 @@ LENGTH_UNITS = {"m": 1.0, "mm": 1e-3, "um": 1e-6}
 SPEED_UNITS = {"m/s": 1.0, "mm/s": 1e-3}
 FORCE_UNITS = {"N": 1.0, "mN": 1e-3, "kN": 1e3}
 
+# not within a longer unit (rad of `rad/s^3`), a name, a path or quotes: those are not of this axis
 _WORDS = re.compile(
     r"(?<![\w/^'])(" + "|".join(re.escape(one) for one in LINEAR_UNITS) + r")(?![\w/^]| s/rad)"
 )
@@ -97,6 +98,7 @@ def speed_scale(motion: str, largest: float) -> tuple[str, float]:
 def _in_mm_s(found: re.Match[str]) -> str:
     """The same speeds in mm/s, digit by digit, where the larger one is small."""
     low, high = found["low"], found["high"]
+    # decimal, not float: the digits that were written stay, .010 m/s is 10 mm/s and .0101 10.1
     if not 0 < Decimal(high) < Decimal(str(SMALL_M_S)):
         return found[0]
     return f"{_thousandfold(low) + found['to'] if low else ''}{_thousandfold(high)} mm/s"
@@ -129,6 +131,7 @@ def words(text: str, motion: str) -> str:
     A speed below `SMALL_M_S` is told in mm/s, with the digits that it has."""
     if motion != "linear":
         return text
+    # units first: `N m` of a torque would no longer be found behind `force`
     own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
     own = _TORQUE.sub(lambda found: f"{'F' if found[1] == 'T' else 'f'}orce{found[2]}", own)
     return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
@@ -138,6 +141,7 @@ def name(rotary: str, motion: str) -> str:
     """Name of a key or column for people, whose ending says its unit, by that of a rotary axis."""
     if motion == "linear":
         for ending, own in LINEAR_ENDINGS.items():
+            # the longest first: `nm_rad` ends with `rad`, too
             if rotary == ending or rotary.endswith(f"_{ending}"):
                 return rotary[: len(rotary) - len(ending)] + own
     return rotary
@@ -183,6 +187,7 @@ def of_coordinate(motion: str, lead_m: float) -> tuple[float, float]:
     counts are of a metre."""
     if motion != "linear":
         return 1.0, 1.0
+    # counts are of 2 pi of the coordinate: of 2 pi m, where a turn is of 2 pi rad
     return 2 * math.pi / lead_m if lead_m else 1.0, 2 * math.pi / (lead_m or 1.0)
 
 
@@ -204,3 +209,11 @@ def effort_units(rotary: Mapping[str, float], motion: str, lead_m: float) -> dic
         return dict(rotary)
     turned = {text: factor * 2 * math.pi / lead_m for text, factor in rotary.items()} if lead_m else {}
     return {**FORCE_UNITS, **turned}
+
+
+def channel_units(channel: str, rotary: Mapping[str, float], motion: str, lead_m: float) -> dict[str, float]:
+    """Units of a channel of a device on an axis, factors to SI, by those that it has on a rotary axis."""
+    if channel == "torque":
+        return effort_units(rotary, motion, lead_m)
+    own = {"position": LENGTH_UNITS, "velocity": SPEED_UNITS}.get(channel)
+    return dict(rotary) if own is None else coordinate_units(rotary, own, motion, lead_m)

@@ -42,6 +42,7 @@ _LEFT = {code: text for code, text in _CONTROL.items() if code not in _LAYOUT}
 def opened(path: Path, *, follow: bool = True) -> BinaryIO:
     """A regular file, to be read; `follow` as in `read_bounded`. Raises OSError for anything else, and waits
     for nobody."""
+    # opened first, then asked what it is: asked before, it may be another file by then
     flags = os.O_RDONLY | os.O_CLOEXEC | os.O_NONBLOCK  # else a pipe is waited for
     fd = os.open(path, flags if follow else flags | os.O_NOFOLLOW)
     if not stat.S_ISREG(os.fstat(fd).st_mode):
@@ -78,6 +79,7 @@ def read_bounded(path: Path, most: int, *, follow: bool = True) -> bytes:
         It cannot be read, is no regular file, or is longer; `strerror` says so."""
     # one more than may be: told apart from a file of just that size
     with opened(path, follow=follow) as file:
+        # by reading, not by the size that is told: files below /proc say 0
         data = file.read(most + 1)
     if len(data) > most:
         raise OSError(errno.EFBIG, f"it is larger than {most} bytes", str(path))
@@ -150,6 +152,7 @@ def require_sane(value: object) -> None:
 def whole(value: object) -> object:
     """For a choice among whole numbers. Raises ValueError for `true` and 1.0, which are equal to 1 and mean
     something else."""
+    # True == 1 and 1.0 == 1 in Python: a choice among 1 and -1 would take both
     if isinstance(value, bool | float):
         msg = f"a whole number is needed, not {value!r}".replace("True", "true").replace("False", "false")
         raise ValueError(msg)

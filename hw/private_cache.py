@@ -30,9 +30,11 @@ def make_private(folder: Path, levels: int) -> bool:
         row[-1].parent.mkdir(parents=True, exist_ok=True)
         for path in reversed(row):
             path.mkdir(mode=0o700, exist_ok=True)
+            # not stat: a link to a folder of ours in a folder of somebody else may lead elsewhere tomorrow
             status = path.lstat()
             if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.geteuid():
                 return _refuse(path, f"belongs to user {status.st_uid}, or is a link")
+            # made before, perhaps by a careless umask: closed, and used from now on
             if status.st_mode & _OTHERS:
                 path.chmod(0o700)
     except OSError as error:

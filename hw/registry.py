@@ -140,6 +140,7 @@ BUILT_IN = {
 @cache
 def lookup(kind: str) -> BackendInfo:
     """The backend called `kind`. Raises BackendError naming the ones there are."""
+    # our own before anybody's: a package cannot put itself in the place of a driver by its name
     if kind in BUILT_IN:
         return BUILT_IN[kind]
     found = {entry.name: entry for entry in entry_points(group=GROUP)}
@@ -195,6 +196,7 @@ def timing(kind: str, options: Options, rig: Rig) -> Sequence[Timing] | None:
     target = lookup(kind).timing
     if target is None:
         return None
+    # a list: what a third party gives may be an iterator, which a check would use up
     found = list(_resolve(target)(options, rig))
     sound = len(found) == rig.n_axes and all(
         isinstance(one, Timing) and all(math.isfinite(value) and value >= 0 for value in astuple(one))

@@ -45,6 +45,7 @@ SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
 
 _OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)
+# older than any sample may be, and far from the end of 64 bits however long it ages
 _NEVER = 1 << 40
 
 
@@ -79,6 +80,7 @@ def compose(members: Sequence[Member], rig: Rig) -> Backend:
     first = members[0]
     made = [registry.create(member.kind, member.options, subset(rig, member.axes)) for member in members]
     whole = len(first.axes) == rig.n_axes and set(first.channels) == made[0].provides | made[0].consumes
+    # no copy of a tick, no clock: a rig of one device pays nothing for composition
     if len(members) == 1 and whole and first.max_age_ticks == 0:
         return made[0]
     return Composite([_Device(member, backend) for member, backend in zip(members, made, strict=True)])
@@ -94,6 +96,7 @@ class _Device:
         self._write: Callable[..., None] = backend.write
         self.provides = frozenset(member.channels) & backend.provides
         self.consumes = frozenset(member.channels) & backend.consumes
+        # nothing has come: it must not look like a sample of this cycle
         self.age = _NEVER
         self.rest = self.overruns = self.overruns_in_a_row = 0
         self.tick: np.ndarray | None = None
@@ -118,12 +121,14 @@ class _Device:
         BackendError
             Naming the device."""
         words, count = self._words, self._sample_count
+        # its own tick keeps the count: a device that is opened anew may begin at any number
         before = words[count]
         self._lead_in()
         try:
             self._read(self.tick)
         except BackendError as error:
             raise self._named(error) from error
+        # more, not other: a count that falls is a device that was powered anew, and no new sample
         self.age = 0 if words[count] > before else self.age + elapsed
         return int(words[self._link_faults])
 
@@ -135,6 +140,7 @@ class _Device:
         self.overruns += 1
         self.overruns_in_a_row += 1
         slow = self.overruns_in_a_row >= SLOW_READS
+        # as long as the overrun lasted, at most two cycles: the others get back what it took
         self.rest = SLOW_REST_TICKS if slow else min(spent_ns // self.budget_ns, REST_TICKS)
         return True
 
@@ -215,25 +221,30 @@ class Composite:
         device."""
         if tick is not self._tick:
             self._bind(tick)
+        # slots, not calls: cycles that the loop missed have aged every sample
         before, self._slot = self._slot, self._slots[0]
         faults = self._read_all(max(self._slot - before, 1))  # the first cycle is number 0
         due, new = True, False
         for device in self._sensors:
+            # old values too: a tick never mixes a fresh sample with what was before the start
             device.deliver()
             if device.age > device.max_age_ticks:
                 due = False
             elif device.age == 0:
                 new = True
+        # new: with every device within its age but none new the law would count one sample twice
         if due and new:
             self._count += 1
         self._sample_count[0], self._link_faults[0] = self._count, faults
         if self._stops:
+            # one that is pressed is enough, and a device that rests keeps what it showed
             self._estop[0] = any(device.stopped for device in self._stops)
 
     def _read_all(self, elapsed: int) -> int:
         """Read the devices in turn; `elapsed` is cycles since the last time. Returns bits of `LinkFault`."""
         faults, late, now = 0, False, time.monotonic_ns
         for device in self._devices:
+            # the rest of the cycle belongs to the law: what is read late is worth less than a command on time
             if late or device.rest:
                 device.rest = max(device.rest - 1, 0)
                 device.age += elapsed
@@ -256,6 +267,7 @@ class Composite:
 
     def stop(self) -> None:
         """Stop every device at once, actuators too when a sensor raises or hangs. Never raises."""
+        # all: a device of which the rig takes the position alone may have a power stage, too
         reach_all([device.backend.stop for device in self._devices])
 
     def close(self) -> None:

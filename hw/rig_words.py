@@ -25,6 +25,7 @@ _MEASURED = {reading.field for reading in READINGS} | {"sample_count", "link_fau
 
 def subset(rig: Rig, axes: Sequence[int]) -> Rig:
     """The rig as a device sees it that serves only `axes`."""
+    # the same object: a device of the whole rig need not be told apart from a rig of one device
     if list(axes) == list(range(rig.n_axes)):
         return rig
     index = list(axes)
@@ -73,6 +74,7 @@ MOST_SLICES = 6
 
 def copier(pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndarray) -> Callable[[], None]:
     """A call that copies words from one row to another: slices where they are adjacent, else by index."""
+    # the fewest calls that do it: most devices serve all axes, and then it is one slice
     runs: list[list[int]] = []
     for at, to in sorted(pairs):
         if runs and at == runs[-1][0] + runs[-1][2] and to == runs[-1][1] + runs[-1][2]:
@@ -141,6 +143,7 @@ class Exchange:
         """Show the device which cycle it is."""
         self.command = copier(_of(rest), rig_words, own_words)
         """Show it the command."""
+        # the emergency stop is not copied but joined: that of any device stops the rig
         measured = [name for name in fields if name != "estop"]
         self.deliver = copier(_back(_of(measured)), own_words, rig_words)
         """Show the rig what it has measured."""

@@ -105,6 +105,7 @@ def due_ticks(p: np.record, k: int, elapsed: int) -> int:
     if since < 0:
         return -1
     if p.fault_every_ticks[k] > 0:
+        # the period counts from the first time on, whether it acted then or not
         since %= p.fault_every_ticks[k]
     if 0 < p.fault_ticks[k] <= since:
         return -1
@@ -234,6 +235,7 @@ def inject(t: np.record, s: np.record, p: np.record, elapsed: int) -> None:
     count, on = t.sample_count, 0
     t.sample_count = count - s.fault_counts_lost
     s.fault_raise, s.fault_unplugged, s.fault_stall_ticks = 0, 0, 0
+    # a hold at the first sample has nothing before it: it holds that sample
     if s.shown_ready == 0:
         _remember(t, s)  # nothing to hold yet but the first sample itself
     places = min(p.fault_count, FAULTS)

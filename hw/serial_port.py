@@ -27,6 +27,7 @@ from hw.interface import BackendError, LinkLost
 CHUNK = 4096
 """The kernel's line discipline holds at most 4095 bytes; one read takes them all."""
 
+# three stop packets of rtctl-frame, 33 bytes, take 34 ms at the slowest rate (9600 bit/s)
 DRAIN_S = 0.05
 """Longest wait for a stop packet to leave before a port is closed."""
 
@@ -45,7 +46,10 @@ def usb_identity(path: str, sys_tty: Path = Path("/sys/class/tty")) -> str | Non
     for folder in (here, *here.parents):
         if (folder / "idVendor").is_file():
             found = [folder / name for name in ("idVendor", "idProduct", "serial")]
-            return ":".join(file.read_text().strip() for file in found if file.is_file())
+            try:
+                return ":".join(file.read_text(errors="replace").strip() for file in found if file.is_file())
+            except OSError:  # unplugged just now: who asks compares, and takes it for another one
+                return None
     return None
 
 
@@ -60,6 +64,7 @@ def _refusal(path: str, error: Exception) -> BackendError:
         remedy = (
             "no such port: is the board plugged in and powered? ls -l /dev/serial/by-id names those there are"
         )
+    # EBUSY by TIOCEXCL of another program, EAGAIN by its flock
     elif number in (errno.EBUSY, errno.EAGAIN) or "exclusively lock" in str(error):
         found = [f"{command} (pid {pid})" for pid, command in holders(path)]
         by = ", ".join(found) or "a process of another user (sudo fuser -v shows it)"
@@ -95,9 +100,11 @@ class Port:
             raise BackendError(f"serial port {path}: {error}") from error
 
     def _prepare(self, fd: int) -> None:
+        # pyserial opens so, and does not promise it
         os.set_blocking(fd, False)
         settings = termios.tcgetattr(fd)
         settings[2] &= ~termios.HUPCL  # else each attempt to open again would reset boards that reset on DTR
+        # 1: a read of 0 bytes then means a hang-up, and nothing else
         settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
         termios.tcsetattr(fd, termios.TCSANOW, settings)
         termios.tcflush(fd, termios.TCIOFLUSH)  # what stood there before the port was opened is old
@@ -109,6 +116,7 @@ class Port:
     def read_into(self, views: list[memoryview]) -> int:
         """Bytes read into the only one of `views`; 0 when none wait. Raises LinkLost."""
         try:
+            # into a buffer that is there: `os.read` would make an object of the heap in every cycle
             n = os.readv(self.fd, views)
         except BlockingIOError:
             return 0
@@ -122,6 +130,7 @@ class Port:
         """Send a packet; False when the line is full, which may have taken the beginning of it. Raises
         LinkLost."""
         try:
+            # a line that is nearly full takes a part: the board drops what was cut by its checksum
             return os.write(self.fd, packet) == len(packet)
         except BlockingIOError:
             return False
@@ -157,6 +166,7 @@ def _drain(fd: int) -> None:
     """Wait for the output to leave, then drop the rest: the kernel's own close may wait 30 s for it."""
     end = time.monotonic() + DRAIN_S
     with contextlib.suppress(OSError, termios.error):
+        # TIOCOUTQ, not tcdrain: that waits without an end for a line that is held
         while struct.unpack("i", fcntl.ioctl(fd, termios.TIOCOUTQ, b"\0\0\0\0"))[0]:
             if time.monotonic() > end:
                 termios.tcflush(fd, termios.TCOFLUSH)
@@ -177,7 +187,9 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
         try:
             if os.isatty(fd):
-                _make_raw(fd, baud)
+                # a line that takes no settings may well have the right ones: the daemon's
+                with contextlib.suppress(OSError, termios.error):
+                    _make_raw(fd, baud)
                 termios.tcflush(fd, termios.TCOFLUSH)
                 sent = os.write(fd, packet) == len(packet)
                 _drain(fd)
@@ -190,6 +202,7 @@ def _make_raw(fd: int, baud: int) -> None:
     """Raw, 8N1, without any flow control, whatever a program before has left there: a stop must not wait for
     a line that nobody sets."""
     settings = termios.tcgetattr(fd)
+    # what must not survive: seven bits, parity, two stop bits, and a flow control that waits for RTS
     others = termios.CSIZE | termios.PARENB | _PARITY_BITS | termios.CSTOPB | termios.CRTSCTS
     control = settings[2] & ~others | termios.CS8 | termios.CLOCAL | termios.CREAD
     settings[0], settings[1], settings[2], settings[3] = 0, 0, control, 0
@@ -197,6 +210,7 @@ def _make_raw(fd: int, baud: int) -> None:
     if speed is not None:
         settings[4] = settings[5] = speed
     termios.tcsetattr(fd, termios.TCSANOW, settings)
+    # the others first: a rate that the driver refuses leaves the port raw all the same
     if speed is None:
         _set_any_rate(fd, baud)
 

@@ -59,6 +59,7 @@ class SourceMemo:
         self._new = False
         both = self._load() | self._asked
         told = json.dumps(self._asked if len(both) > MOST_ENTRIES else both).encode()
+        # a name of this process' own, then renamed: two that save at once do not write into each other
         draft = self._path.with_name(f"{self._path.name}-{os.getpid()}")
         try:
             draft.unlink(missing_ok=True)

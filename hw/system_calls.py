@@ -22,6 +22,7 @@ _receive: Any = types.ExternalFunction(
 # glibc's: errno has a place of its own in every thread
 _errno: Any = types.ExternalFunction("__errno_location", _types.CPointer(types.int32)())
 
+# below every number of bytes, and none that a call gives with another meaning
 FAILED = -1
 _NOT_NOW = (
     11,
@@ -50,6 +51,7 @@ def read_some(descriptor: int, into: np.ndarray) -> int:
     n = _read(np.int32(descriptor), into.ctypes, len(into))
     if n > 0:
         return int(n)
+    # 0 bytes without an error is a hang-up: the port has VMIN = 1 (`hw.serial_port`)
     return 0 if n < 0 and _must_wait() else FAILED
 
 
@@ -59,6 +61,7 @@ def write_all(descriptor: int, packet: np.ndarray, size: int) -> int:
     where it is broken."""
     n = _write(np.int32(descriptor), packet.ctypes, size)
     if n >= 0:
+        # a part counts as no room: what is left of it must not be sent later, behind a newer command
         return 1 if n == size else 0
     return 0 if _must_wait() else FAILED
 

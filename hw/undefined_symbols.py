@@ -30,6 +30,7 @@ def undefined_symbols(code: bytes) -> set[str]:
     ------
     ValueError
         It is no 64-bit little-endian ELF file, or a damaged one."""
+    # 64: the length of an ELF header; shorter, the offsets below would be read beyond its end
     if not code.startswith(_MAGIC) or len(code) < 64:
         msg = "not an ELF file of 64 bits"
         raise ValueError(msg)

@@ -33,6 +33,7 @@ PORTS = {"serial": ("_ser", 11), "seeedstudio": ("ser", 5)}
 """Interfaces that ignore the time they may take: where their pyserial port is, and bytes of their shortest
 frame."""
 
+# ten bytes at 115,200 bit/s take .9 ms: a frame that has begun is there by then
 REST_S, ROOM_S = 1e-3, 0.05
 """Longest waits on such a port, s: for the rest of a frame whose first bytes came; for room, which was looked
 for before."""
@@ -171,6 +172,7 @@ class AdapterBus:
             raise LinkLost(self._lost)
         recv, handlers, waiting = self._recv, self._handlers, self._waiting
         # slcan: each frame sent is acknowledged by a line that reads as None
+        # one more than are due: a None beyond them says that nothing waits
         empties = self._unread_replies + 1 if self._chatty else 1
         for _ in range(DRAIN_LIMIT):
             try:
@@ -191,6 +193,7 @@ class AdapterBus:
             can_id = message.arbitration_id
             if message.is_extended_id:
                 can_id |= EXTENDED
+            # before its identifier is looked up: it holds classes of errors
             if message.is_error_frame:
                 self.health.error_frame(message.arbitration_id, message.data)
                 continue
@@ -198,7 +201,7 @@ class AdapterBus:
                 can_id |= REMOTE
             handler = handlers.get(can_id)
             if handler is not None:
-                handler(message.data, 0, message.dlc)
+                handler(message.data, 0, len(message.data))  # `dlc` is what the frame said it has
         return False
 
     def _is_damage(self, error: Exception) -> bool:

@@ -35,20 +35,24 @@ class Armed:
 
     def order(self, wanted: bool) -> bool:
         """One cycle in which the host wants this; returns whether the drive may be enabled."""
+        # an edge, not a level: what the drive said before it is no answer to this order
         if wanted != self.wanted:
             self.wanted, self.ticks = wanted, 0
             self.reached = self.dropped = False
             self.said = None
+        # counted here and not where it is heard: a drive that says nothing has no other clock
         self.ticks += 1
         return wanted and not self.dropped
 
     def saw(self, enabled: bool) -> None:
         """Take in one word of the drive about itself."""
         self.said = enabled
+        # disarmed: being down is what it should be
         if not self.wanted:
             return
         if enabled:
             self.reached = True
+        # a drive takes some ms to come up: only one that was up can drop
         elif self.reached:
             self.dropped = True
 

@@ -5,13 +5,15 @@ The map is plain data (`hw.can.board_options` makes it, also from a DBC) and is 
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from array import array
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from hw.can.armed import UNBOUNDED
 from hw.can.backend import CanBackend
 from hw.can.board_in import ReceivedFrame, handlers
-from hw.can.board_map import UNITS, identifier, make_field
+from hw.can.board_map import identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
 from hw.can.load import Traffic
@@ -19,7 +21,7 @@ from hw.can.steady_records import Command, Frame
 from hw.channels import READING, places
 from hw.interface import BackendError, LinkFault, Options, Rig, Words
 
-__all__ = ["UNITS", "BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
+__all__ = ["BoardBackend", "ReceivedFrame", "SentFrame", "identifier", "make_field", "traffic"]
 
 CHANNELS = (*READING, "fault", "enabled")
 COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
@@ -46,6 +48,25 @@ def traffic(options: Options, rate_hz: float) -> list[Traffic]:
     ]
 
 
+def _axes_of(tables: Sequence[Options]) -> dict[str, set[int]]:
+    """Channels of these frames, and the axes that they have them of."""
+    found: dict[str, set[int]] = {}
+    for table in tables:
+        for field in table["field"]:
+            found.setdefault(field["channel"], set()).add(field["axis"])
+    return found
+
+
+def _require_every(channel: str, axes: set[int], every: set[int]) -> None:
+    """Refuse a channel of some axes only: the others would be taken for axes at 0 that never move, or be told
+    to be driven by nobody."""
+    if axes != every:
+        raise BackendError(
+            f"can: {channel} is given for axes {sorted(axes)}; each of axes 0 to {len(every) - 1} needs it, "
+            "or give the device its own axes"
+        )
+
+
 class BoardBackend(CanBackend):
     """The board of a field map."""
 
@@ -59,10 +80,20 @@ class BoardBackend(CanBackend):
                         f"can: {field['channel']} of frame 0x{table['id']:x} names axis {field['axis']}; "
                         f"there are 0 to {axes - 1}"
                     )
-        given = {field["channel"] for table in options["receive"] for field in table["field"]}
-        wanted = {field["channel"] for table in options["send"] for field in table["field"]}
-        self.provides = frozenset(given - {"fault", "enabled"})
-        self.consumes = frozenset(wanted & {"current_command", "torque"})
+        given = _axes_of(options["receive"])
+        wanted = _axes_of(options["send"])
+        every = set(range(rig.n_axes))
+        for channel in ("position", "current"):
+            _require_every(channel, given.get(channel, every), every)
+        # torque of one axis and current of another is as good as one of them for all
+        commanded = {axis for channel in ("current_command", "torque") for axis in wanted.get(channel, ())}
+        _require_every("torque or current_command", commanded or every, every)
+        self.provides = frozenset(given.keys() - {"fault", "enabled"})
+        self.consumes = frozenset(wanted.keys() & {"current_command", "torque"})
+        for name in ("velocity", "temperature"):
+            # of an axis without this sensor; 0 would be a joint that stands, or a motor that is cold
+            for sample in (self.sample, self.taken):
+                sample.of[name][:] = array("d", [math.nan] * rig.n_axes)
         # made once: a counter or angle is followed on over a re-plug
         self._received = [ReceivedFrame(table, rig, self.sample) for table in options["receive"]]
         self._sent: list[SentFrame] = []
@@ -74,6 +105,7 @@ class BoardBackend(CanBackend):
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
         options = self._options
+        # frames of a connection before are no sample of this one
         self.sample.fresh = 0
         for frame in self._received:
             frame.forget()
@@ -81,6 +113,7 @@ class BoardBackend(CanBackend):
         self._start, self._poll, self._halt = (
             fixed(options.get(name, ()), bus) for name in ("start", "poll", "stop")
         )
+        # one handler for an identifier: the bus calls one, however many tables want its frames
         found = handlers(options["receive"], self._received)
         bus.subscribe(found)
         if not self._heard(bus):
@@ -97,6 +130,7 @@ class BoardBackend(CanBackend):
         """Whether a whole sample comes within about 1 s; a board that answers commands is asked again and
         again."""
         for _ in range(OPEN_ASKED):
+            # each time: which of them was lost is not known, and hearing one twice does no harm
             for frame in self._start:
                 bus.send(frame)
             self._prime(bus)
@@ -161,6 +195,7 @@ class BoardBackend(CanBackend):
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: which frame carries the fault flag, and which frames have not come."""
+        # a frame that comes and one that does not: both may be true of one board
         told = [f"{f.label} sets its fault flag" for f in self._received if f.fault]
         waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
         told += [f"{f.label} does not come" for f in self._received if waiting & f.bit]

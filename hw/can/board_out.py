@@ -88,6 +88,7 @@ class SentFrame:
             encode(buffer, offset, value)
         if self._counter is not None:
             encode_count, counter = self._counter
+            # after the decision to send: a board that counts would see a gap where `idle` stands
             counter.count = (counter.count + 1) % counter.modulus
             encode_count(buffer, offset, counter.count)
         if self._checksum is not None:
@@ -114,6 +115,7 @@ class SentFrame:
 
     def _seal(self, frame: Outgoing) -> None:
         checksum, byte, size = self._checksum  # type: ignore[misc]
+        # a copy: the checksum is of the bytes without its own
         data = bytes(frame.buffer[frame.offset : frame.offset + frame.length])
         at = frame.offset + byte
         frame.buffer[at : at + size] = checksum(data[:byte] + data[byte + size :]).to_bytes(size, "big")

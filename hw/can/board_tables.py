@@ -17,12 +17,13 @@ from hw.option_tables import Table, number
 
 Unit = Literal[
     "rad", "deg", "turn", "count", "rad/s", "deg/s", "turn/s", "rpm", "count/s", "A", "mA", "N", "mN", "Nm",
-    "mNm", "degC", "1"
+    "mNm", "degC", "m", "mm", "um", "m/s", "mm/s", "kN", "1"
 ]  # fmt: skip
 _UNITS = {
-    "position": ("rad", "deg", "turn", "count"), "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s"),
+    "position": ("rad", "deg", "turn", "count", "m", "mm", "um"),
+    "velocity": ("rad/s", "deg/s", "turn/s", "rpm", "count/s", "m/s", "mm/s"),
     "current": ("A", "mA"), "force": ("N", "mN"), "moment": ("Nm", "mNm"), "temperature": ("degC",),
-    "current_command": ("A", "mA"), "torque": ("Nm", "mNm"),
+    "current_command": ("A", "mA"), "torque": ("Nm", "mNm", "N", "mN", "kN"),
 }  # fmt: skip
 
 

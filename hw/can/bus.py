@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from hw.can.batch import Batch
 
+# linux/can.h: CAN_EFF_FLAG, CAN_RTR_FLAG, CAN_ERR_FLAG
 EXTENDED = 0x8000_0000
 REMOTE = 0x4000_0000
 ERROR = 0x2000_0000
@@ -27,18 +28,22 @@ ERROR = 0x2000_0000
 Handler = Callable[[Buffer, int, int], None]
 """`handler(buffer, offset, length)`: data of one frame; must not keep the buffer."""
 
+# some 30 ms of a bus of 1 Mbit/s that is full of frames of 8 bytes: more than a cycle finds on time
 DRAIN_LIMIT = 256
 """Most frames taken from the queue in one cycle. More waiting means a backlog: what was taken is old."""
 
 
+# the law stops by itself for a stale sample; this only names the reason, which one lost frame is not
 SILENT_TICKS = 10
 """Cycles without a complete sample after which the link counts as lost, besides each sample going stale."""
 
+# the newest of each kind is taken from the queue; how long it lay there, no frame says
 UNKNOWN_AGE_TICKS = 2
 """After more missed slots than this what waits in the queue may be old: it is dropped, not shown as fresh."""
 
-LINE_READS, LINE_MAX = 16, 64
-"""Most reads of one cycle from an adapter that writes lines; most bytes of a line."""
+LINE_READS, LINE_MAX, LINE_FULL = 16, 64, 4095
+"""Most reads of one cycle from an adapter that writes lines; most bytes of a line; what the kernel's line
+discipline holds: after a read of so many newer lines wait, or have been dropped."""
 
 
 class Outgoing(Protocol):
@@ -106,11 +111,14 @@ class SteadyBus(Protocol):
 
 def wait_for(bus: Bus, done: Callable[[], bool], seconds: float) -> bool:
     """Serve the bus until `done()`, at most `seconds`. For set-up only: it sleeps."""
+    # never the wall clock: a clock that is set while a drive is opened would make it wait for hours
     deadline = time.monotonic() + seconds
     while not done():
         bus.receive()
         if time.monotonic() > deadline:
+            # looked at once more: what came in the last `receive` counts
             return done()
+        # set-up only: a cycle has no sleep but the loop's own
         time.sleep(2e-4)
     return True
 
@@ -123,6 +131,7 @@ def twice_within(count: Callable[[], int], seconds: float) -> Callable[[], bool]
     def _close() -> bool:
         nonlocal seen, at
         new, seen, now = count() - seen, count(), time.monotonic()
+        # two in one look came within its time; two looks far apart are two beats far apart
         close = new > 1 or (new == 1 and now - at <= seconds)
         at = now if new else at
         return close

@@ -27,6 +27,7 @@ RPDO1, TPDO1, TPDO2, SYNC, HEARTBEAT, EMERGENCY = 0x200, 0x180, 0x280, 0x080, 0x
 PER_NODE = (EMERGENCY, TPDO1, RPDO1, 0x580, 0x600, HEARTBEAT)
 """Each node's own identifiers, besides its number; 580 and 600 are its SDO server's. With a velocity also
 TPDO2."""
+# state of a node in its heartbeat (CiA 301): only then PDOs are sent and obeyed
 OPERATIONAL = 0x05
 NMT, START = 0x000, 0x01
 
@@ -42,6 +43,7 @@ SWITCH_ON_DISABLED, READY, SWITCHED_ON, ENABLED, QUICK_STOP, FAULT, NOT_READY = 
     "not ready to switch on",
 )  # fmt: skip
 
+# some drives charge capacitors or release a brake on the way to operation enabled
 ARM_S = 1.0
 RESET_TICKS = 100
 """While disarmed a fault is reset this often: 80 for one cycle, an edge of bit 7."""

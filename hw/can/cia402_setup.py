@@ -25,6 +25,7 @@ _SYNCHRONOUS = 1
 _NO_ACTION = 0
 """Value of object 6007 with which a drive goes on as it is when it hears the host no more."""
 
+# an object that is written twice has the same value: asking again does no harm
 SDO_ATTEMPTS = 3
 """An object is asked for so often before the drive counts as silent: a frame may be lost on a busy line."""
 _SEGMENT, _UPLOADED, _DOWNLOADED, _ABORT = 0, 2, 3, 4
@@ -58,6 +59,7 @@ class SdoClient:
         object behind."""
         kind, of = data[0] >> 5, bytes(data[1:4])
         mine = of == self._asked and kind in (self._answer, _ABORT)
+        # segments carry no object; what they belong to was checked when their transfer began
         if mine or kind == _SEGMENT:
             self._node.sdo.on_response(can_id, data, timestamp)
 
@@ -66,6 +68,7 @@ class SdoClient:
 
     def write(self, index: int, sub: int, value: int, size: int) -> None:
         """Download an unsigned or negative number of `size` bytes. Raises BackendError."""
+        # exactly its size: a drive refuses a value that is longer than its object (CiA 301: 0607 0010h)
         data = (value & (1 << 8 * size) - 1).to_bytes(size, "little")  # two's complement of a negative one
         self._ask(index, sub, _DOWNLOADED)
         try:
@@ -132,6 +135,7 @@ def configure(
     try:
         network.connect()
         remote = network.add_node(node, canopen.ObjectDictionary())  # type: ignore[no-untyped-call]
+        # canopen's own: .3 s, and one attempt
         remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
         sdo = SdoClient(network, remote, node)
         remote.nmt.state = "PRE-OPERATIONAL"  # no PDO is sent or obeyed in this state (CiA 301)
@@ -167,6 +171,7 @@ def _rated(sdo: SdoClient, node: int, table: Options, what: str, index: int) -> 
     """Rated torque or current, from the options or the drive. Raises BackendError unless it is above 0."""
     # 6076 is in mN m, 6075 in mA (CiA 402-2)
     rated = float(table[f"rated_{what}"] or 1e-3 * sdo.read(index, 0))
+    # a rating of 0 would divide every command by 0
     if rated <= 0:
         raise BackendError(
             f"cia402 node {node}: rated_{what} {rated} (object {index:04X}) must be above 0: set it on the "
@@ -179,8 +184,10 @@ def _map(sdo: SdoClient, communication: int, mapping: int, cob_id: int, objects:
     """Change a PDO the way CiA 301 demands: off, count 0, objects, count, type, id, on.
 
     Its id may not change while it exists, and bit 30 stays what the drive says."""
+    # asked, not assumed: some drives refuse a bit 30 other than theirs
     before = sdo.read(communication, 1)
     wanted = before & _NO_REMOTE | cob_id
+    # a PDO that does not exist need not be switched off
     if not before & _OFF:
         sdo.write(communication, 1, _OFF | before, 4)
     sdo.write(mapping, 0, 0, 1)
@@ -210,6 +217,7 @@ def _map_feedback(sdo: SdoClient, node: int) -> int:
 def interpolation_time(period_s: float) -> tuple[int, int]:
     """Object 60C2 for a period: value of 1 to 255 and exponent of ten, as exact as it gets, in whole ms if
     they do."""
+    # the default of CiA 402 (object 60C2)
     best = (1, -3)  # 1 ms, where no exponent gives 1 to 255
     for exponent in (-3, -4, -5, -6):
         value = round(period_s / 10.0**exponent)
@@ -225,8 +233,10 @@ def _set_period(sdo: SdoClient, node: int, period_s: float) -> None:
     """Tell the drive how often a torque comes (60C2), where it has that object; in the order it takes."""
     value, exponent = interpolation_time(period_s)
     wanted = {1: value, 2: exponent & 0xFF}  # an int8
+    # not every drive in torque mode has it: without interpolation it needs no period
     if sdo.try_read(0x60C2, 1) is None:
         return
+    # a drive that checks each write may refuse the period that lies between the old and the new one
     for order in ((1, 2), (2, 1)):
         if all(sdo.try_write(0x60C2, sub, wanted[sub], 1) for sub in order):
             break
@@ -259,6 +269,7 @@ def _supervise(sdo: SdoClient, node: int, options: Options) -> None:
     Raises BackendError if the drive cannot watch it, or would do nothing: nothing else stops it when the host
     dies."""
     # CiA 301: node in bits 16 to 22, milliseconds below
+    # the drive watches this one node: heartbeats of others do not feed its watchdog
     consumer = int(options["source"]) << 16 | int(options["time_to_live_ms"])
     sdo.write(0x1016, 1, consumer, 4)
     sdo.write(0x1017, 0, int(options["heartbeat_ms"]), 2)

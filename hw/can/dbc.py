@@ -31,6 +31,7 @@ _UNITS = {"deg": "deg", "degree": "deg", "°": "deg", "rad": "rad", "rev": "turn
           "rad/s": "rad/s", "deg/s": "deg/s", "°/s": "deg/s", "turn/s": "turn/s", "turns/s": "turn/s",
           "rev/s": "turn/s",
           "rpm": "rpm", "RPM": "rpm", "1/min": "rpm", "count/s": "count/s", "counts/s": "count/s",
+          "m": "m", "mm": "mm", "um": "um", "m/s": "m/s", "mm/s": "mm/s", "kN": "kN",
           "C": "degC", "count": "count", "counts": "count"}  # fmt: skip
 
 
@@ -120,6 +121,7 @@ def _multiplexers(message: Message, signal: Signal, path: Path) -> list[tuple[Si
             int(signal.multiplexer_ids[0]),
             message.get_signal_by_name(str(signal.multiplexer_signal)),
         )
+        # a multiplexer may itself be multiplexed: the outermost is compared first
         chosen.insert(0, (signal, value))
     return chosen
 

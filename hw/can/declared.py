@@ -21,6 +21,7 @@ def _cycle_s(frames: list[Traffic], options: Options, rig: Rig) -> float:
 
 
 def _asked(cycle_s: float, rig: Rig) -> list[Timing]:
+    # jitter is no more than a period: a frame that is later belongs to the next
     return [Timing(rig.period_s, rig.period_s, min(cycle_s, rig.period_s))] * rig.n_axes
 
 

@@ -13,14 +13,17 @@ from __future__ import annotations
 from hw.can.fields import Buffer
 from hw.interface import LinkFault
 
-TX_TIMEOUT, CONTROLLER, BUS_OFF, RESTARTED = 0x001, 0x004, 0x040, 0x100
-"""Classes of error frames (linux/can/error.h) that are asked for."""
+CONTROLLER, BUS_OFF, RESTARTED = 0x004, 0x040, 0x100
+"""Classes of error frames (linux/can/error.h) that are asked for: those that say the controller's state. A
+frame that nobody takes shows in the queue, by `refused`."""
 
-WANTED = TX_TIMEOUT | CONTROLLER | BUS_OFF | RESTARTED
+WANTED = CONTROLLER | BUS_OFF | RESTARTED
 
+# linux/can/error.h, CAN_ERR_CRTL_*: lower bit of each pair for receiving, upper one for sending
 _PASSIVE, _ACTIVE, _WARNING, _OVERFLOW = 0x30, 0x40, 0x0C, 0x03
 """Bits of data byte 1 of a controller error frame: both directions of each."""
 
+# one is a busy moment; three cycles without a command are a motor that holds an old one
 REFUSED_LIMIT = 3
 
 _LOST = int(LinkFault.LOST)
@@ -46,13 +49,16 @@ class BusHealth:
 
     def error_frame(self, error: int, data: Buffer) -> None:
         """Take in an error frame: class bits of its identifier, and its data (of any length)."""
+        # the byte counts in this class alone, and a driver may leave the data out
         status = data[1] if len(data) > 1 and error & CONTROLLER else 0
         if error & BUS_OFF:
             self.bus_off = True
             self.counts["bus_off"] += 1
         if error & RESTARTED:
+            # a controller that was restarted begins with both counters at 0 (ISO 11898-1)
             self.bus_off = self.passive = False
             self.counts["restarted"] += 1
+        # one direction is enough: a node that cannot send is as lost as one that cannot hear
         if status & _PASSIVE:
             self.passive = True
             self.counts["passive"] += 1

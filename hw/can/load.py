@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+# lengths that the four bits of a CAN FD frame can say (ISO 11898-1)
 FD_LENGTHS = (0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64)
 
 
@@ -44,6 +45,7 @@ def fd_length(length: int) -> int:
 def classic_bits(length: int, *, extended: bool = False, stuffed: bool = True) -> int:
     """Bits of a classic frame with `length` data bytes and the pause after it; at worst, or with no stuff
     bit."""
+    # bits that are stuffed; delimiters, acknowledge, end of frame and pause are not
     guarded = (54 if extended else 34) + 8 * length
     return guarded + 13 + ((guarded - 1) // 4 if stuffed else 0)
 
@@ -53,6 +55,7 @@ def fd_bits(length: int, *, extended: bool = False) -> tuple[int, int]:
     length = fd_length(length)
     arbitration = 36 if extended else 17  # start of frame up to the bit-rate switch
     data = 1 + 4 + 8 * length  # error state, length code, data
+    # beyond 16 bytes the longer polynomial of ISO 11898-1
     crc = 4 + (17 if length <= 16 else 21)  # stuff count and checksum
     fixed_stuff = 1 + (crc - 1) // 4
     nominal = arbitration + (arbitration - 1) // 4 + 1 + 1 + 7 + 3  # acknowledge, its delimiter, end, pause
@@ -82,6 +85,7 @@ def bus_load(frames: list[Traffic], bitrate: int, data_bitrate: int, period_s: f
     for frame in frames:
         seconds = frame_s(frame, bitrate, data_bitrate)
         share += seconds * frame.per_s
+        # slower ones are missing in most cycles: they count in the share, not in the length of a cycle
         if frame.per_s * period_s >= 1.0 - 1e-9:  # a rate that is the loop's own may come out a hair below it
             cycle_s += seconds * frame.per_s * period_s
         lines.append(

@@ -39,6 +39,7 @@ from hw.can.sample import Sample, Shaft
 from hw.can.steady_records import LEAVES, NEVER, Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
+# between stopped and position a drive passes mode 2 (enabling)
 ARM_S = 0.2
 _DEVICE = int(LinkFault.DEVICE)
 
@@ -52,6 +53,7 @@ class MoteusAxis:
         self._shaft = Shaft(table, rig, axis)
         self._bit = sample.need()
         self._ttl_s = 1e-3 * float(options["time_to_live_ms"])
+        # the drive's own limit in each command, too: a damaged feed-forward torque would meet it
         self._torque_max_nm = abs(self._shaft.current_max_a * self._shaft.torque_per_ampere)
         self._armed = Armed(round(ARM_S / rig.period_s))
         self.mode = self.fault = 0
@@ -114,6 +116,7 @@ class MoteusAxis:
             if not self._on_identity(buffer, offset, length):
                 self._sample.damaged()
             return
+        # the mode before the numbers: a drive in fault may tell NaN, and its fault must be known
         self.mode, position, velocity, current, temperature, self.fault = values
         self._armed.saw(self.mode == POSITION)
         finite = position + velocity + current + temperature  # NaN or infinite if one of them is

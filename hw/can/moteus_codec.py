@@ -15,6 +15,7 @@ from hw.can.load import Traffic, fd_length
 from hw.interface import Options
 
 STOPPED, FAULT, POSITION, TIMEOUT = 0, 1, 10, 11
+# the first of three registers of 32 bits
 SERIAL_NUMBER = 0x120
 NOP = 0x50
 
@@ -54,6 +55,7 @@ def command_id(node: int, source: int) -> int:
 def reply_ids(node: int, source: int) -> tuple[int, int]:
     """Identifier of the reply, as a standard and as an extended one: firmware may send either."""
     plain = node << 8 | source
+    # a standard identifier has 11 bits: from id 8 on it must be an extended one
     return (plain, plain | EXTENDED) if plain <= 0x7FF else (plain | EXTENDED, plain | EXTENDED)
 
 
@@ -61,6 +63,7 @@ def encode_command(
     buffer: bytearray, offset: int, torque_nm: float, torque_max_nm: float, ttl_s: float
 ) -> None:
     """Write the floats of a torque command into a frame made from `command_frame`."""
+    # moteus reads NaN as "not set": a number for the position would be a place to go to
     nan = math.nan
     # position and stop position "not set"; velocity, kp and kd scale 0
     COMMAND_FLOATS.pack_into(
@@ -70,6 +73,7 @@ def encode_command(
 
 def command_frame() -> bytes:
     """A torque command of 0 with the query, padded to a CAN-FD length."""
+    # command and query in one frame: the answer tells the state of this very command
     whole = COMMAND + bytes(COMMAND_FLOATS.size) + QUERY
     return whole.ljust(fd_length(len(whole)), bytes([NOP]))
 
@@ -86,6 +90,7 @@ def parse_reply(data: Buffer) -> dict[int, float] | None:
     at, end = 0, len(data)
     while at < end:
         head = data[at]
+        # FD frames have few lengths: what is left over is filled with these
         if head == NOP:
             at += 1
             continue

@@ -15,6 +15,7 @@ from hw.can.load import Traffic
 from hw.can.odrive_firmware import ERRORS, ERRORS_05, NAMED_ERRORS, Version
 from hw.interface import Options
 
+# command numbers of CAN Simple, the lower five bits of an identifier
 HEARTBEAT, GET_VERSION, ADDRESS, SET_AXIS_STATE = 0x01, 0x00, 0x06, 0x07
 GET_ENCODER, SET_CONTROLLER_MODE, SET_INPUT_TORQUE = 0x09, 0x0B, 0x0E
 GET_IQ, GET_TEMPERATURE, CLEAR_ERRORS = 0x14, 0x15, 0x18
@@ -30,6 +31,7 @@ TWO_WORDS = struct.Struct("<II")
 
 def can_id(node: int, command: int) -> int:
     """Identifier of a command of a node (0 to 63)."""
+    # six bits of node above five of command: 11, a standard identifier
     return node << 5 | command
 
 
@@ -52,6 +54,7 @@ def decode_pair(buffer: Buffer, offset: int, length: int) -> tuple[float, float]
 
 def decode_heartbeat(buffer: Buffer, offset: int, length: int) -> tuple[int, int] | None:
     """Axis error bits and axis state; None for a frame too short."""
+    # 0.5 and 0.6 fill the rest differently; error and state stand alike in both
     if length < 7:
         return None
     error, state, _, _ = HEARTBEAT_STRUCT.unpack_from(buffer, offset)
@@ -74,5 +77,6 @@ def traffic(options: Options, rate_hz: float) -> list[Traffic]:
         if options["temperature_ms"]:
             frames.append(Traffic(f"{name} temperature", 8, 1000.0 / options["temperature_ms"]))
         if asked:
+            # a remote frame has no data; its answer is counted as feedback
             frames += [Traffic(f"{name} requests", 0, 2 * rate_hz, remote=True)]
     return frames

@@ -30,6 +30,7 @@ class BusOptions(Table):
     fd: bool = Field(False, description="CAN FD frames")
     data_bitrate: int = Field(5_000_000, ge=10_000, le=8_000_000, description="FD: bit/s of the data phase")
     raw: bool = Field(True, description="socketcan, slcan: our own code in place of python-can's")
+    # a tenth is left: frames that are sent again after an error need room, too
     load_limit: float = number(
         0.05, 1.0, "greatest worst-case share of the bus' time a config may ask for", 0.9
     )
@@ -263,6 +264,12 @@ def _short_life(time_to_live_ms: float, info: ValidationInfo) -> None:
     """The safety contract: without the host no torque after 10 periods (never asked below 10 ms)."""
     rate_hz = (info.context or {}).get("rate_hz")
     longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
+    if rate_hz and time_to_live_ms < 2e3 / rate_hz:
+        msg = (
+            f"time_to_live_ms {time_to_live_ms:g} must be at least {2e3 / rate_hz:g}, 2 periods: one command "
+            "that comes late must not stop the drive"
+        )
+        raise ValueError(msg)
     if time_to_live_ms > longest_ms:
         msg = f"time_to_live_ms {time_to_live_ms} must be at most {longest_ms:g}: 10 periods"
         raise ValueError(msg)

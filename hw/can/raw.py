@@ -19,11 +19,14 @@ from hw.interface import BackendError, LinkLost
 if TYPE_CHECKING:
     from can import BusABC
 
+# identifier, length; flags of FD and padding follow up to the data at byte 8
 _HEAD = struct.Struct("=IB")  # struct can_frame is in the machine's own byte order
 CAN_RAW_ERR_FILTER = 2  # linux/can/raw.h; the socket module has it, its stubs do not
 _FD_BRS = 0x01  # send the data phase at the data bit rate
+# sizeof(struct can_frame), sizeof(struct canfd_frame), offset of their data: both begin alike
 CLASSIC_BYTES, FD_BYTES, DATA_AT = 16, 72, 8
 
+# EAGAIN: the socket's own buffer is full; ENOBUFS: the queue of the interface is (10 frames by default)
 _FULL = frozenset({errno.ENOBUFS, errno.EAGAIN})
 _REMEDY = {
     errno.EAFNOSUPPORT: "this kernel has no CAN: 'sudo modprobe can_raw', or use a kernel built with "
@@ -65,6 +68,7 @@ class RawBus:
     def __init__(self, channel: str, *, fd: bool) -> None:
         self.health = BusHealth()
         self._channel, self._fd = channel, fd
+        # a look-up by identifier costs the same for one drive and for eight
         self._handlers: dict[int, Handler] = {}
         self._lost = ""
         try:
@@ -82,11 +86,14 @@ class RawBus:
     def _configure(self) -> None:
         option = self._socket.setsockopt
         self._socket.setblocking(False)
+        # before bind: frames that come between the two would be taken by the default, which is all of them
         option(socket.SOL_CAN_RAW, CAN_RAW_ERR_FILTER, WANTED)
         option(socket.SOL_CAN_RAW, socket.CAN_RAW_FILTER, b"")  # nothing until subscribe() asks for it
         if self._fd:
+            # without it the kernel gives a socket no FD frame, and takes none
             option(socket.SOL_CAN_RAW, socket.CAN_RAW_FD_FRAMES, 1)
         self._socket.bind((self._channel,))
+        # bind succeeds on an interface that is down, and every send would fail later, in the loop
         if not _is_up(self._socket, self._channel):
             raise OSError(errno.ENETDOWN, "network is down")
 
@@ -114,6 +121,7 @@ class RawBus:
 
     def _waiting(self) -> tuple[int, int]:
         """First and end of the frames to look at now. Raises OSError."""
+        # SO_ERROR is cleared by whoever reads it; compiled code has read it
         if self._error:  # told once, to compiled code
             raise OSError(self._error, os.strerror(self._error))
         kept, self._kept = self._kept, (0, 0)
@@ -132,6 +140,7 @@ class RawBus:
         handlers, head = self._handlers, _HEAD.unpack_from
         buffer = self._batch.buffer
         try:
+            # bounded: a node that floods the bus must not keep the loop from sending its stop
             for _ in range(DRAIN_LIMIT // FRAMES):
                 begin, n = self._waiting()
                 for at in range(begin * STRIDE, n * STRIDE, STRIDE):
@@ -139,9 +148,11 @@ class RawBus:
                     handler = handlers.get(can_id)
                     if handler is not None:
                         handler(buffer, at + DATA_AT, length)
+                    # behind the handlers: an error frame is rare, and no handler has its flag
                     elif can_id & ERROR:
                         data = buffer[at + DATA_AT : at + DATA_AT + length]
                         self.health.error_frame(can_id & ~ERROR, data)
+                # one system call less: asking again only to hear that nothing waits
                 if n < FRAMES:  # fewer than there is room for: nothing more waits
                     if self._lost:
                         raise LinkLost(self._lost)
@@ -166,10 +177,12 @@ class RawBus:
                 raise OSError(self._error, os.strerror(self._error))
             self._send(frame.buffer)
         except OSError as error:
+            # no exception for the loop: the frame is lost, the next cycle has a newer one
             if error.errno in _FULL:
                 self.health.refused()
                 return False
             raise self._gone(error) from error
+        # asked first: `taken` does work that an ordinary cycle need not
         if self.health.refused_in_a_row:
             self.health.taken()
         return True

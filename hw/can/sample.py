@@ -52,6 +52,7 @@ class Sample:
         self.velocity_rad_s, self.temperature_c = self.of["velocity"], self.of["temperature"]
         self.force_n, self.moment_nm = self.of["force"], self.of["moment"]
         self.estop = 0
+        # a bit for each part: a sample of this position and last cycle's current would be of no instant
         self.fresh = self.needed = 0
         self.faults = 0
         """`LinkFault` bits of this cycle's frames."""
@@ -59,6 +60,7 @@ class Sample:
 
     def need(self) -> int:
         """A new bit that a complete sample must have."""
+        # above all that are given: bits are of one whole number, however many drives
         bit = 1 << self.needed.bit_length()
         self.needed |= bit
         return bit
@@ -66,6 +68,7 @@ class Sample:
     def damaged(self) -> None:
         """A frame has the wrong length, layout or checksum: dropped."""
         self.counts["damaged"] += 1
+        # CAN's own CRC has passed: the length or what is inside is wrong
         self.faults |= _CHECKSUM
 
     def not_newer(self) -> None:
@@ -82,7 +85,8 @@ class Shaft:
     """From the drive's shaft to the joint and back, for one axis.
 
     `direction` turns the sign of everything the drive reports and takes. `shaft` is what its angle and
-    torque mean: the motor (before the gear) or the link (the drive knows the gear)."""
+    torque mean: the motor (before the gear) or the link (the drive knows the gear); of a linear axis the link
+    is the screw."""
 
     __slots__ = ("current_max_a", "direction", "offset_rad", "rad_per_turn", "torque_per_ampere")
 
@@ -91,15 +95,20 @@ class Shaft:
         at_motor = table["shaft"] == "motor"
         self.direction = float(table["direction"])
         self.offset_rad = float(table["offset_rad"])
+        # of the motor, whatever the shaft: it is what its windings bear
         self.current_max_a = float(table["current_max_a"])
-        self.rad_per_turn = self.direction * 2 * math.pi / (ratio if at_motor else 1.0)
-        self.torque_per_ampere = (
-            self.direction * float(rig.torque_constant_nm_a[axis]) * (1.0 if at_motor else ratio)
-        )
+        _, lead_m = rig.moves(axis)
+        # the ratio of a screw is in rad of the motor a m: without its own 2 pi / lead rad a m, a turn would
+        # be 6 m, and the torque of 5 mm of lead 1257 times what is meant
+        screw = 2 * math.pi / lead_m if lead_m else 1.0
+        self.rad_per_turn = self.direction * 2 * math.pi / (ratio if at_motor else screw)
+        gear = 1.0 if at_motor else ratio / screw
+        self.torque_per_ampere = self.direction * float(rig.torque_constant_nm_a[axis]) * gear
 
     def limited(self, current_a: float) -> float:
         """The current within +-`current_max_a`; one that is not finite is 0, as a drive would refuse it."""
         # NaN or infinite
+        # infinity less itself is NaN, and NaN differs from everything: one comparison for both
         if current_a - current_a != 0.0:
             return 0.0
         limit = self.current_max_a

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from hw.can.batch import STRIDE, Batch
-from hw.can.bus import EXTENDED, LINE_MAX, LINE_READS, REMOTE, Handler
+from hw.can.bus import EXTENDED, LINE_FULL, LINE_MAX, LINE_READS, REMOTE, Handler
 from hw.can.health import BusHealth
 from hw.interface import BackendError, LinkLost, Options
 from hw.serial_port import CHUNK, Port
@@ -41,12 +41,14 @@ HEAD = struct.Struct("=IB3x")
 _BELL = b"\x07"
 _STANDARD, _EXTENDED, _STANDARD_REMOTE, _EXTENDED_REMOTE = b"tTrR"
 _LONGEST = LINE_MAX
+# an adapter answers within a USB frame or two; many never do
 _ANSWER_S = 0.2
 
 
 def parse(line: bytes) -> tuple[int, bytes] | None:
     """Identifier with flags and data of one line (without its end); None unless it is a whole frame."""
     # `int` takes blanks, signs and _, and `fromhex` blanks
+    # t, three digits and a length are the least
     if len(line) < 5 or not line.isalnum():
         return None
     kind = line[0]
@@ -79,7 +81,9 @@ class SlcanFrame:
         remote = bool(can_id & REMOTE)
         letter = ("R" if remote else "T") if can_id & EXTENDED else ("r" if remote else "t")
         digits = 8 if can_id & EXTENDED else 3
+        # upper case, as LAWICEL's manual has it
         self.head = f"{letter}{can_id & 0x1FFF_FFFF:0{digits}X}{length}"
+        # a remote frame says a length and carries no data
         self.buffer, self.offset, self.length = bytearray(0 if remote else length), 0, length
 
 
@@ -100,13 +104,16 @@ class SlcanBus:
     def _open(self) -> None:
         arguments = self._options["arguments"]
         self._left, self._lost = b"", ""
+        self._cut = self._belled = False
         self._kept = 0, 0
         self._port = Port(self._options["channel"], int(arguments.get("tty_baudrate", 115200)))
+        # Arduino boards reset when DTR rises at opening, and hear nothing for a second or two
         time.sleep(float(arguments.get("sleep_after_open", 0.0)))
         rate = self._options["bitrate"]
         try:
             if rate not in RATES:
                 raise BackendError(f"{self._name}: bitrate {rate} is none of {sorted(RATES)}")
+            # closed first: the bit rate of an open channel cannot be changed (LAWICEL: BELL)
             self._command(b"\rC\r", 0.02)  # the first end of line ends what another program has left half
             for command in (b"S%d\r" % RATES[rate], b"O\r"):
                 if _BELL in self._command(command, _ANSWER_S):
@@ -122,6 +129,7 @@ class SlcanBus:
         """Send a command and collect its answer; an adapter that does not answer is no error."""
         self._port.write(command)
         deadline, answer = time.monotonic() + seconds, b""
+        # CR says yes, BELL says no; no answer is taken for yes: old firmware has none
         while time.monotonic() < deadline and not answer.endswith((b"\r", _BELL)):
             n = self._port.read_into(self._views)
             answer += self._buffer[:n]
@@ -171,7 +179,7 @@ class SlcanBus:
         if self._lost:
             raise LinkLost(self._lost)
         self._take_kept()
-        for _ in range(LINE_READS):
+        for k in range(LINE_READS):
             try:
                 n = self._port.read_into(self._views)
             except LinkLost as error:
@@ -179,21 +187,27 @@ class SlcanBus:
                 raise
             if n:
                 self._take(bytes(self._buffer[:n]))
-            if n < CHUNK:
-                return True
+            if n < LINE_FULL:
+                return k == 0  # else the line has been full: what was read last may be of any age
         return False
 
     def _take(self, data: bytes) -> None:
-        data = self._left + data  # BELL: the adapter has refused a frame
-        if _BELL in data:
+        data = self._left + data
+        if refused := _BELL in data:  # the adapter has refused a frame
             self.health.refused()
+            self._belled = True
             data = data.replace(_BELL, b"")
         *lines, self._left = data.split(b"\r")
+        # no adapter writes so long a line: it is noise, or another bit rate
         if len(self._left) > _LONGEST:
             self.health.counts["damaged"] += 1
             self._left = b""
         for line in lines:
-            if not line or line in (b"z", b"Z"):  # z, Z: the adapter has taken a frame
+            if not line or line in (b"z", b"Z"):  # the adapter has taken a frame
+                # only its own word ends a refusal: the port takes what the adapter then refuses
+                if self._belled and not refused:
+                    self._belled = False
+                    self.health.taken()
                 continue
             found = parse(line)
             if found is None:
@@ -210,19 +224,21 @@ class SlcanBus:
     def send(self, frame: SlcanFrame) -> bool:
         """Write a frame; False when the port takes no more. Raises LinkLost.
 
-        A port that is nearly full takes a part of a line: what follows a refusal begins with an end of line.
-        """
+        A port that is nearly full takes a part of a line: the line after it begins with an end of line."""
         if self._lost:
             raise LinkLost(self._lost)
-        begin = "\r" if self.health.refused_in_a_row else ""
+        # not behind a BELL alone: some adapters answer an empty line by one, which would never end
+        cut = self._cut or (self.health.refused_in_a_row and not self._belled)
+        begin = "\r" if cut else ""
         try:
             sent = self._port.write(f"{begin}{frame.head}{frame.buffer.hex().upper()}\r".encode())
         except LinkLost as error:
             self._lost = f"{self._name}: {error}"
             raise
+        self._cut = not sent
         if not sent:
             self.health.refused()
-        elif self.health.refused_in_a_row:
+        elif self.health.refused_in_a_row and not self._belled:
             self.health.taken()
         return sent
 
@@ -235,6 +251,7 @@ class SlcanBus:
         from hw.can.adapter import AdapterBus
 
         self._port.close()
+        # one port, one reader: two would each get a part of the answers
         self._other = AdapterBus(self._options)
         return self._other.fresh_python_can()
 
@@ -248,5 +265,6 @@ class SlcanBus:
         if not self._lost:
             self._lost = f"{self._name}: closed"
             with contextlib.suppress(LinkLost):
+                # a channel that stays open would acknowledge frames on the bus, and hide that nobody listens
                 self._port.write(b"C\r")
         self._port.close()

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from hw.can.batch import FRAMES, STRIDE
-from hw.can.bus import DRAIN_LIMIT, ERROR, SILENT_TICKS, UNKNOWN_AGE_TICKS
+from hw.can.bus import DRAIN_LIMIT, ERROR, LINE_FULL, SILENT_TICKS, UNKNOWN_AGE_TICKS
 from hw.can.steady_codec import is_for_python, is_writable, put, take
 from hw.can.steady_line import next_line, put_line
 from hw.can.steady_records import ON, TOLD
@@ -96,7 +96,7 @@ def _from_line(
     """Take all frames that wait on the port of an adapter that writes lines. `chunk` holds `b.left` bytes
     from `b.begin` on.
 
-    One read takes all: the kernel's line discipline holds less than there is room for."""
+    One read takes all that the kernel's line discipline holds; where that was full, more waits behind it."""
     for k in range(b.left):  # the beginning of a line, left by the cycle before
         chunk[k] = chunk[b.begin + k]
     n, begin = read_some(b.fd, chunk[b.left :]), 0
@@ -107,7 +107,7 @@ def _from_line(
         if used < 0 or n == FAILED:
             return _PYTHON
         if used == 0:
-            return _DRAINED
+            return _MORE if n >= LINE_FULL else _DRAINED
         begin += used
         b.begin, b.left = begin, end - begin
         b.at, b.n = 0, 1 if is_frame else 0

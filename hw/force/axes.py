@@ -8,6 +8,7 @@ from hw.interface import BackendError, Options
 
 Rows = Sequence[Sequence[float]]
 
+# a turn of 45 degrees written as .707 is off by 3e-4, a scale of 1 % by 2e-2
 TOLERANCE = 1e-3
 """Largest entry of matrix . transpose - unit matrix of a matrix that only turns or mirrors; entries are
 written with few digits."""
@@ -39,10 +40,12 @@ def moment_matrix(options: Options) -> list[list[float]]:
     BackendError
         `matrix` scales or mixes, and no `moment_matrix` is given."""
     given, matrix = options["moment_matrix"], options["matrix"]
+    # what somebody has measured goes before what follows from the force's axes
     if given is not None:
         return [list(row) for row in given]
     if not only_turns(matrix):
         raise BackendError(NOT_TOLD)
+    # a moment is an axial vector: mirrored axes turn the sense of every rotation
     sign = 1.0 if determinant(matrix) > 0 else -1.0
     return [[sign * entry for entry in row] for row in matrix]
 

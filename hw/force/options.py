@@ -10,6 +10,7 @@ from hw.force import axes, optoforce, rdt, rokubi
 from hw.option_tables import Table
 from hw.outside import whole
 
+# cross-talk and signs, and the lever of a tool; a unit goes into counts_per_n
 Entry = Annotated[float, Field(ge=-100, le=100)]
 Row = Annotated[tuple[Entry, Entry, Entry], Field(strict=False)]
 Matrix = Annotated[tuple[Row, Row, Row], Field(strict=False)]
@@ -37,6 +38,7 @@ class SensorOptions(Table):
 
     @model_validator(mode="after")
     def _senses(self) -> SensorOptions:
+        # a hand that pushes such a rig would not be felt, and nothing would tell
         if not any(any(row) for row in self.matrix):
             msg = "matrix is all zeros: every force would be 0"
             raise ValueError(msg)
@@ -80,6 +82,7 @@ class OptoForceOptions(SerialSensorOptions):
     counts_per_nm: tuple[Counts, Counts, Counts] = Field(
         (1000.0, 1000.0, 1000.0), strict=False, description="the same for the moments of layout 6-axis"
     )
+    # 30 and 10 Hz, which the DAQ has too, are left out: a sample of 33 ms is older than the law takes (10 ms)
     output_hz: Annotated[Literal[1000, 333, 100], BeforeValidator(whole)] = Field(
         1000, description="rate the DAQ is set to when opening"
     )
@@ -92,6 +95,7 @@ class OptoForceOptions(SerialSensorOptions):
         if self.sensor != 1 and self.layout != "4x3-axis":
             msg = f"sensor {self.sensor}: only layout '4x3-axis' has more than one"
             raise ValueError(msg)
+        # the default of counts_per_nm is no sensor's: moments by it would be wrong by an unknown factor
         if self.moments and (self.layout != "6-axis" or "counts_per_nm" not in self.model_fields_set):
             msg = "moments: need layout = '6-axis' and counts_per_nm, from the sensor's own data sheet"
             raise ValueError(msg)
@@ -107,6 +111,7 @@ class RdtOptions(SensorOptions):
         1e6, description="from the sensor's configuration page; ATI usually 1000000, OnRobot HEX 10000"
     )
     counts_per_nm: Counts = Field(1e6, description='likewise, "counts per torque" in N m')
+    # at least 2 ms: at 1 kHz a record may miss a cycle by the network's own delay
     lost_after_s: float = Field(
         0.02, ge=0.002, le=1.0, description="silence after which the sensor counts as lost"
     )

@@ -23,6 +23,7 @@ from hw.force.reading import Reading
 Layout = Literal["3-axis", "6-axis", "4x3-axis"]
 
 BAUD = 1_000_000
+# the speed byte is a period in whole ms: 333 Hz is 3 ms, 30 Hz is 33 ms
 PERIOD_MS: dict[int, int] = {1000: 1, 333: 3, 100: 10, 30: 33, 10: 100}
 """Output rate, Hz -> speed byte."""
 
@@ -37,11 +38,13 @@ _SIX = 22
 DAQ_ERROR, SENSOR_ERROR, OVERLOAD = 0xE000, 0x1C00, 0x03F0
 """Masks of the status word; below them stands the number of the sensor."""
 
+# the lowest four bits are the number of the sensor, no fault
 _UNUSABLE = DAQ_ERROR | SENSOR_ERROR | OVERLOAD
 
 
 def header(layout: Layout) -> bytes:
     """First four bytes of a frame."""
+    # the length byte is part of the header: a frame of another layout is never taken for this one
     return bytes((0xAA, 0x07, 0x08, 2 * _VALUES[layout] + 4))
 
 
@@ -87,5 +90,7 @@ def encode(layout: Layout, values: list[int], count: int = 0, status: int = 0) -
 def configure(rate_hz: int, filter_hz: float, *, zero: bool = False) -> bytes:
     """The command that sets output rate (0 stops), filter and hardware zero."""
     speed = PERIOD_MS[rate_hz] if rate_hz else 0
+    # no hardware zero: the law tares for itself (docs/safety.md), and a pull that the DAQ had taken for
+    # zero would be seen by nobody
     body = bytes((0xAA, 0x00, 0x32, 0x03, speed, FILTER[filter_hz], 0xFF if zero else 0))
     return body + sum(body).to_bytes(2, "big")

@@ -9,12 +9,15 @@ import struct
 
 from hw.force.reading import Reading
 
+# the port of RDT, the first of the dynamic ones (RFC 6335)
 PORT = 49152
 LENGTH = 36
 START_REALTIME, STOP = 2, 0
 
+# network byte order, no padding: `>` packs without gaps, `@` would align
 _REQUEST = struct.Struct(">HHI")
 _RECORD = struct.Struct(">3I6i")
+# bit 31 sums up all others, the monitor's bit 16 among them
 _ERROR = 1 << 31
 _MONITOR = 1 << 16
 
@@ -30,6 +33,8 @@ def unusable(status: int) -> int:
     A latched monitor condition (bit 16) is a user's alarm and says nothing about the sample; with it alone,
     the summary bit 31 says nothing either. Everything else counts: saturation, broken gauge, busy, supply,
     temperature."""
+    # a threshold that a user has set on the sensor's page latches bit 16 until a person resets it;
+    # taken for a fault it would stop the rig for what may be an ordinary push
     rest = status & ~_MONITOR
     return 0 if rest == _ERROR and status & _MONITOR else rest
 
@@ -37,6 +42,8 @@ def unusable(status: int) -> int:
 def decode(record: bytes | bytearray | memoryview) -> tuple[int, Reading]:
     """Record number, and a reading in counts marked by the sensor's own sequence. For exactly `LENGTH`
     bytes."""
+    # two counters: of the records sent, and of the samples measured. A record that is sent twice has a new
+    # number and the old sample
     number, inside, status, fx, fy, fz, mx, my, mz = _RECORD.unpack(record)
     return number, Reading(inside, unusable(status), (fx, fy, fz), (mx, my, mz))
 

@@ -35,8 +35,10 @@ class ForceSample:
     def __init__(
         self, matrix: Sequence[Sequence[float]], moments: Sequence[Sequence[float]] | None = None
     ) -> None:
+        # plain floats, multiplied by hand: 1 us, where NumPy takes 5 for nine numbers
         self._rows = [tuple(float(x) for x in row) for row in matrix]
         self._moment_rows = None if moments is None else [tuple(float(x) for x in row) for row in moments]
+        # None is equal to no counter: the first reading after `forget` is always a new one
         self._mark: int | None = None
         self._force = self._moment = (0.0, 0.0, 0.0)
         self._tick: np.ndarray | None = None
@@ -44,11 +46,14 @@ class ForceSample:
 
     def take(self, reading: Reading) -> int:
         """Use a reading if it is a new one the device vouches for. Returns bits of `LinkFault`."""
+        # a counter that stands still is no fault of the link: the sample ages, and the law judges its age
         if reading.mark == self._mark:
             self.repeated += 1
             return 0
+        # before it is judged: a reading that is refused and shown again is no second refusal
         self._mark, self.status = reading.mark, reading.status
         if reading.status:
+            # the force before it stays in the tick, and does not count as fresh: no step of force to the law
             self.refused += 1
             return _DEVICE
         self._force = _product(self._rows, reading.force)
@@ -59,10 +64,12 @@ class ForceSample:
 
     def forget(self) -> None:
         """The link starts anew: its first reading is a new one. The count goes on."""
+        # `count` goes on: the law takes a sample whose count has not risen for an old one
         self._mark = None
 
     def show(self, tick: np.ndarray, faults: int) -> None:
         """Write force, moment, count and faults into the tick."""
+        # views of the fields are made once for a tick: looking them up costs more than filling them
         if tick is not self._tick:
             self._bind(tick)
         force = self._view

@@ -77,11 +77,13 @@ class SerialSensor:
         if self._port is not None:
             return
         self._port = Port(self._path, self._baud)
+        # the port was flushed: half a frame from before must not be completed by bytes of today
         self._frames.forget()
         self._sample.forget()
         self._waiting = None
         try:
             self._port.write(self._start)
+            # a sensor may be powered by the rig itself, later: with 0 its silence shows as a stale sample
             if self._open_timeout_s:
                 self._first(self._port)
         except BackendError:
@@ -92,6 +94,7 @@ class SerialSensor:
         end = time.monotonic() + self._open_timeout_s
         seen = 0
         while (left := end - time.monotonic()) > 0:
+            # one wait for all that is left: a sensor that sends bytes and no frame ends after the same time
             select.select([port.fd], [], [], left)
             n = port.read_into(self._views)
             seen += n
@@ -110,8 +113,10 @@ class SerialSensor:
         if self._port is None:
             raise LinkLost(f"force sensor on {self._path}: not open")
         frames, faults = self._frames, 0
+        # the frame that opening has read, unless a newer one has come since
         newest, self._waiting = self._waiting, None
         n = self._port.read_into(self._views)
+        # the loop stood still: the kernel keeps the oldest bytes and drops the newest
         if n >= FULL:
             self._overflows += self._sample.count > 0  # before the first sample nobody was there to read
             frames.forget()
@@ -136,8 +141,10 @@ class SerialSensor:
 
     def close(self) -> None:
         """Say farewell and release the port."""
+        # first: a read from now on says that it is not open, in place of one from a closed descriptor
         port, self._port = self._port, None
         if port is not None:
+            # a sensor that is unplugged needs no farewell; its port is released all the same
             with contextlib.suppress(LinkLost):
                 if self._farewell:
                     port.write(self._farewell)

@@ -52,6 +52,7 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, A
         raise BackendError(
             f"{path}: not a sound {kind} file ({str(error)[:200]}); copy or save it again"
         ) from error
+    # names of the others, without their numbers: a wrong name is answered by those there are
     listed: dict[str, Any] = {own: np.zeros(0) for own in known if own not in wanted}
     return listed | {own: _array(read.column(own)) for own in read.column_names}
 

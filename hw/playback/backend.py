@@ -14,6 +14,7 @@ from hw.interface import BackendError, CompiledCycle, LinkFault, LinkLost, Optio
 from hw.jit import bound, compiled, records
 from hw.playback.reader import Recording, load
 
+# velocities come out wrong by as much
 MAX_RATE_ERROR = 0.01
 """Largest relative difference between the loop's rate and the log's."""
 
@@ -39,6 +40,7 @@ def tip_force(hand_torque_nm: np.ndarray, lever_m: np.ndarray) -> np.ndarray:
     ------
     BackendError
         The levers cannot produce independent torques (more than three axes, or parallel levers)."""
+    # the pseudo-inverse gives the smallest of all forces: none that turns no joint is added
     inverse = np.linalg.pinv(lever_m)
     if not np.allclose(lever_m @ inverse, np.eye(len(lever_m)), atol=1e-9):
         raise BackendError(
@@ -77,14 +79,18 @@ def show_next(
     if place.n == 0:
         return 1
     t.link_faults = 0
+    # asked before: a log of which the last sample was shown is over in the next cycle, not in that one
     if place.next == place.n:
+        # the last sample stays in the tick: a position of 0 would be a jump
         if place.loop == 0:
             _put(t, place, shift, samples, place.n - 1)
             t.link_faults = _END_OF_LOG
             return 0
         for axis in range(len(shift)):  # from the first sample on, the angle where it ended
+            # an angle that starts over would jump back by all that the log has moved
             shift[axis] += samples[0][place.n - 1, axis] - samples[0][0, axis]
         place.next = 0
+    # counted by what was shown, not by the place in the log: it rises over the seam, too
     place.count += 1
     _put(t, place, shift, samples, place.next)
     place.next += 1
@@ -127,6 +133,7 @@ class PlaybackBackend:
         """Load the whole log into memory. Raises BackendError; see `hw.playback.reader`."""
         if self.recording is not None:
             return
+        # all of it now: a disk that is slow for once would stall the loop
         recording = load(self._options, self._rig)
         rate_hz = 1.0 / self._rig.period_s
         if abs(recording.rate_hz / rate_hz - 1.0) > MAX_RATE_ERROR:
@@ -135,17 +142,20 @@ class PlaybackBackend:
                 f"the loop runs at {rate_hz:.6g} Hz: set [loop] rate_hz = {recording.rate_hz:.6g}"
             )
         n = len(recording)
+        # a channel that the log lacks is not provided (`provides`); compiled code wants an array all the same
         zeros = np.zeros((n, self._rig.n_axes))
         force = recording.force_n
         if recording.hand_torque_nm is not None:
             force = tip_force(recording.hand_torque_nm, self._rig.lever_m)
         current = zeros if recording.current_a is None else recording.current_a
+        # contiguous float64: one type for every log, so compiled once
         given = (recording.position_rad, current, np.zeros((n, 3)) if force is None else force)
         self._samples = tuple(np.ascontiguousarray(values, dtype=np.float64) for values in given)
         self._shift[:] = 0.0
         self._place[0] = (0, 0, n, int(self._loop))
         self._tick = None
         if faults := self._options.get("faults"):
+            # made anew: faults count from the first sample of this opening
             self._script = SampleScript(faults, self._rig, self._options["seed"])
         self.recording = recording
 

@@ -21,6 +21,7 @@ without; `14:02:11;250` as some controllers write it; `0 days 00:00:11.250` is a
 _WITHOUT_MARKS = re.compile(r"(\d{8}[T ])(\d{2})(\d{2})(\d{2})((?:[.,]\d{1,9})?(?:Z|[-+]\d{2}:?\d{2})?)")
 """`20260302T115950.250`: the short form of ISO 8601, and of names of files."""
 
+# a day on which the clocks change has another length; zones in the cells tell of it
 DAY_S = 86400.0
 
 
@@ -60,6 +61,7 @@ def thousands_and_decimal(columns: Sequence[Sequence[str]]) -> tuple[str, str] |
             for decimal in filter(None, map(_mark_of_decimals, columns))
             if mark != decimal
         }
+    # two pairs of marks in one file contradict each other: nothing is guessed
     return found.pop() if len(found) == 1 else None
 
 
@@ -93,6 +95,8 @@ def number(cell: str, marks: str) -> float | None:
         cell = cell.replace(mark, "")
     if match := _HEXADECIMAL.fullmatch(cell):
         return float(int(match[1], 16))
+    if "_" in cell:  # Python's own notation: a name such as `1_2` would be 12
+        return None
     try:
         return float(cell.replace(",", ".") if marks[-1] == "," else cell)
     except ValueError:
@@ -112,6 +116,7 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
         if match is None:
             return None
         days, hour, minute, second, fraction, half, zone = match.groups()
+        # 12 AM is midnight, 12 PM noon
         hours = int(hour) % 12 + 12 * (half in {"PM", "pm", "Pm", "pM"}) if half else int(hour)
         part = int(fraction) / 10 ** len(fraction) if fraction else 0.0
         found[row] = DAY_S * int(days or 0) + 3600 * hours + 60 * int(minute) + int(second) + part
@@ -135,4 +140,5 @@ def _with_unit(cells: Sequence[str], decimal: str) -> Words | None:
             return None
         found[row] = float(match[1])
         units.add(match[2])
+    # one unit in all cells: `5 ms` below `3 s` would need a factor a row
     return Words(found, units.pop()) if len(units) == 1 else None

@@ -9,7 +9,6 @@ from __future__ import annotations
 import io
 import re
 import zipfile
-import zlib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,16 +131,9 @@ def _opened(path: Path, ending: str, names: tuple[str, ...]) -> Mapping[str, Any
         return BINARY[ending](path, raw, names)
     except BackendError:
         raise
-    except (
-        ValueError,
-        TypeError,
-        KeyError,
-        OSError,
-        EOFError,
-        zipfile.BadZipFile,
-        zlib.error,
-        MemoryError,
-    ) as error:
+    # whatever a library stumbles over in damaged bytes: SciPy has an error of its own that is only an
+    # Exception, JSON that is nested too deeply a RecursionError, NumPy's header a TokenError
+    except Exception as error:
         raise BackendError(
             f"{path}: not a sound {ending} file ({str(error)[:200]}); copy or save it again"
         ) from error

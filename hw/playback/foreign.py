@@ -53,6 +53,7 @@ _CAN_TEXT = re.compile(
 
 def what_it_is(raw: bytes) -> str:
     """What a file is that is no table, and what makes a log of it; "" if it is not known."""
+    # by the bytes, not by the ending: files are renamed, and a wrong ending is what brings them here
     for first, name, remedy in FOREIGN:
         if raw.startswith(first):
             return f"this is {name}: {remedy}"

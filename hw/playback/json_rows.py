@@ -27,6 +27,7 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
     try:
         whole = json.loads(text)
     except ValueError:
+        # several objects are no JSON document: one a line, then
         whole = _lines(path, text)
     if isinstance(whole, dict):
         whole = _of_pandas(whole)
@@ -34,6 +35,7 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
         found = {name: np.asarray(value) for name, value in arrays.items() if _even(value)}
     elif isinstance(whole, list) and whole and all(isinstance(row, dict) for row in whole):
         rows = [_paths("", row) for row in whole]
+        # in every row: a hole has no place in an array, and a row without it no instant of its own
         common = set.intersection(*(set(row) for row in rows))
         columns = {name: [row[name] for row in rows] for name in rows[0] if name in common}
         found = {name: np.asarray(values) for name, values in columns.items() if _even(values)}

@@ -58,6 +58,7 @@ def _unpacks_beyond(raw: bytes, most: int) -> bool:
     at, left = HEAD_BYTES, most
     while at + 8 <= len(raw):
         kind, size = (int.from_bytes(raw[k : k + 4], order) for k in (at, at + 4))
+        # asked before SciPy unpacks it: 10 MB of zeros pack into 10 KB
         if kind == PACKED_ELEMENT:
             left -= len(zlib.decompressobj().decompress(raw[at + 8 : at + 8 + size], left + 1))
             if left < 0:
@@ -70,6 +71,7 @@ def _fields(name: str, value: object, found: dict[str, Any], depth: int = 5) -> 
     """Numbers of a MATLAB structure, by their path; of several structures the k-th is `name(k)`, of several
     cells `name{k}`."""
     array = np.asarray(value)
+    # a structure for each sample would be a million names
     entries = array.reshape(-1)[:MOST_ENTRIES]
     if array.dtype.names and depth:
         for k, entry in enumerate(entries):

@@ -113,10 +113,12 @@ class _Reader:
         elif (
             item.dtype.kind in "fiub" and _class(item) not in NO_NUMBERS and "MATLAB_empty" not in item.attrs
         ):
+            # MATLAB counts columns first, HDF5 rows
             array = self._taken(item).T
             self.found[name] = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
 
     def _taken(self, item: Any) -> np.ndarray:
+        # before it is read: HDF5 packs, too
         self.left -= item.size * item.dtype.itemsize
         if self.left < 0:
             raise BackendError(f"{self.path}: unpacks to more than a log does; cut it into parts")

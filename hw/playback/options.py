@@ -19,6 +19,7 @@ from hw.fault_options import SampleFaults
 from hw.option_tables import Table
 from hw.outside import real
 
+# eleven days
 MAX_DURATION_S = 1e6
 
 Scale = Annotated[float, Field(ge=-1e9, le=1e9, description="factor; negative turns the sign")]
@@ -146,6 +147,7 @@ class PlaybackOptions(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> Self:
+        # both would contradict each other sooner or later; with neither nothing is known of speed
         if (self.time is None) == (self.rate_hz is None):
             msg = "give either a time column or rate_hz"
             raise ValueError(msg)

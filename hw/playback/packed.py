@@ -55,6 +55,7 @@ def _kind(path: Path, raw: bytes) -> str:
         return "gzip"
     if raw[:6] == b"\xfd7zXZ\x00":
         return "xz"
+    # BZh, the block size, then pi in decimal digits: a text may begin with BZh alone
     if raw[:3] == b"BZh" and raw[4:10] == b"1AY&SY":
         return "bzip2"
     return "zip" if path.suffix.lower() == ".zip" and raw[:4] == b"PK\x03\x04" else ""
@@ -63,6 +64,7 @@ def _kind(path: Path, raw: bytes) -> str:
 def _unpacked(path: Path, raw: bytes, kind: str) -> bytes:
     most = most_unpacked(len(raw))
     with _opened(path, io.BytesIO(raw), kind) as stream:
+        # one byte more than may be: read and not asked, for sizes in an archive are its writer's word
         text = stream.read(most + 1)
     if len(text) > most:
         raise BackendError(
@@ -80,6 +82,7 @@ def _opened(path: Path, raw: IO[bytes], kind: str) -> io.BufferedIOBase | IO[byt
     if kind == "bzip2":
         return bz2.open(raw)
     archive = zipfile.ZipFile(raw)
+    # what macOS packs beside each file is no log
     files = [name for name in archive.namelist() if not name.endswith("/") and "__MACOSX" not in name]
     if len(files) != 1:
         raise BackendError(

@@ -16,13 +16,16 @@ MOST_PARTS = 5
 
 def quantum(signal: np.ndarray) -> float:
     """Least step between two values of a signal; tiny where it is not coarse."""
+    # of all levels and not of neighbours: a fast joint skips most counts between two rows
     levels = np.unique(signal)
     if len(levels) < 2:
         return 0.0
     steps = np.diff(levels)
+    # one level read through two units differs in its last digit
     steps = steps[steps > SAME * (levels[-1] - levels[0])]
     for parts in range(1, MOST_PARTS + 1):  # brisk motion on few rows: hardly two are one step apart
         step = float(steps.min()) / parts
         if np.abs(steps / step - np.round(steps / step)).max() < WHOLE:
             return step
+    # no grid explains all: what is nearly the least, for the very least may be a rounding
     return float(np.quantile(steps, 0.02))

@@ -62,6 +62,7 @@ class Recording:
 
 
 def _window(path: Path, n: int, rate_hz: float, start_s: float, end_s: float | None) -> slice:
+    # 1e-6 of a sample: 2.01 * 1000 is 2009.9999999999998, and would lose the row at its end
     first = math.ceil(start_s * rate_hz - 1e-6)
     last = n if end_s is None else min(n, math.floor(end_s * rate_hz + 1e-6) + 1)
     if last - first < MIN_SAMPLES:

@@ -10,6 +10,7 @@ import numpy as np
 
 from hw.interface import BackendError
 
+# slower than once a second nobody samples a joint, nor above a megahertz
 SLOWEST_AND_FASTEST_HZ = (1.0, 1e6)
 """Rates beyond which the time is in another unit than it is read in."""
 
@@ -17,6 +18,7 @@ MAX_STEP_ERROR = 0.25
 """Largest deviation of one sampling step from the mean step, as a share of it."""
 
 
+# two rows that were written the wrong way round differ by a step or two, a new run by all of it
 RUN_STEPS = 100
 """Usual steps by which a clock goes back where another run begins."""
 
@@ -85,6 +87,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
     BackendError
         Time that stands still, repeats itself or goes back, with how often and the first row."""
     steps = np.diff(time_s)
+    # first: with one stamp everywhere each of the questions below would have a misleading answer
     if not np.ptp(time_s):
         raise BackendError(
             f"{path}: time does not increase: every row has the stamp {time_s[0]:.17g} s; export the time "
@@ -96,6 +99,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
             f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row "
             f"{row}; cut the rows that are not of the log, or map the column of the time"
         )
+    # twice the same before going back: a coarse clock has both, and its remedy is the rate
     same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)
     if len(same):
         news = np.flatnonzero(

@@ -22,6 +22,7 @@ OFF_SHARE, MOST_OFF = 0.5, 0.3
 """A log is refused when more than this share of its steps is further off the usual step than `OFF_SHARE` of
 it."""
 
+# a velocity over one such step is wrong by as much
 EVEN_SHARE = 1e-3
 """Stamps this close to an even grid, share of a step, are on it."""
 
@@ -133,6 +134,7 @@ def is_even(stamps_s: np.ndarray, step_s: float, resolution_s: float) -> bool:
     Stamps rounded to q lie within less than q about a straight line, and of a clock that jitters by less than
     that some lie further off, less than half way to where a lost row is; its slope must be the step."""
     n, slope = len(stamps_s), _slope(stamps_s)
+    # from the first stamp on: seconds since 1970 leave a float64 a quarter of a microsecond
     off = stamps_s - stamps_s[0] - slope * np.arange(n)
     rest = float(np.ptp(off))
     if resolution_s * ROUNDED_STEP <= step_s and abs(slope - step_s) * n < 2 * resolution_s:
@@ -169,6 +171,7 @@ def resolution(raw: np.ndarray) -> float:
     (1 ms after four hours); 0 when there is none."""
     from_first = raw - raw[0]
     decimal = 0.0
+    # from coarse to fine: the first that fits is the unit
     for decimals in range(MOST_DECIMALS + 1):
         units = from_first * 10.0**decimals
         if float(np.abs(units - np.round(units)).max()) < 0.01:
@@ -198,6 +201,7 @@ def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, str]:
     steps = np.diff(stamps)
     back = np.flatnonzero(steps < 0)
     usual = float(np.median(steps)) if len(back) else 0.0
+    # a counter or a time of the day has no negative stamp
     if not usual > 0 or stamps.min() < 0:
         return stamps, ""
     whole = bool((stamps == np.round(stamps)).all())
@@ -225,6 +229,7 @@ def interpolated(time_s: np.ndarray, values: np.ndarray, at_s: np.ndarray) -> np
     """
     if values.ndim == 2:
         return np.stack([interpolated(time_s, column, at_s) for column in values.T], axis=1)
+    # a cubic needs four rows
     if len(time_s) < 4:
         return np.asarray(np.interp(at_s, time_s, values))
     first = np.clip(np.searchsorted(time_s, at_s, side="right") - 2, 0, len(time_s) - 4)

@@ -49,6 +49,7 @@ def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
                 for name in dict.fromkeys(names)
             }
             _require_one_clock(path, {name: one for name, one in wanted.items() if one is not None})
+            # 8 bytes a sample: what a float64 of it takes, whatever the file packs it as
             if 8 * sum(len(one) for one in wanted.values() if one is not None) > most:
                 raise BackendError(f"{path}: unpacks to more than a log does; cut it into parts")
             found = {

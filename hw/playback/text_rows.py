@@ -26,6 +26,7 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
     """Cells of a line without quotes and blanks around them."""
     if delimiter is None:
         return line.split()
+    # csv is asked only where it is needed: a split takes a quarter of its time
     if '"' in line:
         return [
             cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
@@ -36,6 +37,7 @@ def cells_of(line: str, delimiter: str | None) -> list[str]:
 def unstamped(lines: list[str]) -> list[str]:
     """Lines without the time of day that a serial monitor put before each."""
     first = [line for line in lines[:MONITORED] if line.strip()]
+    # all of them: a table may have times of day in its first column, and some arrows in it
     if not first or not all(_MONITOR.match(line) for line in first):
         return lines
     return [_MONITOR.sub("", line) for line in lines]
@@ -73,6 +75,7 @@ def unit_rows(
 def of_these_columns(body: list[str], index: Sequence[int], delimiter: str | None) -> list[str]:
     """Rows without those that have a stamp and nothing else that is wanted (another topic in the same table),
     and without the word at the end."""
+    # at the very end only: a word in the middle is a fault that must be told
     if body and body[-1].strip().strip('"') in ENDS:
         body = body[:-1]
     if len(index) < 3 or delimiter is None:

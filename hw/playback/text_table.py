@@ -34,7 +34,7 @@ LabVIEW (`Y_Unit_Label`) write it."""
 
 COMMENTS = ("#", "%", "//")
 
-PLACE = re.compile(r"#(\d{1,4})")
+PLACE = re.compile(r"#([1-9]\d{0,3})")  # from 1 on: `#0` would be the last column, by -1
 
 _COMMA = re.compile(r"\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?\s*")
 
@@ -247,9 +247,10 @@ def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:
 
 
 def _fast(body: list[str], layout: _Layout, decimal: str) -> np.ndarray:
-    if any('"' in line for line in body[:10]):
-        raise ValueError
     text = "\n".join(body)
+    # `loadtxt` would split a quoted cell where the delimiter is in it, and shift what stands behind
+    if '"' in text:
+        raise ValueError
     if decimal == ",":
         if layout.delimiter == ",":
             raise ValueError

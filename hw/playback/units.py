@@ -144,6 +144,7 @@ def require_unit(path: Path, name: str, row: str, column: Mapping[str, Any], uni
     said, used = said_unit(name, row), column.get("unit", units[0])
     if not said and used in _LENGTHS and (inches := _OF_LENGTH.search(name)):
         said = _ours(inches[1]) or ""
+    # -1 turns a sign and says nothing of units
     if abs(column.get("scale", 1.0)) != 1 or (said == "K" and column.get("offset")):
         return
     times = _TIMES.fullmatch(said)

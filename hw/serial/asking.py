@@ -31,12 +31,15 @@ def await_first(
     -------
     int or None
         Bytes that came, when none of them made a sample. Raises LinkLost."""
+    # -1: the first question goes out at once, whatever the clock shows
     end, asked, seen = time.monotonic() + seconds, -1.0, 0
     views = [chunk.data]
     while not heard():
         now = time.monotonic()
+        # looked at before a question is sent: none goes out that nobody waits for
         if now >= end:
             return seen
+        # again and again: a board that boots does not hear the first ones
         if now - asked > ASK_AGAIN_S:
             asked = now
             for packet in questions:
@@ -49,7 +52,13 @@ def await_first(
 
 
 def switched(
-    tick: np.ndarray, packet: np.ndarray, send: Callable[[], int], command: Options, poll: bytes
+    tick: np.ndarray,
+    packet: np.ndarray,
+    send: Callable[[], int],
+    command: Options,
+    poll: bytes,
+    unsent: np.ndarray,
+    end: bytes = b"",
 ) -> Callable[[], int]:
     """`send() -> bytes in packet` with `enter` and `idle` of the command in its place where due, and a poll
     behind it.
@@ -65,8 +74,12 @@ def switched(
     command
         Has `enter` and `idle`, possibly empty.
     poll
-        Bytes that ask for the next sample, possibly none."""
-    enter, idle, entered = bytes(command["enter"]), bytes(command["idle"]), False
+        Bytes that ask for the next sample, possibly none.
+    unsent
+        Shape (1,): packets in a row that the line had no room for, up to the one before.
+    end
+        Ends what a line without room took in part; put before `enter` and `idle` then."""
+    enter, idle, entered, entering = bytes(command["enter"]), bytes(command["idle"]), False, False
     buffer, enabled = packet.data, tick["enabled"].data
 
     def _put(data: bytes, at: int = 0) -> int:
@@ -74,15 +87,17 @@ def switched(
         return at + len(data)
 
     def _send() -> int:
-        nonlocal entered
-        before, entered = entered, bool(enabled[0])
-        first = entered and not before
+        nonlocal entered, entering
+        before, entered, refused = entered, bool(enabled[0]), bool(unsent[0])
+        # again where the line had no room: a drive that was never switched on would ignore every command
+        entering = bool(enter) and entered and (not before or (entering and refused))
+        cut = end if refused else b""
         if idle and not entered:
             if before:
                 send()  # not sent: what it keeps of the board is to know that the host has disabled it
-            return _put(poll, _put(idle))
-        if enter and first:
-            return _put(poll, _put(enter))
+            return _put(poll, _put(cut + idle))
+        if entering:
+            return _put(poll, _put(cut + enter))
         return _put(poll, send())
 
     return _send

@@ -20,6 +20,7 @@ from hw.serial_port import CHUNK, Port, send_once
 
 Codec = tuple[Callable[..., int], tuple[np.ndarray, ...]]
 
+# 8N1, as every port here is opened (`hw.serial_port`)
 BITS_PER_BYTE = 10
 """Start bit, eight data bits, stop bit."""
 
@@ -81,12 +82,14 @@ class SerialCore:
         """Open the port and make sure of the board. Idempotent. Raises BackendError."""
         if self._port is not None:
             return
+        # a local until all went well: `read` must not find a port whose board was never heard
         port = Port(self._path, self._baud)
         _ = self._stop_bytes  # compiled now, not when it is needed
         self._forget()
         self._wire["unsent_in_row"] = self._wire["full"] = 0
         try:
             self._greet(port)
+        # Ctrl-C in the patience for a board, too: a port that stays locked keeps the next start out
         except BaseException:
             port.close()
             raise
@@ -130,8 +133,10 @@ class SerialCore:
         assert receive is not None
         size[0] = n = port.read_into(self._views)
         size[1] = DRAINED
+        # half of what the kernel keeps, 20 ms at 1 Mbit/s: the loop has stood still
         if n >= BACKLOG:
             self._catch_up(port, receive)
+        # a board that was powered anew counts position from 0: what the joint's angle is, nobody knows
         if receive() >= RESTART_PACKETS:
             raise LinkLost(
                 f"serial port {self._path}: the board has started over (its samples are older than those "
@@ -167,7 +172,9 @@ class SerialCore:
             return
         self.unsent += 1
         wire["unsent_in_row"] += 1
+        # the line is full of old commands: dropped, the next one is not late by all of them
         port.discard_output()  # what waits there is older than this one
+        # the board's own time to live has stopped it long before; now the rig is told
         if wire["unsent_in_row"][0] >= RESTART_PACKETS:
             raise LinkLost(f"serial port {self._path}: the board takes no more commands (line full)")
 
@@ -180,6 +187,7 @@ class SerialCore:
 
     def stop(self) -> None:
         """Make the board torque-free: a stop packet ahead of anything queued. Never raises."""
+        # made at opening: a stop compiles nothing, and may come from any thread
         packet = self._stop_bytes
         if not packet:
             return
@@ -189,10 +197,12 @@ class SerialCore:
             with contextlib.suppress(LinkLost):
                 if port.write(packet):
                     return
+        # by a descriptor of its own: ours may be closed, hung up, or in use by a thread that hangs
         send_once(self._path, self._baud, packet)
 
     def close(self) -> None:
         """Release the port. Idempotent, never raises."""
+        # first of all: a descriptor's number may soon be another file's
         port, self._port = self._port, None
         self._wire["fd"] = -1
         if port is not None:
@@ -210,6 +220,7 @@ def require_line_rate(
     ]
     what, n_bytes, rate_hz, key = max(ways, key=lambda way: way[1] * way[2])
     needed = n_bytes * BITS_PER_BYTE * rate_hz
+    # a tenth is left: on a line that is just full every sample is later than the one before
     if needed > 0.9 * baud:
         raise BackendError(
             f"serial port {path}: baud {baud} is too slow for {what} of {n_bytes} bytes, {rate_hz:g} times "

@@ -65,6 +65,7 @@ def checksum(kind: int, data: np.ndarray, start: int, stop: int) -> int:
     """Checksum `kind` (one of `KINDS`' numbers) of `data[start:stop]` (uint8)."""
     if kind == CRC32:
         return crc32(data, start, stop)
+    # a start of ones makes leading zeros count: with 0 a frame that lost its first zero bytes would pass
     rest = np.int64(0xFFFF if kind in (CRC16_CCITT, CRC16_MODBUS) else 0)
     for i in range(start, stop):
         byte = np.int64(data[i])
@@ -73,9 +74,12 @@ def checksum(kind: int, data: np.ndarray, start: int, stop: int) -> int:
         elif kind == XOR8:
             rest ^= byte
         elif kind == CRC8:
+            # eight bits shift out whole: the table holds what is left
             rest = _CRC8[rest ^ byte]
         elif kind in (CRC16_CCITT, CRC16_XMODEM):
+            # highest bit first: the byte meets the upper half
             rest = ((rest << 8) & 0xFFFF) ^ _CCITT[(rest >> 8) ^ byte]
         else:
+            # lowest bit first: the byte meets the lower half
             rest = (rest >> 8) ^ _MODBUS[(rest ^ byte) & 0xFF]
     return int(rest)

@@ -13,6 +13,7 @@ from hw.serial.link import BACKLOGGED, DRAINED, MORE
 from hw.serial_port import CHUNK
 from hw.system_calls import FAILED, read_some, write_all
 
+# 32 KB: bounded work, whatever floods the port
 CHUNKS_PER_READ = 8
 """Most reads of one cycle. A loop that stood still for a second at 1 kHz is up to date after two cycles."""
 
@@ -35,10 +36,12 @@ def read_cycle(
     """Newest sample into the tick; 0, or 1 to leave it to `SerialCore.read`."""
     p = port[0]
     n = read_some(p.fd, chunk)
+    # nothing was taken: Python reads again, gets the same error, and has words for it
     if n == FAILED:
         return 1
     meta[0], meta[1] = n, DRAINED
     if n >= BACKLOG:
+        # taken in and not shown: counters and order go on, no old sample is fresh
         meta[1] = MORE
         for _ in range(CHUNKS_PER_READ - 1):
             call_for_int(p.receive_at, receive_arguments)
@@ -57,6 +60,7 @@ def write_cycle(port: np.ndarray, packet: np.ndarray, send_arguments: tuple[np.n
     p = port[0]
     sent = write_all(p.fd, packet, call_for_int(p.send_at, send_arguments))
     if sent == 1:
+        # in a row only: one full line in a while is a hiccup of USB
         p.unsent_in_row = 0
         return 0
     p.full = 1 if sent == 0 else 0

@@ -9,21 +9,29 @@ from __future__ import annotations
 
 from hw.interface import Options, Rig, Timing
 
-_STATE_BYTES, _STATE_AXIS_BYTES = 30, 14
-"""A state packet with velocities and its framing, and what each axis adds."""
-_COMMAND_BYTES, _COMMAND_AXIS_BYTES = 12, 4
+
+def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
+    """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
+    return 28 + (14 if velocity else 10) * n_axes + (12 if moment else 0) + 4 + 3
+
+
+def command_packet_bytes(n_axes: int) -> int:
+    """Length on the wire of a command packet."""
+    return 8 + 4 * n_axes + 4 + 3
 
 
 def _timing(wire_bytes: int, options: Options, rig: Rig) -> list[Timing]:
     # ten bits a byte: start, eight of data, stop
+    # one period that the sample is old at most, one that the command waits at most
     delay_s = 2 * rig.period_s + 10 * wire_bytes / float(options.get("baud") or 921_600)
     return [Timing(delay_s=delay_s, sample_period_s=rig.period_s, jitter_s=rig.period_s)] * rig.n_axes
 
 
 def timing(options: Options, rig: Rig) -> list[Timing]:
     """Timing of a board that speaks rtctl-frame."""
-    axes = (_STATE_AXIS_BYTES + _COMMAND_AXIS_BYTES) * rig.n_axes
-    return _timing(_STATE_BYTES + _COMMAND_BYTES + axes, options, rig)
+    told = {name: name in (options.get("channels") or ()) for name in ("velocity", "moment")}
+    wire_bytes = state_packet_bytes(rig.n_axes, **told) + command_packet_bytes(rig.n_axes)
+    return _timing(wire_bytes, options, rig)
 
 
 def described_timing(options: Options, rig: Rig) -> list[Timing]:

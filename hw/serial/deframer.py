@@ -39,13 +39,17 @@ def next_packet(deframer: np.ndarray, chunk: np.ndarray, at: int, stop: int) -> 
     while at < stop:
         byte = chunk[at]
         at += 1
+        # zero stands nowhere but between packets: that is what COBS is for
         if byte != 0:
+            # what is too long is not kept, and not forgotten either: its end must be told as damage
             if d.n < _ROOM:
                 d.pending[d.n] = byte
                 d.n += 1
+        # the rest of a packet that began before the port was opened: no damage
         elif d.synced == 0:
             d.synced = 1
             d.n = 0
+        # two zeros in a row are the end of one packet and the begin of the next
         elif d.n > 0:
             n = d.n
             d.n = 0

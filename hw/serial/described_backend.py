@@ -11,7 +11,15 @@ from hw.jit import bound, records
 from hw.serial import described_codec as codec
 from hw.serial.asking import await_first, switched
 from hw.serial.backend import Codec, SerialCore, require_line_rate
-from hw.serial.described_plan import MEASURED, Target, fields_of, layout_of, require_every_axis
+from hw.serial.described_plan import (
+    MEASURED,
+    NEEDED,
+    TARGETS,
+    Target,
+    fields_of,
+    layout_of,
+    require_every_axis,
+)
 from hw.serial.layout import LENGTH_MAX, stream_dtype
 from hw.serial_port import Port, usb_identity
 
@@ -34,8 +42,9 @@ class DescribedBackend(SerialCore):
         sample, command = options["sample"], options["command"]
         self.layout, self.fields = records(layout_of(sample)), records(fields_of(sample, rig, "sample"))
         channels = {field["channel"] for field in sample["field"]}
-        if "position" in channels:
-            require_every_axis(self.fields, Target.POSITION, rig.n_axes, "sample")
+        for channel in NEEDED:
+            if channel in channels:
+                require_every_axis(self.fields, TARGETS[channel], rig.n_axes, "sample")
         self._has_identity = Target.IDENTITY in self.fields["target"]
         self._wanted = options["identity"]
         if self._wanted is not None and not self._has_identity:
@@ -48,12 +57,15 @@ class DescribedBackend(SerialCore):
         self._poll, self.asks = bytes(options["poll"]), bool(options["poll"])
         self.packet = np.zeros(3 * LENGTH_MAX, np.uint8)  # a command and a poll
         self._packet_bytes = self.packet.data
+        # what is sent in one cycle must be gone before the next one
         sent = len(self._poll) + (0 if command is None else command["length"])
         own_hz = options.get("rate_hz") or 1.0 / rig.period_s
         require_line_rate(self._path, self._baud, sample["length"], own_hz, sent, 1.0 / rig.period_s)
         self._stream = records(np.zeros(1, stream_dtype()))
         self.link = records(np.zeros(1, codec.described_dtype(rig.n_axes)))
         self.link["angle"][..., 0] = np.nan  # NaN: no angle has been seen yet
+        # of an axis without this sensor; 0 would be a motor that is cold, or stands
+        self.link["temperature_c"] = self.link["velocity_rad_s"] = np.nan
         for channel in MEASURED:
             self.link["show_" + channel] = channel in channels
         self.link["torque_mode"] = "torque" in self.consumes
@@ -76,6 +88,7 @@ class DescribedBackend(SerialCore):
         last = b"".join(bytes(packet) for packet in self._options["stop"])
         if command is None or self.command_layout is None or self.command_fields is None:
             return last
+        # what the rig file says goes before what can be guessed: zeros do not open a power stage
         for given in (command["stop"], command["idle"]):
             if given:
                 return bytes(given) * STOP_REPEATS + last
@@ -107,16 +120,18 @@ class DescribedBackend(SerialCore):
 
     def _compiled_codec(self, tick: np.ndarray) -> tuple[Codec, Codec] | None:
         receive, send = self._codec(tick)
+        # `enter` and `idle` are bytes of a moment: compiled cycles send one kind of frame
         return None if send is None or self._is_switched else (receive, send)
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
         (receive, received), sending = self._codec(tick)
-        taken = bound(receive, *received)
+        taken, unsent = bound(receive, *received), self._wire["unsent_in_row"]
         if sending is None:
-            return taken, switched(tick, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
+            none = {"enter": b"", "idle": b""}
+            return taken, switched(tick, self.packet, lambda: 0, none, self._poll, unsent)
         send = bound(sending[0], *sending[1])
         if self._is_switched:
-            send = switched(tick, self.packet, send, self._command, self._poll)
+            send = switched(tick, self.packet, send, self._command, self._poll, unsent)
         return taken, send
 
     def _forget(self) -> None:
@@ -152,6 +167,7 @@ class DescribedBackend(SerialCore):
 
     def _greet(self, port: Port) -> None:
         """Wait for the first good frame; refuse another board than before."""
+        # a patience of .2 s would be over while Numba compiles for seconds
         self._take_in(0)  # compiles before the clock below starts
         questions = [
             *(bytes(packet) for packet in self._options["start"]),

@@ -11,11 +11,11 @@ from functools import cache
 
 import numpy as np
 
-from hw.encoder import ANGLE_STATE, beyond, follow, unwrap
+from hw.encoder import ANGLE_STATE, beyond, follow, unwrap, wrap
 from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial.described_plan import Target
-from hw.serial.layout import next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
+from hw.serial.layout import SIGNED, next_frame, read_raw, seal_frame, wire_value, write_bytes, write_raw
 from hw.serial.link import MORE, board_fields, judge, show_measured
 
 _DEVICE = int(LinkFault.DEVICE)
@@ -60,6 +60,7 @@ def _in_order(d: np.record, raw: np.ndarray, fields: np.ndarray) -> bool:
     """Check the sequence number, if there is one, and take it over."""
     for k in range(len(fields)):
         if fields[k].target == _SEQUENCE_FIELD:
+            # of the type: a counter of one byte starts over every 256 frames
             span = np.int64(1) << (8 * fields[k].n_bytes)
             now = np.int64(raw[k])
             ahead = (now - d.sequence) & (span - 1)
@@ -79,6 +80,7 @@ def _store_switch(d: np.record, target: int, on: bool) -> None:
         d.estop = 1
     elif target == _FAULT and on:
         d.fault = 1
+    # as long as the host has asked for it: a board that drives unasked has not been armed by us
     elif target == _ENABLED and on:
         d.driven = d.asked
     elif target == _ENABLED and d.driven:
@@ -86,8 +88,17 @@ def _store_switch(d: np.record, target: int, on: bool) -> None:
 
 
 @compiled
+def _count(raw: float, f: np.record) -> int:
+    """Count of a counter that may be narrower than its type, without what stands above it."""
+    # flags or parity of an encoder there, taken as counts at the first reading, would be whole turns
+    count = wrap(int(np.int64(raw)), f.bits)
+    return count if f.kind == SIGNED or count >= 0 else count + (1 << f.bits)
+
+
+@compiled
 def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
     """Take over the numbers of a frame that counts."""
+    # cleared by a frame that counts, never by silence: a lost link does not release a button
     d.estop, d.fault = 0, 0  # several bits of a frame may say so: any one sets it
     for k in range(len(fields)):
         f, i = fields[k], fields[k].index
@@ -95,7 +106,7 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
         on = ((np.int64(raw[k]) & f.mask) != 0) != (f.invert != 0) if f.mask else False
         if f.target == _POSITION and f.bits:
             # unwrapped as a whole number, then scaled: a scaled one would lose the last bits of a long way
-            d.position_rad[i] = (unwrap(int(np.int64(raw[k])), f.bits, d.encoder[i]) - f.zero) * f.scale
+            d.position_rad[i] = (unwrap(_count(raw[k], f), f.bits, d.encoder[i]) - f.zero) * f.scale
         elif f.target == _POSITION and f.period > 0:
             d.position_rad[i] = follow(value, f.period, d.angle[i])
         elif f.target == _POSITION:
@@ -119,6 +130,7 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
 @compiled
 def _is_sound(d: np.record, raw: float, f: np.record) -> bool:
     """Whether a number can be one of this device: finite, and no angle that its range does not have."""
+    # a float field may hold anything; whole numbers are finite by nature
     if not math.isfinite(raw):
         return False
     return f.period == 0 or not beyond((raw - f.zero) * f.scale, f.period, d.angle[f.index])
@@ -137,12 +149,14 @@ def absorb(
             d.damaged_now = 1
         if not found:
             return
+        # an undamaged frame, whatever it says: the line is well
         d.good += 1
         sound = True
         for k in range(len(fields)):
             raw[k] = read_raw(stream[0].pending, 0, fields[k], big)
             sound = sound and _is_sound(d, raw[k], fields[k])
         if not sound:
+            # kept apart from damage: it was sent so, and sending it again does not help
             d.invalid += 1
             d.fault = 1
         elif not _in_order(d, raw, fields):
@@ -207,10 +221,12 @@ def send(
     enable = t.enabled != 0 and d.dropped == 0
     for axis in range(len(t.current_command_a)):
         value = t.torque_applied_nm[axis] if d.torque_mode else t.current_command_a[axis]
+        # one axis that is none disables all: they are parts of one arm
         enable = enable and math.isfinite(value)
     d.asked = 1 if enable else 0
     for k in range(x.length):  # sync, constants and tail first: numbers and switches are put over them
         packet[k] = x.template[k]
+    # endless; `write_bytes` sends as many of its low bytes as the field has
     d.command_sequence += 1
     for k in range(len(fields)):
         f = fields[k]

@@ -52,8 +52,8 @@ class FieldOptions(NumberOptions):
             raise ValueError(msg)
         if name in ("current_command", "torque") and not self._says_zero():
             msg = (
-                f"zero {self.zero:g} of {name!r}: beyond what type {self.type!r} can say, so a command of 0 "
-                "cannot be sent"
+                f"zero {self.zero:g} of {name!r}: no number of type {self.type!r}, so a command of 0 cannot "
+                "be sent"
             )
             raise ValueError(msg)
         return self
@@ -62,7 +62,8 @@ class FieldOptions(NumberOptions):
         kind, size = TYPES[self.type]
         span = 2.0 ** (8 * size)
         low, high = (-span / 2, span / 2 - 1) if kind == SIGNED else (0.0, span - 1)
-        return kind == FLOAT or low <= self.zero <= high
+        # a half would be cut off: half a step of torque from a motor that is sent 0, and that is stopped
+        return kind == FLOAT or (low <= self.zero <= high and self.zero.is_integer())
 
 
 class SampleField(FieldOptions):

@@ -8,8 +8,9 @@ from enum import IntEnum
 
 import numpy as np
 
-from hw.channels import READING
+from hw.channels import READING, WHOLE_RIG_CHANNELS
 from hw.interface import BackendError, Options, Rig
+from hw.motion import channel_units
 from hw.serial.checksums import KINDS, SIZE
 from hw.serial.layout import FLOAT, SIGNED, UNSIGNED, field_dtype, layout_dtype
 
@@ -62,25 +63,24 @@ TYPES = {
 }
 
 UNITS = {
-    "rad": 1.0,
-    "deg": math.pi / 180,
-    "rev": 2 * math.pi,
-    "rad/s": 1.0,
-    "deg/s": math.pi / 180,
-    "rev/s": 2 * math.pi,
-    "rpm": math.pi / 30,
-    "A": 1.0,
-    "mA": 1e-3,
-    "N": 1.0,
-    "mN": 1e-3,
-    "N m": 1.0,
-    "mN m": 1e-3,
-    "degC": 1.0,
-    "": 1.0,
+    "position": {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi},
+    "velocity": {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": math.pi / 30},
+    "current": {"A": 1.0, "mA": 1e-3},
+    "current_command": {"A": 1.0, "mA": 1e-3},
+    "torque": {"N m": 1.0, "mN m": 1e-3},
+    "force": {"N": 1.0, "mN": 1e-3},
+    "moment": {"N m": 1.0, "mN m": 1e-3},
+    "temperature": {"degC": 1.0},
 }
+"""Units of each channel on a rotary axis, factors to SI; besides, counts. A linear one has others
+(`hw.motion`)."""
 
 MEASURED = tuple(READING)
 """What a board may measure."""
+
+NEEDED = ("position", "current")
+"""What is of every axis, if of any: the law takes an axis that nobody tells of for one at 0 that never
+moves."""
 
 PER_AXIS = {"position", "velocity", "current", "temperature", "current_command", "torque"}
 
@@ -100,6 +100,7 @@ def layout_of(table: Options) -> np.ndarray:
         table["checksum_from"],
     )
     row["n_tail"] = len(tail)
+    # tail and sync before constants: the options have seen to it that no constant is in their place
     row["template"][end : table["length"]] = tail
     row["template"][: len(table["sync"])] = table["sync"]
     for constant in table["constant"]:
@@ -118,10 +119,22 @@ def fields_of(table: Options, rig: Rig, where: str) -> np.ndarray:
 
 
 def unit_of(field: Options, rig: Rig) -> float:
-    """SI units per unit of a field."""
-    if field["unit"] in ("counts", "counts/s"):
+    """SI units per unit of a field. Raises BackendError for a unit that its axis does not have."""
+    channel, unit = field["channel"], field["unit"]
+    if unit in ("counts", "counts/s"):
         return 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
-    return UNITS[field["unit"]]
+    if channel not in UNITS:  # flags and counters
+        return 1.0
+    # of a screw a turn is its lead, not 6 m, and 1 N m on it is 2 pi / lead N
+    units = channel_units(
+        channel, UNITS[channel], *rig.moves(0 if channel in WHOLE_RIG_CHANNELS else field["axis"])
+    )
+    if unit not in units:
+        raise BackendError(
+            f"{channel}: unit {unit!r}, which axis {field['axis']} does not have: it has {', '.join(units)}; "
+            "correct the unit, or motion and lead_m of the axis"
+        )
+    return units[unit]
 
 
 def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:
@@ -138,6 +151,7 @@ def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:
     row["scale"] = field["scale"] * unit
     row["period"] = unit * (field.get("wrap_at") or 0.0)
     # only a whole number runs over its end
+    # with `wrap_at` an angle is followed by its value: the two would follow each other
     whole = name == "position" and row["kind"] != FLOAT and not row["period"]
     row["bits"] = (field["wrap_bits"] or 8 * int(row["n_bytes"])) if whole else 0
 

@@ -30,6 +30,7 @@ TYPE_STOP = 0x82
 TYPE_IDENTIFY = 0x83
 
 MICRO = 1_000_000
+# 2^31 - 1; the most negative number has no positive counterpart, and a sign may be turned
 _LARGEST = 2147483647.0
 
 SERIAL_NUMBER_BYTES = 16
@@ -123,6 +124,7 @@ def toward_zero(value: float) -> float:
 def micro(value: float) -> int:
     """`value` in millionths, truncated toward zero, saturated at +-(2^31 - 1). NaN gives 0."""
     scaled = value * 1e6
+    # in this sense: a comparison with NaN is false, so NaN comes in here, too
     if not abs(scaled) < _LARGEST:
         if math.isnan(scaled):
             return 0
@@ -132,12 +134,14 @@ def micro(value: float) -> int:
 
 @compiled
 def _header(body: np.ndarray, kind: int, sequence: int) -> int:
+    # the version first: a board of another one reads nothing behind it
     body[0], body[1] = VERSION, kind
     return put(body, 2, 2, sequence)
 
 
 @compiled
 def _is(body: np.ndarray, n: int, kind: int, length: int) -> bool:
+    # the exact length: what a longer packet of a later version means is not known here
     return n == length and body[0] == VERSION and body[1] == kind
 
 
@@ -173,6 +177,7 @@ def decode_state(body: np.ndarray, n: int, record: np.ndarray) -> bool:
     """Read a state packet's body, of any type, of as many axes as `record` has; velocities and moments not in
     it are 0."""
     s = record[0]
+    # the axes of the rig, not of the packet: another number is another board, and is refused
     n_axes, kind = len(s.position_counts), int(body[1])
     velocity, moment = kind & WITH_VELOCITY != 0, kind & WITH_MOMENT != 0
     if kind & ~(WITH_VELOCITY | WITH_MOMENT) != TYPE_STATE:
@@ -214,6 +219,7 @@ def decode_command(body: np.ndarray, n: int, record: np.ndarray) -> bool:
     """Read a command packet's body of as many axes as `record` has."""
     c = record[0]
     n_axes = len(c.value)
+    # a time to live of 0 would let go before the next command could come
     if not _is(body, n, TYPE_COMMAND, 8 + 4 * n_axes) or body[6] != n_axes or body[5] == 0:
         return False
     c.sequence, c.time_to_live = unsigned(body, 2, 2), unsigned(body, 5, 1)

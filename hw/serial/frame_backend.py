@@ -13,6 +13,7 @@ from hw.interface import BackendError, Options, Rig, Words
 from hw.jit import bound, records
 from hw.serial import frame, link
 from hw.serial.backend import Codec, SerialCore, require_line_rate
+from hw.serial.declared import command_packet_bytes, state_packet_bytes
 from hw.serial.deframer import deframer_dtype
 from hw.serial.framing import BODY_MAX, PACKET_MAX
 from hw.serial_port import Port
@@ -24,18 +25,9 @@ _NOT_IN_THE_PACKET = int(frame.Status.VELOCITY_MISSING | frame.Status.MOMENT_MIS
 """Bits that also say which type of packet it is: no news where the rig file does not ask for what is
 missing."""
 
+# where one packet in 1000 is damaged, all three are once in 10^9 stops
 STOP_REPEATS = 3
 """Copies of the stop packet in one write: one damaged copy on the wire does not matter."""
-
-
-def state_packet_bytes(n_axes: int, *, velocity: bool = False, moment: bool = False) -> int:
-    """Length on the wire of a state packet: body, CRC, COBS byte, delimiters."""
-    return 28 + (14 if velocity else 10) * n_axes + (12 if moment else 0) + 4 + 3
-
-
-def command_packet_bytes(n_axes: int) -> int:
-    """Length on the wire of a command packet."""
-    return 8 + 4 * n_axes + 4 + 3
 
 
 class SerialBackend(SerialCore):
@@ -125,6 +117,7 @@ class SerialBackend(SerialCore):
         end = time.monotonic() + self._patience_s
         views: list[memoryview] = [self.chunk.data]
         ask, ask_at = self._packet(frame.TYPE_IDENTIFY), 0.0
+        # samples alone do not do: they say nothing of who sends them
         while not self.link[0]["identified"]:
             now = time.monotonic()
             if now > end:
@@ -160,6 +153,7 @@ class SerialBackend(SerialCore):
     def _check_identity(self) -> None:
         board = self._board[0]
         name = bytes(board["serial_number"]).rstrip(b"\0").decode("ascii", "backslashreplace")
+        # the board of this run before the one of the file: after a re-plug the joint's angle goes on with it
         wanted = self.identity or self._wanted
         if wanted is not None and name != wanted:
             raise BackendError(
@@ -171,7 +165,23 @@ class SerialBackend(SerialCore):
                 f"serial port {self._path}: board {name!r} has {board['n_axes']} axes, the rig file "
                 f"{self._rig.n_axes}"
             )
+        self._require_short_life(name, 1e-6 * float(board["cycle_us"]))
         self.identity = name
+
+    def _require_short_life(self, name: str, cycle_s: float) -> None:
+        """Refuse a time to live, which is in cycles of the board, that is too long or too short for the
+        loop."""
+        cycles, period_s = int(self.link[0]["time_to_live"]), self._rig.period_s
+        life_s = cycles * cycle_s
+        # the safety contract: without the host no torque after 10 periods (never asked below 10 ms); and one
+        # command that comes late must not stop the motor. The clocks of board and loop differ a little.
+        least_s, most_s = 2 * period_s, max(0.01, 10 * period_s)
+        if not 0.99 * least_s <= life_s <= 1.01 * most_s:
+            raise BackendError(
+                f"serial port {self._path}: board {name!r} has a cycle of {1e6 * cycle_s:g} us: "
+                f"time_to_live_cycles {cycles} are {1e3 * life_s:g} ms, and must be {1e3 * least_s:g} to "
+                f"{1e3 * most_s:g}: 2 to 10 periods"
+            )
 
 
 def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
@@ -184,12 +194,14 @@ def _settings(options: Options, rig: Rig, torque: bool) -> np.ndarray:
             f"serial: axis has {len(axes)} tables; give one for all, or {rig.n_axes}, one per axis"
         )
     for k, axis in enumerate(axes):
+        # sign and resolution in one factor: angle and velocity cannot get different signs
         row["rad_per_count"][k] = axis["position_sign"] * 2 * math.pi / rig.encoder_counts_per_rev[k]
         row["offset_rad"][k] = axis["position_offset_rad"]
         row["motor_sign"][k] = axis["motor_sign"]
     row["torque_mode"], row["time_to_live"] = int(torque), options["time_to_live_cycles"]
     for channel in link.SHOWN:
         row["show_" + channel] = channel in channels
+    # what the rig does not use may be missing: a board without a force sensor serves a rig without one
     unusable = frame.Status.DRIVE_FAULT
     unusable |= frame.Status.FORCE_MISSING if "force" in channels else 0
     unusable |= frame.Status.TEMPERATURE_MISSING if "temperature" in channels else 0

@@ -12,6 +12,7 @@ import numpy as np
 
 from hw.jit import compiled
 
+# COBS: up to 254 bytes without a zero need one code byte; 250 leave room below that
 BODY_MAX = 250
 """Longest body with its CRC, bytes."""
 
@@ -47,6 +48,7 @@ def put(data: np.ndarray, at: int, size: int, value: int) -> int:
     """Write the low `size` bytes of `value`, little endian, at `at`. Returns the place after them."""
     rest = np.int64(value)
     for k in range(size):
+        # a negative number is two's complement by itself: the mask cuts its endless ones off
         data[at + k] = np.uint8(rest & 0xFF)
         rest >>= 8
     return at + size
@@ -66,6 +68,7 @@ def signed(data: np.ndarray, at: int, size: int) -> int:
     """Read `size` (1 to 4) bytes at `at`, little endian, two's complement."""
     value = unsigned(data, at, size)
     if value >> (8 * size - 1):
+        # the highest bit of two's complement counts negative
         value -= 1 << (8 * size)
     return value
 
@@ -77,6 +80,7 @@ def seal(body: np.ndarray, n: int, packet: np.ndarray) -> int:
     `body` needs room for four more bytes, `packet` for `n + 7`; `n` is at most `BODY_MAX - 4`."""
     end = put(body, n, 4, crc32(body, 0, n))
     packet[0] = 0
+    # the code byte is written when the distance to the next zero is known
     code_at, at, code = 1, 2, 1
     for i in range(end):
         if body[i] == 0:
@@ -101,14 +105,17 @@ def unseal(data: np.ndarray, n: int, body: np.ndarray) -> int:
     int
         Length of the body without its CRC, or -1 for anything that is not a whole and undamaged packet:
         too short, too long, a zero inside, a COBS code that points beyond the end, a wrong CRC."""
+    # bounds first: `body` has room for a packet, not for whatever a line may bring
     if n < 6 or n > BODY_MAX + 1:  # a COBS byte, a body of at least one, four of CRC
         return -1
     i, at = 0, 0
     while i < n:
         code = int(np.int64(data[i]))
+        # a code of 0 would never go on; one beyond the end would read old bytes of the buffer
         if code == 0 or i + code > n:
             return -1
         for k in range(i + 1, i + code):
+            # the deframer cuts at zeros: one inside cannot come from it, and is no COBS
             if data[k] == 0:
                 return -1
             body[at] = data[k]

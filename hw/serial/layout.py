@@ -66,6 +66,7 @@ def read_bytes(frame: np.ndarray, at: int, size: int, big: int) -> int:
     """Unsigned number of `size` (1 to 4) bytes."""
     value = np.int64(0)
     for k in range(size):
+        # highest byte first, from either end
         value = (value << 8) | np.int64(frame[at + (k if big else size - 1 - k)])
     return int(value)
 
@@ -84,6 +85,7 @@ def read_raw(frame: np.ndarray, start: int, f: np.record, big: int) -> float:
     """The number of field `f` of the frame that begins at `start`, as it is on the wire."""
     value = read_bytes(frame, start + f.at, f.n_bytes, big)
     if f.kind == FLOAT:
+        # the bits of a float are taken as they are: a conversion would make a number of their pattern
         return float(np.uint32(value).view(np.float32))
     if f.kind == SIGNED and value >> (8 * f.n_bytes - 1):
         value -= 1 << (8 * f.n_bytes)
@@ -94,6 +96,7 @@ def read_raw(frame: np.ndarray, start: int, f: np.record, big: int) -> float:
 def write_raw(frame: np.ndarray, f: np.record, big: int, raw: float) -> None:
     """Write `raw` (finite), truncated toward zero and saturated to what the field can hold."""
     if f.kind == FLOAT:
+        # cut before: a float64 beyond float32 becomes infinite, which a drive may take for full torque
         single = np.float32(min(max(raw, -_F32_MAX), _F32_MAX))
         write_bytes(frame, f.at, f.n_bytes, big, int(np.int64(single.view(np.uint32))))
         return
@@ -123,6 +126,7 @@ def sealed_at(data: np.ndarray, at: int, layout: np.ndarray) -> bool:
     for k in range(x.length - x.n_tail, x.length):
         if data[at + k] != x.template[k]:
             return False
+    # last: sync and tail are a few comparisons, the checksum is a loop over the frame
     found = read_bytes(data, at + x.checksum_at, x.checksum_size, x.checksum_big)
     return found == checksum(x.checksum, data, at + x.checksum_from, at + x.checksum_at)
 
@@ -164,6 +168,7 @@ def next_frame(
     a lost byte must not cost more than the frame it was in."""
     s, length, broken = stream[0], layout[0].length, 0
     if s.skipped:
+        # now and not when it was found: until here the caller reads the frame where it lies
         _drop(s, s.skipped)
         s.skipped = 0
     while True:
@@ -179,6 +184,7 @@ def next_frame(
             return at, True, broken
         if s.synced:
             broken += 1
+            # counted once: the bytes that follow are part of the same damage
             s.synced = 0
         _drop(s, _next_beginning(s, layout[0]))
 

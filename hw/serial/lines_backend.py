@@ -10,7 +10,7 @@ import numpy as np
 from hw.interface import CHANNEL_FIELDS, BackendError, Options, Rig, Words
 from hw.serial.asking import await_first, switched
 from hw.serial.backend import SerialCore, require_line_rate
-from hw.serial.described_plan import MEASURED, PER_AXIS, unit_of
+from hw.serial.described_plan import MEASURED, NEEDED, PER_AXIS, unit_of
 from hw.serial.lines_codec import INVALID, LINE_MAX, LineReader, Lines, LineWriter
 from hw.serial.lines_sample import LineSample
 from hw.serial.link import BACKLOGGED, MORE
@@ -30,8 +30,9 @@ class LinesBackend(SerialCore):
     def __init__(self, options: Options, rig: Rig) -> None:
         super().__init__(options, rig)
         self._options, sample, command = options, options["sample"], options["command"]
-        self._require_axes(sample, "position", "sample")
         given = {field["channel"] for field in sample["field"]}
+        for channel in NEEDED:
+            self._require_axes(sample, channel, "sample")
         self.provides = frozenset(given & set(MEASURED))
         self.sample = LineSample(sample["field"], rig)
         self._reader, self._lines = LineReader(sample), Lines()
@@ -51,6 +52,7 @@ class LinesBackend(SerialCore):
         self._identity: str | None = None
         self._opened = False
         # at least a digit and a separator for each number
+        # a board may print more digits: a rate that is refused here is too slow for certain
         shortest = len(sample["prefix"]) + 2 * sample["columns"]
         sent = len(self._poll) + (
             len(self._writer.write([0.0] * rig.n_axes, enabled=True)) + 1 if self._writer else 0
@@ -81,7 +83,9 @@ class LinesBackend(SerialCore):
         if self._writer is None:
             return last
         command = self._options["command"]
+        # made like any command: with the prefixes and the checksum that the board expects
         zero = self._writer.write([0.0] * self._rig.n_axes, enabled=False) + self._end
+        # the idle word behind zeros: torque ends before the power stage does
         return self._end + (zero + self._line(command["idle"])) * STOP_REPEATS + last
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
@@ -103,20 +107,21 @@ class LinesBackend(SerialCore):
 
     def _sender(self, row: np.ndarray) -> Callable[[], int]:
         writer, end, buffer, order = self._writer, self._end, self._packet_bytes, self.sample.order
+        unsent = self._wire["unsent_in_row"]
         if writer is None:
-            return switched(row, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll)
+            return switched(row, self.packet, lambda: 0, {"enter": b"", "idle": b""}, self._poll, unsent)
         values, enabled = row[CHANNEL_FIELDS[self._channel]][0].data, row["enabled"].data
 
         def _send() -> int:
             # the line before may have gone out in part: it ends here
-            cut = end if self._wire["unsent_in_row"][0] else b""
+            cut = end if unsent[0] else b""
             line = cut + writer.write(values, enabled=order(enabled[0] != 0)) + end
             buffer[: len(line)] = line
             return len(line)
 
         command = self._options["command"]
         words = {name: self._line(command[name]) for name in ("enter", "idle")}
-        return switched(row, self.packet, _send, words, self._poll)
+        return switched(row, self.packet, _send, words, self._poll, unsent, end)
 
     def _absorb(self, data: bytes) -> None:
         sample, reader = self.sample, self._reader

@@ -13,9 +13,11 @@ from collections.abc import Sequence
 
 from hw.interface import Options
 
+# a board that prints no end of line must not fill the memory of the loop
 LINE_MAX = 250
 """Most characters of a line, its end not counted."""
 
+# some 27 us each for four numbers: more in a cycle would take its time, and only the newest is shown
 LINES_MAX = 32
 """Most lines read of one chunk, the newest; older ones are counted and passed over."""
 
@@ -101,9 +103,11 @@ class LineReader:
             if not right:
                 return DAMAGED
             line = text
+        # after the checksum: a damaged line may look like one of another kind
         if not line.startswith(self._prefix):
             return None
         cells = line[len(self._prefix) :].split(self._separator)
+        # exactly: a lost separator joins two numbers, a lost digit beside it is seen by `decimals` only
         if len(cells) != self._columns:
             return DAMAGED
         numbers = []
@@ -117,6 +121,7 @@ class LineReader:
 
 def _number(cell: bytes, decimals: int | None, *, whole: bool) -> float | str:
     if whole:
+        # no float: 1.5 of a counter is a column that is another one
         return float(cell) if _WHOLE.fullmatch(cell) else DAMAGED
     if _NOT_FINITE.fullmatch(cell):
         return INVALID
@@ -145,6 +150,7 @@ class LineWriter:
     def write(self, values: Sequence[float], *, enabled: bool) -> bytes:
         """The line for `values`, one per axis in SI; zeros when not enabled, or when any of them is not
         finite."""
+        # one value that is none disables every axis, as in the other drivers
         on = enabled and all(math.isfinite(value) for value in values)
         return sealed(b"".join(part.write(values, on=on) for part in self._parts), self._checksum)
 
@@ -175,6 +181,7 @@ class _Part:
             return self._prefix + b"%g" % self._life
         number = 0.0
         if on:
+            # in SI first: the limit is of the torque, whatever the board's unit and sign are
             value = min(max(values[self._axis], -self._limit), self._limit) / self._scale
             # cut off toward 0
             number = int(min(max(value, -NUMBER_MAX), NUMBER_MAX) * self._steps) / self._steps

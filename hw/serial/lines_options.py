@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
@@ -21,6 +21,9 @@ CommandChannel = Literal["current_command", "torque", "enable", "time_to_live"]
 class LineSampleField(NumberOptions):
     """[[device.options.sample.field]]"""
 
+    # a text does not say how wide the board's counter is
+    start_over: ClassVar[tuple[str, ...]] = ("position", "sequence")
+
     channel: ToldChannel = Field(description="what the number is")
     column: int = Field(ge=0, le=63, description="which number of the line, from 0")
     decimals: int | None = Field(
@@ -35,6 +38,9 @@ class LineSampleField(NumberOptions):
         if self.decimals and self.channel in (*SWITCHES, "sequence"):
             msg = f"decimals of {self.channel!r}: whole numbers only"
             raise ValueError(msg)
+        if self.channel == "sequence" and self.wrap_at and not self.wrap_at.is_integer():
+            msg = f"wrap_at {self.wrap_at:g} of 'sequence': a whole number, 65536 of a counter of 16 bits"
+            raise ValueError(msg)
         return self
 
 
@@ -45,6 +51,17 @@ class LineCommandField(NumberOptions):
     prefix: Text = Field("", description="what stands before the number")
     decimals: int = Field(4, ge=0, le=9, description="digits behind the point; the rest is cut off, toward 0")
     limit: float = Field(1e6, ge=1e-6, le=1e6, description="in the unit: larger commands are cut to it")
+
+    @model_validator(mode="after")
+    def _says_zero(self) -> Self:
+        # a zero with more digits than are written is rounded: torque from a motor that is sent 0
+        if round(self.zero, self.decimals) != self.zero:
+            msg = (
+                f"zero {self.zero:g} of {self.channel!r} has more than {self.decimals} decimals: a command "
+                "of 0 cannot be sent"
+            )
+            raise ValueError(msg)
+        return self
 
 
 class LineSampleOptions(Table):

@@ -15,7 +15,7 @@ from hw.serial.described_plan import unit_of
 
 _CHECKSUM, _SEQUENCE, _DEVICE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE), int(LinkFault.DEVICE)
 _SPAN = 1 << 32
-"""A sequence number (a count, or milliseconds) starts over after this at the latest."""
+"""A sequence number (a count, or milliseconds) starts over after this, unless its field has a `wrap_at`."""
 
 
 class LineSample:
@@ -34,12 +34,18 @@ class LineSample:
             name: array("d", bytes(8 * n.get(name, rig.n_axes)))
             for name in ("position", "velocity", "current", "force", "moment", "temperature")
         }
+        for name in ("velocity", "temperature"):
+            # of an axis without this sensor; 0 would be a joint that stands, or a motor that is cold
+            self._values[name] = array("d", [np.nan] * rig.n_axes)
         self._shown = sorted({field["channel"] for field in fields} & set(self._values))
         self._has_estop = any(field["channel"] == "estop" for field in fields)
         self._rows = [_Row(field, rig) for field in fields]
         self._estop = self.fault = 0
         self._asked = self._driven = self._dropped = False
         self._sequence: int | None = None
+        # taken for a wider one, a counter that starts over looks like a board that was powered anew
+        spans = [field["wrap_at"] for field in fields if field["channel"] == "sequence"]
+        self._span = int(spans[0] or _SPAN) if spans else _SPAN
         self.fresh = False
         self._damaged = self._older = False
         self.count = self.older_in_row = 0
@@ -87,6 +93,7 @@ class LineSample:
                 self._older = True
                 return
         values = [row.value(number) for row, number in zip(rows, numbers, strict=True)]
+        # an angle beyond its range comes out as NaN: the whole line is none then, no number of it is taken
         if not all(map(math.isfinite, values)):
             self.invalid()
             return
@@ -94,6 +101,7 @@ class LineSample:
         for row, value in zip(rows, values, strict=True):
             if row.channel == "estop":
                 self._estop = int(value)
+            # several bits or columns may say so: any one of them counts
             elif row.channel == "fault":
                 self.fault |= int(value)
             elif row.channel == "enabled":
@@ -104,7 +112,7 @@ class LineSample:
         self.fresh, self.older_in_row = True, 0
 
     def _is_newer(self, number: int) -> bool:
-        if self._sequence is not None and not 0 < (number - self._sequence) % _SPAN < _SPAN // 2:
+        if self._sequence is not None and not 0 < (number - self._sequence) % self._span < self._span / 2:
             return False
         self._sequence = number
         return True
@@ -113,6 +121,7 @@ class LineSample:
         """Count a fresh sample, or tell by `LinkFault` bits why there is none; ready for the next cycle."""
         fresh, damaged, older = self.fresh, self._damaged, self._older
         self.fresh = self._damaged = self._older = False
+        # in every cycle until a line says otherwise: silence is no repair
         device = _DEVICE if self.fault or self._dropped else 0
         if backlogged:  # anything may be lost behind it, and the order begins anew
             self._sequence, self.older_in_row = None, 0
@@ -145,7 +154,7 @@ class _Row:
         self._mask, self._invert = int(field["mask"]), bool(field["invert"])
         unit = unit_of(field, rig)
         self._scale, self._zero = field["scale"] * unit, field["zero"]
-        period = unit * (field["wrap_at"] or 0.0)
+        period = unit * (field["wrap_at"] or 0.0) if self.channel == "position" else 0.0
         self._follow = Modulo(period) if period else None
 
     def value(self, number: float) -> float:

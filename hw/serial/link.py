@@ -91,6 +91,7 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
     ln, s = link[0], state[0]
     ln.good += 1
     if ln.started:
+        # differences modulo the range: both counters start over, the sequence every 65 s at 1 kHz
         ahead = (s.sequence - ln.sequence) & 0xFFFF
         later_us = (s.time_us - ln.time_us) & 0xFFFFFFFF  # microseconds, which start over every 71 minutes
         if not (0 < ahead < 0x8000 and 0 < later_us < 0x80000000):
@@ -98,14 +99,17 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
             ln.older_in_row += 1
             ln.older_now = 1
             return
+        # counted, and no fault: the newest sample is whole, and what is missing makes it older by itself
         ln.lost += ahead - 1
     ln.started, ln.fresh, ln.older_in_row = 1, 1, 0
     ln.sequence, ln.time_us = s.sequence, s.time_us
+    # a packet without velocities is one whose velocities are missing: one bit says both
     ln.status = s.status | (0 if s.has_velocity else _NO_VELOCITY) | (0 if s.has_moment else _NO_MOMENT)
     ln.command_acknowledged = s.command_sequence
     for axis in range(len(ln.position_counts)):
         # unwrapped as a whole number: counts of a long way are exact
         ln.position_counts[axis] = unwrap(s.position_counts[axis], 32, ln.encoder[axis])
+        # the motor's sign, not the encoder's: they are wired independently of each other
         ln.current_a[axis] = ln.motor_sign[axis] * (s.current_ua[axis] * 1e-6)
         ln.temperature_c[axis] = s.temperature_cdeg[axis] * 1e-2
         ln.velocity_rad_s[axis] = ln.rad_per_count[axis] * (s.velocity_dcounts_s[axis] * 1e-1)
@@ -136,6 +140,7 @@ def absorb(
             ln.damaged_now = 1
         elif frame.decode_state(body, size, state):
             _accept(link, state)
+        # a board may say who it is at any time: after a reset, or when another program has asked
         elif frame.decode_identity(body, size, identity):
             ln.identified = 1
         else:
@@ -166,14 +171,17 @@ def judge(link: np.record, end: int) -> int:
     Damaged packets in a backlog are not counted as damage on the wire: where the kernel drops bytes it cuts a
     packet in two. As the kernel may have dropped any number of packets, sequence numbers are compared anew
     after a backlog."""
+    # of this cycle only: a fault of a cycle ago is no news
     fresh, damaged, older = link.fresh, link.damaged_now, link.older_now
     link.fresh, link.damaged_now, link.older_now = 0, 0, 0
+    # older_in_row too: frames that the kernel has dropped are no board that has started over
     if end == BACKLOGGED:
         link.started, link.older_in_row = 0, 0
         return 0
     if fresh:
         link.sample_count += 1
         return 0
+    # a fresh sample beside a damaged one is a sample: `damaged` counts it, the law need not
     return _CHECKSUM if damaged else (_SEQUENCE if older else 0)
 
 
@@ -205,8 +213,10 @@ def show(tick: np.ndarray, link: np.ndarray, end: int) -> None:
     t.sample_count = ln.sample_count
     t.link_faults = faults
     for axis in range(len(ln.position_counts)):
+        # from the whole count each time: increments would add up their rounding
         t.position_rad[axis] = ln.position_counts[axis] * ln.rad_per_count[axis] + ln.offset_rad[axis]
     show_measured(t, ln)
+    # shown out of an old sample, too: a pressed button stays pressed until a sample says otherwise
     if ln.show_estop:
         t.estop = 1 if ln.status & _ESTOP else 0
 
@@ -242,17 +252,20 @@ def send(
 
     Disabled, a value of any axis not finite, or a board that has let go: every value 0 and enable 0."""
     t, ln, c = tick[0], link[0], command[0]
+    # the host has disabled: what the board did before is forgiven, and is judged anew when armed
     if t.enabled == 0:
         ln.driven, ln.dropped = 0, 0
     enable = t.enabled != 0 and ln.dropped == 0
     for axis in range(len(c.value)):
         value = t.torque_applied_nm[axis] if ln.torque_mode else t.current_command_a[axis]
         enable = enable and math.isfinite(value)
+        # before `enable` is known: every axis is looked at, for one that is not finite disables all
         c.value[axis] = frame.micro(ln.motor_sign[axis] * value)
     if not enable:
         for axis in range(len(c.value)):
             c.value[axis] = 0
     ln.enabled_in_row = ln.enabled_in_row + 1 if enable else 0
+    # counts disabled commands, too: a board obeys one that enables only if it is ahead of the last
     ln.command_sequence = (ln.command_sequence + 1) & 0xFFFF
     c.sequence, c.enable = ln.command_sequence, 1 if enable else 0
     c.torque_mode, c.time_to_live = ln.torque_mode, ln.time_to_live

@@ -7,7 +7,7 @@ A negative scale turns the sign."""
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -30,6 +30,12 @@ Unit = Literal[
     "N m",
     "mN m",
     "degC",
+    "m",
+    "mm",
+    "um",
+    "m/s",
+    "mm/s",
+    "kN",
     "",
 ]
 ToldChannel = Literal[
@@ -48,11 +54,11 @@ ToldChannel = Literal[
 SampleChannel = Literal[ToldChannel, "identity"]
 
 UNITS = {
-    "position": ("counts", "rad", "deg", "rev"),
-    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm"),
+    "position": ("counts", "rad", "deg", "rev", "m", "mm", "um"),
+    "velocity": ("counts/s", "rad/s", "deg/s", "rev/s", "rpm", "m/s", "mm/s"),
     "current": ("A", "mA"),
     "current_command": ("A", "mA"),
-    "torque": ("N m", "mN m"),
+    "torque": ("N m", "mN m", "N", "mN", "kN"),
     "force": ("N", "mN"),
     "moment": ("N m", "mN m"),
     "temperature": ("degC",),
@@ -63,13 +69,20 @@ SWITCHES = ("estop", "fault", "enabled", "enable")
 class NumberOptions(Table):
     """One number that a board sends or is sent."""
 
+    start_over: ClassVar[tuple[str, ...]] = ("position",)
+    """Channels that may have a `wrap_at`."""
+
     axis: int = Field(0, ge=0, le=7, description="which joint, from 0")
     component: int = Field(0, ge=0, le=2, description="force, moment: 0 x, 1 y, 2 z")
     unit: Unit = Field("", description="what one step of the scale is")
     scale: float = Field(1.0, ge=-1e9, le=1e9, description="units per wire step; negative turns the sign")
     zero: float = Field(0.0, ge=-1e12, le=1e12, description="number on the wire that means 0")
     wrap_at: float | None = Field(
-        None, gt=0, le=1e12, description="position: it starts over after this much, in its unit: 360 (deg)"
+        None,
+        gt=0,
+        le=1e12,
+        description="position: it starts over after this much, in its unit: 360 (deg); sequence of a line: "
+        "so does the counter, default 2^32",
     )
     mask: int = Field(
         0, ge=0, le=2**32 - 1, description="estop, fault, enabled, enable: the bits that say so"
@@ -90,8 +103,8 @@ class NumberOptions(Table):
         if self.scale == 0:
             msg = f"scale of {name!r} is 0: every value would be 0"
             raise ValueError(msg)
-        if self.wrap_at is not None and name != "position":
-            msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a position"
+        if self.wrap_at is not None and name not in self.start_over:
+            msg = f"wrap_at {self.wrap_at:g} of {name!r}: for a {' or a '.join(self.start_over)}"
             raise ValueError(msg)
         return self
 

@@ -29,6 +29,7 @@ class PortOptions(Table):
         pattern=r"^/",
         description="path of the port; /dev/serial/by-id/... stays with the board",
     )
+    # 12 Mbit/s is what bridges of high-speed USB reach (FT232H); 9600 are 960 bytes a second
     baud: int = Field(921_600, ge=9600, le=12_000_000, description="bit rate; USB boards ignore it")
     open_timeout_s: float = Field(3.0, ge=0.1, le=30, description="patience at start, for a board that boots")
     reopen_timeout_s: float = Field(
@@ -96,8 +97,12 @@ class SerialOptions(PortOptions):
     command: Literal["current", "torque"] = Field(
         "current", description="torque: the board does its own current"
     )
+    # of what length its cycles are, the board says when it is opened: the bounds in s are held there
     time_to_live_cycles: int = Field(
-        10, ge=1, le=50, description="board cycles a command is held without a new one"
+        10,
+        ge=1,
+        le=50,
+        description="board cycles a command is held without a new one; 2 to 10 periods of the loop",
     )
     axis: tuple[AxisOptions, ...] = Field((AxisOptions(),), strict=False)
 

@@ -62,6 +62,7 @@ class Cia402Sim:
         return struct.pack("<BHBI", 0x43, index, sub, self.objects[index, sub] & 0xFFFF_FFFF)
 
     def _synchronise(self) -> list[Frame]:
+        # obeyed at the SYNC and not when it came: all drives of a rig act at one instant
         control, self._last = self._pending_control, self.controlword
         self.controlword = control
         self._transition(control)

@@ -166,6 +166,7 @@ class MoteusSim:
             if register + k == 0x000:
                 if value == 0:
                     self.mode = self.fault = 0
+                # a time-out is left by a stop alone: torque does not come back by itself
                 elif self.mode not in (1, 11):  # out of fault (1) and time-out (11) only stopped (0) leads
                     self.mode = int(value)
                 self.torque_nm, self._max_nm = 0.0, math.inf

@@ -6,6 +6,7 @@ import numpy as np
 
 from hw.simulators.jit import compiled
 
+# friction of 0 would divide by 0 in the bristle's share of break-away
 LEAST, MOST = 0.05, 20.0
 """Bounds of both factors, whatever a script says."""
 

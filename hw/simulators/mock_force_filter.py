@@ -53,6 +53,7 @@ def advance_force(s: np.record, p: np.record) -> None:
         shown = kept * line[0] + (1.0 - ahead) * now + (ahead - kept) * s.force_before_nm[axis]
         for k in range(p.force_delay_ticks, 0, -1):
             line[k] = line[k - 1]
+        # the line is moved first: with no delay place 0 is what is shown now
         line[0], s.force_before_nm[axis] = shown, now
 
 

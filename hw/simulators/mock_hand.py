@@ -20,6 +20,7 @@ def grips(time_s: float, p: np.record, axis: int) -> bool:
     """Whether the hand holds the tip at `time_s` after the first tick."""
     if p.hand_kind[axis] == _NONE:
         return False
+    # no interval is always, not never: most hands hold on
     if p.grip_count[axis] == 0:
         return True
     held = False
@@ -51,6 +52,7 @@ def _sines(t: float, p: np.record, axis: int) -> tuple[float, float]:
 
 @compiled
 def _triangle(t: float, amplitude: float, speed: float) -> tuple[float, float]:
+    # a quarter of the period on: a hand begins where it rests, not at the end of its way
     phase = (t * speed + amplitude) % (4.0 * amplitude)  # begins in the middle, going up
     if phase < 2.0 * amplitude:
         return phase - amplitude, speed
@@ -83,6 +85,7 @@ def wanted(time_s: float, p: np.record, axis: int) -> tuple[float, float]:
         elif kind == _TRIANGLE:
             x, v = _triangle(t, p.hand_amplitude_rad[axis], p.hand_speed_rad_s[axis])
         elif kind == _PUSH:
+            # the depth has a sign, and the way there has the same
             speed = math.copysign(p.hand_speed_rad_s[axis], p.hand_amplitude_rad[axis])
             x, v = _push(t, p.hand_amplitude_rad[axis], speed, p.hand_hold_s[axis], p.hand_rest_s[axis])
     return p.hand_center_rad[axis] + x, v

@@ -57,6 +57,7 @@ def _load_sides(
     """The sides as they stand now, and where in a step their torques are taken."""
     sides = np.zeros((2, COLUMNS))
     stiffness, damping = p.joint_stiffness_nm_rad[axis], p.joint_damping_nms_rad[axis]
+    # the trapezoidal rule where that is stable: of second order, and it does not damp by itself
     share = 0.5
     for i in range(2):
         row = sides[i]

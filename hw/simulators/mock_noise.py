@@ -21,11 +21,13 @@ def normal(s: np.record) -> float:
         s.normal_spare_ready = 0
         return float(s.normal_spare)
     a, b, q = 0.0, 0.0, 0.0
+    # a point in the circle, its centre left out (log of 0): pi/4 of the tries
     while q <= 0.0 or q >= 1.0:
         a = 2.0 * uniform(s.rng) - 1.0
         b = 2.0 * uniform(s.rng) - 1.0
         q = a * a + b * b
     scale = math.sqrt(-2.0 * math.log(q) / q)
+    # two numbers for one logarithm; the state keeps the second, so that a copy of the rig draws alike
     s.normal_spare = b * scale
     s.normal_spare_ready = 1
     return a * scale

@@ -20,6 +20,7 @@ from hw.simulators.mock_joint import advance_detailed, is_detailed
 from hw.simulators.mock_records import DELAY_LINE
 from hw.simulators.mock_sensors import hold_sample, sense_axes, sense_force
 
+# the longest time to live (`MockOptions`): what is beyond is torque-free
 CATCH_UP_TICKS = 50
 """Up to so many missed periods are simulated one by one. What remains of a longer gap is simulated in one go,
 in as many steps as this number of periods has."""
@@ -34,6 +35,7 @@ def _advance_axis(
     s: np.record, p: np.record, axis: int, time_s: float, duration_s: float, steps: int
 ) -> None:
     """Advance one axis by `duration_s` in equal `steps` under its present motor current."""
+    # steps of one length end on the grid of the loop: a sample is of its slot, not near it
     h = duration_s / steps
     rate = 1.0 / h
     x, v, z = s.position_rad[axis], s.velocity_rad_s[axis], s.bristle_rad[axis]
@@ -44,6 +46,7 @@ def _advance_axis(
     dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
     inertia = p.inertia_kgm2[axis] + m_h
     motor, friction = s.motor_torque_nm[axis], s.friction_torque_nm[axis]
+    # the most that may damp: by it the step is chosen implicit enough to be stable
     damping = b_h + p.bristle_damping_nms_rad[axis] + p.viscous_nms_rad[axis] + p.thinning_nms_rad[axis]
     share = implicit_share(inertia, damping, k_h + p.bristle_stiffness_nm_rad[axis], h)
     drag = b_h + share * h * k_h
@@ -51,6 +54,7 @@ def _advance_axis(
     ripple = p.ripple_nm[axis]
     for _ in range(steps):
         torque = motor + k_h * (x_d + share * dx - x) + b_h * (v_d + share * dv)
+        # most rigs have none, and a sine in each step takes longer than a comparison
         if ripple != 0.0:
             torque += ripple * math.sin(p.ripple_per_rad[axis] * (x + (1.0 - share) * h * v))
         v_before = v
@@ -105,6 +109,7 @@ def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
     s.held_ticks += periods
     for axis in range(len(s.position_rad)):
         line = s.current_line_a[axis]
+        # the newest place of the line alone: what is on its way to the motor still arrives
         if s.held_ticks > p.time_to_live_ticks:
             line[0] = 0.0
         whole, share = _delayed(p, axis)
@@ -150,6 +155,7 @@ def plant_read(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
     _catch_up(s, p, t.tick)
     t.link_faults = 0
     time_s = (s.tick - s.first_tick) * p.period_s
+    # a half-open interval: equal ends are never
     t.estop = 1 if p.estop_from_s <= time_s < p.estop_to_s else 0
     sense_axes(t, s, p)
     sense_force(t, s, p)
@@ -171,6 +177,7 @@ def _take_current(t: np.record, s: np.record, p: np.record) -> None:
         current = t.current_command_a[axis]
         if t.enabled == 0 or not math.isfinite(current):
             current = 0.0
+        # after the command is known to be finite: min and max of NaN are NaN
         limit = p.current_max_a[axis]
         s.current_line_a[axis, 0] = min(max(current, -limit), limit)
 
@@ -187,6 +194,7 @@ def plant_write(tick: np.ndarray, state: np.ndarray, params: np.ndarray) -> int:
         s.fault_enabled_ticks = s.fault_enabled_ticks + 1 if t.enabled != 0 else 0
     if p.fault_count == 0 or s.fault_unplugged == 0:
         _take_current(t, s, p)
+    # once a slot: a loop that writes twice must not make the rig run twice as fast
     if s.tick == t.tick:
         advance(s, p, 1, p.substeps)
     return 0

@@ -47,6 +47,7 @@ def quantised(value: float, quantum: float, offset: float) -> float:
     """`value` on the grid of `quantum` (0: no grid); `offset` .5 rounds, 0 truncates downward."""
     if quantum <= 0.0:
         return value
+    # floor, not a cut toward 0: a cut would have one step of double width at 0
     return math.floor(value / quantum + offset) * quantum
 
 
@@ -65,6 +66,7 @@ def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
 def sensed_velocity(s: np.record, p: np.record, axis: int) -> float:
     """Velocity sensor of one axis, rad/s at the joint: filter, scale, bias, noise, resolution."""
     true = s.velocity_rad_s[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rate_rad_s[axis]
+    # a first-order low-pass; a share of 1 is none
     s.velocity_filtered_rad_s[axis] += p.velocity_share * (true - s.velocity_filtered_rad_s[axis])
     velocity = p.velocity_scale * s.velocity_filtered_rad_s[axis] + p.velocity_bias_rad_s
     if p.velocity_noise_rad_s > 0.0:
@@ -129,6 +131,7 @@ def sense_force(t: np.record, s: np.record, p: np.record) -> None:
         force += p.force_bias_n[k] + s.force_drift_n[k]
         if p.force_noise_n > 0.0:
             force += p.force_noise_n * normal(s)
+        # the range behind bias and noise: an amplifier saturates by what it sees
         force = min(max(force, -p.force_range_n), p.force_range_n)
         t.force_n[k] = quantised(force, p.force_resolution_n, 0.5)
 
@@ -137,6 +140,7 @@ def sense_force(t: np.record, s: np.record, p: np.record) -> None:
 def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
     """A slow device: only every `sample_every_ticks` slots what it shows is new, count and all; else the last
     sample."""
+    # by slots and not by reads: a loop that misses some finds the sample that is due
     slot = 1 + (s.tick - s.first_tick) // p.sample_every_ticks  # from 1 on: 0 is before the first sample
     due = slot != s.sampled_slot
     if due:

@@ -20,6 +20,7 @@ def weigh(s: np.record, p: np.record) -> None:
         a, b, c = p.axis_direction[axis, 0], p.axis_direction[axis, 1], p.axis_direction[axis, 2]
         # the other way: what the sensor sees of the world turns against it
         half = -0.5 * s.position_rad[axis]
+        # by a quaternion, apart from the law's formula: a common mistake would agree with itself
         w, n = math.cos(half), math.sin(half)  # quaternion of the turn
         i, j, k = n * a, n * b, n * c
         r11, r12, r13 = 1 - 2 * (j * j + k * k), 2 * (i * j - w * k), 2 * (i * k + w * j)

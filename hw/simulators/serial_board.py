@@ -114,6 +114,7 @@ def _watch_signals() -> Ending:
 
 def _die_with_parent(parent: int) -> None:
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGTERM, 0, 0, 0)
+    # the signal is sent at the parent's death: a parent that died before has none to send
     if os.getppid() != parent:  # it died before the line above
         sys.exit(1)
 
@@ -131,6 +132,7 @@ def run_on_clock(simulation: Simulation, control: Control | None, ending: Ending
     period_ns = round(simulation.rig.period_s * 1e9)
     start, slot, passed = time.monotonic_ns(), 0, 1
     while not ending.asked and not (control and control.ended):
+        # from the start, not from the last cycle: lateness does not add up
         wait_ns = start + slot * period_ns - time.monotonic_ns()
         if wait_ns > 0:
             time.sleep(wait_ns * 1e-9)

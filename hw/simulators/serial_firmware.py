@@ -91,6 +91,7 @@ class Board:
         """Put the incoming command in force; 0 if it is older than the one in force and would enable."""
         new, old = self._incoming[0], self.command[0]
         ahead = (int(new["sequence"]) - int(old["sequence"])) & 0xFFFF
+        # a command that disables is obeyed however old it is: torque-free is safe at any time
         if not new["enable"]:
             self.held = self.expired = False
         elif not 0 < ahead < 0x8000:
@@ -107,6 +108,7 @@ class Board:
 
     def begin_cycle(self, cycles: int = 1) -> None:
         """Let `cycles` of the board's own clock pass: commands grow old."""
+        # a byte on the wire: 255 says that or more
         self.age = min(self.age + cycles, 255)
         if self.age >= int(self.command[0]["time_to_live"]) and not self.expired:
             self.expired = True
@@ -115,6 +117,7 @@ class Board:
     @property
     def enabled(self) -> bool:
         """Whether the power stage drives the motor."""
+        # asked when torque is wanted, not when a button is pressed: none of the three can be forgotten
         blocked = self.held or self.estop or self.drive_fault
         return bool(self.command[0]["enable"]) and not blocked
 

@@ -54,9 +54,11 @@ class Line:
             return
         master, slave = pty.openpty()
         tty.setraw(slave)
+        # a host that does not read must not stop the board's clock
         os.set_blocking(master, False)
         # the board keeps its own descriptor of the host's side: a host that closes is no hang-up for it
         self._fds = (master, slave)
+        # a link is replaced whole: a host that looks meanwhile finds the old one or the new one
         fresh = self.link.with_name(self.link.name + ".new")
         with contextlib.suppress(FileNotFoundError):
             fresh.unlink()
@@ -69,6 +71,7 @@ class Line:
             return
         with contextlib.suppress(FileNotFoundError):
             self.link.unlink()
+        # the board's end too, whose closing is the hang-up that the host sees
         for fd in self._fds:
             os.close(fd)
         self._fds = None

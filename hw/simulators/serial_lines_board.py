@@ -105,7 +105,7 @@ class LineBoard(CommandedBoard):
     def _cell(self, field: Options, tick: np.ndarray) -> str:
         channel = field["channel"]
         if channel == "sequence":
-            return str(self.sequence)
+            return str(self.sequence % int(field["wrap_at"] or 1 << 32))
         if channel in ("estop", "fault", "enabled"):
             on = {"estop": self.estop, "fault": self.drive_fault, "enabled": self.enabled}[channel]
             return str(field["mask"] if on != field["invert"] else 0)

@@ -7,6 +7,7 @@ import pty
 import struct
 import tty
 
+import can
 import pytest
 from patience import until
 
@@ -140,3 +141,15 @@ def test_the_shortest_frame_is_as_python_can_writes_it(line):
     if not told.endswith(line.make(0x7A7, b"")[-1:]):
         told += line.sent(line.make(0x7A7, b"")[-1:])
     assert shortest == len(told) - told.rindex(b"\xaa")
+
+
+def test_a_frame_is_as_long_as_its_data_whatever_it_says():
+    options = {"interface": "virtual", "channel": "said", "bitrate": 500_000, "fd": False, "arguments": {}}
+    bus, peer = AdapterBus(options), can.Bus(interface="virtual", channel="said", ignore_config=True)
+    lengths = []
+    bus.subscribe({0x101: lambda _data, _offset, length: lengths.append(length)})
+    peer.send(can.Message(arbitration_id=0x101, is_extended_id=False, dlc=8, data=b"12"))
+    until(lambda: bus.receive() and lengths)
+    bus.close()
+    peer.shutdown()
+    assert lengths == [2], "8 would be read by a codec beyond the end, which no backend survives"

@@ -4,13 +4,17 @@ and how they go off.
 
 import math
 import struct
+from dataclasses import replace
 
+import numpy as np
 import pytest
+from hardware import rig
 from remembering_bus import AXIS, DEVICE, LOST, OPTIONS, RIG, Bus, three_looks
 
 from hw.can import cia402, moteus, moteus_codec, odrive, odrive_codec
-from hw.can.sample import Sample
+from hw.can.sample import Sample, Shaft
 from hw.interface import BackendError, LinkFault
+from hw.motion import of_coordinate
 
 
 @pytest.fixture
@@ -248,3 +252,14 @@ def test_a_sample_counts_what_is_not_newer():
     sample.not_newer()
     assert sample.counts == {"damaged": 0, "not_newer": 1, "not_finite": 0}
     assert sample.faults == int(LinkFault.SEQUENCE)
+
+
+@pytest.mark.parametrize(("shaft", "m_per_turn", "nm_per_a"), [("motor", 1e-3, 0.02), ("link", 5e-3, 0.1)])
+def test_a_turn_of_a_screw_is_its_lead_and_torque_on_it_is_that_of_the_gear(shaft, m_per_turn, nm_per_a):
+    lead_m, gear = 5e-3, 5.0
+    of_motion, _ = of_coordinate("linear", lead_m)
+    carriage = replace(rig(gear_ratio=gear * of_motion, torque_constant_nm_a=0.02), lead_m=np.full(1, lead_m))
+    table = {"shaft": shaft, "direction": -1, "offset_rad": 0.0, "current_max_a": 5.0}
+    found = Shaft(table, carriage, 0)
+    assert found.rad_per_turn == pytest.approx(-m_per_turn)
+    assert found.torque_per_ampere == pytest.approx(-nm_per_a)

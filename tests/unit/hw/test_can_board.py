@@ -5,6 +5,7 @@ import struct
 
 import pytest
 from board_frames import FORCE, RIG, SENSED, SENT, opened, sensed
+from hardware import rig
 
 from hw.can import board_backend as board
 from hw.can.board_backend import BoardBackend
@@ -180,3 +181,37 @@ def test_frames_that_do_not_come_are_named_also_where_select_tells_them_apart(mo
     bus.answer = lambda n: [frames[0], (5, b"\2\1")]
     backend.read(tick)
     assert backend.words()[0] == ("frame 0x5 (select 2) sets its fault flag", LinkFault.DEVICE, False)
+
+
+POSITION = {"channel": "position", "byte": 0, "bits": 16, "unit": "count"}
+CURRENT = {"channel": "current", "byte": 2, "bits": 16, "unit": "mA"}
+TORQUE = {"channel": "torque", "byte": 0, "bits": 16, "type": "int", "unit": "mNm"}
+AMPERES = {"channel": "current_command", "axis": 1, "byte": 2, "bits": 16, "type": "int", "unit": "mA"}
+
+
+def of_two_axes(fields, commands=()):
+    receive, send = [{"id": 1, "field": fields}], [{"id": 2, "field": [*commands]}] if commands else []
+    options = BoardOptions.model_validate({"bus": {"channel": "can0"}, "receive": receive, "send": send})
+    return BoardBackend(options.model_dump(mode="json"), rig(2))
+
+
+@pytest.mark.parametrize(
+    ("fields", "commands", "said"),
+    [
+        ([POSITION], (), r"position is given for axes \[0\]; each of axes 0 to 1 needs it"),
+        ([{**CURRENT, "axis": 1}], (), r"current is given for axes \[1\]"),
+        ([CURRENT, {**CURRENT, "axis": 1}], [TORQUE], r"torque or current_command is given for axes \[0\]"),
+    ],
+)
+def test_an_axis_that_is_left_out_is_not_taken_for_one_that_stands_at_zero(fields, commands, said):
+    with pytest.raises(BackendError, match=said):
+        of_two_axes(fields, commands)
+
+
+def test_a_board_may_measure_what_not_every_axis_has():
+    force = {"channel": "force", "byte": 0, "bits": 16, "unit": "mN"}
+    warm = {"channel": "temperature", "axis": 1, "byte": 2, "bits": 8, "unit": "degC"}
+    backend = of_two_axes([force, warm], [TORQUE, AMPERES])
+    assert (backend.provides, backend.consumes) == ({"force", "temperature"}, {"torque", "current_command"})
+    assert math.isnan(backend.sample.of["temperature"][0]), "no thermometer is not 0 degrees"
+    assert math.isnan(backend.taken.of["velocity"][1])

@@ -127,7 +127,7 @@ def test_a_cia402_drive_claims_the_identifier_of_its_velocity_only_where_it_send
         ({"message": "Nothing"}, "no message 'Nothing'; it has Command, Encoder"),
         ({"channel": "speed"}, "no channel 'speed'"),
         ({"shift": 3}, "unknown key"),
-        ({"unit": "mm"}, "unit"),
+        ({"unit": "inch"}, "unit"),
         ({"channel": "velocity", "unit": "rad"}, "unit"),
     ],
 )

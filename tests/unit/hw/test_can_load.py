@@ -124,3 +124,10 @@ def test_a_life_longer_than_ten_periods_is_refused():
     options = {"bus": {**BUS, "fd": True}, "axis": [{"node": 1}], "time_to_live_ms": 50.0}
     with pytest.raises(ValueError, match=r"time_to_live_ms 50.0 must be at most 10: 10 periods"):
         MoteusOptions.model_validate(options, context={"rate_hz": 1000.0})
+
+
+def test_a_life_shorter_than_two_periods_is_refused():
+    options = {"bus": {**BUS, "fd": True}, "axis": [{"node": 1}]}
+    with pytest.raises(ValueError, match=r"time_to_live_ms 10 must be at least 20, 2 periods"):
+        MoteusOptions.model_validate(options, context={"rate_hz": 100.0})
+    assert MoteusOptions.model_validate(options, context={"rate_hz": 200.0})

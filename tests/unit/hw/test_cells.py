@@ -199,3 +199,25 @@ def test_a_name_without_its_unit_is_not_said_to_stand_in_the_rows(tmp_path):
     with pytest.raises(BackendError) as refused:
         read_table(path, ("t [s]", "vel"))
     assert str(refused.value).endswith("no column 'vel'; the header has: t [s], vel [rad/s]")
+
+
+def test_a_quoted_cell_with_the_delimiter_in_it_shifts_nothing_however_far_down_it_stands(tmp_path):
+    path = tmp_path / "log.csv"
+    rows = [f"{k},ok,{k}" for k in range(20)]
+    rows[15] = '15,"slipped, 777, by hand",15'
+    path.write_text("\n".join(["t,note,q", *rows]))
+    assert read_table(path, ("t", "q")).columns["q"].tolist() == list(range(20))
+
+
+def test_python_s_own_way_to_write_a_number_is_none_of_a_log(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t;q\n0;1\n1;1_5\n2;3\n")
+    with pytest.raises(BackendError, match=r"column 'q' row 2: '1_5' is not a number"):
+        read_table(path, ("t", "q"))
+
+
+def test_the_place_before_the_first_is_not_the_last_one(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("".join(f"{k},{k},9\n" for k in range(8)))
+    with pytest.raises(BackendError, match=r"no column '#0'"):
+        read_table(path, ("#1", "#0"))

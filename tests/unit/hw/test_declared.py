@@ -7,6 +7,10 @@ import pytest
 
 from hw import registry
 from hw.interface import Joint, Rig, Timing
+from hw.jit import records
+from hw.serial import frame
+from hw.serial.framing import BODY_MAX, PACKET_MAX, seal
+from hw.serial.options import SerialOptions
 from rtctl.check import lateness
 from rtctl.rig_file import config
 
@@ -66,6 +70,18 @@ def test_shipped_rigs_are_as_late_as_their_devices_declare(name, least, most, ji
     assert found.between.jitter <= jitter
     assert found.between.sample_ticks == 1
     assert found.undeclared == ()
+
+
+@pytest.mark.parametrize("more", [(), ("velocity",), ("moment",), ("velocity", "moment")])
+def test_a_board_is_late_by_the_bytes_that_its_packets_have_on_the_wire(more):
+    valid = SerialOptions(port="/dev/x", baud=115_200, channels=("current", *more)).model_dump(mode="json")
+    state, command = np.zeros(1, frame.state_dtype(2)), np.zeros(1, frame.command_dtype(2))
+    state["has_velocity"], state["has_moment"] = "velocity" in more, "moment" in more
+    body, packet = np.zeros(BODY_MAX, np.uint8), np.zeros(PACKET_MAX, np.uint8)
+    wire = seal(body, frame.encode_state(records(state), body), packet)
+    wire += seal(body, frame.encode_command(records(command), body), packet)
+    found = registry.timing("serial", valid, _rig(2))
+    assert found[0].delay_s == pytest.approx(2e-3 + 10 * wire / 115_200)
 
 
 def test_an_odrive_that_is_asked_is_one_period_late_and_one_that_sends_slowly_is_old():

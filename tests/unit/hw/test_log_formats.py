@@ -213,3 +213,19 @@ def test_packed_files_that_burst_are_refused(tmp_path):
     for name in ("a.npz", "a.mat"):
         with pytest.raises(BackendError, match="which no log does"):
             read_table(tmp_path / name, ("t",))
+
+
+@pytest.mark.parametrize(
+    ("ending", "data"),
+    [
+        (".json", b"[" * 200_000),  # RecursionError
+        (".mat", b""),  # SciPy's own MatReadError, no ValueError
+        (".mat", b"MATLAB 5.0 MAT-file".ljust(126) + b"IM" + bytes(3)),
+        (".npy", b"\x93NUMPY\x01\x00\x76\x00" + b"{'descr': '<f8', (".ljust(0x76)),  # TokenError
+    ],
+)
+def test_a_damaged_file_is_refused_by_name_whatever_its_library_raises(tmp_path, ending, data):
+    path = tmp_path / f"log{ending}"
+    path.write_bytes(data)
+    with pytest.raises(BackendError, match=f"not a sound {ending} file"):
+        read_table(path, NAMES)

@@ -22,8 +22,9 @@ from hw.can.sample import Sample
 from hw.force import axes
 from hw.force.options import RokubiOptions
 from hw.interface import BackendError, LinkFault
+from hw.serial.declared import state_packet_bytes
 from hw.serial.described_options import DescribedOptions
-from hw.serial.frame_backend import SerialBackend, state_packet_bytes
+from hw.serial.frame_backend import SerialBackend
 from hw.serial.options import SerialOptions
 from hw.simulators.serial_firmware import Board
 from rtctl.tick import new_ticks

@@ -164,3 +164,30 @@ def test_a_board_whose_power_stage_lets_go_stays_torque_free_until_it_is_disable
     assert wire.board.output[0] == 0.0
     assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
     assert wire.board.output[0] == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("cycles", "cycle_us", "taken"),
+    [
+        (10, 1000, True),
+        (20, 500, True),
+        (2, 1000, True),
+        (11, 1000, False),
+        (50, 1000, False),
+        (10, 10_000, False),
+        (1, 1000, False),
+        (10, 100, False),
+        (10, 0, False),
+    ],
+)
+def test_a_time_to_live_is_two_to_ten_periods_of_the_loop_whatever_the_boards_own_cycle_is(
+    cycles, cycle_us, taken
+):
+    wire = Wire(time_to_live_cycles=cycles)
+    wire.feed(Board(1, "SIM-0001", cycle_us).identity_packet())
+    if taken:
+        wire.backend._check_identity()
+        return
+    with pytest.raises(BackendError, match=f"time_to_live_cycles {cycles} are .* must be 2 to 10: 2 to 10"):
+        wire.backend._check_identity()
+    assert wire.backend.identity is None, "refused: another board may come in its place"

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hw.interface import LinkFault
 from hw.jit import compiled
 from hw.serial import checksums, link
-from hw.serial.layout import sealed_at
+from hw.serial.layout import seal_frame, sealed_at
 
 DROPPED = LinkFault.DEVICE
 
@@ -211,3 +211,30 @@ def test_every_one_and_two_bit_flip_is_refused(name, which):
     else:
         frame, layout = wire.sent(), wire.backend.command_layout
     assert _accepted_with_flips(np.frombuffer(frame, np.uint8).copy(), layout) == 0
+
+
+@pytest.mark.parametrize(("kind", "first", "counts"), [("u16", 0x8064, 100), ("i16", -0x4001 + 1, 0)])
+def test_flags_above_a_narrow_counter_are_no_turns_at_its_first_reading(kind, first, counts):
+    field = {"channel": "position", "type": kind, "offset": 4, "unit": "counts", "wrap_bits": 14}
+    wire = Wire(options(command=None, sample__field=[field], sample__constant=[]))
+    frame = np.frombuffer(wire.frame(), np.uint8).copy()
+    frame[4:6] = first & 0xFF, first >> 8 & 0xFF
+    seal_frame(frame, wire.backend.layout)
+    wire.feed(frame.tobytes())
+    assert wire.count == 1
+    assert wire.tick["position_rad"][0, 0] == pytest.approx(2 * math.pi * counts / COUNTS)
+
+
+def test_an_axis_whose_motor_has_no_thermometer_is_not_told_to_be_cold():
+    axis = {"channel": "position", "type": "i16", "unit": "counts"}
+    fields = [
+        {**axis, "offset": 4},
+        {**axis, "axis": 1, "offset": 6},
+        {"channel": "temperature", "axis": 1, "type": "u8", "offset": 8, "unit": "degC"},
+        {"channel": "velocity", "axis": 0, "type": "i16", "offset": 9, "unit": "rad/s"},
+    ]
+    wire = Wire(options(command=None, sample__field=fields, sample__constant=[]), 2)
+    wire.measured["temperature_c"], wire.measured["device_velocity_rad_s"] = 40.0, 2.0
+    wire.feed(wire.frame())
+    np.testing.assert_array_equal(wire.tick["temperature_c"][0], [np.nan, 40.0])
+    np.testing.assert_array_equal(wire.tick["device_velocity_rad_s"][0], [2.0, np.nan])

@@ -1,12 +1,16 @@
 """What is sent in described frames, descriptions that are refused, and a board that lets go."""
 
 import math
+import os
+import pty
+import tty
 
 import pytest
 from described_wire import Wire, options
 from hardware import rig
 from pydantic import ValidationError
 
+from hw import serial_port
 from hw.interface import BackendError, LinkFault
 from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
@@ -57,6 +61,8 @@ def test_a_board_without_commands_is_a_sensor():
 
 
 FIELD = {"channel": "position", "type": "i32", "offset": 4, "unit": "counts"}
+MEASURED = {"channel": "current", "axis": 1, "type": "i16", "offset": 12, "unit": "mA"}
+CURRENT = {"channel": "current_command", "type": "i24", "offset": 5, "unit": "mA"}
 
 
 @pytest.mark.parametrize(
@@ -90,6 +96,7 @@ FIELD = {"channel": "position", "type": "i32", "offset": 4, "unit": "counts"}
             "either torque or current_command",
         ),
         ({"command__stop": [1, -1]}, "stop"),
+        ({"command__field": [{**CURRENT, "zero": 100.5}]}, "zero 100.5.*a command of 0 cannot be sent"),
         ({"sample__colour": 1}, "colour"),
     ],
 )
@@ -102,6 +109,11 @@ def test_bad_descriptions_are_refused_by_key(changes, said):
     ("changes", "n_axes", "said"),
     [
         ({}, 2, r"position is given for axes \[0\]; each of axes 0 to 1 needs it once"),
+        (
+            {"sample__field": [FIELD, {**FIELD, "axis": 1, "offset": 8}, MEASURED]},
+            2,
+            r"current is given for axes \[1\]; each of axes 0 to 1",
+        ),
         ({"sample__field": [{**FIELD, "axis": 3}]}, 1, "axis 3, the device has axes 0 to 0"),
         ({"baud": 9600}, 1, "baud 9600 is too slow"),
         ({"identity": 3, "sample__field": [FIELD]}, 1, "no field of that channel"),
@@ -146,3 +158,27 @@ def test_a_board_that_tells_that_it_drives_stays_down_once_it_has_let_go():
     assert wire.board.output[0] == 0.0
     assert [exchange(on) for on in (0, 1, 1)] == [0, 0, 0]
     assert wire.board.output[0] == pytest.approx(0.1)
+
+
+def test_a_usb_device_whose_words_cannot_be_read_ends_nothing(tmp_path):
+    device = tmp_path / "usb1" / "1-1"
+    (device / "ttyUSB9").mkdir(parents=True)
+    (device / "idVendor").write_text("0403\n")
+    (device / "serial").write_bytes(b"\xff7\n")
+    (tmp_path / "class" / "ttyUSB9").mkdir(parents=True)
+    (tmp_path / "class" / "ttyUSB9" / "device").symlink_to(device / "ttyUSB9")
+    assert usb_identity("/dev/ttyUSB9", tmp_path / "class") == "0403:\ufffd7"
+
+
+def test_a_stop_is_sent_by_a_port_that_takes_no_settings(monkeypatch):
+    def refuse(*_):
+        raise OSError(25, "inappropriate")
+
+    monkeypatch.setattr(serial_port, "_set_any_rate", refuse)
+    master, slave = pty.openpty()
+    tty.setraw(master)
+    tty.setraw(slave)
+    assert serial_port.send_once(os.ttyname(slave), 123_456, b"stop")
+    assert os.read(master, 16) == b"stop"
+    os.close(master)
+    os.close(slave)

@@ -179,3 +179,28 @@ def test_no_text_raises_or_shows_anything_but_a_finite_number(pieces, seal):
         assert (wire.count > 0) == (wire.backend.counts()["good"] > 0)
         if wire.backend.counts()["good"] == before:
             assert wire.sent(enabled=1, torque=0.25) == b"T0.2500\n"
+
+
+@pytest.mark.parametrize(("wrap_at", "good"), [(65536.0, 20), (None, 6)])
+def test_a_counter_of_sixteen_bits_that_starts_over_is_no_board_that_was_powered_anew(wrap_at, good):
+    counter = {"channel": "sequence", "column": 1, "wrap_at": wrap_at}
+    wire = Wire(options(sample={"field": [POSITION, counter]}))
+    for k in range(65_530, 65_550):
+        wire.feed(b"0.5,%d\n" % (k % 65_536))
+    assert wire.count == good
+    wire.feed(b"0.5,3\n")
+    assert (wire.count, wire.faults) == (good, LinkFault.SEQUENCE), "an older one is still told"
+
+
+def test_an_axis_without_a_sensor_of_its_own_is_not_told_to_stand_or_to_be_cold():
+    fields = [
+        POSITION,
+        {**POSITION, "axis": 1, "column": 1},
+        {"channel": "temperature", "axis": 1, "column": 2, "unit": "degC"},
+        {"channel": "velocity", "column": 2, "unit": "rad/s"},
+    ]
+    wire = Wire(options(sample={"columns": 3, "field": fields}), 2)
+    wire.feed(b"1,2,40\n")
+    assert math.isnan(wire.tick["temperature_c"][0, 0])
+    assert math.isnan(wire.tick["device_velocity_rad_s"][0, 1])
+    assert (wire.tick["temperature_c"][0, 1], wire.tick["device_velocity_rad_s"][0, 0]) == (40.0, 40.0)

@@ -65,6 +65,21 @@ def test_a_line_cut_by_a_full_port_cannot_join_the_next():
     assert wire.sent(torque=0.5) == b"\nT0.5000\n"
 
 
+@pytest.mark.parametrize("refused", [1, 2])
+def test_what_switches_a_drive_on_is_sent_until_the_line_has_room_for_it(refused):
+    wire = Wire(options({**DRIVE, "enter": "ME1", "idle": "ME0"}))
+    assert wire.sent(enabled=0) == b"ME0\n"
+    assert wire.sent(torque=0.5) == b"ME1\n"
+    for k in range(refused):
+        wire.backend._wire["unsent_in_row"] = k + 1
+        assert wire.sent(torque=0.5) == b"\nME1\n", "it has not arrived: no torque before it"
+    wire.backend._wire["unsent_in_row"] = 0
+    assert wire.sent(torque=0.5) == b"T0.5000\n"
+    wire.backend._wire["unsent_in_row"] = 1
+    assert wire.sent(torque=0.5) == b"\nT0.5000\n", "a command that did not arrive is no new beginning"
+    assert wire.sent(enabled=0) == b"\nME0\n"
+
+
 @pytest.mark.parametrize(
     ("table", "said"),
     [
@@ -74,6 +89,11 @@ def test_a_line_cut_by_a_full_port_cannot_join_the_next():
         (options({**DRIVE, "field": [{"channel": "enable"}]}), "either torque or current_command"),
         (options({**DRIVE, "field": [{**TORQUE, "prefix": "T\n"}]}), "prefix"),
         (options({**DRIVE, "field": [TORQUE] * 16}), "more than 250 characters"),
+        (options({**DRIVE, "field": [{**TORQUE, "zero": 0.06, "decimals": 1}]}), "more than 1 decimals"),
+        (
+            options(sample={"field": [POSITION, {"channel": "sequence", "column": 1, "wrap_at": 0.5}]}),
+            "wrap_at 0.5 of 'sequence'",
+        ),
         (options(sample={"field": [{**POSITION, "column": 2}]}), "the line has columns 0 to 1"),
         (options(sample={"field": [POSITION, {**POSITION, "column": 1}]}), "given twice"),
         (options(sample={"field": [{"channel": "sequence", "column": 0}]}), "nothing is measured"),
@@ -91,6 +111,20 @@ def test_descriptions_that_make_no_sense_are_refused_by_key(table, said):
     [
         (options(), 2, "each of axes 0 to 1 needs it once"),
         (options({**DRIVE, "field": [{**TORQUE, "axis": 1}]}), 1, "torque is given for axes"),
+        (
+            options(
+                sample={
+                    "columns": 3,
+                    "field": [
+                        POSITION,
+                        {**POSITION, "axis": 1, "column": 1},
+                        {"channel": "current", "column": 2, "unit": "A"},
+                    ],
+                }
+            ),
+            2,
+            r"current is given for axes \[0\]",
+        ),
         (options(baud=9600), 1, "baud 9600 is too slow"),
     ],
 )
