@@ -29,8 +29,8 @@ def less_late(loop: L) -> list[L]:
     as old as declared and with fresh ones, and fresh ones alone, with and without the lag; each behind the
     sensor as declared and behind one that is immediate; but not itself.
 
-    What rings is force and torque that do not belong to the same time, so the ends decide (docs/theory.md
-    6.4)."""
+    What rings is force and torque that do not belong to the same time, so the ends decide
+    (docs/theory.md 6.4)."""
     age = loop.sample_ticks
     drives = ((0.0, 0.0, age), (0.0, 0.0, 1), (loop.delay, loop.lag_hz, 1), (loop.delay, 0.0, 1))
     behind = (loop, replace(loop, sensor_ticks=0, sensor_hz=0.0))

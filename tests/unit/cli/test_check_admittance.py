@@ -104,16 +104,11 @@ def test_the_certificate_is_asked_of_the_loop_that_the_file_describes(rig):
     loop = axis.loop
     assert (loop.mass_kgm2, loop.virtual_damping_nms_rad, loop.velocity_gain_nms_rad) == (0.03, 0.3, 2.0)
     assert (loop.delay, loop.lag_hz, loop.position_gain_nm_rad) == (1.5, 500.0, 4.0)
-    assert (loop.force_lowpass_hz, loop.velocity_lowpass_hz, loop.box.stiffness_nm_rad) == (
-        150.0,
-        100.0,
-        600.0,
-    )
-    assert loop.inertia_kgm2 == 0.012
+    assert (loop.force_lowpass_hz, loop.velocity_lowpass_hz) == (150.0, 100.0)
+    assert (loop.inertia_kgm2, loop.box.stiffness_nm_rad) == (0.012, 600.0)
     assert len(admittance_figures.faster(loop)) == 5
     old = admittance_figures.faster(dataclasses.replace(loop, sample_ticks=3))
-    assert {one.sample_ticks for one in old} == {1, 3}
-    assert len(old) == 11
+    assert sorted(one.sample_ticks for one in old) == [1] * 6 + [3] * 5
     (told,) = (row for row in axis.verdicts if row.name == ANY)
     assert "K_p" in told.bound
     assert "not even without lags" in told.meaning
