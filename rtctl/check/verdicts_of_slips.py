@@ -11,11 +11,11 @@ PRESLIDING_RAD = Band(1e-7, 1e-5, 0.03, 0.3)
 """From ball bearings to cables; the account lends half a bristle of this length, so degrees for radians let
 help give 57 times as much."""
 PRESLIDING_M = Band(1e-8, 1e-7, 3e-3, 3e-2)
-"""The same of a carriage."""
+"""Presliding length of a carriage, m."""
 STRETCH_RAD = Band(1e-12, 1e-7, 1.0, 1e12)
 """Turn of the coupling at the torque limit: a soft one is harmless, and told only."""
 STRETCH_M = Band(1e-12, 1e-8, 0.1, 1e12)
-"""The same of a carriage."""
+"""How far the coupling of a carriage gives, m."""
 DELAY_TICKS = Band(1e-12, 0.01, 20.0, 20.0)
 """What a rig file states beside what devices declare: too little is told only, as those count where they are
 worse."""

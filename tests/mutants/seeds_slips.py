@@ -1,4 +1,4 @@
-"""Bugs in the rows on wrong units that an outsider's rig files found."""
+"""Bugs in what an outsider's rig files found: rows on wrong units, lags that fill up a tick."""
 
 from __future__ import annotations
 
@@ -27,5 +27,12 @@ SEEDS = (
         "    verdicts_of_slips.delay,\n",
         "",
         CHECK,
+    ),
+    Seed(
+        "a lag that fills up a tick is not tried",
+        "rtctl/control/proofs/stability.py",
+        "    if between.lag_hz > 0 and short > 0:\n",
+        "    if between.lag_hz > 0 and short > 1:\n",
+        ("tests/unit/control/test_sampled_loop.py",),
     ),
 )

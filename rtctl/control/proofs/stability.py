@@ -32,6 +32,9 @@ from rtctl.control.proofs.sampled_loop import peaks, varying_peaks
 
 _FASTER = (1.0, 1.5, 2.2, 3.3, 5.0, 10.0)
 """Bandwidths of the current loop that are tried, as multiples of the declared one."""
+_OF_A_TICK = (0.25, 0.32, 0.4, 0.5, 0.62, 0.78, 1.0)
+"""Lags that are tried besides, as shares of what the delay falls short of a whole tick: a delay and a lag
+that come near to one may need up to .4 % more than with more or less of the lag (decision 0140)."""
 
 
 @dataclass(frozen=True)
@@ -122,11 +125,16 @@ def _cases(T: float, between: Between) -> list[tuple[float, float]]:
     none.
 
     Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
-    lags between are some steps, as the damping needed changes little from one to the next."""
+    lags between are some steps, as it changes little from one to the next, but where one fills up a tick."""
     # a little delay may need less than none: nothing may rest on that (2.4)
     delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
     lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
-    return [(d, lag) for d in delays for lag in lags]
+    cases = [(d, lag) for d in delays for lag in lags]
+    short = math.ceil(between.delay) - between.delay
+    if between.lag_hz > 0 and short > 0:
+        filling = [1 / (2 * math.pi * share * short * T) for share in _OF_A_TICK]
+        cases += [(between.delay, lag) for lag in filling if lag > between.lag_hz]
+    return cases
 
 
 def damping_needed_between(

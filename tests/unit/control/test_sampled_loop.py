@@ -137,6 +137,14 @@ def test_what_is_faster_than_declared_is_covered():
         )
 
 
+@pytest.mark.parametrize(("delay", "lag_hz", "b_c"), [(0.964, 332, 0.0595), (0.869, 411, 0.0792)])
+def test_a_lag_that_fills_up_a_tick_needs_no_more_than_is_told(delay, lag_hz, b_c):
+    told = damping_needed_between(60, b_c, T, Between(delay, lag_hz))
+    for quicker in np.geomspace(1, 100, 80):  # .4 % more at 28 and 7 times the bandwidth, once
+        needed = damping_needed_sampled_data(60, b_c, T, delay, lag_hz * quicker)
+        assert needed <= told * (1 + 1e-4)
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -0.5])
 def test_a_delay_or_bandwidth_that_is_no_number_is_refused(bad):
     with pytest.raises(ValueError, match="d must be"):
