@@ -18,6 +18,7 @@ from rtctl.check import (
     verdicts_of_loop,
     verdicts_of_motion,
     verdicts_of_observer,
+    verdicts_of_slips,
     verdicts_of_units,
 )
 from rtctl.check.verdict import Subject, Verdict, ranked
@@ -82,6 +83,9 @@ EITHER: tuple[Test, ...] = (
     verdicts_of_units.dry_friction,
     verdicts_of_units.counts_of_the_travel,
     verdicts_of_units.time_to_speed,
+    verdicts_of_slips.presliding,
+    verdicts_of_slips.stretch,
+    verdicts_of_slips.delay,
 )
 
 

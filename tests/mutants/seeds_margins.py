@@ -58,6 +58,13 @@ SEEDS = (
         LOOP,
     ),
     Seed(
+        "a delay that changes is proved with the slowest current loop only",
+        "rtctl/control/proofs/stability.py",
+        "        lags = {lag_ticks(hz, T) for _, hz in cases}\n",
+        "        lags = {tau}\n",
+        LOOP,
+    ),
+    Seed(
         "old samples are proved with the slowest current loop only",
         "rtctl/control/proofs/stability.py",
         "            for lag in {0.0, tau}\n",

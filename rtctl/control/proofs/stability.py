@@ -32,6 +32,9 @@ from rtctl.control.proofs.sampled_loop import peaks, varying_peaks
 
 _FASTER = (1.0, 1.5, 2.2, 3.3, 5.0, 10.0)
 """Bandwidths of the current loop that are tried, as multiples of the declared one."""
+_OF_A_TICK = (0.25, 0.32, 0.4, 0.5, 0.62, 0.78, 1.0)
+"""Lags that are tried besides, as shares of what the delay falls short of a whole tick: a delay and a lag
+that come near to one may need up to .4 % more than with more or less of the lag (decision 0140)."""
 
 
 @dataclass(frozen=True)
@@ -122,11 +125,16 @@ def _cases(T: float, between: Between) -> list[tuple[float, float]]:
     none.
 
     Between whole ticks the damping needed is convex in the delay at every frequency, so its ends suffice; the
-    lags between are some steps, as the damping needed changes little from one to the next."""
+    lags between are some steps, as it changes little from one to the next, but where one fills up a tick."""
     # a little delay may need less than none: nothing may rest on that (2.4)
     delays = [float(k) for k in range(math.ceil(between.delay))] + [between.delay]
     lags = [0.0] if between.lag_hz == 0 else [0.0, *(between.lag_hz * share for share in _FASTER)]
-    return [(d, lag) for d in delays for lag in lags]
+    cases = [(d, lag) for d in delays for lag in lags]
+    short = math.ceil(between.delay) - between.delay
+    if between.lag_hz > 0 and short > 0:
+        filling = [1 / (2 * math.pi * share * short * T) for share in _OF_A_TICK]
+        cases += [(between.delay, lag) for lag in filling if lag > between.lag_hz]
+    return cases
 
 
 def damping_needed_between(
@@ -134,13 +142,13 @@ def damping_needed_between(
 ) -> float:
     """Least device damping for which the sampled loop is passive, N m s/rad, whatever the delay, lag and age
     of samples up to those declared. Raises ValueError as `damping_needed_sampled_data`."""
-    needed = [
-        damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in _cases(T, between)
-    ]
+    cases = _cases(T, between)
+    needed = [damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in cases]
     tau = lag_ticks(between.lag_hz, T)
     if between.jitter > 0 and k_c + b_c > 0:
         low = max(between.delay - between.jitter, 0.0)
-        needed.append(_largest(varying_peaks(low, between.delay, tau), k_c * T / 2, b_c))
+        lags = {lag_ticks(hz, T) for _, hz in cases}
+        needed += [_largest(varying_peaks(low, between.delay, lag), k_c * T / 2, b_c) for lag in lags]
     if between.sample_ticks > 1:
         needed += [
             # a quicker current loop may need more: 4 % of all that is asked here, at b_c near 0

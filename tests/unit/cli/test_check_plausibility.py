@@ -75,6 +75,34 @@ def test_a_wrong_unit_is_refused_by_name_with_its_key(rig, monkeypatch, capsys, 
     assert f"axis[0].{key}: axis joint:" in err
 
 
+@pytest.mark.parametrize(
+    ("change", "name", "key"),
+    [
+        (
+            ("[axis.friction]", "[axis.friction]\npresliding_rad = 0.0802"),
+            "presliding length",
+            "friction.presliding_rad",
+        ),
+        (
+            ("stiffness_nm_rad = 60.0", "stiffness_nm_rad = 1.047"),
+            "turn of the coupling at the torque limit",
+            "coupling.stiffness_nm_rad",
+        ),
+        (("delay_ticks = 0", "delay_ticks = 0.001"), "stated delay", "coupling.delay_ticks"),
+    ],
+)
+def test_degrees_and_seconds_that_no_proof_refuses_are_told_with_their_key(rig, change, name, key):
+    assert rows_of(rig()).get(name) is None or rows_of(rig())[name].outcome is Outcome.PASS
+    row = rows_of(edited(rig(), change))[name]
+    assert row.outcome is Outcome.WARN
+    assert f"axis[0].{key}: axis joint:" in row.refusal
+
+
+def test_a_presliding_length_that_no_joint_has_is_refused(rig):
+    path = edited(rig(), ("[axis.friction]", "[axis.friction]\npresliding_rad = 0.5"))
+    assert rows_of(path)["presliding length"].outcome is Outcome.FAIL
+
+
 def test_a_figure_that_few_rigs_have_is_told_and_passes(rig, monkeypatch, capsys):
     path = edited(rig(), ("viscous_nms_rad = 0.05", "viscous_nms_rad = 0.2"))
     assert rows_of(path)["mechanical time constant"].outcome is Outcome.WARN

@@ -5,6 +5,7 @@ is searched over the circle of impedances that coupling and environment in serie
 """
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -137,6 +138,14 @@ def test_what_is_faster_than_declared_is_covered():
         )
 
 
+@pytest.mark.parametrize(("delay", "lag_hz", "b_c"), [(0.964, 332, 0.0595), (0.869, 411, 0.0792)])
+def test_a_lag_that_fills_up_a_tick_needs_no_more_than_is_told(delay, lag_hz, b_c):
+    told = damping_needed_between(60, b_c, T, Between(delay, lag_hz))
+    for quicker in np.geomspace(1, 100, 80):  # .4 % more at 28 and 7 times the bandwidth, once
+        needed = damping_needed_sampled_data(60, b_c, T, delay, lag_hz * quicker)
+        assert needed <= told * (1 + 1e-4)
+
+
 @pytest.mark.parametrize("bad", [math.nan, math.inf, -0.5])
 def test_a_delay_or_bandwidth_that_is_no_number_is_refused(bad):
     with pytest.raises(ValueError, match="d must be"):
@@ -182,6 +191,15 @@ def test_old_samples_are_proved_with_every_current_loop_that_is_quicker():
     needed = damping_needed_between(k, b_c, T, Between(0.0, lag_hz, 2))
     assert needed >= damping_needed_held(k, b_c, T, 2)
     assert needed > 1.03 * damping_needed_held(k, b_c, T, 2, 0.0, 1e3 / (2 * np.pi * lag_hz))
+
+
+def test_a_delay_that_changes_is_proved_with_quicker_current_loops_too():
+    k, b_c, tau, between = 0.3672706533847875, 0.04789028231802418, 1.142286961564113, (0.751, 0.297)
+    declared = Between(between[0], 1 / (2 * np.pi * tau * T), 1, between[1])
+    needed = damping_needed_between(k, b_c, T, declared)
+    for share in (0.05, 0.1, 0.2, 0.4, 0.7, 1.0):
+        quicker = replace(declared, lag_hz=declared.lag_hz / share)
+        assert needed * 1.0002 >= damping_needed_between(k, b_c, T, quicker)
 
 
 def test_a_lag_of_nearly_nothing_is_none_whatever_the_rate():

@@ -1,0 +1,70 @@
+"""Tests for a wrong unit of what no proof refuses by itself: presliding length, coupling, delay.
+
+Found by rig files of an outsider (decision 0140): degrees for radians, N m per degree, seconds for ticks."""
+
+from __future__ import annotations
+
+from rtctl.check.verdict import Subject, Verdict
+from rtctl.check.verdicts_of_units import Band, judged
+
+PRESLIDING_RAD = Band(1e-7, 1e-5, 0.03, 0.3)
+"""From ball bearings to cables; the account lends half a bristle of this length, so degrees for radians let
+help give 57 times as much."""
+PRESLIDING_M = Band(1e-8, 1e-7, 3e-3, 3e-2)
+"""Presliding length of a carriage, m."""
+STRETCH_RAD = Band(1e-12, 1e-7, 1.0, 1e12)
+"""Turn of the coupling at the torque limit: a soft one is harmless, and told only."""
+STRETCH_M = Band(1e-12, 1e-8, 0.1, 1e12)
+"""How far the coupling of a carriage gives, m."""
+DELAY_TICKS = Band(1e-12, 0.01, 20.0, 20.0)
+"""What a rig file states beside what devices declare: too little is told only, as those count where they are
+worse."""
+
+
+def presliding(s: Subject) -> list[Verdict]:
+    """How far friction is a spring, where somebody said so."""
+    sure = s.axis.guarantee
+    if not sure.measured:
+        return []
+    slides = s.table.motion == "linear"
+    return judged(
+        s,
+        "presliding length",
+        sure.length_rad,
+        "rad",
+        PRESLIDING_M if slides else PRESLIDING_RAD,
+        f"motion over which friction is a spring ({sure.length_source})",
+        "friction.presliding_rad: it is meant in rad at the link, as in the model file (F_s over sigma0)",
+    )
+
+
+def stretch(s: Subject) -> list[Verdict]:
+    """How far the coupling gives until all of the torque is felt."""
+    k_c = s.table.coupling.stiffness_nm_rad
+    if k_c == 0 or not s.table.may_show("impedance"):
+        return []
+    return judged(
+        s,
+        "turn of the coupling at the torque limit",
+        s.table.torque_limit_nm / k_c,
+        "rad",
+        STRETCH_M if s.table.motion == "linear" else STRETCH_RAD,
+        "torque_limit_nm over coupling.stiffness_nm_rad",
+        f"coupling.stiffness_nm_rad: {k_c:g} is meant in N m/rad at the link (1 N m per degree is 57.3)",
+    )
+
+
+def delay(s: Subject) -> list[Verdict]:
+    """A delay that a person stated."""
+    ticks = s.table.coupling.delay_ticks
+    if ticks == 0:
+        return []
+    return judged(
+        s,
+        "stated delay",
+        ticks,
+        "ticks",
+        DELAY_TICKS,
+        "coupling.delay_ticks; what devices declare and what is measured counts where it is more",
+        f"coupling.delay_ticks: {ticks:g} is meant in ticks of {s.period_s:g} s",
+    )
