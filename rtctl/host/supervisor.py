@@ -31,10 +31,11 @@ from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
 from rtctl.host.waiting_loop import WaitingLoop, require_one_version
+from rtctl.recording.state_folder import state_folder
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN, Look
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
-from rtctl.wire.endpoints import RuntimeDirectory
+from rtctl.wire.endpoints import RuntimeDirectory, kept_alone
 from rtctl.wire.entrances import Access
 from rtctl.wire.freed_memory import Heap
 from rtctl.wire.intruders import Resident
@@ -143,6 +144,8 @@ class Host:
             # holds the lock that keeps a second daemon off the rig (decision 0001)
             self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
             try:
+                name = self.loaded.config.rig.name
+                self._streams.enter_context(kept_alone(name, state_folder(name)))
                 self._start(waiting)
             except BaseException:
                 self._close()
@@ -200,7 +203,6 @@ class Host:
         from rtctl.host.preparation import Preparation
         from rtctl.host.run_record import RunRecord
         from rtctl.recording.law_arrays import LawArrays
-        from rtctl.recording.state_folder import state_folder
 
         plan, endpoints = self.plan, self.runtime.endpoints
         self.preparation = Preparation(plan.n_axes)
@@ -224,6 +226,7 @@ class Host:
             book=self.telemetry.book,
             friction=self.friction,
             zero=self.zero,
+            motors=self.telemetry.motors,
             announce=self.announce,
         )
         self.telemetry.commands = self.gateway.counts

@@ -94,6 +94,27 @@ class RuntimeDirectory:
         self.release()
 
 
+@contextmanager
+def kept_alone(rig: str, folder: Path) -> Iterator[None]:
+    """Hold the rig's state folder: a second daemon of that name, which has another runtime folder, would take
+    up what this one knows of its devices, and write over it (decision 0141).
+
+    Raises
+    ------
+    BusyError
+        Another process holds it; the text names it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        fd = _lock(rig, folder / LOCK_NAME)
+    except OSError:
+        yield  # where nothing can be written nobody is written over; what is lost is told as it is lost
+        return
+    try:
+        yield
+    finally:
+        os.close(fd)
+
+
 def _lock(rig: str, path: Path) -> int:
     """Take the lock file; returns its descriptor, which holds the lock until it is closed."""
     # through a link another file would be emptied below

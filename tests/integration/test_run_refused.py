@@ -1,6 +1,8 @@
 """`rtctl run` of a rig file that it refuses: nothing is started, and the reason is said."""
 
-from rtctl_process import CONFIGS, finish, start
+from rtctl_process import CONFIGS, finish, greet, start
+
+from rtctl.client import RigClient
 
 PATIENCE_S = 600
 """Nothing meets a clock here: beside others it gets the time that they leave."""
@@ -36,3 +38,14 @@ def test_all_config_faults_come_in_one_json_object(folder, tmp_path):
     code, body, _ = finish(start(config, folder), PATIENCE_S)
     assert code == 3
     assert len(body["faults"]) == 2
+
+
+def test_a_second_daemon_of_a_name_is_refused_wherever_its_sockets_are(folder, tmp_path):
+    first = start(CONFIGS / "mock.toml", folder)
+    with RigClient("mock", runtime_dir=folder) as client:
+        greet(client, first)
+    code, body, _ = finish(start(CONFIGS / "mock.toml", tmp_path / "other"), PATIENCE_S)
+    assert code == 8
+    assert f"already run by process {first.pid}" in body["message"]
+    first.terminate()
+    assert finish(first)[0] == 0

@@ -1,0 +1,76 @@
+"""Bugs in what keeps rigs of one machine apart, and in what is left of a run for the next."""
+
+from seed import Seed
+
+WHOLE = "tests/unit/test_whole_files.py"
+CORE = "tests/unit/rt/test_core.py"
+ZERO = "rtctl/host/exchange/force_zero.py"
+OF_ZERO = "tests/unit/host/test_force_zero.py"
+ENDPOINTS = "tests/unit/host/test_endpoints.py"
+LEFT = f"{WHOLE}::test_what_may_be_somebodys_is_left"
+
+SEEDS = (
+    Seed(
+        "what a power cut left stays for ever", "rtctl/whole_files.py",
+        "                _remove_left(part, int(pid))", "                pass",
+        (f"{WHOLE}::test_what_a_power_cut_left_is_removed_by_the_next_that_writes_the_same_file",),
+    ),
+    Seed(
+        "a file that somebody is writing is swept away", "rtctl/whole_files.py",
+        "        os.kill(pid, 0)\n", "        raise ProcessLookupError\n", (LEFT,),
+    ),
+    Seed(
+        "what another machine is writing is swept away", "rtctl/whole_files.py",
+        " or time.time_ns() - part.stat().st_mtime_ns < LEFT_NS:", ":", (LEFT,),
+    ),
+    Seed(
+        "zeros walk by small steps without a bound", ZERO,
+        "if not abs(walked) <= walked_most[a]:", "if False:",
+        (f"{OF_ZERO}::test_light_pulls_add_up_to_half_of_the_bound_and_no_further_over_restarts_too",),
+    ),
+    Seed(
+        "each zero that is accepted is where the walk begins", ZERO,
+        "self._vouched[first | said] = self._zero[first | said]", "self._vouched[:] = self._zero",
+        (f"{OF_ZERO}::test_light_pulls_add_up_to_half_of_the_bound_and_no_further_over_restarts_too",),
+    ),
+    Seed(
+        "a restart begins the walk anew", ZERO,
+        "_numbers(told.get(\"vouched\")) or zero", "zero",
+        (f"{OF_ZERO}::test_light_pulls_add_up_to_half_of_the_bound_and_no_further_over_restarts_too",),
+    ),
+    Seed(
+        "a word does not begin the walk anew", ZERO, "self._vouched[first | said] = self._zero[first | said]",
+        "self._vouched[first] = self._zero[first]",
+        (f"{OF_ZERO}::test_what_a_person_says_is_where_the_walk_begins_anew",),
+    ),
+    Seed(
+        "two daemons of one name share what is kept", "rtctl/host/supervisor.py",
+        "self._streams.enter_context(kept_alone(name, state_folder(name)))", "pass",
+        ("tests/integration/test_run_refused.py"
+         "::test_a_second_daemon_of_a_name_is_refused_wherever_its_sockets_are",),
+    ),
+    Seed(
+        "a rig whose disk is read-only does not start", "rtctl/wire/endpoints.py",
+        "        yield  # where nothing can be written nobody is written over; what is lost is told as it is "
+        "lost\n",
+        "        raise\n",
+        (f"{ENDPOINTS}::test_where_nothing_can_be_written_nothing_is_kept_and_the_rig_runs",),
+    ),
+    Seed(
+        "two loops take one core", "rtctl/rt/core.py",
+        "    allowed = allowed.difference(taken) or allowed\n", "",
+        (f"{CORE}::test_a_core_that_another_rig_keeps_to_is_left_while_there_is_another",),
+    ),
+    Seed(
+        "the kernel's own threads drive the loop from its core", "rtctl/rt/core.py",
+        "if not flags & _KERNEL_THREAD:", "if True:",
+        (f"{CORE}::test_the_kernels_own_threads_and_what_has_ended_keep_no_core",),
+    ),
+    Seed(
+        "status flickers where events do not", "rtctl/host/exchange/motor_temperature.py",
+        "return temperature_warnings(self._rig, row, self._present)",
+        "return temperature_warnings(self._rig, row)",
+        ("tests/unit/host/test_requests_refused.py"
+         "::test_status_warns_of_a_motor_outside_the_learned_temperatures",),
+    ),
+)  # fmt: skip
