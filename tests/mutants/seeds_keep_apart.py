@@ -11,6 +11,17 @@ LEFT = f"{WHOLE}::test_what_may_be_somebodys_is_left"
 
 SEEDS = (
     Seed(
+        "a stop of a later version is refused for its new key", "rtctl/host/exchange/messages.py",
+        "if message.get(\"op\") == \"stop\":", "if message == {\"id\": identity, \"op\": \"stop\"}:",
+        ("tests/unit/host/test_message_decoder.py::test_a_stop_is_one_whatever_else_its_map_holds",),
+    ),
+    Seed(
+        "a stop that nobody can be answered for is dropped", "rtctl/host/exchange/gateway.py",
+        "        if isinstance(request, Refusal) and request.id is None:\n",
+        "        if request.id is None:\n",
+        ("tests/unit/host/test_gateway.py::test_a_stop_without_an_id_stops_and_is_not_answered",),
+    ),
+    Seed(
         "what a power cut left stays for ever", "rtctl/whole_files.py",
         "                _remove_left(part, int(pid))", "                pass",
         (f"{WHOLE}::test_what_a_power_cut_left_is_removed_by_the_next_that_writes_the_same_file",),

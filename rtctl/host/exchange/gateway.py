@@ -238,6 +238,8 @@ class Gateway:
             return None
         row = self._requests.newest()
         outcome = self._outcome(request, row, caller)
+        if request.id is None:
+            return None
         reply = {
             "id": request.id,
             "op": request.op,
