@@ -20,7 +20,7 @@ import zmq
 
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
-from rtctl.errors import FaultError, LoopDiedError
+from rtctl.errors import FaultError, LoopDiedError, RtctlError
 from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
@@ -54,6 +54,9 @@ STOP_TIMEOUT_S = 2.0
 EPOCH_BITS = 31
 """The first epoch of a daemon is a random number of so many bits: what a client asks by the epoch of one that
 has ended is void with the next one."""
+
+LOOK_S = 1.0
+"""How often the sockets are looked for: a daemon that no new client can reach could not be stopped by one."""
 
 MOST_TICKS = 256
 """Taken from the ring in one turn, on a wall clock: after a standstill of the host there are thousands, and
@@ -130,6 +133,7 @@ class Host:
         self._model = model
         self._waiting = waiting
         self._finished = False
+        self._lost, self._look_at_s = "", 0.0
         self._tell_at_s = FIRST_TOLD_S
         self._ending_since: float | None = None
         self._streams = ExitStack()
@@ -362,10 +366,24 @@ class Host:
                 self.signals.hangups = 0
                 reload.reload(self)
             self.guard.look()
+            self._look_for_sockets(now)
         self.loop.raise_if_failed(aftermath)
         self.record.finish()
+        if self._lost:
+            raise RtctlError(self._lost)
         self.speaker.tell([], self.record.broken())
         return self.summary()
+
+    def _look_for_sockets(self, now: float) -> None:
+        if now < self._look_at_s or self._lost:
+            return
+        self._look_at_s = now + LOOK_S
+        if why := self.runtime.lost():
+            self._lost = (
+                f"no client could reach the rig to stop it, so it was stopped: {why}; keep the folder of "
+                "sockets where nothing removes it (RTCTL_RUNTIME_DIR, or `rtctl service install`)"
+            )
+            self.finish()
 
     def _batch(self) -> None:
         rows = self.reader.read(self._most_ticks)

@@ -72,6 +72,19 @@ class RuntimeDirectory:
         """Write down a process that inherits the lock, for whoever finds the rig held."""
         os.pwrite(self._lock_fd, f"{os.getpid()} {pid}\n".encode(), 0)
 
+    def lost(self) -> str:
+        """Why no new client can reach the daemon; empty while the folder is the one that it opened.
+
+        A folder for as long as a user is logged in (XDG_RUNTIME_DIR), or one that is cleaned (/tmp), goes
+        with its sockets and its lock while the daemon runs on."""
+        lock = self.path / LOCK_NAME
+        try:
+            here, held = lock.stat(), os.fstat(self._lock_fd)
+        except OSError as error:
+            return f"{lock}: {error.strerror}"
+        # a door that is cut goes with its socket for a moment (decision 0010); the lock never does
+        return "" if os.path.samestat(here, held) else f"{lock}: it is another file than was locked"
+
     def describe(self) -> list[str]:
         """Lines that tell a person where to connect."""
         return [

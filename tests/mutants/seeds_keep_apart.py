@@ -11,6 +11,33 @@ LEFT = f"{WHOLE}::test_what_may_be_somebodys_is_left"
 
 SEEDS = (
     Seed(
+        "an armed rig goes on when its terminal is closed", "rtctl/host/signals.py",
+        "if self._at_terminal and not _has_terminal():", "if False:",
+        ("tests/unit/host/test_host_signals.py::test_a_terminal_that_is_gone_is_an_end_and_one_only",),
+    ),
+    Seed(
+        "the hangups of kernel and shell are two ends, and cut", "rtctl/host/signals.py",
+        "self.ends = max(self.ends, 1)", "self.ends += 1",
+        ("tests/unit/host/test_host_signals.py::test_a_terminal_that_is_gone_is_an_end_and_one_only",),
+    ),
+    Seed(
+        "nohup helps nobody", "rtctl/host/signals.py",
+        "_has_terminal() and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN", "_has_terminal()",
+        ("tests/unit/host/test_host_signals.py"
+         "::test_a_hangup_while_the_terminal_is_there_and_one_under_nohup_are_none",),
+    ),
+    Seed(
+        "a rig that nobody can reach to stop it runs on", "rtctl/host/supervisor.py",
+        "        if why := self.runtime.lost():\n", "        if why := \"\":\n",
+        ("tests/integration/test_run_refused.py"
+         "::test_a_daemon_whose_sockets_went_stops_its_rig_and_ends",),
+    ),
+    Seed(
+        "another daemon's folder is taken for one's own", "rtctl/wire/endpoints.py",
+        "os.path.samestat(here, held)", "True",
+        (f"{ENDPOINTS}::test_a_folder_that_went_while_the_daemon_runs_is_noticed",),
+    ),
+    Seed(
         "a stop of a later version is refused for its new key", "rtctl/host/exchange/messages.py",
         "if message.get(\"op\") == \"stop\":", "if message == {\"id\": identity, \"op\": \"stop\"}:",
         ("tests/unit/host/test_message_decoder.py::test_a_stop_is_one_whatever_else_its_map_holds",),

@@ -64,6 +64,19 @@ def test_where_nothing_can_be_written_nothing_is_kept_and_the_rig_runs(root):
             pass
 
 
+@pytest.mark.parametrize("how", ["removed", "another", "emptied"])
+def test_a_folder_that_went_while_the_daemon_runs_is_noticed(root, how):
+    with RuntimeDirectory.acquire("mock", root) as runtime:
+        assert runtime.lost() == ""
+        if how == "emptied":
+            (runtime.path / "lock").unlink()
+        else:
+            runtime.path.rename(root / "aside")
+        if how == "another":
+            RuntimeDirectory.acquire("mock", root).release()
+        assert f"{runtime.path}/lock: " in runtime.lost()
+
+
 def test_a_killed_daemon_leaves_nothing_in_the_way(root):
     process = subprocess.Popen(
         [sys.executable, "-c", HOLD, str(root)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
