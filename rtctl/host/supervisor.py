@@ -320,8 +320,7 @@ class Host:
     def run(self, seconds: float | None = None) -> dict[str, Any]:
         """Serve until `seconds` have passed, a signal, `finish()`, or the end of the loop.
 
-        Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
-        """
+        Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError: the loop failed."""
         from rtctl.host import reload
         from rtctl.host.exchange.gateway import PAUSE_S
 

@@ -29,7 +29,7 @@ SEEDS = (
     Seed(
         "a rig that nobody can reach to stop it runs on", "rtctl/host/supervisor.py",
         "        if why := self.runtime.lost():\n", "        if why := \"\":\n",
-        ("tests/integration/test_run_refused.py"
+        ("tests/integration/test_unreachable_daemon.py"
          "::test_a_daemon_whose_sockets_went_stops_its_rig_and_ends",),
     ),
     Seed(

@@ -49,18 +49,22 @@ sys.path.insert(0, sys.argv[1])
 if sys.argv[2] == "nohup":
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
 from rtctl.host.signals import Signals
+signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGUSR1})
 signals, report = Signals(), int(sys.argv[3])
 os.write(report, b"ready ")
 while not (signals.ends or signals.hangups):
     time.sleep(0.01)
-time.sleep(0.1)  # kernel and shell may both send it
+os.write(report, b".")
+signal.sigwait({signal.SIGUSR1})
 os.write(report, f"{signals.ends} {signals.hangups}".encode())
 os._exit(0)
 """
 
 
 def counted(kind, hang_up):
-    """What a program at a terminal of its own counts after `hang_up` of its terminal and process."""
+    """What a program at a terminal of its own counts after `hang_up` of its terminal and process, and for the
+    kind `twice` after another SIGHUP.
+    """
     read, write = os.pipe()
     os.set_inheritable(write, True)
     pid, terminal = pty.fork()
@@ -71,18 +75,18 @@ def counted(kind, hang_up):
     with os.fdopen(read) as report:
         assert os.read(read, 6) == b"ready "
         hang_up(terminal, pid)
+        assert os.read(read, 1) == b"."
+        if kind == "twice":
+            os.kill(pid, signal.SIGHUP)
+        os.kill(pid, signal.SIGUSR1)
         told = report.read()
     os.waitpid(pid, 0)
     return told
 
 
 def test_a_terminal_that_is_gone_is_an_end_and_one_only():
-    def twice(terminal, pid):
-        os.close(terminal)
-        os.kill(pid, signal.SIGHUP)
-
-    assert counted("plain", twice) == "1 0"
-    assert counted("plain", lambda terminal, _pid: os.close(terminal)) == "1 0"
+    for kind in ("once", "twice"):  # kernel and shell may both send it
+        assert counted(kind, lambda terminal, _pid: os.close(terminal)) == "1 0"
 
 
 def test_a_hangup_while_the_terminal_is_there_and_one_under_nohup_are_none():
