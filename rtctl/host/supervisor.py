@@ -367,10 +367,13 @@ class Host:
             self.guard.look()
             self._look_for_sockets(now)
         self.loop.raise_if_failed(aftermath)
+        return self._end_of_record()
+
+    def _end_of_record(self) -> dict[str, Any]:
         self.record.finish()
+        self.speaker.tell([], self.record.broken())
         if self._lost:
             raise RtctlError(self._lost)
-        self.speaker.tell([], self.record.broken())
         return self.summary()
 
     def _look_for_sockets(self, now: float) -> None:
