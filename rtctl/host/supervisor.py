@@ -494,7 +494,7 @@ class Host:
         if hasattr(self, "signals"):
             self.signals.close()
         if hasattr(self, "context"):
-            self.context.term()
+            self.context.destroy(linger=0)  # a start that failed half way leaves sockets open
         if hasattr(self, "memory"):
             self.memory.close()
         if hasattr(self, "runtime"):

@@ -52,7 +52,7 @@ class RuntimeDirectory:
         try:
             return cls(directory, _lock(rig, directory / LOCK_NAME))
         except OSError as error:
-            raise _unusable(error) from error
+            raise _unusable(error, directory) from error
 
     @property
     def lock_fd(self) -> int:
@@ -182,13 +182,16 @@ def _make_private(directory: Path) -> None:
         _close_to_groups(directory)
         reason = open_to_others(root) or objection(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
     except OSError as error:
-        raise _unusable(error) from error
+        raise _unusable(error, directory) from error
     if reason:
         raise ConfigError(reason)
 
 
-def _unusable(error: OSError) -> ConfigError:
-    return ConfigError(f"{error.filename}: cannot use it as runtime folder: {error.strerror}; {REMEDY}")
+def _unusable(error: OSError, directory: Path) -> ConfigError:
+    # a full disk is told of a descriptor, without a name
+    return ConfigError(
+        f"{error.filename or directory}: cannot use it as runtime folder: {error.strerror}; {REMEDY}"
+    )
 
 
 def _close_to_groups(directory: Path) -> None:

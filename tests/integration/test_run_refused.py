@@ -1,5 +1,9 @@
 """`rtctl run` of a rig file that it refuses, or of a name that is taken."""
 
+import os
+import subprocess
+
+import pytest
 from rtctl_process import CONFIGS, finish, greet, start
 
 from rtctl.client import RigClient
@@ -38,6 +42,26 @@ def test_all_config_faults_come_in_one_json_object(folder, tmp_path):
     code, body, _ = finish(start(config, folder), PATIENCE_S)
     assert code == 3
     assert len(body["faults"]) == 2
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="mounts a small disk")
+@pytest.mark.parametrize("files", [2, 3, 4, 5])
+def test_a_runtime_folder_without_room_for_its_sockets_is_told_and_not_waited_for(tmp_path, files):
+    small = tmp_path / "run"
+    small.mkdir()
+    made = subprocess.run(
+        ["mount", "-t", "tmpfs", "-o", f"nr_inodes={files},mode=700", "small", small], check=False
+    )
+    if made.returncode:
+        pytest.skip("may not mount")
+    try:
+        code, body, _ = finish(start(CONFIGS / "mock.toml", small), 120)
+    finally:
+        subprocess.run(["umount", "--lazy", small], check=True)
+    assert code == 3
+    assert f"{small}/mock/" in body["message"]
+    assert "No space left on device" in body["message"]
+    assert "RTCTL_RUNTIME_DIR" in body["message"]
 
 
 def test_a_second_daemon_of_a_name_is_refused_wherever_its_sockets_are(folder, tmp_path):

@@ -14,7 +14,7 @@ pytestmark = pytest.mark.compiled
 def test_a_daemon_whose_sockets_went_stops_its_rig_and_ends(folder):
     daemon = start(CONFIGS / "mock.toml", folder, "--arm")
     with RigClient("mock", runtime_dir=folder) as client:
-        greet(client, daemon)
+        greet(client, daemon, 10 * PATIENCE_S)  # its law may have to be compiled
         until(lambda: client.status()["state"] == "ACTIVE", "armed")
         shutil.rmtree(folder / "mock")
         code, body, said = finish(daemon, PATIENCE_S)

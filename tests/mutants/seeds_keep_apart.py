@@ -11,6 +11,23 @@ LEFT = f"{WHOLE}::test_what_may_be_somebodys_is_left"
 
 SEEDS = (
     Seed(
+        "a start without room for its sockets waits for ever", "rtctl/host/supervisor.py",
+        "self.context.destroy(linger=0)", "self.context.term()",
+        ("tests/integration/test_run_refused.py"
+         "::test_a_runtime_folder_without_room_for_its_sockets_is_told_and_not_waited_for",),
+    ),
+    Seed(
+        "a door that libzmq cannot open again ends the daemon", "rtctl/wire/sockets.py",
+        "except (OSError, zmq.ZMQError):", "except OSError:",
+        ("tests/unit/host/test_intruders.py"
+         "::test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can",),
+    ),
+    Seed(
+        "a full disk is told without its folder", "rtctl/wire/endpoints.py",
+        "{error.filename or directory}", "{error.filename}",
+        (f"{ENDPOINTS}::test_a_full_disk_is_told_with_the_folder",),
+    ),
+    Seed(
         "an armed rig goes on when its terminal is closed", "rtctl/host/signals.py",
         "if self._at_terminal and not _has_terminal():", "if False:",
         ("tests/unit/host/test_host_signals.py::test_a_terminal_that_is_gone_is_an_end_and_one_only",),

@@ -1,3 +1,4 @@
+import errno
 import os
 import stat
 import subprocess
@@ -75,6 +76,15 @@ def test_a_folder_that_went_while_the_daemon_runs_is_noticed(root, how):
         if how == "another":
             RuntimeDirectory.acquire("mock", root).release()
         assert f"{runtime.path}/lock: " in runtime.lost()
+
+
+def test_a_full_disk_is_told_with_the_folder(root, monkeypatch):
+    def full(*_arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # of a descriptor: without a name
+
+    monkeypatch.setattr(os, "pwrite", full)
+    with pytest.raises(ConfigError, match=f"^{root}/mock: cannot use it .*No space left"):
+        RuntimeDirectory.acquire("mock", root)
 
 
 def test_a_killed_daemon_leaves_nothing_in_the_way(root):
