@@ -1,6 +1,7 @@
 """`rtctl run` of a rig file that it refuses, or of a name that is taken."""
 
 import os
+import shutil
 import subprocess
 
 import pytest
@@ -73,3 +74,14 @@ def test_a_second_daemon_of_a_name_is_refused_wherever_its_sockets_are(folder, t
     assert f"already run by process {first.pid}" in body["message"]
     first.terminate()
     assert finish(first)[0] == 0
+
+
+def test_a_daemon_at_rest_whose_sockets_went_ends_too(folder):
+    """An armed one: test_unreachable_daemon.py."""
+    daemon = start(CONFIGS / "mock.toml", folder)
+    with RigClient("mock", runtime_dir=folder) as client:
+        greet(client, daemon)
+        shutil.rmtree(folder / "mock")
+        code, body, _ = finish(daemon, 120)
+    assert code == 1
+    assert f"{folder}/mock/lock" in body["message"]

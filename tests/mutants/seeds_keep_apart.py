@@ -46,8 +46,7 @@ SEEDS = (
     Seed(
         "a rig that nobody can reach to stop it runs on", "rtctl/host/supervisor.py",
         "        if why := self.runtime.lost():\n", "        if why := \"\":\n",
-        ("tests/integration/test_unreachable_daemon.py"
-         "::test_a_daemon_whose_sockets_went_stops_its_rig_and_ends",),
+        ("tests/integration/test_run_refused.py::test_a_daemon_at_rest_whose_sockets_went_ends_too",),
     ),
     Seed(
         "another daemon's folder is taken for one's own", "rtctl/wire/endpoints.py",
