@@ -5,17 +5,40 @@ from __future__ import annotations
 
 import errno
 import os
+import time
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from rtctl.errors import DataError
 
+LEFT_NS = 3600 * 10**9
+"""A half-written file is nobody's any more when it is so old and its process is gone: the age tells where
+another machine writes into the same folder, whose processes nobody knows here."""
 
-def beside(path: Path) -> Path:
-    """The hidden file in the same folder that becomes `path` once it is whole."""
+
+def _beside(path: Path) -> Path:
+    """The hidden file in the same folder that becomes `path` once it is whole; what a power cut left of
+    earlier ones is removed."""
     # by process: two take no draft of each other; in the same folder: a rename crosses no disks
-    return path.with_name(f".{path.name}.{os.getpid()}.tmp")
+    before, after = f".{path.name}.", ".tmp"
+    # a folder that is not there yet, or that cannot be looked at, is for the writing to tell
+    with suppress(OSError):
+        for part in path.parent.iterdir():
+            pid = part.name.removeprefix(before).removesuffix(after)
+            if part.name == f"{before}{pid}{after}" and pid.isdecimal() and pid.isascii():
+                _remove_left(part, int(pid))
+    return path.with_name(f"{before}{os.getpid()}{after}")
+
+
+def _remove_left(part: Path, pid: int) -> None:
+    # not younger than now: a clock that was set back tells no age
+    if part.is_symlink() or not part.is_file() or time.time_ns() - part.stat().st_mtime_ns < LEFT_NS:
+        return
+    try:
+        os.kill(pid, 0)
+    except (ProcessLookupError, OverflowError):  # gone, or no number that a process can have
+        part.unlink(missing_ok=True)
 
 
 def _take_place(new: Path, path: Path) -> None:
@@ -34,7 +57,7 @@ def whole(path: Path) -> Iterator[Path]:
     ------
     DataError
         It cannot be written; names the file and what to do."""
-    new = beside(path)
+    new = _beside(path)
     try:
         yield new
         with new.open("rb") as file:
@@ -51,7 +74,7 @@ def whole(path: Path) -> Iterator[Path]:
 
 def write_whole(path: Path, content: bytes) -> None:
     """Write one file. Raises OSError, and then the old content is there, and nothing else."""
-    new = beside(path)
+    new = _beside(path)
     try:
         _write(new, content)
         _take_place(new, path)
@@ -78,7 +101,7 @@ def write_together(folder: Path, files: Mapping[str, bytes]) -> None:
     DataError
         Names the file and what to do."""
     made = not folder.exists()
-    new = {name: beside(folder / name) for name in files}
+    new = {name: _beside(folder / name) for name in files}
     at = folder
     complete = False
     try:

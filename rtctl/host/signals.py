@@ -10,11 +10,15 @@ import signal
 class Signals:
     """Counts SIGINT and SIGTERM (`ends`) and SIGHUP (`hangups`) from now on, until `close`. Main thread only.
 
+    A SIGHUP by which the terminal says that it is gone is an end: nobody is at this program any more. Under
+    `nohup` it is not.
+
     Any signal makes `fileno()` readable until `drain`, so a poll ends at once."""
 
     def __init__(self) -> None:
         self.ends = 0
         self.hangups = 0
+        self._at_terminal = _has_terminal() and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN
         self._read, self._write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         # a poll in C is ended by it at once; a full pipe wakes as well, so no warning
         self._old_wakeup = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
@@ -46,4 +50,16 @@ class Signals:
         self.ends += 1
 
     def _on_hangup(self, _signal: int, _frame: object) -> None:
-        self.hangups += 1
+        if self._at_terminal and not _has_terminal():
+            # kernel and shell both send it, and a second end would cut
+            self.ends = max(self.ends, 1)
+        else:
+            self.hangups += 1
+
+
+def _has_terminal() -> bool:
+    try:
+        os.close(os.open("/dev/tty", os.O_RDONLY | os.O_NOCTTY | os.O_CLOEXEC))
+    except OSError:
+        return False
+    return True

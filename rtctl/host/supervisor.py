@@ -20,7 +20,7 @@ import zmq
 
 from rtctl.check import law_plan as planning
 from rtctl.check import stability_report
-from rtctl.errors import FaultError, LoopDiedError
+from rtctl.errors import FaultError, LoopDiedError, RtctlError
 from rtctl.host.exchange.run_statistics import RunStatistics
 from rtctl.host.heartbeat import Heartbeat, promised_ticks
 from rtctl.host.loop_guard import LoopGuard
@@ -31,10 +31,11 @@ from rtctl.host.outlet import streams_that_never_wait
 from rtctl.host.signals import Signals
 from rtctl.host.speaker import Speaker
 from rtctl.host.waiting_loop import WaitingLoop, require_one_version
+from rtctl.recording.state_folder import state_folder
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rt.early import MARGIN, Look
 from rtctl.rt.shared_memory import CommandWriter, Memory, RingReader
-from rtctl.wire.endpoints import RuntimeDirectory
+from rtctl.wire.endpoints import RuntimeDirectory, kept_alone
 from rtctl.wire.entrances import Access
 from rtctl.wire.freed_memory import Heap
 from rtctl.wire.intruders import Resident
@@ -53,6 +54,9 @@ STOP_TIMEOUT_S = 2.0
 EPOCH_BITS = 31
 """The first epoch of a daemon is a random number of so many bits: what a client asks by the epoch of one that
 has ended is void with the next one."""
+
+LOOK_S = 1.0
+"""How often the sockets are looked for: a daemon that no new client can reach could not be stopped by one."""
 
 MOST_TICKS = 256
 """Taken from the ring in one turn, on a wall clock: after a standstill of the host there are thousands, and
@@ -129,6 +133,7 @@ class Host:
         self._model = model
         self._waiting = waiting
         self._finished = False
+        self._lost, self._look_at_s = "", 0.0
         self._tell_at_s = FIRST_TOLD_S
         self._ending_since: float | None = None
         self._streams = ExitStack()
@@ -143,6 +148,8 @@ class Host:
             # holds the lock that keeps a second daemon off the rig (decision 0001)
             self.runtime = RuntimeDirectory.acquire(self.loaded.config.rig.name, self._runtime_dir)
             try:
+                name = self.loaded.config.rig.name
+                self._streams.enter_context(kept_alone(name, state_folder(name)))
                 self._start(waiting)
             except BaseException:
                 self._close()
@@ -200,7 +207,6 @@ class Host:
         from rtctl.host.preparation import Preparation
         from rtctl.host.run_record import RunRecord
         from rtctl.recording.law_arrays import LawArrays
-        from rtctl.recording.state_folder import state_folder
 
         plan, endpoints = self.plan, self.runtime.endpoints
         self.preparation = Preparation(plan.n_axes)
@@ -224,6 +230,7 @@ class Host:
             book=self.telemetry.book,
             friction=self.friction,
             zero=self.zero,
+            motors=self.telemetry.motors,
             announce=self.announce,
         )
         self.telemetry.commands = self.gateway.counts
@@ -313,8 +320,7 @@ class Host:
     def run(self, seconds: float | None = None) -> dict[str, Any]:
         """Serve until `seconds` have passed, a signal, `finish()`, or the end of the loop.
 
-        Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError when the loop failed.
-        """
+        Returns the closing summary. Raises LoopDiedError, DeviceError or RealtimeError: the loop failed."""
         from rtctl.host import reload
         from rtctl.host.exchange.gateway import PAUSE_S
 
@@ -359,10 +365,27 @@ class Host:
                 self.signals.hangups = 0
                 reload.reload(self)
             self.guard.look()
+            self._look_for_sockets(now)
         self.loop.raise_if_failed(aftermath)
+        return self._end_of_record()
+
+    def _end_of_record(self) -> dict[str, Any]:
         self.record.finish()
         self.speaker.tell([], self.record.broken())
+        if self._lost:
+            raise RtctlError(self._lost)
         return self.summary()
+
+    def _look_for_sockets(self, now: float) -> None:
+        if now < self._look_at_s or self._lost:
+            return
+        self._look_at_s = now + LOOK_S
+        if why := self.runtime.lost():
+            self._lost = (
+                f"no client could reach the rig to stop it, so it was stopped: {why}; keep the folder of "
+                "sockets where nothing removes it (RTCTL_RUNTIME_DIR, or `rtctl service install`)"
+            )
+            self.finish()
 
     def _batch(self) -> None:
         rows = self.reader.read(self._most_ticks)
@@ -471,7 +494,7 @@ class Host:
         if hasattr(self, "signals"):
             self.signals.close()
         if hasattr(self, "context"):
-            self.context.term()
+            self.context.destroy(linger=0)  # a start that failed half way leaves sockets open
         if hasattr(self, "memory"):
             self.memory.close()
         if hasattr(self, "runtime"):

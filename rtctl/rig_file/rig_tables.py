@@ -44,7 +44,7 @@ class LoopTable(Table):
         -1,
         1023,
         "core of the loop; -1: the last one that it may use, or one that devices interrupt four times less "
-        "often; isolated ones first",
+        "often; isolated ones first; none that another real-time process keeps to, while there is another",
         default=-1,
     )
     early_us: Literal["auto"] | Annotated[float, Field(ge=0, le=4000)] = Field(

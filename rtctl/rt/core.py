@@ -4,12 +4,19 @@ An interrupt of a device takes some microseconds of its core, and what the kerne
 disk's finished blocks) hundreds. So the loop leaves the last core, which is the usual one, where devices
 interrupt that core often and another one hardly.
 
-The counts are those of /sys/kernel/irq, which a service that is shown nothing else of /proc sees as well."""
+The counts are those of /sys/kernel/irq, which a service that is shown nothing else of /proc sees as well.
+
+It also leaves a core that another real-time process keeps to, as another rig's loop does: on one core each
+would be late by what the other takes (decision 0141)."""
 
 from __future__ import annotations
 
+import fcntl
+import os
 import re
 import time
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,6 +26,12 @@ BUSY_HZ = 1.0
 FEWER = 4.0
 """The last core is left for one that devices interrupt so many times less often: what a day does to the
 counts does not change the choice."""
+
+TURN_S = 1.0
+"""Longest wait for another loop that looks for its core: anybody who may read this file could hold it up."""
+
+_KERNEL_THREAD = 0x0020_0000
+"""PF_KTHREAD of a task's flags: the kernel keeps some real-time threads to each core."""
 
 _CPU = Path("sys/devices/system/cpu")
 
@@ -63,7 +76,43 @@ def interrupts(root: Path) -> dict[int, Interrupts]:
     return dict(sorted(found.items()))
 
 
-def choose(asked: int, allowed: set[int], root: Path = Path("/"), since_s: float | None = None) -> Choice:
+@contextmanager
+def turn() -> Iterator[None]:
+    """One loop at a time looks for its core and takes it: those of a machine that starts look together."""
+    file = os.open(__file__, os.O_RDONLY | os.O_CLOEXEC)
+    try:
+        end = time.monotonic() + TURN_S
+        while time.monotonic() < end:
+            with suppress(OSError):  # another's turn, or a disk that knows no locks
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                break
+            time.sleep(0.005)
+        yield
+    finally:
+        os.close(file)
+
+
+def held(proc: Path = Path("/proc")) -> dict[int, int]:
+    """Cores that other real-time processes keep to, and which process does, as far as this user sees them."""
+    found: dict[int, int] = {}
+    for pid in sorted(int(at.name) for at in proc.iterdir() if at.name.isdecimal()):
+        with suppress(OSError, ValueError, IndexError):  # one that has ended meanwhile
+            cores = os.sched_getaffinity(pid)
+            policy = os.sched_getscheduler(pid) & ~os.SCHED_RESET_ON_FORK
+            if len(cores) == 1 and policy in (os.SCHED_FIFO, os.SCHED_RR) and pid != os.getpid():
+                flags = int((proc / str(pid) / "stat").read_text().rpartition(")")[2].split()[6])
+                if not flags & _KERNEL_THREAD:
+                    found[cores.pop()] = pid
+    return found
+
+
+def choose(
+    asked: int,
+    allowed: set[int],
+    root: Path = Path("/"),
+    since_s: float | None = None,
+    taken: Collection[int] = (),
+) -> Choice:
     """The core that the loop takes.
 
     Parameters
@@ -75,9 +124,12 @@ def choose(asked: int, allowed: set[int], root: Path = Path("/"), since_s: float
     root
         Where /sys is, for tests.
     since_s
-        How long the interrupts have been counted; None: since the machine was started."""
+        How long the interrupts have been counted; None: since the machine was started.
+    taken
+        Cores that others keep to: left while there is another."""
     if asked >= 0:
         return Choice(asked, "loop.cpu")
+    allowed = allowed.difference(taken) or allowed
     kept = {
         name: cores_of(_text(root / _CPU / name)) & allowed
         for name in ("isolated", "nohz_full")  # the second without the first: no scheduler's tick there

@@ -47,7 +47,10 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
         File descriptors that must stay open while the rights are to last."""
     held: list[int] = []
     # memory first: its pages are fetched while others may still run
-    grants = [_lock_memory(), _affinity(cpu), _fifo(priority), _dma_latency(held), _timer_slack()]
+    grants = [_lock_memory()]
+    with core.turn():  # until others see it as one that keeps to its core
+        grants += [_affinity(cpu), _fifo(priority)]
+    grants += [_dma_latency(held), _timer_slack()]
     gc.collect()
     gc.freeze()
     gc.disable()
@@ -88,7 +91,9 @@ def _lock_memory() -> Grant:
 
 def _affinity(cpu: int) -> Grant:
     allowed = os.sched_getaffinity(0)
-    wanted, why = core.choose(cpu, allowed)
+    taken = core.held()
+    wanted, why = core.choose(cpu, allowed, taken=taken)
+    others = "".join(f"; process {taken[n]} keeps to core {n}" for n in sorted(allowed & taken.keys()))
     try:
         os.sched_setaffinity(0, {wanted})
     except OSError as error:
@@ -97,7 +102,14 @@ def _affinity(cpu: int) -> Grant:
             "of them or -1"
         )
         return Grant("affinity", granted=False, required=False, detail=remedy)
-    return Grant("affinity", granted=True, required=False, detail=f"core {wanted}: {why}")
+    remedy = (
+        ", in real time too: each makes the other late; set loop.cpu of one of them to another core"
+        if wanted in taken
+        else ""
+    )
+    return Grant(
+        "affinity", granted=not remedy, required=False, detail=f"core {wanted}: {why}{others}{remedy}"
+    )
 
 
 def _dma_latency(held: list[int]) -> Grant:

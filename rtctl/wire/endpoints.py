@@ -52,7 +52,7 @@ class RuntimeDirectory:
         try:
             return cls(directory, _lock(rig, directory / LOCK_NAME))
         except OSError as error:
-            raise _unusable(error) from error
+            raise _unusable(error, directory) from error
 
     @property
     def lock_fd(self) -> int:
@@ -72,6 +72,19 @@ class RuntimeDirectory:
         """Write down a process that inherits the lock, for whoever finds the rig held."""
         # over the line of `_lock`, which is shorter: two writes would leave a moment without a holder
         os.pwrite(self._lock_fd, f"{os.getpid()} {pid}\n".encode(), 0)
+
+    def lost(self) -> str:
+        """Why no new client can reach the daemon; empty while the folder is the one that it opened.
+
+        A folder for as long as a user is logged in (XDG_RUNTIME_DIR), or one that is cleaned (/tmp), goes
+        with its sockets and its lock while the daemon runs on."""
+        lock = self.path / LOCK_NAME
+        try:
+            here, held = lock.stat(), os.fstat(self._lock_fd)
+        except OSError as error:
+            return f"{lock}: {error.strerror}"
+        # a door that is cut goes with its socket for a moment (decision 0010); the lock never does
+        return "" if os.path.samestat(here, held) else f"{lock}: it is another file than was locked"
 
     def describe(self) -> list[str]:
         """Lines that tell a person where to connect."""
@@ -93,6 +106,27 @@ class RuntimeDirectory:
 
     def __exit__(self, *_error: object) -> None:
         self.release()
+
+
+@contextmanager
+def kept_alone(rig: str, folder: Path) -> Iterator[None]:
+    """Hold the rig's state folder: a second daemon of that name, which has another runtime folder, would take
+    up what this one knows of its devices, and write over it (decision 0141).
+
+    Raises
+    ------
+    BusyError
+        Another process holds it; the text names it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        fd = _lock(rig, folder / LOCK_NAME)
+    except OSError:
+        yield  # where nothing can be written nobody is written over; what is lost is told as it is lost
+        return
+    try:
+        yield
+    finally:
+        os.close(fd)
 
 
 def _lock(rig: str, path: Path) -> int:
@@ -149,13 +183,16 @@ def _make_private(directory: Path) -> None:
         _close_to_groups(directory)
         reason = open_to_others(root) or objection(directory, {os.geteuid()}, stat.S_IRWXG | stat.S_IRWXO)
     except OSError as error:
-        raise _unusable(error) from error
+        raise _unusable(error, directory) from error
     if reason:
         raise ConfigError(reason)
 
 
-def _unusable(error: OSError) -> ConfigError:
-    return ConfigError(f"{error.filename}: cannot use it as runtime folder: {error.strerror}; {REMEDY}")
+def _unusable(error: OSError, directory: Path) -> ConfigError:
+    # a full disk is told of a descriptor, without a name
+    return ConfigError(
+        f"{error.filename or directory}: cannot use it as runtime folder: {error.strerror}; {REMEDY}"
+    )
 
 
 def _close_to_groups(directory: Path) -> None:

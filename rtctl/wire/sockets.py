@@ -19,10 +19,11 @@ from dataclasses import dataclass
 
 import zmq
 
-from rtctl.errors import BusyError
+from rtctl.errors import BusyError, ConfigError
 from rtctl.wire.authenticator import Authenticator, Entry
 from rtctl.wire.connections import Connections
 from rtctl.wire.endpoints import private_umask
+from rtctl.wire.private_folder import REMEDY
 from rtctl.wire.protocol import CONNECTIONS, HANDSHAKE_MS, HEARTBEAT_MS, MAX_REQUEST_BYTES
 from rtctl.wire.spare_descriptors import Reserve
 from rtctl.wire.traffic import Traffic
@@ -155,7 +156,10 @@ class Door:
         self._binding = binding
         self._kind = kind
         self._options = {int(option): value for option, value in options.items()}
-        self._open()
+        try:
+            self._open()
+        except zmq.ZMQError as error:  # no room for the file of a Unix socket, no descriptors
+            raise ConfigError(f"cannot listen: {error}; {REMEDY}") from error
 
     @property
     def address(self) -> str:
@@ -199,7 +203,7 @@ class Door:
         with self._reserve.lent():
             try:
                 self._open()
-            except OSError:  # zmq.ZMQError is one: no descriptors, or the last socket still holds the address
+            except (OSError, zmq.ZMQError):  # no descriptors, or the last socket still holds the address
                 self.socket.close(linger=0)
 
     def close(self) -> None:

@@ -45,6 +45,7 @@ READERS = {
     "rtctl/wire/keys.py": "the date of a key",
     "rtctl/recording/parts.py": "the date of a part",
     "rtctl/recording/setup.py": "the date of a recording",
+    "rtctl/whole_files.py": "the age of what a power cut left of a file, beside whether its process is gone",
 }
 STEPS_H = (3.0, -3.0, 24 * 365 * 10, -24 * 365 * 10)
 """Of the wall clock against the true one, one after the other: by hours and by years, both ways."""

@@ -206,7 +206,7 @@ def test_samples_are_all_float64_and_numbered(client):
     ("code", "op", "keys"),
     [
         ("unknown_op", "dance", {}),
-        ("unknown_key", "stop", {"now": 1}),
+        ("unknown_key", "reset", {"now": 1}),
         ("missing_key", "arm", {}),
         ("wrong_type", "target", {"epoch": 1, "lease": "0" * 16, "position_rad": [1.0]}),
         ("unknown_axis", "environment", {"axis": "elbow", "kind": "free"}),

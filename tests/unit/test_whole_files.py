@@ -2,6 +2,8 @@
 
 import os
 import resource
+import subprocess
+import time
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -9,7 +11,7 @@ import pytest
 
 from rtctl import pictures
 from rtctl.errors import DataError
-from rtctl.whole_files import whole, write_together, write_whole
+from rtctl.whole_files import LEFT_NS, whole, write_together, write_whole
 
 
 def test_all_files_are_there_and_nothing_else(tmp_path):
@@ -114,3 +116,86 @@ def test_what_is_in_a_file_is_on_the_disk_before_its_name(tmp_path, monkeypatch)
     write_whole(tmp_path / "b", b"1")
     write_together(tmp_path, {"c": b"1"})
     assert done == ["content", "name"] * 3
+
+
+LEFT_S = LEFT_NS / 1e9
+
+
+@pytest.fixture
+def gone():
+    """The number of a process that has ended."""
+    child = subprocess.Popen(["true"])
+    child.wait()
+    return child.pid
+
+
+def aged(path, age_s):
+    os.utime(path, ns=(time.time_ns() - int(age_s * 1e9),) * 2)
+
+
+def left_by(folder, pid, age_s, name="zero.json"):
+    path = folder / f".{name}.{pid}.tmp"
+    path.write_text("half")
+    aged(path, age_s)
+    return path
+
+
+def write_by_name(path):
+    with whole(path) as new:
+        new.write_bytes(b"whole")
+
+
+WRITERS = [
+    lambda path: write_whole(path, b"whole"),
+    lambda path: write_together(path.parent, {path.name: b"whole"}),
+    write_by_name,
+]
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_what_a_power_cut_left_is_removed_by_the_next_that_writes_the_same_file(tmp_path, gone, write):
+    left_by(tmp_path, gone, 2 * LEFT_S)
+    left_by(tmp_path, 10**30, 2 * LEFT_S)
+    write(tmp_path / "zero.json")
+    assert [path.name for path in tmp_path.iterdir()] == ["zero.json"]
+
+
+@pytest.mark.parametrize("write", WRITERS)
+def test_what_may_be_somebodys_is_left(tmp_path, gone, write):
+    kept = [
+        left_by(tmp_path, os.getppid(), 2 * LEFT_S),  # its process lives
+        left_by(tmp_path, 1, 2 * LEFT_S),  # and is another user's
+        left_by(tmp_path, gone, LEFT_S - 60.0),  # young: of another machine, perhaps
+        left_by(tmp_path, gone + 1, -LEFT_S),  # of a clock that was set back since
+        left_by(tmp_path, gone, 2 * LEFT_S, "other.json"),
+        left_by(tmp_path, "x", 2 * LEFT_S),
+        left_by(tmp_path, "-1", 2 * LEFT_S),  # every process, to kill(2)
+        left_by(tmp_path, "\u0663", 2 * LEFT_S),
+        left_by(tmp_path, "", 2 * LEFT_S),
+    ]
+    aside = tmp_path / "aside"
+    aside.write_text("theirs")
+    aged(aside, 2 * LEFT_S)
+    link = tmp_path / ".zero.json.999999999.tmp"
+    link.symlink_to(aside)
+    folder = tmp_path / ".zero.json.999999998.tmp"
+    folder.mkdir()
+    aged(folder, 2 * LEFT_S)
+    before = {path.name for path in tmp_path.iterdir()}
+    write(tmp_path / "zero.json")
+    assert {path.name for path in tmp_path.iterdir()} == before | {"zero.json"}
+    assert all(path.read_text() == "half" for path in kept)
+
+
+def test_a_leftover_that_cannot_be_removed_hinders_no_writing(tmp_path, gone, monkeypatch):
+    part = left_by(tmp_path, gone, 2 * LEFT_S)
+
+    def refused(self, *, missing_ok=False):
+        if self == part:
+            raise PermissionError(13, "Permission denied")
+        return unlink(self, missing_ok=missing_ok)
+
+    unlink = Path.unlink
+    monkeypatch.setattr(Path, "unlink", refused)
+    write_whole(tmp_path / "zero.json", b"whole")
+    assert (tmp_path / "zero.json").read_bytes() == b"whole"

@@ -28,6 +28,10 @@ HAND_SHARE = 0.25
 """A joint that is shown more force than this share of `axis.force.offset_nm`, by the zero that was accepted
 last, has a hand on it."""
 
+WALK_SHARE = 0.5
+"""How far zeros may walk, of `axis.force.offset_nm`, from the one that somebody vouched for, or the first
+one, by steps that are each small enough. What light pulls add up to stays below FORCE_OFFSET's bound."""
+
 REMEDY = "if nobody touches the device, the sensor has moved: say so, `rtctl tare --hands-off`"
 
 AGAIN_NS = 5_000_000_000
@@ -60,6 +64,7 @@ class ForceZero:
             else HAND_SHARE * rig.params[0]["force_offset_limit_nm"]
         )
         self._accepted = np.full((rig.n_axes, 6), math.nan)  # force and moment
+        self._vouched = self._accepted.copy()
         self._dates = [""] * rig.n_axes
         self._zero, self._screw = np.zeros((2, rig.n_axes, 6))
         self._by_word = 0
@@ -72,9 +77,12 @@ class ForceZero:
 
     def _take_up(self, kept: dict[str, Any]) -> None:
         for a, axis in enumerate(self._rig.axes):
-            zero, date = _read(kept.get(axis.name))
-            if zero is not None:
+            told = kept.get(axis.name)
+            zero, date = _read(told)
+            if isinstance(told, dict) and zero is not None:
                 self._accepted[a], self._dates[a] = zero, date
+                # of a file of an earlier version: the zero itself
+                self._vouched[a] = _numbers(told.get("vouched")) or zero
 
     def follow(self, state: np.void | None) -> None:
         """Take over what the law knows after the newest ticks (a `STATE` record); None: it is not known."""
@@ -93,6 +101,8 @@ class ForceZero:
         self._by_word = 0 if said else self._by_word
         if said or not self.refusal():
             date = datetime.fromtimestamp(self._wall_ns() * 1e-9, UTC).isoformat(timespec="seconds")
+            first = np.isnan(self._vouched).any(axis=1)
+            self._vouched[first | said] = self._zero[first | said]
             self._accepted, self._dates = self._zero.copy(), [date] * self._rig.n_axes
             self._news += 1
 
@@ -101,7 +111,7 @@ class ForceZero:
         zero, wherever it is."""
         self._by_word = count
         if self._lost:
-            self._accepted = np.full_like(self._accepted, math.nan)
+            self._accepted, self._vouched = np.full((2, *self._accepted.shape), math.nan)
 
     def taring(self, asked: int) -> bool:
         """Whether the law still averages, or has not begun the tare of the request of this number."""
@@ -110,9 +120,12 @@ class ForceZero:
 
     def moved_nm(self) -> np.ndarray:
         """How far the zero is from the accepted one at each joint, N m; 0 where nothing is known."""
+        return self._from_nm(self._accepted)
+
+    def _from_nm(self, other: np.ndarray) -> np.ndarray:
         # as torque at the joint, by the present levers: a zero that moved along no lever moves nobody
-        moved = (self._screw * (self._zero - self._accepted)).sum(axis=1)
-        return np.where(np.isnan(self._accepted).any(axis=1) | (self._seen == 0), 0.0, moved)
+        moved = (self._screw * (self._zero - other)).sum(axis=1)
+        return np.where(np.isnan(other).any(axis=1) | (self._seen == 0), 0.0, moved)
 
     def refusal(self) -> str:
         """Why the rig must not be armed with this zero; empty where it may."""
@@ -124,6 +137,15 @@ class ForceZero:
                     f"axis {self._rig.axes[a].name}: the force sensor was tared at {zero:.3g} N m, and at "
                     f"{before:.3g} {self._when(a)}; further apart than {self._limits[a]:.3g}: a hand pulled "
                     f"while it was tared, and the joint would follow; hands off, `rtctl tare`; {REMEDY}",
+                    self._rig.axes[a].motion,
+                )
+        walked_most = self._limits * (WALK_SHARE / HAND_SHARE)
+        for a, walked in enumerate(self._from_nm(self._vouched)):
+            if not abs(walked) <= walked_most[a]:
+                return words(
+                    f"axis {self._rig.axes[a].name}: the force sensor's zero has walked {walked:.3g} N m "
+                    f"in small steps since somebody vouched for it, more than {walked_most[a]:.3g}: light "
+                    f"pulls may have been taken for zero; hands off, `rtctl tare`; {REMEDY}",
                     self._rig.axes[a].motion,
                 )
         return ""
@@ -156,7 +178,11 @@ class ForceZero:
                 return None
             self._offered = news, now_ns
         axes = {
-            axis.name: {"zero": self._accepted[a].tolist(), "date": self._dates[a]}
+            axis.name: {
+                "zero": self._accepted[a].tolist(),
+                "vouched": self._vouched[a].tolist(),
+                "date": self._dates[a],
+            }
             for a, axis in enumerate(self._rig.axes)
             if self._ticks[a] > 0
         }
@@ -175,13 +201,21 @@ class ForceZero:
 
 def _read(kept: object) -> tuple[list[float] | None, str]:
     """One axis' zero and its date; None unless all of it is there and can be one."""
-    zero, date = (kept.get("zero"), kept.get("date")) if isinstance(kept, dict) else (None, None)
-    if not isinstance(zero, list) or len(zero) != 6 or not isinstance(date, str):
-        return None, ""
-    if not all(isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= _MOST for x in zero):
+    zero, date = (_numbers(kept.get("zero")), kept.get("date")) if isinstance(kept, dict) else (None, None)
+    if zero is None or not isinstance(date, str):
         return None, ""
     try:
         dated = datetime.fromisoformat(date).tzinfo is not None
     except ValueError:
         return None, ""
-    return ([float(x) for x in zero], date) if dated else (None, "")
+    return (zero, date) if dated else (None, "")
+
+
+def _numbers(kept: object) -> list[float] | None:
+    """A force and a moment; None where they can be none."""
+    if not isinstance(kept, list) or len(kept) != 6:
+        return None
+    # to Python true is a number; NaN is within no bound
+    if not all(isinstance(x, int | float) and not isinstance(x, bool) and abs(x) <= _MOST for x in kept):
+        return None
+    return [float(x) for x in kept]

@@ -17,6 +17,7 @@ from rtctl.host.exchange.fault_book import FaultBook
 from rtctl.host.exchange.force_zero import ForceZero
 from rtctl.host.exchange.friction_watch import FrictionWatch
 from rtctl.host.exchange.messages import Refusal, Request, decode, decode_target
+from rtctl.host.exchange.motor_temperature import TemperatureWatch
 from rtctl.host.exchange.request_rates import RateLimit
 from rtctl.host.exchange.requests import LatestRow, Requests
 from rtctl.host.exchange.rig_description import RigDescription, describe
@@ -99,6 +100,8 @@ class Gateway:
         The watch over the friction; None: there is none.
     zero
         The zero of the force sensor; None: the law's is not known, and accepted.
+    motors
+        Which motors' temperatures are warned of; None: none so far.
     announce
         Is told what a person at the terminal should know.
     clock_s
@@ -123,6 +126,7 @@ class Gateway:
         book: FaultBook | None = None,
         friction: FrictionWatch | None = None,
         zero: ForceZero | None = None,
+        motors: TemperatureWatch | None = None,
         announce: Callable[[str], None] = lambda _text: None,
         clock_s: Callable[[], float] = awake_s,
     ) -> None:
@@ -130,7 +134,7 @@ class Gateway:
         self._announce, self._clock_s, self._here_s = announce, clock_s, math.inf
         self.access = access or Access(context, endpoints)
         remote = self.access.remote
-        self._requests = Requests(writer, self._rig, endpoints, latest, remote, book, friction, zero)
+        self._requests = Requests(writer, self._rig, endpoints, latest, remote, book, friction, zero, motors)
         self.counters = Counters()
         rate_hz = 2.0 * self._rig.rate_hz
         self._request_rate = RateLimit(rate_hz, BURST, clock_s)
@@ -234,6 +238,8 @@ class Gateway:
             return None
         row = self._requests.newest()
         outcome = self._outcome(request, row, caller)
+        if request.id is None:
+            return None
         reply = {
             "id": request.id,
             "op": request.op,

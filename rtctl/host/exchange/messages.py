@@ -30,9 +30,10 @@ _LEASE_TEXT = re.compile(r"[0-9a-f]{16}")
 
 @dataclass(frozen=True)
 class Request:
-    """A request that is well formed and within bounds. `axis` is an index in `values`."""
+    """A request that is well formed and within bounds. `axis` is an index in `values`; `id` is None for a
+    `stop` in which none could be read: then nobody is answered."""
 
-    id: Id
+    id: Id | None
     op: str
     epoch: int | None = None
     values: dict[str, Any] = field(default_factory=dict)
@@ -59,7 +60,7 @@ class _DuplicateKeyError(ValueError):
 
 
 def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
-    """Decode and check one request.
+    """Decode and check one request. A `stop` is one whatever else its map holds.
 
     Parameters
     ----------
@@ -78,6 +79,14 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
     try:
         message = _unpack(payload)
         identity = _identity(message)
+        if message.get("op") == "stop":
+            # of another version, or with a mistake in it: who says stop has a hand on the rig
+            return Request(identity, "stop")
+        if identity is None:
+            raise _RefuseError(
+                "malformed",
+                f"id: an integer from 0 to 2^53 or a short text, not {_shown(message.get('id'))}",
+            )
         op, operation = _operation(message)
         epoch = _epoch(message, required=operation.needs_epoch)
         return Request(identity, op, epoch, _values(message, operation, rig))
@@ -135,13 +144,13 @@ def _unique(pairs: list[tuple[Any, Any]]) -> dict[str, Any]:
     return unique
 
 
-def _identity(message: dict[str, Any]) -> Id:
+def _identity(message: dict[str, Any]) -> Id | None:
     identity = message.get("id")
     if isinstance(identity, str) and 0 < len(identity) <= _MAX_TEXT:
         return identity
     if _is_integer(identity) and 0 <= identity <= MAX_ID:
         return int(identity)
-    raise _RefuseError("malformed", f"id: an integer from 0 to 2^53 or a short text, not {_shown(identity)}")
+    return None
 
 
 def _operation(message: dict[str, Any]) -> tuple[str, Operation]:

@@ -65,10 +65,14 @@ class TemperatureWatch:
         """The warnings that have been told and not taken back."""
         return list(self._present.values())
 
+    def now(self, row: np.void) -> list[dict[str, str]]:
+        """Warnings of a tick after the last one that was followed: a motor at the bound does not flicker."""
+        return temperature_warnings(self._rig, row, self._present)
+
     def changes(self, row: np.void) -> list[tuple[str, dict[str, Any]]]:
         """Kind (`warning` or `warning_cleared`) and warning, of what changed up to this tick."""
         before = self._present
-        now = {one["axis"]: one for one in temperature_warnings(self._rig, row, before)}
+        now = {one["axis"]: one for one in self.now(row)}
         self._present = now
         appeared = [("warning", one) for axis, one in now.items() if axis not in before]
         return appeared + [("warning_cleared", one) for axis, one in before.items() if axis not in now]

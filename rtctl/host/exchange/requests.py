@@ -20,7 +20,7 @@ from rtctl.host.exchange.friction_watch import CANNOT_FOLLOW, FrictionWatch
 from rtctl.host.exchange.lease import LeaseDesk
 from rtctl.host.exchange.messages import Refusal, Request
 from rtctl.host.exchange.motion_requests import Steering
-from rtctl.host.exchange.motor_temperature import temperature_warnings
+from rtctl.host.exchange.motor_temperature import TemperatureWatch
 from rtctl.host.exchange.newest_command import CommandSlot
 from rtctl.host.exchange.operations import OPERATIONS, allowed
 from rtctl.host.exchange.rig_description import RigDescription
@@ -64,7 +64,9 @@ class Requests:
     friction
         The watch over the friction; None: there is none.
     zero
-        The zero of the force sensor; None: the law's is not known, and accepted."""
+        The zero of the force sensor; None: the law's is not known, and accepted.
+    motors
+        Which motors' temperatures are warned of, as telemetry has it; None: none so far."""
 
     def __init__(
         self,
@@ -76,8 +78,9 @@ class Requests:
         book: FaultBook | None = None,
         friction: FrictionWatch | None = None,
         zero: ForceZero | None = None,
+        motors: TemperatureWatch | None = None,
     ) -> None:
-        self._book = book or FaultBook(rig)
+        self._book, self._motors = book or FaultBook(rig), motors or TemperatureWatch(rig)
         self._friction = friction
         self._zero = zero or ForceZero(rig)
         if zero is None:
@@ -183,7 +186,7 @@ class Requests:
             "cause": self._book.cause(row),
             "devices": [voice.as_dict() for voice in self._book.words.voices()],
             "warnings": [
-                *temperature_warnings(self._rig, row),
+                *self._motors.now(row),
                 *([] if self._friction is None else self._friction.warnings()),
             ],
             "command_seq_in_force": int(row["command_seq"]),

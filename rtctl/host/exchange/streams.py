@@ -20,6 +20,7 @@ from rtctl.host.exchange.fault_book import FaultBook
 from rtctl.host.exchange.friction_watch import FrictionWatch
 from rtctl.host.exchange.health import HealthWindow
 from rtctl.host.exchange.late_watch import LateWatch
+from rtctl.host.exchange.motor_temperature import TemperatureWatch
 from rtctl.host.exchange.publisher import HasSocket, Publisher
 from rtctl.host.exchange.rig_description import RigDescription, describe
 from rtctl.host.exchange.samples import Decimator, state_samples, tick_columns
@@ -146,6 +147,11 @@ class Telemetry:
         return self._events.book
 
     @property
+    def motors(self) -> TemperatureWatch:
+        """Which motors' temperatures are warned of."""
+        return self._events.temperature
+
+    @property
     def socket(self) -> zmq.Socket[bytes]:
         """The one by ipc."""
         return self._local.socket
@@ -253,8 +259,7 @@ class Telemetry:
 
     def _warnings(self) -> list[dict[str, str]]:
         # as the events have them: judged anew, a motor at the bound would flicker here
-        of_motors = self._events.temperature.present
-        return of_motors + ([] if self._friction is None else self._friction.warnings())
+        return self.motors.present + ([] if self._friction is None else self._friction.warnings())
 
     def _send(self, topic: bytes, message: object) -> None:
         """Send one message to every subscriber whose queue has room."""

@@ -185,6 +185,12 @@ def test_an_installed_rtctl_names_what_it_was_installed_from(monkeypatch, tmp_pa
         assert service.source() == wanted
 
 
+def test_the_unit_goes_on_without_a_view_that_the_kernel_ended():
+    """What each line does: tests/system/test_out_of_memory_in_vm.py."""
+    lines = service.shipped(service.UNIT).decode().splitlines()
+    assert [line for line in lines if line.startswith("OOM")] == ["OOMScoreAdjust=-900", "OOMPolicy=continue"]
+
+
 @pytest.mark.skipif(not shutil.which("systemd-analyze"), reason="no systemd-analyze on this machine")
 @pytest.mark.parametrize(
     ("added", "threshold"), [(None, 18), (service.LOOPBACK_DROP_IN, 18), (service.NETWORK_DROP_IN, 22)]

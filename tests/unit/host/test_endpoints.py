@@ -1,3 +1,4 @@
+import errno
 import os
 import stat
 import subprocess
@@ -10,7 +11,7 @@ import zmq
 
 from rtctl.errors import BusyError, ConfigError
 from rtctl.wire import endpoints, protocol
-from rtctl.wire.endpoints import RuntimeDirectory, private_umask
+from rtctl.wire.endpoints import RuntimeDirectory, kept_alone, private_umask
 from rtctl.wire.protocol import endpoints_in, rig_directory, running_rigs, runtime_root
 
 HOLD = """
@@ -41,6 +42,49 @@ def test_a_second_daemon_is_refused_and_told_who_holds_the_rig(root):
             RuntimeDirectory.acquire("mock", root)
         RuntimeDirectory.acquire("other", root).release()
     RuntimeDirectory.acquire("mock", root).release()
+
+
+def test_a_second_daemon_of_a_name_is_kept_off_what_the_first_knows_of_its_devices(root):
+    state = root / "state" / "mock"
+    with kept_alone("mock", state):
+        with (
+            pytest.raises(BusyError, match=f"'mock' is already run by process {os.getpid()} .*another name"),
+            kept_alone("mock", state),
+        ):
+            pass
+        with kept_alone("other", root / "state" / "other"):
+            pass
+    with kept_alone("mock", state):
+        pass
+
+
+def test_where_nothing_can_be_written_nothing_is_kept_and_the_rig_runs(root):
+    (root / "state").write_text("in its way")
+    for _ in range(2):
+        with kept_alone("mock", root / "state" / "mock"), kept_alone("mock", root / "state" / "mock"):
+            pass
+
+
+@pytest.mark.parametrize("how", ["removed", "another", "emptied"])
+def test_a_folder_that_went_while_the_daemon_runs_is_noticed(root, how):
+    with RuntimeDirectory.acquire("mock", root) as runtime:
+        assert runtime.lost() == ""
+        if how == "emptied":
+            (runtime.path / "lock").unlink()
+        else:
+            runtime.path.rename(root / "aside")
+        if how == "another":
+            RuntimeDirectory.acquire("mock", root).release()
+        assert f"{runtime.path}/lock: " in runtime.lost()
+
+
+def test_a_full_disk_is_told_with_the_folder(root, monkeypatch):
+    def full(*_arguments):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))  # of a descriptor: without a name
+
+    monkeypatch.setattr(os, "pwrite", full)
+    with pytest.raises(ConfigError, match=f"^{root}/mock: cannot use it .*No space left"):
+        RuntimeDirectory.acquire("mock", root)
 
 
 def test_a_killed_daemon_leaves_nothing_in_the_way(root):

@@ -94,6 +94,55 @@ def test_a_hand_that_pulls_at_start_up_is_told_by_the_zero_of_before(rig, tmp_pa
     assert then.refusal() == ""
 
 
+def steps(zero, forces_n):
+    """The forces at which it is tared, up to the first that is refused, and why."""
+    for n, force_n in enumerate(forces_n):
+        zero.follow(law(force_n, seen=n))
+        if why := zero.refusal():
+            return force_n, why
+    return None, ""
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_light_pulls_add_up_to_half_of_the_bound_and_no_further_over_restarts_too(rig, tmp_path, sign):
+    first = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    assert steps(first, [3.0, 3.0 + 0.2 * sign])[0] is None
+    kept(first)
+    then = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    force_n, why = steps(then, [3.0 + 0.2 * n * sign for n in range(1, 9)])
+    assert force_n == pytest.approx(3.0 + 0.6 * sign), "of .2 N m a half is .1: .5 N at the longer lever"
+    assert f"axis tip: the force sensor's zero has walked {0.12 * sign:.3g} N m in small steps" in why
+    assert why.endswith(REMEDY)
+    then.follow(law(3.0 + 0.4 * sign, seen=20))
+    assert then.refusal() == "", "nearer again"
+
+
+def test_what_a_person_says_is_where_the_walk_begins_anew(rig):
+    zero = ForceZero(rig)
+    assert steps(zero, [0.0, 0.2, 0.4])[0] is None
+    zero.accept_next(9)
+    zero.follow(law(0.6, seen=9))
+    assert zero.refusal() == ""
+    assert steps(zero, [0.8, 1.0])[0] is None
+    zero.follow(law(1.2, seen=12))
+    assert "has walked" in zero.refusal()
+
+
+@pytest.mark.parametrize("vouched", [None, "absent", [0.0] * 5, [True] * 6, [float("nan")] * 6, {}])
+def test_of_a_file_that_tells_nothing_of_a_word_the_walk_begins_at_its_zero(rig, tmp_path, vouched):
+    first = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    first.follow(law(3.0))
+    kept(first)
+    body = json.loads((tmp_path / NAME).read_text())
+    for axis in body["axes"].values():
+        axis["vouched"] = vouched
+        if vouched == "absent":
+            del axis["vouched"]
+    (tmp_path / NAME).write_text(json.dumps(body))
+    then = ForceZero(rig, tmp_path, lambda: NOW_NS)
+    assert steps(then, [3.2, 3.4, 3.6])[0] == 3.6
+
+
 def test_what_a_person_says_is_accepted_of_the_tare_it_was_said_for_and_of_no_other(rig):
     zero = ForceZero(rig)
     zero.follow(law(0.0))

@@ -115,6 +115,16 @@ def test_every_reply_tells_id_operation_state_and_epoch(desk):
     assert refused["error"]["code"] == "not_ready"
 
 
+def test_a_stop_without_an_id_stops_and_is_not_answered(desk):
+    before = int(desk.writer.command["stop_count"][0])
+    client = desk.open()
+    client.send(msgpack.packb({"op": "stop", "why": "of a later version"}))
+    desk.until_received(desk.gateway.counters, 1, "the stop")
+    assert desk.writer.command["stop_count"] == before + 1
+    assert desk.gateway.counters.malformed == 1
+    assert client.poll(50) == 0
+
+
 def test_malformed_messages_change_a_counter_and_nothing_else(desk):
     client = desk.open()
     good = msgpack.packb({"id": 1, "op": "stop"})
@@ -173,7 +183,7 @@ def test_a_client_that_never_reads_costs_lost_replies_only(desk):
 
 def test_a_message_without_an_id_is_not_answered(desk):
     client = desk.open()
-    client.send(msgpack.packb({"op": "stop"}))
+    client.send(msgpack.packb({"op": "tare"}))
     client.send(msgpack.packb({"id": 2, "op": "hello"}))
     desk.serve(2)
     assert reply(client)[0]["id"] == 2

@@ -254,11 +254,12 @@ def test_too_few_descriptors_for_clients_are_refused(monkeypatch):
         Access(context, Endpoints("ipc://t", "ipc://c", "ipc://x"))
 
 
-def test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can(house, monkeypatch):
+@pytest.mark.parametrize("kind", [OSError, zmq.ZMQError])
+def test_a_door_that_cannot_be_opened_again_stays_shut_until_it_can(house, monkeypatch, kind):
     opened = Door._open
 
     def refuse(_door):
-        raise OSError(errno.EMFILE, os.strerror(errno.EMFILE))
+        raise kind(errno.EMFILE, os.strerror(errno.EMFILE))
 
     monkeypatch.setattr(Door, "_open", refuse)
     house.command.cut()

@@ -28,7 +28,19 @@ def refused(code, **message):
 def test_every_operation_without_required_keys_is_accepted_bare():
     for op, operation in OPERATIONS.items():
         if not any(key.required for key in operation.keys):
-            assert ask(id=1, op=op, epoch=2) == Request(1, op, 2)
+            # a stop counts in every epoch
+            assert ask(id=1, op=op, epoch=2) == Request(1, op, None if op == "stop" else 2)
+
+
+@pytest.mark.parametrize(
+    "more",
+    [{"why": "of a later version"}, {"epoch": "4"}, {"epoch": -1}, {"epoch": None}, {"axis": [1] * 8}],
+)
+def test_a_stop_is_one_whatever_else_its_map_holds(more):
+    assert ask(id=1, op="stop", **more) == Request(1, "stop")
+    for no_id in (None, -1, "", [1], True):
+        assert ask(id=no_id, op="stop", **more) == Request(None, "stop"), "it stops, and nobody is answered"
+    assert ask(op="stop", **more) == Request(None, "stop")
 
 
 def test_arm_and_target_need_an_epoch_so_that_a_stop_voids_them():
@@ -83,8 +95,8 @@ def test_unknown_keys_and_operations_are_named():
 
 def test_booleans_are_no_numbers():
     refused("wrong_type", id=1, op="compensation", share=True)
-    refused("wrong_type", id=1, op="stop", epoch=True)
-    assert refused("malformed", id=True, op="stop").id is None
+    refused("wrong_type", id=1, op="reset", epoch=True)
+    assert refused("malformed", id=True, op="reset").id is None
 
 
 def test_ids_are_bounded_and_come_back_with_the_refusal():

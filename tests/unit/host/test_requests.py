@@ -274,16 +274,6 @@ def test_status_tells_what_the_pulse_and_motion_showed_of_the_torque(desk):
     assert "    running: current 0.7 of what is sent, -0.1 N m off" in lines(told)
 
 
-def test_status_warns_of_a_motor_outside_the_learned_temperatures(desk):
-    assert desk.ask("status")["warnings"] == []
-    base = replace(RIG.axes[0], trained_c=(22.0, 31.0))
-    desk.requests._rig = replace(RIG, axes=(base, RIG.axes[1]))
-    desk.row["temperature_c"] = 47.0, 47.0
-    (warning,) = desk.ask("status")["warnings"]
-    assert (warning["name"], warning["axis"]) == ("TEMPERATURE", "base")
-    assert "the motor is at 47" in warning["text"]
-
-
 def test_results_hold_plain_python_values_only(desk):
     def walk(value):
         assert not isinstance(value, np.generic | np.ndarray), value

@@ -1,4 +1,4 @@
-"""Requests that are refused with a remedy: a tare under a hand that pulls, anything of a closed rig."""
+"""Requests that are refused with a remedy, and what a status warns of."""
 
 from dataclasses import replace
 
@@ -9,6 +9,7 @@ from test_requests import RIG, Desk
 from rtctl.control.records import params_dtype
 from rtctl.control.vocabulary import State
 from rtctl.host.exchange.messages import Refusal
+from rtctl.host.exchange.motor_temperature import TemperatureWatch
 from rtctl.host.exchange.operations import OPERATIONS
 from rtctl.host.exchange.requests import Requests
 from rtctl.wire.protocol import Endpoints
@@ -94,3 +95,22 @@ def test_a_closed_rig_answers_stops_and_refuses_whatever_would_change_it(desk, s
         assert "a person restarts the daemon" in desk.refused("not_ready", op, 0, follow="off", share=0.5)
     assert not any(isinstance(desk.ask(op), Refusal) for op in answered)
     assert "ask for the status" in desk.refused("wrong_epoch", "arm", 7)
+
+
+def test_status_warns_of_a_motor_outside_the_learned_temperatures(desk):
+    assert desk.ask("status")["warnings"] == []
+    base = replace(RIG.axes[0], trained_c=(22.0, 31.0))
+    watch = TemperatureWatch(replace(RIG, axes=(base, RIG.axes[1])))
+    desk.requests = Requests(
+        desk.writer, RIG, Endpoints("ipc://t", "ipc://c"), lambda: desk.row, motors=watch
+    )
+    desk.row["temperature_c"] = 47.0, 47.0
+    (warning,) = desk.ask("status")["warnings"]
+    assert (warning["name"], warning["axis"]) == ("TEMPERATURE", "base")
+    assert "the motor is at 47" in warning["text"]
+    watch.changes(desk.row[0])
+    desk.row["temperature_c"] = 35.5, 0.0
+    assert desk.ask("status")["warnings"], "nearer than the margin, but only just: as events and health"
+    watch.changes(desk.row[0])
+    desk.row["temperature_c"] = 34.9, 0.0
+    assert desk.ask("status")["warnings"] == []

@@ -1,5 +1,11 @@
 """Which core the loop takes, by counts of made-up machines."""
 
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
 import pytest
 
 from rtctl.rt import core
@@ -105,3 +111,111 @@ def test_a_core_that_is_named_is_taken(tmp_path, asked):
 def test_no_file_whatever_it_holds_raises(tmp_path, counts):
     machine(tmp_path, {36: ("ahci", counts)}, isolated=counts)
     assert core.choose(-1, {0, 1}, tmp_path, 100.0).core in (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("taken", "expected"),
+    [((3,), 2), ({3: 812, 2: 900}, 1), ((0,), 3), ((0, 1, 2, 3), 3), ((7,), 3)],
+)
+def test_a_core_that_another_rig_keeps_to_is_left_while_there_is_another(tmp_path, taken, expected):
+    machine(tmp_path, {})
+    assert core.choose(-1, {0, 1, 2, 3}, tmp_path, 100.0, taken).core == expected
+    assert core.choose(3, {0, 1, 2, 3}, tmp_path, 100.0, taken).core == 3, "one that is named is taken"
+
+
+def test_a_core_that_is_not_isolated_and_free_comes_before_an_isolated_one_that_is_taken(tmp_path):
+    machine(tmp_path, {}, isolated="2-3")
+    assert core.choose(-1, {0, 1, 2, 3}, tmp_path, 100.0, (3,)).core == 2
+    assert core.choose(-1, {0, 1, 2, 3}, tmp_path, 100.0, (2, 3)).core == 1
+
+
+ANOTHER = """
+import os, signal, sys
+from pathlib import Path
+sys.path.insert(0, sys.argv[1])
+from rtctl.rt import realtime
+policy = os.sched_getscheduler
+def of_ours(process):
+    if sys.argv[3] in Path("/proc", str(process or os.getpid()), "cmdline").read_text():
+        return policy(process)
+    raise ProcessLookupError
+os.sched_getscheduler = of_ours
+grants, held = realtime.acquire(10, int(sys.argv[2]))
+assert os.sched_getscheduler(0) == os.SCHED_FIFO, grants
+print(next(iter(os.sched_getaffinity(0))), next(g for g in grants if g.right == "affinity"), flush=True)
+signal.pause()
+"""
+"""A process that takes its core as a loop does, and sees those alone that name the same test: other programs
+of this machine may keep to a core too."""
+
+
+@pytest.fixture
+def another():
+    """Starts other processes that take their core as a loop does, all at once; they end with the test."""
+    started, test = [], f"test-{os.getpid()}-{time.monotonic_ns()}"
+
+    def begin(*asked):
+        source = [sys.executable, "-c", ANOTHER, str(Path.cwd())]
+        new = [
+            subprocess.Popen([*source, str(cpu), test], stdout=subprocess.PIPE, text=True) for cpu in asked
+        ]
+        started.extend(new)
+        return [process.stdout.readline().split(maxsplit=1) for process in new]
+
+    yield begin
+    for process in started:
+        process.kill()
+        process.communicate()
+
+
+def may_be_real_time():
+    return subprocess.run(["chrt", "-f", "10", "true"], capture_output=True, check=False).returncode == 0
+
+
+needs_two = pytest.mark.skipif(
+    not {0, 1} <= os.sched_getaffinity(0) or not may_be_real_time(),
+    reason="needs two cores, and real-time rights",
+)
+
+
+@needs_two
+def test_loops_that_start_together_take_a_core_each(another):
+    both = another(-1, -1)
+    assert both[0][0] != both[1][0], both
+
+
+@needs_two
+def test_who_must_share_a_core_is_told_with_whom(another):
+    (first, alone), (again, shared) = *another(0), *another(0)
+    assert first == again == "0"
+    assert "granted=True" in alone
+    assert "granted=False" in shared
+    assert "keeps to core 0, in real time too" in shared
+    assert core.held()[0]
+
+
+def test_the_kernels_own_threads_and_what_has_ended_keep_no_core(tmp_path, monkeypatch):
+    stats = {
+        "7": f"7 (mig) ration) S 2 0 0 0 -1 {0x0420_8040} 0",
+        "8": "8 (a loop) S 1 8 8 0 -1 4194560 0",
+        "9": "9 (every core) S 1 9 9 0 -1 4194560 0",
+        "10": "10 (no real time) S 1 9 9 0 -1 4194560 0",
+        "12": "nonsense",
+        str(os.getpid()): "1 (me) S 1 9 9 0 -1 4194560 0",
+        "self": "",
+    }
+    for name, text in stats.items():
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "stat").write_text(text)
+    (tmp_path / "11").mkdir()  # ended
+    policy = {10: os.SCHED_OTHER, 8: os.SCHED_FIFO | os.SCHED_RESET_ON_FORK}
+    monkeypatch.setattr(os, "sched_getaffinity", lambda pid: {1, 2} if pid == 9 else {pid % 4})
+    monkeypatch.setattr(os, "sched_getscheduler", lambda pid: policy.get(pid, os.SCHED_RR))
+    assert core.held(tmp_path) == {0: 8}
+
+
+def test_nobody_who_holds_the_turn_keeps_a_loop_from_starting(monkeypatch):
+    monkeypatch.setattr(core, "TURN_S", 0.05)
+    began = time.monotonic()
+    with core.turn(), core.turn():
+        assert time.monotonic() >= began + 0.05
