@@ -108,10 +108,17 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         )
         low, high = SLOWEST_AND_FASTEST_HZ
         unit = "" if low <= rate <= high else f"correct the unit of the time ({rate:.3g} rows a second now), "
+        # one row of each stamp would be a log of the clock's rate
+        remedy = (
+            "rows of one stamp come in blocks, or the time has too few digits: give the rate instead of the "
+            "time column"
+            if len(same) > len(steps) / 2
+            else "remove the repeated rows, or give the rate instead of the time column where only the clock "
+            "is coarse"
+        )
         raise BackendError(
             f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows "
-            f"{same[0] + 1} and {same[0] + 2}; {unit}remove the repeated rows, or give the rate instead of "
-            "the time column where only the clock is coarse"
+            f"{same[0] + 1} and {same[0] + 2}; {unit}{remedy}"
             + ("" if unit else f" (--rate-hz {rate:.6g} is the mean)")
         )
     if len(back):
