@@ -131,6 +131,7 @@ def words(text: str, motion: str) -> str:
         return text
     own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
     own = _TORQUE.sub(lambda found: f"{'F' if found[1] == 'T' else 'f'}orce{found[2]}", own)
+    own = own.replace("joint angle", "position")
     return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
 
 

@@ -11,6 +11,11 @@ from hw.playback.text_rows import UNIT_ROWS, cells_of
 ENDED_ROWS = 10
 """A column that ends by more rows before the others is of another rate."""
 
+MEASURED = (
+    "; drop the row if nothing was measured in it (a gap in the stamps is fine): every cell of a mapped "
+    "column must be a number"
+)
+
 _COMMA = re.compile(r"[-+]?\d+,\d+")
 _REMARK = re.compile(r"[-+\d.,eE]+\s*(#|//|%|;|\(\*|\s[^\W\d]).*")
 """A number with words behind it."""
@@ -75,17 +80,16 @@ def no_number(
             f"{where}: {cells[at][:40]!r} is not a number: from there on {len(below)} row(s) are none of "
             "the log (a footer, of statistics?); delete them"
         )
-    text = f"{where}: {cells[at][:40]!r} is not a number"
-    if cells[at].startswith(("[", "(")):
-        return f"{text} but a list: write each of its elements to a column of its own, and map the joint's"
-    if _REMARK.fullmatch(cells[at]) and read_words(cells[at : at + 1], ".") is None:
-        return (
-            f"{text}: a remark behind one; delete the remark, or write it to a line of its own with a # first"
-        )
-    return (
-        f"{text}{_meant(below, at)}; drop the row if nothing was measured in it (a gap in the stamps is "
-        "fine): every cell of a mapped column must be a number"
-    )
+    return f"{where}: {cells[at][:40]!r} is not a number{_instead(cells[at]) or _meant(below, at) + MEASURED}"
+
+
+def _instead(cell: str) -> str:
+    """What a cell is that has a number in it, and the remedy; "" where it is none."""
+    if cell.startswith(("[", "(")):
+        return " but a list: write each of its elements to a column of its own, and map the joint's"
+    if _REMARK.fullmatch(cell) and read_words([cell], ".") is None:
+        return ": a remark behind one; delete the remark, or write it to a line of its own with a # first"
+    return ""
 
 
 def _meant(below: list[list[str]], at: int) -> str:

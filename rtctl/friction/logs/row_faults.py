@@ -112,8 +112,8 @@ def _mend_held(rows: Rows) -> None:
     for name, one in holds.items():
         columns[name][:] = one.between(columns[name], at)
     times = {f"{one.times:.3g}" for one in holds.values()}
-    held = not any(one.drawn for one in holds.values())
-    if held and rows.beside and len(holds) == len(columns) and len(times) == 1:
+    rows_held = len(holds) == len(columns) and not any(one.drawn for one in holds.values())
+    if rows_held and rows.beside and len(times) == 1:
         rows.notes.append(
             f"{rows.where}: nearly every row stands {times.pop()} times, in every column: a slower log whose "
             "rows were held: a curve through the first of each; give the log with one row of each"
@@ -121,9 +121,8 @@ def _mend_held(rows: Rows) -> None:
         return
     for name, one in holds.items():
         rate = "" if rows.time_s is None else f" ({1 / one.times / rows.usual:.3g} Hz)"
-        rows.notes.append(
-            f"{rows.where}: {name}: {one.told(rate)}; it may be late; record it at the rate of the log"
-        )
+        told_of = f"{one.told(rate)}; it may be late; record it at the rate of the log"
+        rows.notes.append(f"{rows.where}: {name}: {told_of}")
 
 
 def _interpolate(rows: Rows, bad: np.ndarray, *, beside: bool) -> None:

@@ -1,0 +1,91 @@
+"""Seeded bugs in what is told of logs that somebody processed before: filled in, cut to whole steps, of odd
+layouts.
+"""
+
+from __future__ import annotations
+
+from seed import Seed
+
+PROCESSED = "tests/unit/friction/test_processed_logs.py"
+LAYOUTS = "tests/unit/hw/test_other_layouts.py"
+WORDS = "tests/unit/cli/test_words_of_a_linear_rig.py"
+
+SEEDS = (
+    Seed(
+        "a column that was filled in by straight lines is taken as measured",
+        "rtctl/friction/logs/row_faults.py",
+        "hold(column, at) or drawn(column, at)",
+        "hold(column, at)",
+        (f"{PROCESSED}::test_a_column_that_was_filled_in_is_told_and_its_inertia_right",),
+    ),
+    Seed(
+        "a curve goes through the value before where two straight lines go on alike",
+        "rtctl/friction/logs/rows_in_turn.py",
+        "return replace(found, taken=at[row], row=row, drawn=True)",
+        "return replace(found, drawn=True)",
+        (f"{PROCESSED}::test_a_column_that_was_filled_in_is_told_and_its_inertia_right",),
+    ),
+    Seed(
+        "a torque that was cut to whole steps is taken for a rounded one",
+        "rtctl/friction/logs/regression.py",
+        "by = doubts(signals, late) + cut",
+        "by = doubts(signals, late)",
+        (f"{PROCESSED}::test_a_torque_whose_digits_were_cut_off_is_told_and_held_by_the_interval",),
+    ),
+    Seed(
+        "whole steps are told although the log shows that they were rounded",
+        "rtctl/friction/logs/whole_steps.py",
+        "if found is not None and found.low > -HALF and found.high < HALF:",
+        "if False:",
+        (f"{PROCESSED}::test_a_torque_that_brakes_shows_that_it_was_rounded",),
+    ),
+    Seed(
+        "whole steps are told where they change nothing",
+        "rtctl/friction/logs/whole_steps.py",
+        "if half_nm <= TOLD_CHANGE * coulomb_nm:",
+        "if False:",
+        (f"{PROCESSED}::test_steps_that_change_nothing_are_no_warning",),
+    ),
+    Seed(
+        "logs too short for a point each give no points, without a word",
+        "rtctl/friction/logs/logs.py",
+        "if {row[2] for row in rows} != {1, -1}:",
+        "if False:",
+        (f"{PROCESSED}::test_short_logs_are_told_for_short",),
+    ),
+    Seed(
+        "a list in a cell is told for a row in which nothing was measured",
+        "hw/playback/wrong_cells.py",
+        'if cell.startswith(("[", "(")):',
+        "if False:",
+        (f"{LAYOUTS}::test_what_is_not_read_is_named_with_its_remedy",),
+    ),
+    Seed(
+        "who has blocks of one stamp is told to keep a row of each",
+        "hw/playback/rising.py",
+        "if same > steps / 2:",
+        "if False:",
+        (f"{LAYOUTS}::test_what_is_not_read_is_named_with_its_remedy",),
+    ),
+    Seed(
+        "who has a slow torque beside a quick position is told to keep the quick rows",
+        "hw/playback/wrong_cells.py",
+        "keep the rows of the slower one, with the other filled in",
+        "fill one in and keep the rows of the other",
+        (f"{LAYOUTS}::test_what_is_not_read_is_named_with_its_remedy",),
+    ),
+    Seed(
+        "micronewton-metres are no unit",
+        "hw/playback/units.py",
+        '"µnm": "uN m", "μnm": "uN m", ',
+        "",
+        (f"{LAYOUTS}::test_what_is_not_read_is_named_with_its_remedy",),
+    ),
+    Seed(
+        "the position of a carriage is told for a joint's angle",
+        "hw/motion.py",
+        'own = own.replace("joint angle", "position")',
+        "pass",
+        (f"{WORDS}::test_a_position_of_a_carriage_is_no_joint_angle",),
+    ),
+)
