@@ -8,6 +8,7 @@ from seed import Seed
 
 PROCESSED = "tests/unit/friction/test_processed_logs.py"
 LAYOUTS = "tests/unit/hw/test_other_layouts.py"
+REGRESSION = "tests/unit/friction/test_regression.py"
 WORDS = "tests/unit/cli/test_words_of_a_linear_rig.py"
 
 SEEDS = (
@@ -45,6 +46,13 @@ SEEDS = (
         "if half_nm <= TOLD_CHANGE * coulomb_nm:",
         "if False:",
         (f"{PROCESSED}::test_steps_that_change_nothing_are_no_warning",),
+    ),
+    Seed(
+        "what a log without slow rows cannot tell is not said",
+        "rtctl/friction/logs/speeds_seen.py",
+        "    if not lacking:\n        return ()",
+        "    if lacking:\n        return ()",
+        (f"{REGRESSION}::test_a_log_without_low_speeds_cannot_tell_what_is_there_and_warns_of_nothing",),
     ),
     Seed(
         "logs too short for a point each give no points, without a word",

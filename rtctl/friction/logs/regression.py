@@ -33,7 +33,7 @@ from rtctl.friction.logs.least_squares import Columns, Regression, columns_of, s
 from rtctl.friction.logs.offsets import Offset, OffsetColumns, drift_beside_friction, offset_columns
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
-from rtctl.friction.logs.speeds_seen import Speeds, few_slow, no_low_speed, speeds
+from rtctl.friction.logs.speeds_seen import Speeds, few_slow, speeds
 from rtctl.friction.logs.two_clocks import two_clocks
 from rtctl.friction.logs.whole_steps import of_whole_steps
 
@@ -152,7 +152,7 @@ def _joint(
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     # an even motion, or one sine, is told as that: more slow rows would part nothing
     slow = few_slow(signals) if late is not None else ()
-    warnings = (*signals.warnings, *slow, *no_low_speed(signals, both), *told)
+    warnings = (*signals.warnings, *slow, *told)
     coefficients = tuple(float(each) for each in drift)
     return JointFit(symmetric, per_direction, offsets, coefficients, both, late, warnings)
 
