@@ -27,6 +27,13 @@ SEEDS = (
         (f"{PROCESSED}::test_a_column_that_was_filled_in_is_told_and_its_inertia_right",),
     ),
     Seed(
+        "a column that was smoothed both ways is not told",
+        "rtctl/friction/logs/log_checks.py",
+        'any("it is of a slower" in note for note in noted)',
+        "True",
+        (f"{PROCESSED}::test_a_column_that_was_smoothed_both_ways_is_told",),
+    ),
+    Seed(
         "a torque that was cut to whole steps is taken for a rounded one",
         "rtctl/friction/logs/regression.py",
         "by = doubts(signals, late) + cut",

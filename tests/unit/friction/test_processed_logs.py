@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from foreign_clocks import BOUC_WEN, KARNOPP, MEASURED, Loop, identified, written
+from scipy.ndimage import uniform_filter1d
 
 from rtctl.errors import DataError
 from rtctl.friction.logs.logs import FrictionSamples, level_points
@@ -49,6 +50,7 @@ def test_a_column_that_was_filled_in_is_told_and_its_inertia_right(loop, column,
 def test_nothing_is_taken_for_filled_in_that_was_measured(loop, tmp_path):
     _, _, found, _ = identified(loop, tmp_path)
     assert not [text for text in found["warnings"] if "straight lines" in text or "whole steps" in text]
+    assert not [text for text in found["warnings"] if "looks smoothed" in text]
 
 
 def test_an_encoder_at_one_speed_is_not_filled_in(tmp_path):
@@ -84,6 +86,16 @@ def test_a_torque_that_brakes_shows_that_it_was_rounded(tmp_path):
     )
     assert abs(off["coulomb_nm"]) < 0.02
     assert not [text for text in found["warnings"] if "whole steps" in text]
+
+
+@pytest.mark.parametrize(("column", "seconds"), [("position", 0.2), ("torque", 0.2), ("position", 0.1)])
+def test_a_column_that_was_smoothed_both_ways_is_told(column, seconds, tmp_path):
+    log = written(SINES)
+    rows = round(seconds / float(np.median(np.diff(log.time)))) | 1
+    spoilt = replace(log, **{column: uniform_filter1d(getattr(log, column), rows)})
+    _, off, found, _ = identified(SINES, tmp_path, log=spoilt)
+    assert abs(off["inertia_kgm2"]) > 0.08
+    assert any(f"the {column} looks smoothed both ways" in text for text in found["warnings"])
 
 
 def test_short_logs_are_told_for_short(tmp_path):
