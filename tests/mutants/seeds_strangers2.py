@@ -43,9 +43,16 @@ SEEDS = (
     Seed(
         "whole steps are told although the log shows that they were rounded",
         "rtctl/friction/logs/whole_steps.py",
-        "if found is not None and found.low > -HALF and found.high < HALF:",
+        "if found is not None and found.holds(0.0) and found.low > -HALF and found.high < HALF:",
         "if False:",
         (f"{PROCESSED}::test_a_torque_that_brakes_shows_that_it_was_rounded",),
+    ),
+    Seed(
+        "a torque whose steps look neither cut nor rounded is taken for a rounded one",
+        "rtctl/friction/logs/whole_steps.py",
+        "found is not None and found.holds(0.0) and",
+        "found is not None and",
+        (f"{PROCESSED}::test_a_torque_whose_digits_were_cut_off_is_told_and_held_by_the_interval",),
     ),
     Seed(
         "whole steps are told where they change nothing",

@@ -33,7 +33,8 @@ def of_whole_steps(
         found = solve(signals, {**columns, "cut": missing}, offset, offset.drift).parameters["cut"]
     except DataError:  # no row in which the torque brakes
         found = None
-    if found is not None and found.low > -HALF and found.high < HALF:
+    # 0 as well: an interval that leaves both out is of friction of another law, and tells neither
+    if found is not None and found.holds(0.0) and found.low > -HALF and found.high < HALF:
         return np.zeros(3), ()  # rounded, surely
     matrix = np.column_stack([*columns.values(), offset.drift])[rows]
     moved = np.abs(np.linalg.lstsq(matrix, missing[rows], rcond=1e-9)[0][:3])
