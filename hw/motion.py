@@ -134,6 +134,7 @@ def words(text: str, motion: str) -> str:
     # units first: `N m` of a torque would no longer be found behind `force`
     own = _WORDS.sub(lambda found: LINEAR_UNITS[found[0]], text)
     own = _TORQUE.sub(lambda found: f"{'F' if found[1] == 'T' else 'f'}orce{found[2]}", own)
+    own = own.replace("joint angle", "position")
     return _SPEEDS.sub(_in_mm_s, _NAMES.sub(lambda found: name(found[0], motion), own))
 
 

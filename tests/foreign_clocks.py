@@ -204,9 +204,11 @@ def drawn(seed: int) -> Loop:
     return base
 
 
-def identified(loop: Loop, folder: Path, *more: str):
-    """Exit code, how far each parameter is off, the report as an object (empty if refused), the error."""
-    log, path = written(loop), folder / "log.csv"
+def identified(loop: Loop, folder: Path, *more: str, log: Written | None = None):
+    """Exit code, how far each parameter is off, the report as an object (empty if refused), the error; of the
+    loop's own log, or of what was made of it.
+    """
+    log, path = log or written(loop), folder / "log.csv"
     np.savetxt(path, np.column_stack([log.time, log.position, log.torque]), delimiter=",",
                header="time_s,x,motor", comments="", fmt="%.9g")  # fmt: skip
     place, effort = ("m", "N") if loop.linear else ("rad", "Nm")

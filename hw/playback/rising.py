@@ -114,8 +114,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         unit = "" if low <= rate <= high else f"correct the unit of the time ({rate:.3g} rows a second now), "
         raise BackendError(
             f"{path}: {len(same)} duplicated timestamps, the first {time_s[same[0]]:.6g} s in rows "
-            f"{same[0] + 1} and {same[0] + 2}; {unit}remove the repeated rows, or give the rate instead of "
-            "the time column where only the clock is coarse"
+            f"{same[0] + 1} and {same[0] + 2}; {unit}{_of_one_stamp(len(same), len(steps))}"
             + ("" if unit else f" (--rate-hz {rate:.6g} is the mean)")
         )
     if len(back):
@@ -133,6 +132,18 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
             f"row above it ({len(back)} such rows); sort the log by time, or cut it where the clock was set "
             "back"
         )
+
+
+def _of_one_stamp(same: int, steps: int) -> str:
+    """The remedy for rows of one stamp."""
+    if same > steps / 2:  # one row of each stamp would be a log of the clock's rate
+        return (
+            "rows of one stamp come in blocks, or the time has too few digits: give the rate instead of the "
+            "time column"
+        )
+    return (
+        "remove the repeated rows, or give the rate instead of the time column where only the clock is coarse"
+    )
 
 
 def require_steady(path: Path, time_s: np.ndarray) -> None:

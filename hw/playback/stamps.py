@@ -87,8 +87,8 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
         raise BackendError(
             f"{path}: uneven sampling: rows come in bursts, {usual:.6g} s apart with "
             f"{float(np.median(steps[gaps])):.6g} s between: messages or channels of several kinds, a row "
-            "each; keep the rows of one, the columns of the others filled in by time (interpolate of "
-            "pandas)"
+            "each; keep the rows of the slowest, the columns of the others filled in by time (interpolate "
+            "of pandas)"
         )
     off = float(np.mean(np.abs(within / usual - 1) > OFF_SHARE))
     if off > MOST_OFF:

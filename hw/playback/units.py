@@ -16,7 +16,8 @@ SPELT = {
     "ticks": "counts",
     "sec": "s", "seconds": "s", "minutes": "min", "hours": "h", "d": "days", "day": "days", "msec": "ms",
     "usec": "us", "µs": "us", "μs": "us",
-    "ncm": "N cm", "knm": "kN m", "ozin": "oz in", "lbin": "lb in", "lbft": "lb ft", "kgcm": "kg cm",
+    "ncm": "N cm", "cnm": "N cm", "dnm": "dN m", "µnm": "uN m", "μnm": "uN m", "unm": "uN m", "gcm": "g cm",
+    "gfcm": "g cm", "knm": "kN m", "ozin": "oz in", "lbin": "lb in", "lbft": "lb ft", "kgcm": "kg cm",
     "µrad": "urad", "μrad": "urad", "µm": "um", "μm": "um", "micron": "um", "microns": "um",
     "µm/s": "um/s", "μm/s": "um/s", "arc-min": "arcmin", "gon": "gon", "cnt": "counts", "cts": "counts",
     "cnt/s": "counts/s", "counts/sec": "counts/s", "inc/s": "counts/s", "cnt/sec": "counts/s",
@@ -52,7 +53,8 @@ _BETWEEN = re.compile(r"[\s.\-*_·⋅×・･∙•]+")
 """What stands between them: `N.m`, `lbf-in`, `Pound inches`."""
 
 SCALED = {
-    "kN m": (1000.0, "N m"), "oz in": (0.00706155, "N m"), "lb in": (0.1129848, "N m"),
+    "kN m": (1000.0, "N m"), "dN m": (0.1, "N m"), "uN m": (1e-6, "N m"), "g cm": (9.80665e-5, "N m"),
+    "oz in": (0.00706155, "N m"), "lb in": (0.1129848, "N m"),
     "lb ft": (1.355818, "N m"), "kg cm": (0.0980665, "N m"), "lbf": (4.448222, "N"), "kgf": (9.80665, "N"),
     "daN": (10.0, "N"), "cm": (10.0, "mm"), "cm/s": (10.0, "mm/s"), "um/s": (0.001, "mm/s"),
     "in": (25.4, "mm"), "ft": (0.3048, "m"), "in/s": (25.4, "mm/s"),

@@ -11,7 +11,15 @@ from hw.playback.text_rows import UNIT_ROWS, cells_of
 ENDED_ROWS = 10
 """A column that ends by more rows before the others is of another rate."""
 
+MEASURED = (
+    "; drop the row if nothing was measured in it (a gap in the stamps is fine): every cell of a mapped "
+    "column must be a number"
+)
+
 _COMMA = re.compile(r"[-+]?\d+,\d+")
+_REMARK = re.compile(r"[-+\d.,eE]+\s*(#|//|%|;|\(\*|\s[^\W\d]).*")
+"""A number with words behind it."""
+
 _HEXADECIMAL = re.compile(r"[0-9a-fA-F]{4}|[0-9a-fA-F]{8}")
 
 
@@ -55,8 +63,8 @@ def no_number(
             "the column is empty in every row"
             if empty == len(body)
             else f"an empty cell ({empty} of {len(body)} rows; columns that are filled in different rows are "
-            "of two topics or rates: fill one in by time, as interpolate of pandas does, and keep the "
-            "rows of the other)"
+            "of two topics or rates: keep the rows of the slower one, with the other filled in by time, as "
+            "interpolate of pandas does)"
         )
         return (
             f"{where}: {whole}; map another column, or drop the rows (a gap in the stamps is fine): every "
@@ -73,10 +81,16 @@ def no_number(
             f"{where}: {cells[at][:40]!r} is not a number: from there on {len(below)} row(s) are none of "
             "the log (a footer, of statistics?); delete them"
         )
-    return (
-        f"{where}: {cells[at][:40]!r} is not a number{_meant(below, at)}; drop the row if nothing was "
-        "measured in it (a gap in the stamps is fine): every cell of a mapped column must be a number"
-    )
+    return f"{where}: {cells[at][:40]!r} is not a number{_instead(cells[at]) or _meant(below, at) + MEASURED}"
+
+
+def _instead(cell: str) -> str:
+    """What a cell is that has a number in it, and the remedy; "" where it is none."""
+    if cell.startswith(("[", "(")):
+        return " but a list: write each of its elements to a column of its own, and map the joint's"
+    if _REMARK.fullmatch(cell) and read_words([cell], ".") is None:
+        return ": a remark behind one; delete the remark, or write it to a line of its own with a # first"
+    return ""
 
 
 def _meant(below: list[list[str]], at: int) -> str:

@@ -186,7 +186,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
         document["units"] = units_of(known)
-        document["cannot_tell"] = untold = (*found.untold, *unknown)
+        document["cannot_tell"] = untold = tuple(words(one, motion) for one in (*found.untold, *unknown))
         document["taken"] = found.taken
         silent = {column for part in parts for column in part.unsaid}
         asked = () if config else units_to_confirm(known, silent, fit, motion)

@@ -56,8 +56,10 @@ class Polynomial(Kernel):
 
     def derivative_bound(self, c: Curve, order: int, v: np.ndarray) -> np.ndarray:
         """See `Kind`."""
-        # below its degree it grows with speed without end: a table's remainder is taken beyond it
-        return np.full(v.shape, 0.0 if order > c.parameters["degree"] else math.inf)
+        # below its degree it grows with speed without end: a table's remainder is taken from there on
+        if order < c.parameters["degree"]:
+            return np.full(v.shape, math.inf)
+        return np.full(v.shape, abs(float(self.derivative(c, np.zeros(1), order)[0])))
 
     def exact(self, c: Curve) -> PiecewiseCubic | None:
         """See `Kind`."""

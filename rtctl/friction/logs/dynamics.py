@@ -64,7 +64,7 @@ class AxisLog:
     (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
     `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its
     bristles bend, 0 where that is not longer than usual; `unsaid` are columns of whose unit the file says
-    nothing."""
+    nothing; `torque_step_nm` is the largest step of its torques as recorded."""
 
     rate_hz: float
     position_rad: np.ndarray
@@ -80,6 +80,7 @@ class AxisLog:
     plateaus: tuple[Plateau, ...] = ()
     settle_rad: float = 0.0
     unsaid: tuple[str, ...] = ()
+    torque_step_nm: float = 0.0
 
     @property
     def where(self) -> str:

@@ -17,6 +17,7 @@ from rtctl.friction.logs.clipping import require_unclipped
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
 from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
+from rtctl.friction.logs.smoothed import smoothed
 from rtctl.friction.logs.torque_shape import bent, drifting
 from rtctl.friction.logs.waves import without_waves
 
@@ -62,7 +63,11 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     coarse = _coarse_position(logs, signals)
     held = held_still(balance)
     # a cause with a name explains what is left over; the bound is for causes that have none (decision 0044)
-    found = diagnosed(balance, (*noted, *held)) or left_over.told(balance)
+    found = diagnosed(balance, (*noted, *held)) or (
+        *left_over.told(balance),
+        # a curve through the values of a slower device is smooth, and that is told
+        *(() if any("it is of a slower" in note for note in noted) else smoothed(balance)),
+    )
     # two torques may each bend by itself, and their sum tells neither
     shape = bent(signals) if balance.external is None else ()
     return (

@@ -14,6 +14,7 @@ from hw.interface import BackendError, Rig
 from hw.motion import of_coordinate
 from hw.plain_words import explain
 from hw.playback.options import PlaybackOptions
+from hw.playback.quantum import quantum
 from hw.playback.reader import Recording, load_stretches
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.clipping import plateaus
@@ -156,7 +157,9 @@ def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limit
         if signal is not None
         for one in plateaus(signal, f"{log.where}: {name}")
     )
-    log = replace(log, notes=(*log.notes, *plausible(recording, log, motor, limits)), plateaus=flat)
+    step_nm = max(quantum(each) for each in (motor, external) if each is not None)
+    notes = (*log.notes, *plausible(recording, log, motor, limits))
+    log = replace(log, notes=notes, plateaus=flat, torque_step_nm=step_nm)
     if motor is None:
         return log
     # a value held over the period before its row is half a period old on average

@@ -26,6 +26,7 @@ from rtctl.friction.logs.plausibility import Limits
 from rtctl.friction.logs.presliding_in_logs import presliding_of_logs
 from rtctl.friction.logs.regression import JointFit, joint_fit, taken_late
 from rtctl.friction.logs.regressors import SETTLE_RAD, Regressors, cutoff_for, of_stretches, pooled
+from rtctl.friction.logs.speeds_seen import below_the_slowest
 from rtctl.friction.logs.taken_off import taken_off
 from rtctl.friction.logs.torque_shape import with_share
 from rtctl.friction.logs.two_shares import with_share_of_two
@@ -110,7 +111,8 @@ def read_in_time(
             with of_file(Path(stretches[0].source)):
                 found.append(of_stretches(stretches, cutoff, slowest))
         pool = without_waves(pooled(found))
-        return replace(pool, inertia_short=coarseness(logs, pool, slowest))
+        step_nm = max(one.torque_step_nm for stretches in logs for one in stretches)
+        return replace(pool, inertia_short=coarseness(logs, pool, slowest), torque_step_nm=step_nm)
 
     def looked_at(
         logs: tuple[tuple[AxisLog, ...], ...],
@@ -143,9 +145,8 @@ def read_in_time(
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
-    return InTime(
-        logs, signals, cutoff, slowest, torque_delay_s, (*told, *off), taken, (*untold, *unseen), bent
-    )
+    unknown = (*untold, *unseen, *below_the_slowest(signals))
+    return InTime(logs, signals, cutoff, slowest, torque_delay_s, (*told, *off), taken, unknown, bent)
 
 
 def settled(

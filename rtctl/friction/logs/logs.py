@@ -197,6 +197,11 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
             between.append(_between(friction[level], own[level]))
             for name, column in beside.items():
                 means[name].append(_of_level(name, column[level]))
+    if {row[2] for row in rows} != {1, -1}:  # enough samples in all, but each log has levels of its own
+        raise DataError(
+            f"{samples.source}: too short: no log has {SAMPLES_PER_LEVEL} samples of motion in either "
+            "direction, and a point is of one log; give longer logs"
+        )
     beside = {name: np.array(column) for name, column in means.items()} | {BETWEEN.name: np.array(between)}
     return FrictionPoints.from_rows(rows, samples.source, samples.sha256, beside)
 

@@ -33,8 +33,9 @@ from rtctl.friction.logs.least_squares import Columns, Regression, columns_of, s
 from rtctl.friction.logs.offsets import Offset, OffsetColumns, drift_beside_friction, offset_columns
 from rtctl.friction.logs.other_readings import doubted, doubts
 from rtctl.friction.logs.regressors import Regressors
-from rtctl.friction.logs.speeds_seen import Speeds, few_slow, no_low_speed, speeds
+from rtctl.friction.logs.speeds_seen import Speeds, few_slow, speeds
 from rtctl.friction.logs.two_clocks import two_clocks
+from rtctl.friction.logs.whole_steps import of_whole_steps
 
 UNEXPLAINED_MAX = 0.7
 """Largest relative error of a fit that says anything; real logs have .1 to .2."""
@@ -85,14 +86,16 @@ def joint_fit(signals: Regressors) -> JointFit:
     _require_explained(symmetric, signals.source)
     # before the doubts: a motion that is so much earlier is one of the readings that make them
     late = _remaining_delay(signals, columns, offset)
-    by = doubts(signals, late)
+    coulomb_nm = symmetric.parameters["coulomb_nm"].value
+    cut, whole = of_whole_steps(signals, columns, offset, coulomb_nm)
+    by = doubts(signals, late) + cut
     symmetric, per_direction = (
         replace(fit, parameters=doubted(fit.parameters, by)) for fit in (symmetric, per_direction)
     )
     clocks = two_clocks(signals, columns, offset)
     # a delay that grows over the log has a mean as well, which alone would be put right wrongly
     told = (clocks,) if clocks else _misaligned(signals, late)
-    return _joint(signals, offset, symmetric, per_direction, late, told)
+    return _joint(signals, offset, symmetric, per_direction, late, (*told, *whole))
 
 
 def _both(
@@ -149,7 +152,7 @@ def _joint(
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     # an even motion, or one sine, is told as that: more slow rows would part nothing
     slow = few_slow(signals) if late is not None else ()
-    warnings = (*signals.warnings, *slow, *no_low_speed(signals, both), *told)
+    warnings = (*signals.warnings, *slow, *told)
     coefficients = tuple(float(each) for each in drift)
     return JointFit(symmetric, per_direction, offsets, coefficients, both, late, warnings)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -20,8 +21,8 @@ from rtctl.friction.logs.dynamics import (
 from rtctl.friction.logs.recorded_velocity import aligned_velocity
 from rtctl.friction.logs.signal_shift import advanced, derivatives
 
-CUTOFF_SHARE = 0.2  # five points err by (.4 pi)^4/30 there, 8 % of a velocity
-"""Highest cut-off, share of the rate."""
+CUTOFF_SHARE = 0.2
+"""Highest cut-off, share of the rate: five points err by (.4 pi)^4/30 there, 8 % of a velocity."""
 
 SETTLE_RAD, SETTLE_SHARE, SETTLE_MOST_SHARE = 0.01, 0.05, 0.25
 """Travel after a reversal before friction is that of sliding; its share of the range at most; most."""
@@ -48,10 +49,10 @@ FALLBACK_PERIODS = 0.5
 class Regressors:
     """Filtered, thinned-out signals of one log or several. Arrays of one length.
 
-    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` that of
-    `AxisLog`, `inertia_short` the share by which coarse positions make the inertia too small (`coarseness`),
-    `share_nm` the torque that friction is a share of, where there is one (`torque_shape`). Of two torques
-    `external_nm` is the hand's, `held_s` by what the motor's was put back."""
+    `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` and
+    `torque_step_nm` those of `AxisLog`, `inertia_short` by what share coarse positions make the inertia too
+    small, `share_nm` the torque that friction is a share of, if there is one; of two torques `external_nm` is
+    the hand's, `held_s` by what the motor's was put back."""
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -66,6 +67,7 @@ class Regressors:
     sources: tuple[str, ...]
     warnings: tuple[str, ...] = ()
     radian: float = 1.0
+    torque_step_nm: float = 0.0
     inertia_short: float = 0.0
     share_nm: np.ndarray | None = None
     external_nm: np.ndarray | None = None
@@ -213,21 +215,13 @@ def of_stretches(
 
 def _one_log(parts: list[Regressors]) -> Regressors:
     """Rows of stretches of one log, in the order of time."""
-
-    def column(name: str) -> np.ndarray:
-        return np.concatenate([getattr(part, name) for part in parts])
-
+    columns: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ("time_s", *_SIGNALS, "sliding", "log")
+    }
     return replace(
         parts[0],
-        time_s=column("time_s"),
-        position_rad=column("position_rad"),
-        velocity_rad_s=column("velocity_rad_s"),
-        acceleration_rad_s2=column("acceleration_rad_s2"),
-        jerk_rad_s3=column("jerk_rad_s3"),
-        direction=column("direction"),
-        torque_nm=column("torque_nm"),
-        sliding=column("sliding"),
-        log=column("log"),
+        **columns,
         warnings=tuple(dict.fromkeys(warning for part in parts for warning in part.warnings)),
     )
 
@@ -277,17 +271,18 @@ def pooled(parts: list[Regressors]) -> Regressors:
     if len(parts) == 1:
         return parts[0]
     ends = np.cumsum([0.0, *(part.time_s[-1] for part in parts)])
+    signals: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts]) for name in _SIGNALS
+    }
     return Regressors(
         time_s=np.concatenate([part.time_s + end for part, end in zip(parts, ends, strict=False)]),
-        **{name: np.concatenate([getattr(part, name) for part in parts]) for name in _SIGNALS},
+        **signals,
         sliding=np.concatenate([part.sliding for part in parts]),
         log=np.repeat(np.arange(len(parts)), [len(part.log) for part in parts]),
         cutoff_hz=parts[0].cutoff_hz,
         sources=tuple(part.source for part in parts),
         warnings=tuple(warning for part in parts for warning in part.warnings),
         radian=parts[0].radian,
-        inertia_short=0.0,
-        held_s=0.0,
     )
 
 

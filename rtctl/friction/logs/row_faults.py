@@ -14,7 +14,7 @@ import numpy as np
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.quick_motion import brisk_change, comes_gradually, is_turn
-from rtctl.friction.logs.rows_in_turn import hold, require_one_axis
+from rtctl.friction.logs.rows_in_turn import drawn, hold, require_one_axis
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
 """Length of the running median, s and rows."""
@@ -94,9 +94,15 @@ def _mend_held(rows: Rows) -> None:
     """Columns of slower devices whose values were held: a curve through them as they were taken."""
     columns = {"column position": rows.position_rad, **rows.beside}
     at = np.cumsum(np.concatenate([[0.0], rows.step])) / rows.usual
-    told = {name: hold(column, at) for name, column in columns.items()}
+    told = {name: hold(column, at) or drawn(column, at) for name, column in columns.items()}
     for name, one in told.items():  # a torque in steps, as it was commanded, is the torque that acted
-        if one and "torque" in name and rows.time_s is not None and one.times * rows.usual > SLOWEST_BUS_S:
+        if (
+            one
+            and not one.drawn
+            and "torque" in name
+            and rows.time_s is not None
+            and one.times * rows.usual > SLOWEST_BUS_S
+        ):
             told[name] = None
     first = next((one for one in told.values() if one is not None), None)
     if first is None:
@@ -106,7 +112,8 @@ def _mend_held(rows: Rows) -> None:
     for name, one in holds.items():
         columns[name][:] = one.between(columns[name], at)
     times = {f"{one.times:.3g}" for one in holds.values()}
-    if rows.beside and len(holds) == len(columns) and len(times) == 1:
+    rows_held = len(holds) == len(columns) and not any(one.drawn for one in holds.values())
+    if rows_held and rows.beside and len(times) == 1:
         rows.notes.append(
             f"{rows.where}: nearly every row stands {times.pop()} times, in every column: a slower log whose "
             "rows were held: a curve through the first of each; give the log with one row of each"
@@ -114,11 +121,8 @@ def _mend_held(rows: Rows) -> None:
         return
     for name, one in holds.items():
         rate = "" if rows.time_s is None else f" ({1 / one.times / rows.usual:.3g} Hz)"
-        rows.notes.append(
-            f"{rows.where}: {name}: nearly every value stands for {one.times:.3g} rows{rate} while another "
-            "column changes: it is of a slower bus, and held: a curve through the first of each; it may be "
-            "late; record it at the rate of the log"
-        )
+        told_of = f"{one.told(rate)}; it may be late; record it at the rate of the log"
+        rows.notes.append(f"{rows.where}: {name}: {told_of}")
 
 
 def _interpolate(rows: Rows, bad: np.ndarray, *, beside: bool) -> None:

@@ -1,5 +1,5 @@
 """Rows that are not one after the other of one axis: two axes or devices in turn, and a slower log brought to
-a higher rate by holding its rows."""
+a higher rate by holding its rows, or by straight lines between them."""
 
 from __future__ import annotations
 
@@ -36,6 +36,15 @@ UNEVEN, UNEVEN_SHARE = 1.3, 0.5
 JUST = 0.01
 """Rows by which a time that was found may be off."""
 
+STRAIGHT = 1e-3
+"""Largest change of slope within a straight line, share of the usual one where two meet;"""
+
+DIGITS = 4.0
+"""and in steps of the column, whose last digit is rounded in three rows."""
+
+SLOPES = 0.5
+"""Least share of the rows within lines in which the column goes on: an encoder between two counts stands."""
+
 OF_ONE = 0.98
 """Share of the changes of a column that are with those of another where both are held together."""
 
@@ -43,11 +52,13 @@ OF_ONE = 0.98
 @dataclass(frozen=True)
 class Hold:
     """A column whose every value stands for `times` rows: when each was taken, shape (m,), and the row from
-    which it stands. A time is in rows, of an even log the row's number (fractions too)."""
+    which it stands; `drawn` where straight lines go from each to the next instead. A time is in rows, of an
+    even log the row's number (fractions too)."""
 
     times: float
     taken: np.ndarray
     row: np.ndarray
+    drawn: bool = False
 
     def with_it(self, column: np.ndarray, at: np.ndarray) -> Hold | None:
         """The same hold of another column, if that changes with this one: one of few levels is not told by
@@ -57,6 +68,18 @@ class Hold:
         if not len(changes) or float(np.mean((late > -JUST) & (late < 1))) < OF_ONE:
             return None
         return replace(self, row=np.searchsorted(at, self.taken - JUST).clip(0, len(at) - 1))
+
+    def told(self, rate: str) -> str:
+        """What was found, and done; `rate` is that of the values, in brackets."""
+        if self.drawn:
+            return (
+                f"straight lines between values {self.times:.3g} rows apart{rate}: it is of a slower device, "
+                "and was filled in by interpolation: a curve through these values"
+            )
+        return (
+            f"nearly every value stands for {self.times:.3g} rows{rate} while another column changes: it is "
+            "of a slower bus, and held: a curve through the first of each"
+        )
 
     def between(self, column: np.ndarray, at: np.ndarray) -> np.ndarray:
         """A smooth curve through the values when they were taken, at the times of the rows."""
@@ -103,13 +126,43 @@ def hold(column: np.ndarray, at: np.ndarray | None = None) -> Hold | None:
     far = step[changes - 1] > FAR * quantum(column)
     if int(far.sum()) < FAR_LEAST or float(np.mean(~quick[far])) < ALONE:
         return None
-    onward = gaps[far[1:] & far[:-1]]
+    return _even(changes, at, gaps[far[1:] & far[:-1]])
+
+
+def drawn(column: np.ndarray, at: np.ndarray) -> Hold | None:
+    """The values of a slower device between which a column was interpolated, as pandas and numpy do; None
+    where it was not. `at` as in `hold`.
+
+    What is between two values is on a straight line, which no noise and no motion is for long."""
+    slope = np.diff(column) / np.diff(at)
+    bend = np.abs(np.diff(slope))
+    if not bend.any():
+        return None
+    usual = float(np.quantile(bend, 0.99))
+    bent = bend > max(STRAIGHT * usual, DIGITS * quantum(column))
+    # a value between two rows bends the line in both of them
+    changes = np.flatnonzero(bent & ~np.append(False, bent[:-1])) + 1
+    lines = ~bent
+    if len(changes) < FAR_LEAST or lines.mean() < 1 / 3 or float(np.mean(slope[1:][lines] != 0)) < SLOPES:
+        return None
+    found = _even(changes, at, np.diff(at[changes]))
+    if found is None:
+        return None
+    # the row itself: where two lines go on alike, no bend shows that a value was there
+    row = np.searchsorted(at, found.taken + 0.5 - JUST).clip(0, len(at) - 1)
+    return replace(found, taken=at[row], row=row, drawn=True)
+
+
+def _even(changes: np.ndarray, at: np.ndarray, onward: np.ndarray) -> Hold | None:
+    """The even times at which a column changes in those rows, if they are even; `onward` are the times
+    between two that follow each other."""
+    gaps = np.diff(at[changes])
     if not len(onward):
         return None
     # not counted by `bincount`, whose table is as long as the longest gap
     lengths, often = np.unique(np.round(onward), return_counts=True)
     times = float(onward[np.abs(onward - lengths[often.argmax()]) <= 1].mean())
-    for few in (4, len(column)):  # a long rest is counted once the time between two is well known
+    for few in (4, len(at)):  # a long rest is counted once the time between two is well known
         count = np.maximum(np.round(gaps / times), 1)
         times = float(gaps[count <= few].sum() / max(count[count <= few].sum(), 1))
     number = np.concatenate([[0], np.cumsum(count)]).astype(int)

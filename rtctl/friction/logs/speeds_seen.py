@@ -1,4 +1,4 @@
-"""Which speeds a log holds, and what it means where slow ones are missing."""
+"""Which speeds a log holds, and what is said where slow ones are missing to part two kinds of friction."""
 
 from __future__ import annotations
 
@@ -47,21 +47,24 @@ def speeds(signals: Regressors) -> tuple[Speeds, Speeds]:
     return found[0], found[1]
 
 
-def no_low_speed(signals: Regressors, both: tuple[Speeds, Speeds]) -> tuple[str, ...]:
-    """What it means that a log has hardly any row in the range of the Stribeck peak."""
+def below_the_slowest(signals: Regressors) -> tuple[str, ...]:
+    """What a log with hardly a row in the range of the Stribeck peak cannot tell.
+
+    No warning: logs of one joint with a peak and without look alike there (decision 0138)."""
+    v = signals.velocity_rad_s[signals.sliding]
+    if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
+        return ()  # the fit itself says what is missing
     lacking = [
-        (name, each)
-        for name, each in zip(("forwards", "backwards"), both, strict=True)
+        f"{each.lowest_rad_s:.3g} rad/s {name}"
+        for name, each in zip(("forwards", "backwards"), speeds(signals), strict=True)
         if each.low_speed_rows < LOW_SPEED_ROWS
     ]
     if not lacking:
         return ()
-    named = ", ".join(
-        f"{each.low_speed_rows} {name}, slowest {each.lowest_rad_s:.3g} rad/s" for name, each in lacking
-    )
+    peak = f"{STRIBECK_RAD_S * signals.radian:.3g} rad/s"
     return (
-        f"{signals.source}: hardly any sliding below {STRIBECK_RAD_S * signals.radian:.3g} rad/s ({named}): "
-        "break-away and a Stribeck peak are not in this log, the Coulomb friction is what faster motion "
+        f"friction below the slowest sliding of the log ({', '.join(lacking)}): break-away and a Stribeck "
+        f"peak, which is mostly below {peak}, are not in it, Coulomb friction is what faster motion "
         "extrapolates to, and a model of these points says nothing about lower speeds; for those record "
         "slow, steady strokes, or run `rtctl identify CONFIG`",
     )

@@ -142,3 +142,8 @@ def test_the_page_says_what_a_state_means_in_forces():
 )
 def test_names_and_the_motors_own_torque_stay(text):
     assert words(text, "linear") == text
+
+
+def test_a_position_of_a_carriage_is_no_joint_angle():
+    assert words("joint angle, link side, unwrapped", "linear") == "position, link side, unwrapped"
+    assert words("joint angle, rad", "rotary") == "joint angle, rad"

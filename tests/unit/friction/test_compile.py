@@ -126,3 +126,11 @@ def test_a_shared_curve_ends_with_the_range_of_the_slower_direction():
     assert table.coefficients[-1][2:].tolist() == [0, 0], "straight on beyond its range"
     slope = float(np.diff(whole(np.array([2.0 - 1e-6, 2.0 + 1e-6])))[0]) / 2e-6
     assert table.coefficients[-1][1] == pytest.approx(slope, abs=1e-4)
+
+
+@pytest.mark.parametrize("degree", [5.0, 11.0, 12.0])
+def test_a_polynomial_of_every_degree_that_a_file_may_have_is_compiled(degree):
+    curve = Curve("polynomial", {"degree": degree}, np.array([0.1, 0.4]), np.array([3e-3, -2e-3]), 0.2)
+    table, bound = compile_curve(curve, 1.0)
+    speed = np.linspace(0, 1, 1001)
+    assert np.abs(table(speed) - curve(speed)).max() <= bound < 2e-6 * np.abs(curve(speed)).max()

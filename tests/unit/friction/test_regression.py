@@ -11,6 +11,7 @@ from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit, offset_rows
 from rtctl.friction.logs.regressors import cutoff_for, pooled, regressors
 from rtctl.friction.logs.signal_shift import advanced, derivatives
+from rtctl.friction.logs.speeds_seen import below_the_slowest
 from rtctl.rig_file.config import load
 from rtctl.simulation.closed_loop import Simulation
 
@@ -144,11 +145,14 @@ def test_strokes_too_short_for_the_usual_margin_are_used_with_a_warning():
     assert not any("half a period" in warning for warning in fitted(log()).warnings)
 
 
-def test_a_log_without_low_speeds_says_so_and_what_follows():
-    brisk = fitted(log())
-    assert any("break-away" in text and "nothing about lower speeds" in text for text in brisk.warnings)
-    slow = fitted(log(sines=((1.0, 0.02), (0.01, 0.3)), seconds=120.0))
-    assert not any("break-away" in text for text in slow.warnings)
+def test_a_log_without_low_speeds_cannot_tell_what_is_there_and_warns_of_nothing():
+    (untold,) = below_the_slowest(regressors(log()))
+    assert "break-away" in untold
+    assert "nothing about lower speeds" in untold
+    assert not any("break-away" in text for text in fitted(log()).warnings)
+    steady = log(sines=((1.0, 0.02), (0.01, 0.3)), seconds=120.0)
+    assert below_the_slowest(regressors(steady)) == ()
+    slow = fitted(steady)
     forwards, backwards = slow.speeds
     assert 0.03 <= forwards.lowest_rad_s < 0.05 < forwards.highest_rad_s < 0.2
     assert min(forwards.low_speed_rows, backwards.low_speed_rows) > 100

@@ -1,0 +1,58 @@
+"""A torque or a position that somebody smoothed both ways, without delay: a moving mean, `smoothdata`,
+`filtfilt`.
+
+What is quick in it is too small then, by the more the quicker, and no delay says so: a smoothed torque makes
+the inertia too small, a smoothed position too large. But one that is smoothed fits the other, smoothed
+alike."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.balance_faults import LEFT_LEAST, TOLD_CHANGE, TOLD_RATIO, changed
+
+MEANS_S = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6)
+"""Lengths of a mean that are tried."""
+
+INERTIA_LEAST = 0.75
+"""Least share of an inertia that is left when a smoothed position is reckoned with: on a motion that hardly
+tells it, any smoothing explains it away."""
+
+
+def smoothed(balance: Balance) -> tuple[str, ...]:
+    """The warning that torque or position looks smoothed: by the mean that leaves least over, where that is
+    far less and changes a parameter, as of any cause in a balance."""
+    signals, rows, plain = balance.signals, balance.signals.sliding, balance.fit()
+    if plain.rest <= LEFT_LEAST * balance.spread:
+        return ()
+    motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
+    found = []
+    for mean_s in MEANS_S:
+        of_torque = balance.fit(motion=_mean(motion, balance, mean_s)[rows])
+        of_position = balance.fit(torque=_mean(signals.torque_nm, balance, mean_s)[rows])
+        found.append((of_torque.rest, mean_s, "torque", "position", of_torque))
+        if of_position.inertia > INERTIA_LEAST * plain.inertia:
+            found.append((of_position.rest, mean_s, "position", "torque", of_position))
+    rest, mean_s, of, other, best = min(found, key=lambda each: each[0])
+    sound = best.inertia > 0 and best.coulomb > 0
+    if not (sound and rest <= TOLD_RATIO * plain.rest and changed(balance, plain, best) >= TOLD_CHANGE):
+        return ()
+    return (
+        f"{signals.source}: the {of} looks smoothed both ways, as by a mean over {1e3 * mean_s:.0f} ms "
+        f"(smoothdata, movmean, filtfilt; an elastic shaft and play may look alike): with the {other} "
+        f"smoothed as much, {100 * rest / balance.spread:.2g} % of the torque is left over instead of "
+        f"{100 * plain.rest / balance.spread:.2g} %; give columns as they were recorded",
+    )
+
+
+def _mean(column: np.ndarray, balance: Balance, mean_s: float) -> np.ndarray:
+    """The moving mean of a column of all rows, log by log."""
+    from scipy.ndimage import uniform_filter1d
+
+    signals, found = balance.signals, np.empty_like(column)
+    rows = max(3, round(mean_s / float(np.median(np.diff(signals.time_s)))) | 1)
+    for k in range(len(signals.sources)):
+        mine = signals.log == k
+        found[mine] = uniform_filter1d(column[mine], rows, axis=0, mode="nearest")
+    return found
