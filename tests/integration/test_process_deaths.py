@@ -19,7 +19,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lanes import PATIENCE_S, SEED, TIME_TO_LIVE, Death, Lane, Nursery, until
+from lanes import PATIENCE_S, SEED, TIME_TO_LIVE, Death, Lane, until
+from nursery import shared
 
 from rtctl.control.vocabulary import State
 
@@ -64,10 +65,8 @@ def lanes(root):
 
 
 @pytest.fixture(scope="module")
-def nursery(lanes):
-    made = Nursery(lanes[0].config)
-    yield made
-    made.close()
+def nursery():
+    return shared()
 
 
 @pytest.fixture(
