@@ -30,23 +30,13 @@ import traceback
 from functools import cache
 from importlib import import_module
 from pathlib import Path
+from pkgutil import walk_packages
 from types import FunctionType, SimpleNamespace
 
 TESTS = Path(__file__).resolve().parent
 CONFIGS = TESTS.parent / "configs"
 READ_AT_IMPORT = ("PYTHON", "NUMBA", "LD_", "OPENBLAS", "OMP_", "HOME", "RTCTL_CACHE", "XDG_CACHE", "CACHE_")
 """Names of variables begin so that a running interpreter, or what it has imported, looks at no more."""
-
-FOLLOWING = (
-    "click.testing", "rtctl.cli.run", "rtctl.host.exchange.gateway", "rtctl.host.preparation",
-    "rtctl.host.run_record", "rtctl.host.reload", "rtctl.host.notices", "rtctl.host.auto_arm",
-    "rtctl.host.exchange.device_words", "rtctl.host.exchange.force_zero",
-    "rtctl.host.exchange.friction_watch", "rtctl.host.exchange.late_counters",
-    "rtctl.host.exchange.late_exits", "rtctl.host.exchange.late_tasks", "rtctl.host.exchange.late_trace",
-    "rtctl.host.exchange.late_watch", "rtctl.host.exchange.rig_description", "rtctl.host.exchange.streams",
-    "rtctl.host.view_process", "rtctl.recording.setup", "rtctl.recording.state_folder", "rtctl.rt.process",
-)  # fmt: skip
-"""What programs import only once they have begun; here it is there before the fork."""
 
 RIGS = "mock.toml", "serial.toml"
 """Shipped rigs whose compiled code is there before the fork."""
@@ -243,30 +233,25 @@ def code_of(module):
 
 def load_all():
     """Import what programs do, and load the compiled code of `RIGS`: no thread and no device is begun."""
-    from hw.rig import compose
-    from rtctl.check import law_plan, stability_report
+    from rtctl import host, rt
+    from rtctl.check import stability_report
     from rtctl.host import waiting_loop
+    from rtctl.host.preparation import compile_rig
     from rtctl.host.safe_stop import SafeStop
-    from rtctl.recording.law_arrays import LawArrays
-    from rtctl.recording.law_runner import LawRunner
     from rtctl.rig_file.config import load
     from rtctl.rt.clock import WallClock
-    from rtctl.rt.loop import prepare, warm_up
-    from rtctl.rt.shared_memory import Memory
 
-    for name in FOLLOWING:
-        import_module(name)
+    for room in (host, rt):  # much of it is imported only once a host, or a loop, has begun
+        for one in walk_packages(room.__path__, f"{room.__name__}."):
+            if not one.name.endswith("__main__"):
+                import_module(one.name)
     for rig in RIGS:
         loaded = load(CONFIGS / rig)
         stability_report.examine(loaded, telling=False)
-        plan = law_plan.build(loaded)
-        memory = Memory.create(plan.n_axes, 8, plan.period_ns)
-        prepare(plan.n_axes)
-        warm_up(memory, compose(list(loaded.members()), loaded.config.hardware()))
+        compile_rig(loaded)
         SafeStop(loaded)
-        LawRunner(LawArrays(plan.params, plan.model, plan.command), plan.n_axes)  # the record's own
-        memory.close()
     WallClock()
+    import_module("rtctl.cli.run")
     waiting_loop.subprocess = SimpleNamespace(
         Popen=popen_of_a_loop, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL
     )
