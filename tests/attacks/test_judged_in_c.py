@@ -17,7 +17,8 @@ from dataclasses import replace
 
 import pytest
 from judged import Stopper, armed, ended, judged_lanes, run_out_of_memory, show, stand_still
-from lanes import SEED, Death, Nursery
+from lanes import SEED, Death
+from nursery import shared
 from patience import PATIENCE_S
 
 from tests.bench.attacks import MOST_MB
@@ -89,17 +90,13 @@ def standstill_under_torque(lane, nursery, target):
 
 def test_four_kills_no_memory_and_a_standstill_of_loop_and_host(tmp_path_factory):
     with judged_lanes(tmp_path_factory.mktemp("judged"), 3) as lanes:
-        nursery = Nursery(lanes[0].config)
-        try:
-            kill(lanes[:2], nursery, 4)
-            with ThreadPoolExecutor(3) as pool:
-                starved = pool.submit(run_out_of_memory, lanes[2], nursery)
-                loop, host = pool.map(
-                    lambda lane, target: standstill_under_torque(lane, nursery, target), lanes[:2], TARGETS
-                )
-                judge(starved.result(), 0.0)
-        finally:
-            nursery.close()
+        kill(lanes[:2], shared(), 4)
+        with ThreadPoolExecutor(3) as pool:
+            starved = pool.submit(run_out_of_memory, lanes[2], shared())
+            loop, host = pool.map(
+                lambda lane, target: standstill_under_torque(lane, shared(), target), lanes[:2], TARGETS
+            )
+            judge(starved.result(), 0.0)
     assert "IDLE" in host.state, f"{host}: {host.words}"
     assert "exit 9" in loop.state, f"{loop}: {loop.words}"
 
@@ -108,11 +105,7 @@ def test_four_kills_no_memory_and_a_standstill_of_loop_and_host(tmp_path_factory
 @pytest.mark.timeout(300)
 def test_a_hundred_kills(tmp_path_factory):
     with judged_lanes(tmp_path_factory.mktemp("kills"), 4) as lanes:
-        nursery = Nursery(lanes[0].config)
-        try:
-            kill(lanes, nursery, 100)
-        finally:
-            nursery.close()
+        kill(lanes, shared(), 100)
 
 
 @pytest.mark.system
@@ -123,16 +116,14 @@ def test_standstills_of_20_ms_to_10_s(tmp_path_factory):
         (("host", 0.02), ("host", 0.2), ("host", 2.0)),
         (("loop", 0.02), ("loop", 0.1), ("loop", 2.0)),
     )
-    with judged_lanes(tmp_path_factory.mktemp("halted"), len(shares)) as lanes:
-        nursery = Nursery(lanes[0].config)
-        try:
-            with ThreadPoolExecutor(len(lanes)) as pool:
-                done = pool.map(
-                    lambda lane, share: [stand_still(lane, nursery, *one) for one in share], lanes, shares
-                )
-                every = [found for part in done for found in part]
-        finally:
-            nursery.close()
+    with (
+        judged_lanes(tmp_path_factory.mktemp("halted"), len(shares)) as lanes,
+        ThreadPoolExecutor(len(lanes)) as pool,
+    ):
+        done = pool.map(
+            lambda lane, share: [stand_still(lane, shared(), *one) for one in share], lanes, shares
+        )
+        every = [found for part in done for found in part]
     for (_, seconds), found in zip((one for share in shares for one in share), every, strict=True):
         judge(found, seconds)
 

@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from judged import Stopper, armed, ended, judged_lanes, obeyed_ns, show
-from lanes import Nursery
+from nursery import Nursery
 from patience import PATIENCE_S
 from stepped_clock import SteppedClock
 from test_judged_in_c import LONG_S, judge
@@ -179,7 +179,7 @@ def test_a_rig_under_torque_does_not_notice_that_the_clock_is_stepped(clock, tmp
     for name, value in clock.environment.items():
         monkeypatch.setenv(name, value)
     with judged_lanes(tmp_path_factory.mktemp("stepped"), 2) as lanes, ThreadPoolExecutor(2) as pool:
-        folder, nursery = record_all(lanes[0]), Nursery(lanes[0].config)
+        folder, nursery = record_all(lanes[0]), Nursery()
         try:
             lives = [pool.submit(lived, lane, nursery, clock, k * LONG_S) for k, lane in enumerate(lanes)]
             lives = [life.result() for life in lives]

@@ -1,17 +1,16 @@
 """Rigs side by side for tests of dying daemons: a board of its own each, one daemon after the other on it."""
 
 import contextlib
-import json
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
+from nursery import Program
 from simulated_board import SimulatedBoard
 
 from rtctl.client import RigClient
@@ -24,6 +23,7 @@ SEED = 4
 BOARD_HZ = 200
 TIME_TO_LIVE = 10
 PATIENCE_S = 60.0
+SHORTLY = f"import sys; sys.path.append({str(Path(__file__).parent)!r}); import lives; lives.live_shortly()"
 ARMING_CYCLES = 4000
 """Board cycles after which a life goes on unarmed, 20 s."""
 
@@ -70,31 +70,6 @@ def rig_file(folder, name, port, realtime):
     return path
 
 
-class Nursery:
-    """The process that forks daemons (`lives.py`). Orders may come from any thread."""
-
-    def __init__(self, config):
-        self._lock = threading.Lock()
-        self.process = subprocess.Popen(
-            [sys.executable, str(Path(__file__).with_name("lives.py")), str(config)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert self.process.stdout.readline() == "ready\n"
-
-    def ask(self, **order):
-        with self._lock:
-            self.process.stdin.write(json.dumps(order) + "\n")
-            self.process.stdin.flush()
-            return json.loads(self.process.stdout.readline())
-
-    def close(self):
-        self.process.stdin.close()
-        self.process.wait(PATIENCE_S)
-        self.process.stdout.close()
-
-
 def until(condition, what):
     end = time.monotonic() + PATIENCE_S
     while not (value := condition()):
@@ -115,27 +90,20 @@ def children(pid):
 
 
 class Daemon:
-    """A running daemon: forked by the nursery, or started as `rtctl run`."""
+    """A running daemon: born in the nursery as a short-lived one (`lives.py`), or started as `rtctl run`."""
 
     def __init__(self, lane, nursery):
-        self.lane, self.nursery = lane, nursery
         self.said = lane.folder / "said"
         # the board's hand pulls while a life is tared: by the last one's zero it would not be armed
         (state_folder(lane.name) / ZERO).unlink(missing_ok=True)
-        if nursery is not None:
-            self.pid = nursery.ask(start=[str(lane.config), str(lane.runtime), str(self.said)])
-            return
-        command = [
-            sys.executable,
-            "-m",
-            "rtctl",
-            "run",
-            str(lane.config_with_rights),
-            "--json",
-            "--runtime-dir",
-        ]
+        config = lane.config_with_rights if nursery is None else lane.config
+        command = [sys.executable, "-m", "rtctl", "run", config, "--json", "--runtime-dir", lane.runtime]
         with self.said.open("w") as out:
-            self.process = subprocess.Popen([*command, str(lane.runtime)], stdout=out, stderr=out)
+            self.process = (
+                subprocess.Popen(command, stdout=out, stderr=out)
+                if nursery is None
+                else Program(command, stdout=out, stderr=out, nursery=nursery, first=SHORTLY)
+            )
         self.pid = self.process.pid
 
     def loop(self):
@@ -145,14 +113,7 @@ class Daemon:
 
     def exit_code(self):
         """Waits for its end."""
-        if self.nursery is None:
-            return self.process.wait(PATIENCE_S)
-        code = []
-        until(
-            lambda: (one := self.nursery.ask(poll=self.pid)) is not None and (code.append(one) or True),
-            self.pid,
-        )
-        return code[0]
+        return self.process.wait(PATIENCE_S)
 
 
 def simulated(folder):

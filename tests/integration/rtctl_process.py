@@ -4,8 +4,10 @@ import json
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
+from nursery import Program
 from patience import PATIENCE_S
 
 from rtctl.errors import NoReplyError
@@ -13,7 +15,7 @@ from rtctl.errors import NoReplyError
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 
-def start(config, folder, *more):
+def start(config, folder, *more, popen=Program):
     command = [
         sys.executable,
         "-m",
@@ -25,7 +27,11 @@ def start(config, folder, *more):
         "--json",
         *more,
     ]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    return popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+start_anew = partial(start, popen=subprocess.Popen)
+"""For what is about the start of a program, or the end of its interpreter."""
 
 
 def finish(process, timeout=150):

@@ -7,6 +7,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from nursery import Program
 from patience import PATIENCE_S
 
 from rtctl.client import RigClient
@@ -38,9 +39,7 @@ def daemon(folder: Path):
     folder.mkdir(mode=0o700, exist_ok=True)
     file = slow_rig_file(folder)
     command = [sys.executable, "-m", "rtctl", "run", str(file), "--runtime-dir", str(folder)]
-    process = subprocess.Popen(
-        [*command, "--for", "400", "--json"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
-    )
+    process = Program([*command, "--for", "400", "--json"], stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
     try:
         with RigClient("mock", runtime_dir=folder, timeout_s=120.0) as client:
             client.hello()  # the first start compiles

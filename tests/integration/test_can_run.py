@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nursery import Program
 from rtctl_process import finish, greet, start
 
 from hw.interface import LinkFault
@@ -63,7 +64,7 @@ def drive(kind, port):
         port,
     ]
     more = ["--node", "1", "--plant", "inertia", "--time-to-live-ms", "200", "--for", "400"]
-    process = subprocess.Popen([*command, *more], stdout=subprocess.PIPE, text=True)
+    process = Program([*command, *more], stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout.readline() == "ready\n"
         be_punctual(process)

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import zmq
 from fake_rig import FakeRig
+from nursery import Program
 from patience import PATIENCE_S, until
 
 from rtctl.client import RigClient, State
@@ -250,7 +251,7 @@ def test_a_late_look_shows_a_fresh_state(root):
 
 def monitor(root, *options, **more):
     command = [sys.executable, "-m", "rtctl", "monitor", "--runtime-dir", str(root), *options]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
+    return Program(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **more)
 
 
 def test_monitor_writes_one_json_object_per_sample(root):

@@ -1,9 +1,10 @@
 """A rig of two devices through the real processes: config, host, loop process, armed and moving."""
 
 import json
-import subprocess
 import sys
 from pathlib import Path
+
+import nursery
 
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.supervisor import Host
@@ -67,7 +68,7 @@ def test_a_gap_is_a_config_error_with_its_exit_code(tmp_path):
     path = rig_file(tmp_path)
     path.write_text(path.read_text().replace(', "current_command"', ""))
     command = [sys.executable, "-m", "rtctl", "check", str(path), "--json"]
-    shown = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    shown = nursery.run(command, capture_output=True, text=True, check=False, timeout=60)
     body = json.loads(shown.stdout)
     assert (shown.returncode, body["error"]) == (3, "ConfigError")
     assert any(
@@ -77,7 +78,7 @@ def test_a_gap_is_a_config_error_with_its_exit_code(tmp_path):
 
 def test_the_check_tells_who_provides_what(tmp_path):
     command = [sys.executable, "-m", "rtctl", "check", str(rig_file(tmp_path)), "--json"]
-    shown = subprocess.run(command, capture_output=True, text=True, check=False, timeout=60)
+    shown = nursery.run(command, capture_output=True, text=True, check=False, timeout=60)
     drive, finger = json.loads(shown.stdout)["members"]
     assert drive["device"] == "device[0] 'drive'"
     assert drive["channels"] == ["current", "current_command", "position", "temperature"]

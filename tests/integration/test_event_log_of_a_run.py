@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import nursery
 import pytest
 from click.testing import CliRunner
 
@@ -102,7 +103,7 @@ def test_the_commands_show_log_and_incident(state, slow_config, tmp_path):
 
 
 def test_without_a_log_the_command_says_where_it_looked(state):
-    process = subprocess.run(
+    process = nursery.run(
         [sys.executable, "-m", "rtctl", "events", "mock"], capture_output=True, text=True, timeout=60
     )
     assert process.returncode == 10
@@ -132,7 +133,7 @@ def test_a_killed_host_leaves_only_whole_lines(state, tmp_path):
         "--runtime-dir",
         str(folder),
     ]
-    process = subprocess.Popen(command, env=os.environ, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = nursery.Program(command, env=os.environ, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
         from rtctl.recording.event_log import follow
 

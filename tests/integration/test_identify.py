@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import nursery
 import pytest
 from patience import PATIENCE_S, until
 
@@ -42,7 +43,7 @@ def rtctl(*arguments):
 
 
 def call(*arguments):
-    return subprocess.run(rtctl(*arguments), capture_output=True, text=True, timeout=170, check=False)
+    return nursery.run(rtctl(*arguments), capture_output=True, text=True, timeout=170, check=False)
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ def points_in(out):
 def test_on_the_real_loop_ctrl_c_keeps_the_points_and_resume_completes_them(tmp_path, narrow):
     out = tmp_path / "set"
     arguments = ["identify", narrow, "--out", out, *SHORT, "--json", "--runtime-dir", tmp_path / "run"]
-    running = subprocess.Popen(rtctl(*arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    running = nursery.Program(rtctl(*arguments), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     try:
         until(lambda: points_in(out) >= 1 or running.poll() is not None, "a point", 120)
         running.send_signal(signal.SIGINT)

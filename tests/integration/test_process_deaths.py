@@ -11,7 +11,6 @@ import json
 import os
 import random
 import signal
-import subprocess
 import sys
 from collections import Counter, defaultdict
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +18,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from lanes import PATIENCE_S, SEED, TIME_TO_LIVE, Death, Lane, Nursery, until
+from lanes import PATIENCE_S, SEED, TIME_TO_LIVE, Death, Lane, until
+from nursery import run, shared
 
 from rtctl.control.vocabulary import State
 
@@ -64,10 +64,8 @@ def lanes(root):
 
 
 @pytest.fixture(scope="module")
-def nursery(lanes):
-    made = Nursery(lanes[0].config)
-    yield made
-    made.close()
+def nursery():
+    return shared()
 
 
 @pytest.fixture(
@@ -209,7 +207,7 @@ def test_a_rig_is_stopped_from_outside_while_it_runs(lanes, nursery):
     with client:
         before = lane.observation.count
         command = [sys.executable, "-m", "rtctl", "stop-rig", str(lane.config), "--json"]
-        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+        done = run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
         until(lambda: State[client.status()["state"]] is State.FAULT, "the fault")
     assert not lane.newest()["torque_nm"].any()
     assert not lane.rows(before)["enabled"][-1]
@@ -218,7 +216,7 @@ def test_a_rig_is_stopped_from_outside_while_it_runs(lanes, nursery):
     assert "in use" in body["devices"][0]["detail"]
     os.kill(daemon.pid, signal.SIGTERM)
     assert daemon.exit_code() == 11, daemon.said.read_text()
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
+    done = run(command, capture_output=True, text=True, check=False, timeout=PATIENCE_S)
     assert done.returncode == 0
     assert json.loads(done.stdout) == {
         "ok": True,

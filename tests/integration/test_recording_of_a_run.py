@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 
+import nursery
 import pytest
 from click.testing import CliRunner
 from patience import PATIENCE_S, until
@@ -126,7 +127,7 @@ def test_a_client_records_a_rig_that_runs_and_the_commands_show_it(config, folde
             client.hello()
             out = tmp_path / "attached"
             command = [sys.executable, "-m", "rtctl", "record", str(config), "--out", str(out), "--json"]
-            recorder = subprocess.Popen(
+            recorder = nursery.Program(
                 [*command, "--runtime-dir", str(folder)],
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,
@@ -169,7 +170,7 @@ def test_a_client_records_a_rig_that_runs_and_the_commands_show_it(config, folde
 
 def test_without_a_daemon_record_says_so_in_one_line(folder):
     command = [sys.executable, "-m", "rtctl", "record", "mock", "--runtime-dir", str(folder)]
-    process = subprocess.run(command, capture_output=True, text=True, timeout=60, env=os.environ)
+    process = nursery.run(command, capture_output=True, text=True, timeout=60, env=os.environ)
     assert process.returncode == 12
     assert process.stderr.count("\n") == 1
     assert "rtctl run" in process.stderr

@@ -13,7 +13,9 @@ from pathlib import Path
 import msgpack
 import pytest
 import zmq
+from nursery import Program
 from patience import PATIENCE_S, until
+from rtctl_process import greet
 
 from rtctl.client import RigClient, State
 from rtctl.errors import NoReplyError, RefusedError
@@ -41,18 +43,16 @@ def config(tmp_path):
 @pytest.fixture
 def daemon(config, folder):
     command = [sys.executable, "-m", "rtctl", "run", str(config), "--runtime-dir", str(folder)]
-    process = subprocess.Popen(
-        [*command, "--for", "170", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+    process = Program([*command, "--for", "170", "--json"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     yield process
     process.kill()
-    process.communicate()
+    sys.stderr.write(str(process.communicate()))  # shown when the test fails
 
 
 @pytest.fixture
 def rig(daemon, folder):
-    with RigClient("mock", runtime_dir=folder, timeout_s=120.0) as client:
-        client.hello()  # the first start compiles
+    with RigClient("mock", runtime_dir=folder) as client:
+        greet(client, daemon, 120.0)  # the first start compiles
         client.timeout_s = PATIENCE_S
         yield client
 

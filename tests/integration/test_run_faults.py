@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from nursery import Program
 from patience import PATIENCE_S, until
 from rtctl_process import CONFIGS, finish, start
 
@@ -97,7 +98,7 @@ def test_a_monitor_says_no_data_when_the_rig_is_killed_and_goes_on_when_it_is_ba
     try:
         with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as rig:
             rig.hello()
-        watching = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+        watching = Program(command, stdout=subprocess.PIPE, text=True)
         assert watching.stdout.readline().split()[1] == "IDLE"
         first.kill()
         first.wait()

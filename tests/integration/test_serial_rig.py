@@ -13,6 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nursery import Program
 from patience import PATIENCE_S
 from rtctl_process import greet
 from simulated_board import SimulatedBoard
@@ -48,7 +49,7 @@ def daemon(board, folder, tmp_path):
     config = tmp_path / "serial.toml"
     config.write_text(text)
     command = [sys.executable, "-m", "rtctl", "run", str(config), "--for", "280", "--json"]
-    process = subprocess.Popen(
+    process = Program(
         [*command, "--runtime-dir", str(folder)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     )
     yield process

@@ -7,7 +7,7 @@ import signal
 
 import pytest
 from patience import until
-from rtctl_process import CONFIGS, finish, start
+from rtctl_process import CONFIGS, finish, start_anew
 
 from rtctl.client import RigClient
 
@@ -22,7 +22,7 @@ if "rtctl.rt" in sys.orig_argv:
 def test_a_process_that_lingers_after_an_orderly_end_is_no_failure(folder, tmp_path, monkeypatch, seconds):
     (tmp_path / "sitecustomize.py").write_text(LINGER.format(seconds=seconds))
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-    code, summary, err = finish(start(CONFIGS / "mock.toml", folder, "--for", "1"))
+    code, summary, err = finish(start_anew(CONFIGS / "mock.toml", folder, "--for", "1"))
     assert code == 0, (summary, err)
     assert summary["state"] == "SHUTDOWN"
 
@@ -38,7 +38,7 @@ def test_a_daemon_does_not_wait_for_its_interpreter_to_be_taken_apart(folder, tm
     """This takes .3 s and more: SIGTERM is to end the daemon within .2 s."""
     (tmp_path / "sitecustomize.py").write_text(MARK.format(path=str(tmp_path / "taken apart")))
     monkeypatch.setenv("PYTHONPATH", f"{tmp_path}{os.pathsep}{os.environ.get('PYTHONPATH', '')}")
-    process = start(CONFIGS / "mock.toml", folder)
+    process = start_anew(CONFIGS / "mock.toml", folder)
     with RigClient("mock", runtime_dir=folder, timeout_s=150) as client:
         until(lambda: client.status()["state"])
     process.send_signal(signal.SIGTERM)

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from nursery import Program
 from patience import PATIENCE_S, until
 from ports import free_ports
 
@@ -45,7 +46,7 @@ def running(tmp_path, port):
         "--for",
         "150",
     ]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    process = Program(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
         yield process, folder
     finally:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 from patience import PATIENCE_S, until
-from rtctl_process import CONFIGS, children, finish, start
+from rtctl_process import CONFIGS, children, finish, start_anew
 
 from rtctl.client import RigClient
 from rtctl.errors import BusyError, DeviceError, LoopDiedError, ModelError, StabilityError
@@ -110,7 +110,7 @@ def test_the_same_rig_unrefused_opens_its_device(watched):
 def test_a_host_that_is_killed_in_any_phase_of_its_start_leaves_no_loop_and_no_lock(tmp_path, delay_s):
     folder = tmp_path / "run"
     folder.mkdir(mode=0o700)
-    host = start(CONFIGS / "mock.toml", folder, "--for", "60")
+    host = start_anew(CONFIGS / "mock.toml", folder, "--for", "60")
     try:
         loop = until(lambda: children(host.pid), "the loop")[0]
         time.sleep(delay_s)
@@ -127,7 +127,7 @@ def test_a_host_that_is_killed_in_any_phase_of_its_start_leaves_no_loop_and_no_l
 def test_of_two_that_start_at_once_one_runs_and_the_other_is_refused(tmp_path):
     folder = tmp_path / "run"
     folder.mkdir(mode=0o700)
-    both = [start(CONFIGS / "mock.toml", folder) for _ in range(2)]
+    both = [start_anew(CONFIGS / "mock.toml", folder) for _ in range(2)]
     refused = until(lambda: next((one for one in both if one.poll() is not None), None), "the refusal")
     code, said, _ = finish(refused)
     assert (code, said["error"]) == (BusyError.exit_code, "BusyError")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import can
 import click
+import nursery
 import pytest
 from click.testing import CliRunner
 
@@ -80,7 +81,7 @@ def test_what_can_run_on_the_mock_runs(words, codes, tmp_path):
     tmp_path.chmod(0o700)
     rig = str(ROOT / "configs" / "mock.toml")
     words = [word.replace("RIG", rig).replace("OUT", str(tmp_path)) for word in words]
-    done = subprocess.run(
+    done = nursery.run(
         [sys.executable, "-m", "rtctl", *words], capture_output=True, text=True, check=False, timeout=280
     )
     assert done.returncode in codes, done.stdout + done.stderr
@@ -138,7 +139,7 @@ def test_the_lines_that_arm_it_arm_the_mock(tmp_path, monkeypatch, capsys):
     rig = tmp_path / "rig.toml"  # its hand rests: on a busy machine the lines may come when it swings already
     rig.write_text(text.replace("amplitude_rad = 0.3", "amplitude_rad = 0.0"))
     command = [sys.executable, "-m", "rtctl", "run", str(rig)]
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=os.environ)
+    process = nursery.Program(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, env=os.environ)
     try:
         end = time.monotonic() + 120
         while not (folder / "mock" / "command").exists():
