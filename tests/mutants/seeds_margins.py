@@ -61,14 +61,14 @@ SEEDS = (
         "a delay that changes is proved with the slowest current loop only",
         "rtctl/control/proofs/stability.py",
         "        lags = {lag_ticks(hz, T) for _, hz in cases}\n",
-        "        lags = {tau}\n",
+        "        lags = {lag_ticks(between.lag_hz, T)}\n",
         LOOP,
     ),
     Seed(
         "old samples are proved with the slowest current loop only",
         "rtctl/control/proofs/stability.py",
-        "            for lag in {0.0, tau}\n",
-        "            for lag in {tau}\n",
+        "            for lag in {0.0, lag_ticks(between.lag_hz, T)}\n",
+        "            for lag in {lag_ticks(between.lag_hz, T)}\n",
         LOOP,
     ),
     Seed(

@@ -144,18 +144,16 @@ def damping_needed_between(
     of samples up to those declared. Raises ValueError as `damping_needed_sampled_data`."""
     cases = _cases(T, between)
     needed = [damping_needed_sampled_data(k_c, b_c, T, d, lag, any_world=any_world) for d, lag in cases]
-    tau = lag_ticks(between.lag_hz, T)
     if between.jitter > 0 and k_c + b_c > 0:
         low = max(between.delay - between.jitter, 0.0)
         lags = {lag_ticks(hz, T) for _, hz in cases}
         needed += [_largest(varying_peaks(low, between.delay, lag), k_c * T / 2, b_c) for lag in lags]
     if between.sample_ticks > 1:
         needed += [
-            # a quicker current loop may need more: 4 % of all that is asked here, at b_c near 0
             held_samples.damping_needed(k_c, b_c, T, n, d, lag, min(between.jitter, d))
             for n in range(2, between.sample_ticks + 1)
             for d in {0.0, between.delay}
-            for lag in {0.0, tau}
+            for lag in {0.0, lag_ticks(between.lag_hz, T)}
         ]
     return max(needed)
 
