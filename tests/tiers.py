@@ -163,6 +163,7 @@ LONG = (
     "unit/friction/test_nested.py",
     "unit/friction/test_other_makes.py",
     "unit/friction/test_presliding_in_logs.py",
+    "unit/friction/test_processed_logs.py",
     "unit/friction/test_regression.py",
     "unit/friction/test_report.py",
     "unit/friction/test_report_command.py",

@@ -93,8 +93,8 @@ def test_straight_formulas_compile_exactly_to_one_segment(kind):
 def test_a_curve_too_wild_for_the_segments_is_refused():
     with pytest.raises(ModelError, match=r"sigma_rad_s = 0.001 is too small for a range of 2 rad/s"):
         compile_curve(kernel_curve("rbf", {"sigma_rad_s": 1e-3}), 2.0)
-    wild = Curve("polynomial", {"degree": 12.0}, np.linspace(0, 40, 9), 1e6 * np.resize([1.0, -1.0], 9), 1.0)
-    with pytest.raises(ModelError, match=r"more than 1024 cells: degree = 12 with such dual coefficients"):
+    wild = Curve("polynomial", {"degree": 13.0}, np.linspace(0, 40, 9), 1e6 * np.resize([1.0, -1.0], 9), 1.0)
+    with pytest.raises(ModelError, match=r"more than 1024 cells: degree = 13 with such dual coefficients"):
         compile_curve(wild, 40.0)
 
 
