@@ -105,6 +105,7 @@ LONG = (
     "unit/cli/test_identify_log_of_a_linear_axis.py",
     "unit/cli/test_init.py",
     "unit/cli/test_linear_axis.py",
+    "unit/cli/test_one_object_and_its_code.py",
     "unit/cli/test_playback_of_a_linear_axis.py",
     "unit/cli/test_plot_and_compare.py",
     "unit/cli/test_words_of_a_linear_rig.py",
