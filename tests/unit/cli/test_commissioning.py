@@ -107,6 +107,7 @@ def test_its_probe_shows_a_drive_that_answers_only_when_asked(name, kind, option
         ("rate_hz = 1000.0", "rate_hz = 100.0"),  # a shared machine
         ('feedback = "cyclic"', options),
         ("time_to_live_ms = 10 ", "time_to_live_ms = 100 "),
+        ("time_to_live_ms = 10.0 ", "time_to_live_ms = 100.0 "),
         ("heartbeat_ms = 5 ", "heartbeat_ms = 40 "),
     ):
         text = text.replace(before, after)
