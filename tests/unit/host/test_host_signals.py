@@ -69,6 +69,7 @@ def counted(kind, hang_up):
     os.set_inheritable(write, True)
     pid, terminal = pty.fork()
     if pid == 0:
+        signal.signal(signal.SIGHUP, signal.SIG_DFL)  # whoever runs the tests may do so under nohup
         arguments = [sys.executable, "-c", AT_A_TERMINAL, str(Path.cwd()), kind, str(write)]
         os.execv(sys.executable, arguments)
     os.close(write)
