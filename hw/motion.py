@@ -210,11 +210,3 @@ def effort_units(rotary: Mapping[str, float], motion: str, lead_m: float) -> dic
         return dict(rotary)
     turned = {text: factor * 2 * math.pi / lead_m for text, factor in rotary.items()} if lead_m else {}
     return {**FORCE_UNITS, **turned}
-
-
-def channel_units(channel: str, rotary: Mapping[str, float], motion: str, lead_m: float) -> dict[str, float]:
-    """Units of a channel of a device on an axis, factors to SI, by those that it has on a rotary axis."""
-    if channel == "torque":
-        return effort_units(rotary, motion, lead_m)
-    own = {"position": LENGTH_UNITS, "velocity": SPEED_UNITS}.get(channel)
-    return dict(rotary) if own is None else coordinate_units(rotary, own, motion, lead_m)

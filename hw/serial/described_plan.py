@@ -3,14 +3,13 @@ loop."""
 
 from __future__ import annotations
 
-import math
 from enum import IntEnum
 
 import numpy as np
 
-from hw.channels import READING, WHOLE_RIG_CHANNELS
+from hw.channels import READING
+from hw.field_units import si_per_unit, spelled
 from hw.interface import BackendError, Options, Rig
-from hw.motion import channel_units
 from hw.serial.checksums import KINDS, SIZE
 from hw.serial.layout import FLOAT, SIGNED, UNSIGNED, field_dtype, layout_dtype
 
@@ -62,18 +61,7 @@ TYPES = {
     "f32": (FLOAT, 4),
 }
 
-UNITS = {
-    "position": {"rad": 1.0, "deg": math.pi / 180, "rev": 2 * math.pi},
-    "velocity": {"rad/s": 1.0, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rpm": math.pi / 30},
-    "current": {"A": 1.0, "mA": 1e-3},
-    "current_command": {"A": 1.0, "mA": 1e-3},
-    "torque": {"N m": 1.0, "mN m": 1e-3},
-    "force": {"N": 1.0, "mN": 1e-3},
-    "moment": {"N m": 1.0, "mN m": 1e-3},
-    "temperature": {"degC": 1.0},
-}
-"""Units of each channel on a rotary axis, factors to SI; besides, counts. A linear one has others
-(`hw.motion`)."""
+UNITS = spelled("rev", "N m")
 
 MEASURED = tuple(READING)
 """What a board may measure."""
@@ -120,21 +108,7 @@ def fields_of(table: Options, rig: Rig, where: str) -> np.ndarray:
 
 def unit_of(field: Options, rig: Rig) -> float:
     """SI units per unit of a field. Raises BackendError for a unit that its axis does not have."""
-    channel, unit = field["channel"], field["unit"]
-    if unit in ("counts", "counts/s"):
-        return 2 * math.pi / float(rig.encoder_counts_per_rev[field["axis"]])
-    if channel not in UNITS:  # flags and counters
-        return 1.0
-    # of a screw a turn is its lead, not 6 m, and 1 N m on it is 2 pi / lead N
-    units = channel_units(
-        channel, UNITS[channel], *rig.moves(0 if channel in WHOLE_RIG_CHANNELS else field["axis"])
-    )
-    if unit not in units:
-        raise BackendError(
-            f"{channel}: unit {unit!r}, which axis {field['axis']} does not have: it has {', '.join(units)}; "
-            "correct the unit, or motion and lead_m of the axis"
-        )
-    return units[unit]
+    return si_per_unit(field, rig, UNITS)
 
 
 def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:

@@ -134,9 +134,8 @@ class Recorder:
             self._ending, self._reason = True, self._reason or reason
             self._change.notify_all()
         self._thread.join(END_S)
-        if (
-            self._thread.is_alive()
-        ):  # what waits is lost when the process ends: nobody may call that a success
+        if self._thread.is_alive():
+            # what waits is lost when the process ends: nobody may call that a success
             self._broken = self._broken or f"{self.folder}: the disk took nothing for {END_S:g} s at the end"
             return False
         return True

@@ -187,14 +187,14 @@ SEEDS = (
     ),
     Seed(
         "a turn of a screw is 6 m to a board",
-        "hw/motion.py",
+        "hw/field_units.py",
         "    return dict(rotary) if own is None else coordinate_units(rotary, own, motion, lead_m)\n",
         "    return dict(rotary)\n",
         (f"{CARRIAGES}a_turn_of_a_screw_is_its_lead_and_a_torque_on_it_pulls_by_it",),
     ),
     Seed(
         "a board that is sent torques gives a screw 2 pi / lead times the force",
-        "hw/motion.py",
+        "hw/field_units.py",
         '    if channel == "torque":\n        return effort_units',
         '    if channel == "moment":\n        return effort_units',
         (f"{CARRIAGES}a_turn_of_a_screw_is_its_lead_and_a_torque_on_it_pulls_by_it",),
