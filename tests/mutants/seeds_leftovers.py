@@ -4,9 +4,17 @@ from __future__ import annotations
 
 from seed import Seed
 
+AXES = ("tests/unit/hw/test_can_axes.py",)
 STOPS = ("tests/unit/hw/test_stop_sequence.py",)
 
 SEEDS = (
+    Seed(
+        "a linear motor on a CAN drive goes 6 m a turn",
+        "hw/can/sample.py",
+        'if motion == "linear" and not lead_m:',
+        "if False:",
+        AXES,
+    ),
     Seed(
         "a described board that saw a later number ignores the stop",
         "hw/serial/described_backend.py",
