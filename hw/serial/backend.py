@@ -86,7 +86,7 @@ class SerialCore:
         port = Port(self._path, self._baud)
         _ = self._stop_bytes  # compiled now, not when it is needed
         self._forget()
-        self._wire["unsent_in_row"] = self._wire["full"] = 0
+        self._wire["unsent_in_row"] = self._wire["full"] = self._wire["behind"] = 0
         try:
             self._greet(port)
         # Ctrl-C in the patience for a board, too: a port that stays locked keeps the next start out
@@ -123,7 +123,8 @@ class SerialCore:
     def read(self, tick: np.ndarray) -> None:
         """Write the newest sample into the tick. Never blocks; bounded work. Raises LinkLost.
 
-        A backlog is taken in but nothing of it shown as fresh: after it comes what is really new."""
+        A backlog is taken in but nothing of it shown as fresh, nor of the next cycle: the kernel hands on
+        what it had left, and after that comes what is really new."""
         port = self._port
         if port is None:
             raise LinkLost(f"serial port {self._path}: not open")
@@ -132,7 +133,8 @@ class SerialCore:
         receive, size = self._receive, self._size
         assert receive is not None
         size[0] = n = port.read_into(self._views)
-        size[1] = DRAINED
+        size[1] = BACKLOGGED if self._wire["behind"][0] else DRAINED
+        self._wire["behind"] = 0
         # half of what the kernel keeps, 20 ms at 1 Mbit/s: the loop has stood still
         if n >= BACKLOG:
             self._catch_up(port, receive)
@@ -153,6 +155,7 @@ class SerialCore:
             if n < BACKLOG:
                 break
         size[1] = BACKLOGGED
+        self._wire["behind"] = 1
 
     def write(self, tick: np.ndarray) -> None:
         """Send the tick's command; the newest always goes first. Never blocks. Raises LinkLost."""

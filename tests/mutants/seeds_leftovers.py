@@ -5,6 +5,13 @@ from __future__ import annotations
 from seed import Seed
 
 AXES = ("tests/unit/hw/test_can_axes.py",)
+FLOODS = ("tests/unit/hw/test_can_steady.py::test_what_a_flood_leaves_for_the_next_cycle_is_no_fresh_sample",)
+LINES = (
+    "tests/unit/hw/test_serial_compiled_cycle.py"
+    "::test_a_backlog_is_taken_in_and_neither_it_nor_its_rest_is_shown_as_fresh",
+)
+RDT = ("tests/contract/test_rdt_sensor.py",)
+SERIAL_SENSORS = ("tests/contract/test_force_sensors.py",)
 STOPS = ("tests/unit/hw/test_stop_sequence.py",)
 
 SEEDS = (
@@ -35,5 +42,47 @@ SEEDS = (
         "            counter.count = number - 1  # `send` counts first\n",
         "",
         STOPS,
+    ),
+    Seed(
+        "what a flood of CAN leaves for the next cycle is fresh",
+        "hw/can/backend.py",
+        "slot if drained else slot - UNKNOWN_AGE_TICKS",
+        "slot",
+        FLOODS,
+    ),
+    Seed(
+        "what a flood of CAN leaves for the next compiled cycle is fresh",
+        "hw/can/steady_cycle.py",
+        "slot - UNKNOWN_AGE_TICKS if drained == _MORE else slot",
+        "slot",
+        FLOODS,
+    ),
+    Seed(
+        "what is left of a backlog of a port is fresh",
+        "hw/serial/backend.py",
+        'size[1] = BACKLOGGED if self._wire["behind"][0] else DRAINED',
+        "size[1] = DRAINED",
+        LINES,
+    ),
+    Seed(
+        "what is left of a backlog of a port is fresh in a compiled cycle",
+        "hw/serial/compiled_core.py",
+        "BACKLOGGED if p.behind else DRAINED",
+        "DRAINED",
+        LINES,
+    ),
+    Seed(
+        "what is left of a backlog of RDT records is fresh",
+        "hw/force/rdt_backend.py",
+        "if drained and not behind:",
+        "if drained:",
+        RDT,
+    ),
+    Seed(
+        "what is left of a full port of a force sensor is fresh",
+        "hw/force/serial_backend.py",
+        "if full or behind:",
+        "if full:",
+        SERIAL_SENSORS,
     ),
 )
