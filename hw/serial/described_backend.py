@@ -175,9 +175,9 @@ class DescribedBackend(SerialCore):
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: whether the board's own fault flag is set, or a number of it is none."""
-        return [
-            Words("its fault flag is set, or a number in its frame is none" if self.link["fault"][0] else "")
-        ]
+        return self._with_backlog(
+            "its fault flag is set, or a number in its frame is none" if self.link["fault"][0] else ""
+        )
 
     @property
     def sample_waits(self) -> bool:

@@ -85,4 +85,18 @@ SEEDS = (
         "if full:",
         SERIAL_SENSORS,
     ),
+    Seed(
+        "a board of lines may let go within a period",
+        "hw/option_tables.py",
+        "if rate_hz and time_to_live_ms < 2e3 / rate_hz:",
+        "if False:",
+        ("tests/unit/hw/test_serial_lines_commands.py",),
+    ),
+    Seed(
+        "a board may send a backlog in every cycle",
+        "hw/serial/backend.py",
+        "    if most >= BACKLOG:\n",
+        "    if False:\n",
+        ("tests/unit/hw/test_serial_described_commands.py",),
+    ),
 )

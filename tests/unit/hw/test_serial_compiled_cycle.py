@@ -93,14 +93,16 @@ def test_a_backlog_is_taken_in_and_neither_it_nor_its_rest_is_shown_as_fresh(lin
     before = int(line.tick["sample_count"][0])
     stale = b"".join(line.sample(k) for k in range(2, 80))[: compiled_core.BACKLOG + 200]
     os.write(line.far, stale)
-    counts = []
+    counts, told = [], []
     # the second: what the kernel had no room for, and hands on when there is some
     for more in (b"", line.sample(100), line.sample(101)):
         if more:
             os.write(line.far, more)
         assert line.read(half) == 0
         counts.append(int(line.tick["sample_count"][0]) - before)
+        told.append(line.backend.words()[0].text)
     assert counts == [0, 0, 1]
+    assert ["the board sends too much" in text for text in told] == [True, False, False]
 
 
 def test_a_line_that_is_hung_up_is_left_to_python_which_says_so(line):
