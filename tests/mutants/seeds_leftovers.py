@@ -99,4 +99,11 @@ SEEDS = (
         "    if False:\n",
         ("tests/unit/hw/test_serial_described_commands.py",),
     ),
+    Seed(
+        "compare says nothing of --fields without --plot",
+        "rtctl/cli/plot.py",
+        "if fields is not None and plot is None:",
+        "if False:",
+        ("tests/unit/cli/test_recording_argument.py",),
+    ),
 )
