@@ -106,4 +106,21 @@ SEEDS = (
         "if False:",
         ("tests/unit/cli/test_recording_argument.py",),
     ),
+    Seed(
+        "a recording is left to the kernel for half a minute",
+        "rtctl/recording/parts.py",
+        "            self._file.bring_to_disk()\n",
+        "",
+        ("tests/unit/recording/test_recorder.py::test_a_power_cut_costs_two_seconds_at_most",),
+    ),
+    Seed(
+        "what a rig keeps of an experiment cannot be read again",
+        "rtctl/experiments/kept_runs.py",
+        "MOST_BYTES = 1 << 31",
+        "MOST_BYTES = 1 << 30",
+        (
+            "tests/unit/experiments/test_kept_runs.py"
+            "::test_what_the_longest_experiment_keeps_on_the_quickest_loop_can_be_read_again",
+        ),
+    ),
 )
