@@ -123,4 +123,11 @@ SEEDS = (
             "::test_what_the_longest_experiment_keeps_on_the_quickest_loop_can_be_read_again",
         ),
     ),
+    Seed(
+        "a burst of lines hides why the rig stopped",
+        "rtctl/host/speaker.py",
+        '"state" if decides else "run"',
+        '"run"',
+        ("tests/unit/host/test_speaker.py",),
+    ),
 )
