@@ -130,4 +130,18 @@ SEEDS = (
         '"run"',
         ("tests/unit/host/test_speaker.py",),
     ),
+    Seed(
+        "what is meant for another rig is carried out",
+        "rtctl/host/exchange/messages.py",
+        "    _require_rig(message, rig)\n",
+        "",
+        ("tests/unit/host/test_message_decoder.py",),
+    ),
+    Seed(
+        "a client takes whatever rig answers for its own",
+        "rtctl/client/requests.py",
+        'if self._rig is None and isinstance(reply.get("rig"), str):',
+        "if False:",
+        ("tests/unit/test_client.py",),
+    ),
 )
