@@ -15,6 +15,9 @@ from rtctl.errors import ClientError, NoReplyError, RefusedError
 
 Reply = dict[str, Any]
 
+NEWER = ("unknown_op", "unknown_key")
+"""How a daemon refuses what a client of a later version asks."""
+
 
 class Requester:
     """Sends one request at a time and waits for its reply. Not thread-safe; its owner locks.
@@ -62,7 +65,13 @@ class Requester:
             self._rig = reply["rig"]
         if not reply.get("ok"):
             error = reply.get("error") or {}
-            raise RefusedError(str(error.get("code", "unknown")), str(error.get("text", "no reason given")))
+            code, text = str(error.get("code", "unknown")), str(error.get("text", "no reason given"))
+            if code in NEWER:
+                text += (
+                    f"; spelled right, {op!r} is asked in the words of a later version than the daemon's: "
+                )
+                text += "start the daemon anew"
+            raise RefusedError(code, text)
         return reply
 
     def close(self) -> None:

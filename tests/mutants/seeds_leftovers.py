@@ -144,4 +144,11 @@ SEEDS = (
         "if False:",
         ("tests/unit/test_client.py",),
     ),
+    Seed(
+        "an older daemon refuses in words that say nothing",
+        "rtctl/client/requests.py",
+        "if code in NEWER:",
+        "if False:",
+        ("tests/unit/test_client.py",),
+    ),
 )

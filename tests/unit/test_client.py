@@ -63,7 +63,7 @@ class Door(Delivered):
     endpoints = SimpleNamespace(command="here")
 
     def __init__(self, **more):
-        self.asked, self._more = [], more
+        self.asked, self._more = [], {"ok": True, **more}
 
     def vouch(self, _endpoint):
         pass
@@ -75,7 +75,7 @@ class Door(Delivered):
         self.asked.append(msgpack.unpackb(payload))
 
     def recv_multipart(self):
-        return [msgpack.packb({"id": self.asked[-1]["id"], "ok": True, "epoch": 1, **self._more})]
+        return [msgpack.packb({"id": self.asked[-1]["id"], "epoch": 1, **self._more})]
 
 
 def test_a_client_means_the_rig_that_answered_it_first_where_the_daemon_says_which():
@@ -85,6 +85,14 @@ def test_a_client_means_the_rig_that_answered_it_first_where_the_daemon_says_whi
         for _ in range(2):
             asking.call("reset", 1.0)
         assert [one.get("rig") for one in door.asked] == [None, meant]
+
+
+@pytest.mark.parametrize("code", ["unknown_key", "unknown_op", "not_ready"])
+def test_a_daemon_of_an_older_version_is_told_in_plain_words(code):
+    asking = Requester(Door(ok=False, error={"code": code, "text": "'tick'"}))
+    with pytest.raises(RefusedError, match="'tick'") as told:
+        asking.call("arm", 1.0, tick=7)
+    assert ("start the daemon anew" in str(told.value)) == (code != "not_ready")
 
 
 def test_of_a_message_of_several_samples_each_is_as_old_as_when_it_is_handed_out(monkeypatch):
