@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, ValidationInfo
 
 
 class Table(BaseModel):
@@ -18,3 +18,18 @@ def number(low: float, high: float, text: str, default: object = ...) -> Any:  #
     """Field of a number within these bounds; `text` says what it means. Without a default it must be
     given."""
     return Field(default, ge=low, le=high, description=text)
+
+
+def short_life(time_to_live_ms: float, info: ValidationInfo) -> None:
+    """The safety contract: without the host no torque after 10 periods (never asked below 10 ms)."""
+    rate_hz = (info.context or {}).get("rate_hz")
+    longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
+    if rate_hz and time_to_live_ms < 2e3 / rate_hz:
+        msg = (
+            f"time_to_live_ms {time_to_live_ms:g} must be at least {2e3 / rate_hz:g}, 2 periods: one command "
+            "that comes late must not stop the drive"
+        )
+        raise ValueError(msg)
+    if time_to_live_ms > longest_ms:
+        msg = f"time_to_live_ms {time_to_live_ms:g} must be at most {longest_ms:g}: 10 periods"
+        raise ValueError(msg)

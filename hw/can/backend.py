@@ -207,7 +207,8 @@ class CanBackend:
         slot = self._slots[0]
         if not drained or slot - self._slot > UNKNOWN_AGE_TICKS:
             sample.fresh = 0
-        self._slot = slot
+        # what was left waiting is of this cycle at best: for the next one its age is not known either
+        self._slot = slot if drained else slot - UNKNOWN_AGE_TICKS
         faults = sample.faults | bus.health.link_faults | self._device_faults()
         if not self.show():
             self._silent += 1

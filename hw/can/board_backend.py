@@ -180,7 +180,7 @@ class BoardBackend(CanBackend):
 
     def _stop(self, bus: Bus) -> None:
         for sent in self._sent:
-            sent.send(bus, (), (), False)
+            sent.stop(bus)
         for frame in self._halt:
             bus.send(frame)
 

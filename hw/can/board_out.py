@@ -12,6 +12,7 @@ from hw.can.bus import REMOTE, Bus, Outgoing
 from hw.can.fields import Encode, encoder
 from hw.can.steady_records import Command, Counter, Entry, counting
 from hw.interface import Options, Rig
+from hw.stop_sequence import stop_numbers
 
 
 def fixed(tables: Sequence[Options], bus: Bus) -> list[Any]:
@@ -94,6 +95,16 @@ class SentFrame:
         if self._checksum is not None:
             self._seal(frame)
         bus.send(frame)
+
+    def stop(self, bus: Bus) -> None:
+        """Send a command of zeros, disabled: one that a board obeys whatever count it saw last."""
+        self.send(bus, (), (), False)
+        if self._counter is None or self._idle is not None:
+            return
+        counter = self._counter[1]
+        for number in stop_numbers(counter.modulus):
+            counter.count = number - 1  # `send` counts first
+            self.send(bus, (), (), False)
 
     def is_alike(self, enabled: bool) -> bool:
         """Whether the next frame is as the last one but for commands and counter."""

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, Field, ValidationInfo, model_validator
 
 from hw.can import cia402, load, moteus_codec, odrive_codec
 from hw.can.load import Load, Traffic
-from hw.option_tables import Table, number
+from hw.option_tables import Table, number, short_life
 from hw.outside import whole
 
 Argument = Annotated[str, Field(max_length=200)] | bool | int | float
@@ -199,7 +199,7 @@ class MoteusOptions(DriveOptions):
         if not self.bus.fd:
             msg = "bus.fd must be true: moteus speaks CAN FD only"
             raise ValueError(msg)
-        _short_life(self.time_to_live_ms, info)
+        short_life(self.time_to_live_ms, info)
         return self
 
 
@@ -256,20 +256,5 @@ class Cia402Options(DriveOptions):
         if self.source in [axis.node for axis in self.axis]:
             msg = f"source {self.source} is also the node of a drive"
             raise ValueError(msg)
-        _short_life(self.time_to_live_ms, info)
+        short_life(self.time_to_live_ms, info)
         return self
-
-
-def _short_life(time_to_live_ms: float, info: ValidationInfo) -> None:
-    """The safety contract: without the host no torque after 10 periods (never asked below 10 ms)."""
-    rate_hz = (info.context or {}).get("rate_hz")
-    longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
-    if rate_hz and time_to_live_ms < 2e3 / rate_hz:
-        msg = (
-            f"time_to_live_ms {time_to_live_ms:g} must be at least {2e3 / rate_hz:g}, 2 periods: one command "
-            "that comes late must not stop the drive"
-        )
-        raise ValueError(msg)
-    if time_to_live_ms > longest_ms:
-        msg = f"time_to_live_ms {time_to_live_ms} must be at most {longest_ms:g}: 10 periods"
-        raise ValueError(msg)

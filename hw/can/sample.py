@@ -8,7 +8,7 @@ from itertools import accumulate
 from typing import Any
 
 from hw.channels import QUANTITIES, places
-from hw.interface import LinkFault, Options, Rig
+from hw.interface import BackendError, LinkFault, Options, Rig
 
 _CHECKSUM, _SEQUENCE = int(LinkFault.CHECKSUM), int(LinkFault.SEQUENCE)
 
@@ -97,7 +97,13 @@ class Shaft:
         self.offset_rad = float(table["offset_rad"])
         # of the motor, whatever the shaft: it is what its windings bear
         self.current_max_a = float(table["current_max_a"])
-        _, lead_m = rig.moves(axis)
+        motion, lead_m = rig.moves(axis)
+        if motion == "linear" and not lead_m:
+            raise BackendError(
+                f"axis {axis} of this device is a linear motor (lead_m 0), and a CAN drive speaks of turns: "
+                "give the axis as lead_m the travel that the drive counts as one turn, with counts "
+                "(encoder_counts_per_rev) and torque constant (N m/A) of that turn (docs/linear-axis.md)"
+            )
         # the ratio of a screw is in rad of the motor a m: without its own 2 pi / lead rad a m, a turn would
         # be 6 m, and the torque of 5 mm of lead 1257 times what is meant
         screw = 2 * math.pi / lead_m if lead_m else 1.0

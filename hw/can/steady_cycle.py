@@ -143,7 +143,8 @@ def read_cycle(
     slot = words[b.slot_at]
     if drained == _MORE or slot - b.slot > UNKNOWN_AGE_TICKS:
         b.fresh = 0
-    b.slot = slot
+    # what was left waiting is of this cycle at best: for the next one its age is not known either
+    b.slot = slot - UNKNOWN_AGE_TICKS if drained == _MORE else slot
     faults = b.faults | b.standing_faults
     for k in range(b.frames):
         if frames[k].fault:

@@ -62,6 +62,7 @@ class RdtBackend:
         self._sample.forget()
         self._number = -1
         # -1 is below every number of 32 bits: nothing has come yet
+        self._behind = False
         self._begun = False  # no sample was shown yet: what came while others were opened is not missed
         self._heard_ns = self._asked_ns = 0
         self._received = self._lost = self._older = self._malformed = 0
@@ -126,11 +127,13 @@ class RdtBackend:
         before = self._malformed
         # a datagram of another length is no record: somebody else's, or cut off on its way
         newest, drained = self._drain(self._socket)
+        # what was left waiting is of this cycle at best: nothing of the next one is known to be new
+        behind, self._behind = self._behind, not drained
         faults = 0 if self._malformed == before else _CHECKSUM
         now_ns = time.monotonic_ns()
         if newest is not None:
             self._heard_ns = now_ns
-            if drained:
+            if drained and not behind:
                 faults |= self._sample.take(newest)
                 self._begun = True
         # whatever came counts as heard, a record that is older too: the sensor lives, and its sample ages

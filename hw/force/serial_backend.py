@@ -69,7 +69,7 @@ class SerialSensor:
         self._port: Port | None = None
         self._buffer = bytearray(CHUNK)
         self._views = [memoryview(self._buffer)]
-        self._overflows = 0
+        self._overflows, self._behind = 0, False
         self._waiting: Reading | None = None
 
     def open(self) -> None:
@@ -80,7 +80,7 @@ class SerialSensor:
         # the port was flushed: half a frame from before must not be completed by bytes of today
         self._frames.forget()
         self._sample.forget()
-        self._waiting = None
+        self._waiting, self._behind = None, False
         try:
             self._port.write(self._start)
             # a sensor may be powered by the rig itself, later: with 0 its silence shows as a stale sample
@@ -116,9 +116,13 @@ class SerialSensor:
         # the frame that opening has read, unless a newer one has come since
         newest, self._waiting = self._waiting, None
         n = self._port.read_into(self._views)
-        # the loop stood still: the kernel keeps the oldest bytes and drops the newest
-        if n >= FULL:
-            self._overflows += self._sample.count > 0  # before the first sample nobody was there to read
+        # the loop stood still: the kernel keeps the oldest bytes and drops the newest, and may hand on in the
+        # next cycle what it had no room for
+        full, behind = n >= FULL, self._behind
+        self._behind = full
+        if full or behind:
+            # before the first sample nobody was there to read
+            self._overflows += full and self._sample.count > 0
             frames.forget()
         elif n:
             damaged = frames.damaged

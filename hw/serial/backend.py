@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from hw.entry_points import entry_point
-from hw.interface import BackendError, CompiledCycle, LinkLost, Options, Rig
+from hw.interface import BackendError, CompiledCycle, LinkLost, Options, Rig, Words
 from hw.jit import records
 from hw.serial.compiled_core import BACKLOG, CHUNKS_PER_READ, PORT, RESTART_PACKETS, read_cycle, write_cycle
 from hw.serial.framing import PACKET_MAX
@@ -73,6 +73,13 @@ class SerialCore:
     def _forget(self) -> None:
         """A new connection begins: nothing of the old byte stream may be continued."""
 
+    def _with_backlog(self, text: str) -> list[Words]:
+        """The words of a board, and that nothing of it was new because there was too much of it."""
+        backlog = (
+            f"{BACKLOG} bytes or more came in a cycle (the loop stood still, or the board sends too much)"
+        )
+        return [Words(", ".join(one for one in (text, backlog if self._wire["behind"][0] else "") if one))]
+
     @cached_property
     def _stop_bytes(self) -> bytes:
         return self._stop_packet()
@@ -86,7 +93,7 @@ class SerialCore:
         port = Port(self._path, self._baud)
         _ = self._stop_bytes  # compiled now, not when it is needed
         self._forget()
-        self._wire["unsent_in_row"] = self._wire["full"] = 0
+        self._wire["unsent_in_row"] = self._wire["full"] = self._wire["behind"] = 0
         try:
             self._greet(port)
         # Ctrl-C in the patience for a board, too: a port that stays locked keeps the next start out
@@ -123,7 +130,8 @@ class SerialCore:
     def read(self, tick: np.ndarray) -> None:
         """Write the newest sample into the tick. Never blocks; bounded work. Raises LinkLost.
 
-        A backlog is taken in but nothing of it shown as fresh: after it comes what is really new."""
+        A backlog is taken in but nothing of it shown as fresh, nor of the next cycle: the kernel hands on
+        what it had left, and after that comes what is really new."""
         port = self._port
         if port is None:
             raise LinkLost(f"serial port {self._path}: not open")
@@ -132,7 +140,8 @@ class SerialCore:
         receive, size = self._receive, self._size
         assert receive is not None
         size[0] = n = port.read_into(self._views)
-        size[1] = DRAINED
+        size[1] = BACKLOGGED if self._wire["behind"][0] else DRAINED
+        self._wire["behind"] = 0
         # half of what the kernel keeps, 20 ms at 1 Mbit/s: the loop has stood still
         if n >= BACKLOG:
             self._catch_up(port, receive)
@@ -153,6 +162,7 @@ class SerialCore:
             if n < BACKLOG:
                 break
         size[1] = BACKLOGGED
+        self._wire["behind"] = 1
 
     def write(self, tick: np.ndarray) -> None:
         """Send the tick's command; the newest always goes first. Never blocks. Raises LinkLost."""
@@ -212,13 +222,20 @@ class SerialCore:
 def require_line_rate(
     path: str, baud: int, bytes_in: int, in_hz: float, bytes_out: int = 0, out_hz: float = 0.0
 ) -> None:
-    """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second. Raises
-    BackendError."""
+    """Refuse a bit rate that cannot carry `in_hz` samples and `out_hz` commands a second, and so many samples
+    a command that they are a backlog in every cycle. Raises BackendError."""
     ways = [
         ("a sample", bytes_in, in_hz, "the device's rate_hz"),
         ("a command", bytes_out, out_hz, "[loop] rate_hz"),
     ]
     what, n_bytes, rate_hz, key = max(ways, key=lambda way: way[1] * way[2])
+    most = bytes_in * (in_hz / out_hz + 1) if out_hz else 0.0  # one more: the clocks of both differ a little
+    if most >= BACKLOG:
+        raise BackendError(
+            f"serial port {path}: {in_hz:g} samples a second of {bytes_in} bytes are up to {most:.0f} bytes "
+            f"a cycle: from {BACKLOG} on nothing counts as new (so much waits after the loop stood still); "
+            "let the board send fewer or shorter samples, or raise [loop] rate_hz"
+        )
     needed = n_bytes * BITS_PER_BYTE * rate_hz
     # a tenth is left: on a line that is just full every sample is later than the one before
     if needed > 0.9 * baud:

@@ -15,7 +15,7 @@ from hw.system_calls import FAILED, read_some, write_all
 
 # 32 KB: bounded work, whatever floods the port
 CHUNKS_PER_READ = 8
-"""Most reads of one cycle. A loop that stood still for a second at 1 kHz is up to date after two cycles."""
+"""Most reads of one cycle. A loop that stood still for a second at 1 kHz is up to date after three cycles."""
 
 BACKLOG = CHUNK // 2
 """From this many bytes on the loop has stood still, or the board floods it. The kernel keeps the oldest
@@ -24,9 +24,12 @@ BACKLOG = CHUNK // 2
 RESTART_PACKETS = 16
 """So many samples in a row from before the last one: the board has started over, its position is void."""
 
-PORT = np.dtype([(name, "<i8") for name in ("fd", "receive_at", "send_at", "unsent_in_row", "full")])
+PORT = np.dtype(
+    [(name, "<i8") for name in ("fd", "receive_at", "send_at", "unsent_in_row", "full", "behind")]
+)
 """Descriptor, -1 while closed; addresses of the board's `receive` and `send`; commands in a row that found no
-room; whether the last one did and is not told yet."""
+room; whether the last one did and is not told yet; whether there was a backlog in the last cycle: the
+kernel may have had more of it, which it hands on when there is room."""
 
 
 @compiled
@@ -39,7 +42,8 @@ def read_cycle(
     # nothing was taken: Python reads again, gets the same error, and has words for it
     if n == FAILED:
         return 1
-    meta[0], meta[1] = n, DRAINED
+    meta[0], meta[1] = n, BACKLOGGED if p.behind else DRAINED
+    p.behind = 0
     if n >= BACKLOG:
         # taken in and not shown: counters and order go on, no old sample is fresh
         meta[1] = MORE
@@ -50,6 +54,7 @@ def read_cycle(
             if n < BACKLOG:
                 break
         meta[1] = BACKLOGGED
+        p.behind = 1
     return 1 if call_for_int(p.receive_at, receive_arguments) >= RESTART_PACKETS else 0
 
 

@@ -15,6 +15,7 @@ from hw.serial.described_plan import (
     MEASURED,
     NEEDED,
     TARGETS,
+    TYPES,
     Target,
     fields_of,
     layout_of,
@@ -22,6 +23,7 @@ from hw.serial.described_plan import (
 )
 from hw.serial.layout import LENGTH_MAX, stream_dtype
 from hw.serial_port import Port, usb_identity
+from hw.stop_sequence import stop_numbers
 
 STOP_REPEATS = 3
 
@@ -54,6 +56,7 @@ class DescribedBackend(SerialCore):
         self.provides = frozenset(channels & set(MEASURED))
         self._set_command(command, rig)
         self.identity: tuple[int, str | None] | None = None
+        self._stopped_at: int | None = None
         self._poll, self.asks = bytes(options["poll"]), bool(options["poll"])
         self.packet = np.zeros(3 * LENGTH_MAX, np.uint8)  # a command and a poll
         self._packet_bytes = self.packet.data
@@ -84,9 +87,9 @@ class DescribedBackend(SerialCore):
 
     def _stop_packet(self) -> bytes:
         """The bytes of the rig file, or a command of zeros, disabled."""
-        command = self._command
+        command, layout, numbers = self._command, self.command_layout, self.command_fields
         last = b"".join(bytes(packet) for packet in self._options["stop"])
-        if command is None or self.command_layout is None or self.command_fields is None:
+        if command is None or layout is None or numbers is None:
             return last
         # what the rig file says goes before what can be guessed: zeros do not open a power stage
         for given in (command["stop"], command["idle"]):
@@ -98,8 +101,24 @@ class DescribedBackend(SerialCore):
             ("current_command_a", "<f8", (self._rig.n_axes,)),
         ]
         tick = records(np.zeros(1, fields))
-        n = codec.send(tick, self.link, self.packet, self.command_layout, self.command_fields)
-        return self.packet[:n].tobytes() * STOP_REPEATS + last
+
+        def _zeros(number: int) -> bytes:
+            self.link["command_sequence"] = number - 1  # `send` counts first
+            return self.packet[: codec.send(tick, self.link, self.packet, layout, numbers)].tobytes()
+
+        counted = [f["type"] for f in command["field"] if f["channel"] == "sequence"]
+        if not counted:
+            return _zeros(0) * STOP_REPEATS + last
+        row = stop_numbers(1 << 8 * TYPES[counted[0]][1])
+        self._stopped_at = row[-1]
+        # twice: of a board that obeys only the last number of the first row, one copy may be damaged
+        return b"".join(_zeros(number) for number in row) * 2 + last
+
+    def stop(self) -> None:
+        """See `SerialCore.stop`. Commands after it count on from its last number."""
+        super().stop()
+        if self._stopped_at is not None:
+            self.link["command_sequence"] = self._stopped_at
 
     def _codec(self, tick: np.ndarray) -> tuple[Codec, Codec | None]:
         """What takes samples in, and what makes commands, where there are any."""
@@ -156,9 +175,9 @@ class DescribedBackend(SerialCore):
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: whether the board's own fault flag is set, or a number of it is none."""
-        return [
-            Words("its fault flag is set, or a number in its frame is none" if self.link["fault"][0] else "")
-        ]
+        return self._with_backlog(
+            "its fault flag is set, or a number in its frame is none" if self.link["fault"][0] else ""
+        )
 
     @property
     def sample_waits(self) -> bool:

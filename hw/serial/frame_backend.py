@@ -79,7 +79,7 @@ class SerialBackend(SerialCore):
         row = self.link[0]
         unwanted = _NOT_IN_THE_PACKET & ~int(row["unusable_status"])
         flags = frame.Status(int(row["status"]) & ~unwanted)
-        return [Words(", ".join(str(flag.name) for flag in frame.Status if flag in flags))]
+        return self._with_backlog(", ".join(str(flag.name) for flag in frame.Status if flag in flags))
 
     @property
     def sample_waits(self) -> bool:

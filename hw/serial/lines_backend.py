@@ -146,7 +146,9 @@ class LinesBackend(SerialCore):
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: whether the board's own fault flag is set, or a number of it is none."""
-        return [Words("its fault flag is set, or a number in its line is none" if self.sample.fault else "")]
+        return self._with_backlog(
+            "its fault flag is set, or a number in its line is none" if self.sample.fault else ""
+        )
 
     @property
     def sample_waits(self) -> bool:

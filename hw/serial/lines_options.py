@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, ValidationInfo, model_validator
 
-from hw.option_tables import Table
+from hw.option_tables import Table, short_life
 from hw.serial.described_plan import MEASURED
 from hw.serial.lines_codec import LINE_MAX
 from hw.serial.number_options import SWITCHES, NumberOptions, ToldChannel, require_one_command
@@ -115,11 +115,7 @@ class LineCommandOptions(Table):
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:
         require_one_command({field.channel for field in self.field}, bool(self.enter), bool(self.idle))
-        rate_hz = (info.context or {}).get("rate_hz")
-        longest_ms = max(10.0, 1e4 / rate_hz) if rate_hz else 100.0
-        if self.time_to_live_ms > longest_ms:
-            msg = f"time_to_live_ms {self.time_to_live_ms:g} must be at most {longest_ms:g}: 10 periods"
-            raise ValueError(msg)
+        short_life(self.time_to_live_ms, info)
         if sum(len(field.prefix) + 12 + field.decimals for field in self.field) > LINE_MAX:
             msg = f"field: the line may come to more than {LINE_MAX} characters"
             raise ValueError(msg)

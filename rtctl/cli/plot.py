@@ -64,6 +64,8 @@ def compare(
     `rtctl replay FILE --config OTHER`.)"""
     from rtctl.recording.panels import figures, plot_runs
 
+    if fields is not None and plot is None:
+        raise click.UsageError("--fields are the panels of --plot: give both")
     runs = [_run(file, from_s, to_s) for file in (a, b)]
     found = [figures(run) for run in runs]
     if plot is not None:

@@ -15,18 +15,23 @@ from rtctl.errors import ClientError, NoReplyError, RefusedError
 
 Reply = dict[str, Any]
 
+NEWER = ("unknown_op", "unknown_key")
+"""How a daemon refuses what a client of a later version asks."""
+
 
 class Requester:
     """Sends one request at a time and waits for its reply. Not thread-safe; its owner locks.
 
     After a request without a reply the socket is thrown away with whatever waits in it, so a request can
-    never reach a daemon that is started later, and its reply never pass for that of another request."""
+    never reach a daemon that is started later, and its reply never pass for that of another request. Each
+    request names the rig that answered the first one: another rig at the same address refuses it."""
 
     def __init__(self, connection: Connection) -> None:
         self._connection = connection
         self._endpoint = connection.endpoints.command
         self._socket: zmq.Socket[bytes] | None = None
         self._ids = itertools.count(1)
+        self._rig: str | None = None  # stays None where the daemon is of a version that does not say it
 
     def call(self, op: str, timeout_s: float, **values: object) -> Reply:
         """Ask for `op` and return the whole reply.
@@ -39,7 +44,8 @@ class Requester:
         RefusedError
             The daemon refused, with code and reason."""
         identity = next(self._ids)
-        payload: bytes = msgpack.packb({"id": identity, "op": op, **values}, default=_plain)
+        meant = {} if self._rig is None else {"rig": self._rig}
+        payload: bytes = msgpack.packb({"id": identity, "op": op, **meant, **values}, default=_plain)
         # before the socket is made: connecting counts, too
         deadline = time.monotonic() + timeout_s
         socket = self._connected()
@@ -55,9 +61,17 @@ class Requester:
                 f"no reply to {op!r} from {self._endpoint} within {timeout_s:g} s: no daemon runs this rig, "
                 "or it is busy, or it does not know this client's key; start one with: rtctl run CONFIG"
             )
+        if self._rig is None and isinstance(reply.get("rig"), str):
+            self._rig = reply["rig"]
         if not reply.get("ok"):
             error = reply.get("error") or {}
-            raise RefusedError(str(error.get("code", "unknown")), str(error.get("text", "no reason given")))
+            code, text = str(error.get("code", "unknown")), str(error.get("text", "no reason given"))
+            if code in NEWER:
+                text += (
+                    f"; spelled right, {op!r} is asked in the words of a later version than the daemon's: "
+                )
+                text += "start the daemon anew"
+            raise RefusedError(code, text)
         return reply
 
     def close(self) -> None:

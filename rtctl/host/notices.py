@@ -15,7 +15,7 @@ PERIOD_S = 1.0
 MOST_BYTES = 512
 """Longest line."""
 
-_MOST_KINDS = 32
+_MOST_KINDS = 64
 
 
 class Notices:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import os
 import struct
+import time
 import zlib
 from collections.abc import Mapping
 from contextlib import suppress
@@ -17,6 +18,10 @@ import zstandard
 
 from rtctl.recording import mcap_format as fmt
 from rtctl.recording.mcap_format import Op
+
+SYNC_S = 1.0
+"""How often what was written is brought to the disk, at the end of a chunk: a power cut costs so much and two
+chunks at most. The kernel alone keeps it to itself for half a minute."""
 
 
 class McapFile:
@@ -52,6 +57,7 @@ class McapFile:
         self._counts: dict[int, int] = {}
         # the neutral ends of min and max
         self._start_ns, self._end_ns = 2**63 - 1, 0
+        self._synced, self._named = time.monotonic(), False
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
         try:
             # no profile: ROS 2's wants every message to be one, and events are JSON
@@ -109,7 +115,17 @@ class McapFile:
     def rename(self, path: Path) -> None:
         """Give the file another name in the same folder."""
         self.path.rename(path)
-        self.path = path
+        self.path, self._named = path, False
+
+    def bring_to_disk(self) -> None:
+        """Wait until the disk has what was written, and the file's name; at most once in `SYNC_S`."""
+        if time.monotonic() - self._synced < SYNC_S:
+            return
+        os.fdatasync(self._fd)
+        if not self._named:
+            _sync_folder(self.path.parent)
+        # at the end: a disk that is slow is asked the less
+        self._synced, self._named = time.monotonic(), True
 
     def close(self) -> None:
         """Write the summary and close the file."""
@@ -165,3 +181,12 @@ class McapFile:
                 os.ftruncate(self._fd, self.size)
             raise
         self.size += len(data)
+
+
+def _sync_folder(folder: Path) -> None:
+    with suppress(OSError):  # a network's disk may not know how
+        fd = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(fd)
+        finally:
+            os.close(fd)

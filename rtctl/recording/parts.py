@@ -30,7 +30,7 @@ from rtctl.tick import joined, new_ticks
 # memory of a burst, and what one bad byte on the disk may cost; one axis at 10 kHz fills .8 of it in .5 s
 CHUNK_BYTES = 1 << 22
 CHUNK_S = 0.5
-"""A crash costs at most this much of a recording."""
+"""A crash of the program costs at most this much of a recording (a power cut more: `mcap_file.SYNC_S`)."""
 
 ROWS_HZ = 1000.0
 """A quicker loop is recorded as columns, which have two thirds of the bytes; its rows are a choice of at most
@@ -170,6 +170,7 @@ class Parts:
                 self._final = self._free_name()
                 self._file.rename(self._final)
                 self.files.append(self._final)
+            self._file.bring_to_disk()
         except OSError:
             self.abandon()
             raise

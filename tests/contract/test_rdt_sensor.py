@@ -69,10 +69,10 @@ def test_a_flood_is_not_drained_for_ever_and_shows_nothing_until_it_is(bench, mo
     at = bench("rdt")
     at.send(Rdt.frame(1))
     monkeypatch.setattr(rdt_backend, "DRAIN_MOST", 3)
-    for k in range(2, 8):
+    for k in range(2, 7):
         at.device.write(Rdt.frame(k))
     shown = [at.read() for _ in range(3)]
-    assert [int(tick["sample_count"]) for tick in shown[:2]] == [1, 1]
+    assert [int(tick["sample_count"]) for tick in shown] == [1, 1, 1], "nor what is left of it"
     assert at.send(Rdt.frame(8))["force_n"].tolist() == pytest.approx(force_of(8))
 
 

@@ -208,7 +208,7 @@ SEEDS = (
     ),
     Seed(
         "a drive may let go between two commands",
-        "hw/can/options.py",
+        "hw/option_tables.py",
         "    if rate_hz and time_to_live_ms < 2e3 / rate_hz:\n",
         "    if rate_hz and time_to_live_ms < 1e3 / rate_hz:\n",
         ("tests/unit/hw/test_can_load.py::test_a_life_shorter_than_two_periods_is_refused",),

@@ -48,7 +48,9 @@ values = st.recursive(
     leaves,
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=5), inner, max_size=3),
 )
-key_names = sorted({key.name for op in OPERATIONS.values() for key in op.keys} | {"id", "op", "epoch", "x"})
+key_names = sorted(
+    {key.name for op in OPERATIONS.values() for key in op.keys} | {"id", "op", "epoch", "rig", "x"}
+)
 
 
 def within_bounds(request):

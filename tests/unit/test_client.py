@@ -10,6 +10,7 @@ from patience import until
 
 from rtctl.client import Fault, RigClient, State, lease, streams
 from rtctl.client.connection import Connection
+from rtctl.client.requests import Requester
 from rtctl.client.samples import rig_state, tick_rows
 from rtctl.errors import ClientError, ConfigError, NoReplyError, RefusedError
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
@@ -54,6 +55,44 @@ class Delivered:
 
     def recv_multipart(self):
         return self.waiting.pop()
+
+
+class Door(Delivered):
+    """A connection whose daemon says which rig it is, or not, and refuses nothing."""
+
+    endpoints = SimpleNamespace(command="here")
+
+    def __init__(self, **more):
+        self.asked, self._more = [], {"ok": True, **more}
+
+    def vouch(self, _endpoint):
+        pass
+
+    def poll(self, *_arguments):
+        return True
+
+    def send(self, payload, _flags):
+        self.asked.append(msgpack.unpackb(payload))
+
+    def recv_multipart(self):
+        return [msgpack.packb({"id": self.asked[-1]["id"], "epoch": 1, **self._more})]
+
+
+def test_a_client_means_the_rig_that_answered_it_first_where_the_daemon_says_which():
+    for more, meant in ({"rig": "arm"}, "arm"), ({}, None):
+        door = Door(**more)
+        asking = Requester(door)
+        for _ in range(2):
+            asking.call("reset", 1.0)
+        assert [one.get("rig") for one in door.asked] == [None, meant]
+
+
+@pytest.mark.parametrize("code", ["unknown_key", "unknown_op", "not_ready"])
+def test_a_daemon_of_an_older_version_is_told_in_plain_words(code):
+    asking = Requester(Door(ok=False, error={"code": code, "text": "'tick'"}))
+    with pytest.raises(RefusedError, match="'tick'") as told:
+        asking.call("arm", 1.0, tick=7)
+    assert ("start the daemon anew" in str(told.value)) == (code != "not_ready")
 
 
 def test_of_a_message_of_several_samples_each_is_as_old_as_when_it_is_handed_out(monkeypatch):

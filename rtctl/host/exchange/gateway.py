@@ -246,6 +246,7 @@ class Gateway:
             "ok": not isinstance(outcome, Refusal),
             "state": State(int(row["state"])).name,
             "epoch": int(row["epoch"]),
+            "rig": self._rig.name,
         }
         if isinstance(outcome, Refusal):
             self.counters.refused += 1

@@ -73,7 +73,7 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
     -------
     Request | Refusal
         Codes of refusals: `too_large`, `malformed`, `unknown_op`, `unknown_key`, `missing_key`,
-        `wrong_type`, `unknown_axis`, `out_of_bounds`."""
+        `wrong_type`, `wrong_rig`, `unknown_axis`, `out_of_bounds`."""
     identity: Id | None = None
     op: str | None = None
     try:
@@ -178,9 +178,10 @@ def _epoch(message: dict[str, Any], *, required: bool) -> int | None:
 
 def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) -> dict[str, Any]:
     known = {key.name: key for key in operation.keys}
+    _require_rig(message, rig)
     for name in message:
-        if name not in known and name not in ("id", "op", "epoch"):
-            allowed = ", ".join(known) or "none besides id, op, epoch"
+        if name not in known and name not in ("id", "op", "epoch", "rig"):
+            allowed = ", ".join(known) or "none besides id, op, epoch, rig"
             raise _RefuseError("unknown_key", f"{_shown(name)}; this operation takes: {allowed}")
     values: dict[str, Any] = {}
     for name, key in known.items():
@@ -190,6 +191,18 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
         elif key.required:
             raise _RefuseError("missing_key", f"{name}: {key.meaning}")
     return values
+
+
+def _require_rig(message: dict[str, Any], rig: RigDescription) -> None:
+    """Refuse what is meant for another rig, whose daemon was reached here before."""
+    meant = message.get("rig", rig.name)
+    if not isinstance(meant, str):
+        raise _RefuseError("wrong_type", f"rig: its name, not {_shown(meant)}")
+    if meant != rig.name:
+        raise _RefuseError(
+            "wrong_rig",
+            f"this is for rig {_shown(meant)}, and rig {rig.name} is reached here now: connect anew",
+        )
 
 
 def _value(value: object, key: Key, rig: RigDescription, axis: int | None) -> int | float | str | list[float]:

@@ -61,3 +61,13 @@ def test_a_folder_without_a_recording_is_told_by_name(tmp_path):
     assert told.exit_code == 2
     assert "no recording" in told.output
     assert tmp_path.name in told.output
+
+
+@pytest.mark.parametrize(
+    "asked", [["compare", "A", "A", "--fields", "torque_applied_nm"], ["replay", "A", "--plot", "a.png"]]
+)
+def test_what_would_be_drawn_without_a_picture_is_refused(tmp_path, asked):
+    made(tmp_path, mine_dot_mcap=3)
+    told = CliRunner().invoke(cli, [str(tmp_path / "mine.mcap") if one == "A" else one for one in asked])
+    assert told.exit_code == 2
+    assert "give both" in told.output

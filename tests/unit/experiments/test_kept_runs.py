@@ -1,13 +1,21 @@
 """What a run on a rig keeps when it ends early, and what it refuses to go on with."""
 
+from pathlib import Path
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from rtctl.control.records import MODEL
 from rtctl.errors import ConfigError, DataError
+from rtctl.experiments import kept_runs, tracking
 from rtctl.experiments.kept_runs import KeptRuns
-from rtctl.experiments.models import Compared
-from rtctl.experiments.positioning import Followed
+from rtctl.experiments.models import COMPARED, Compared
+from rtctl.experiments.positioning import CONTROLLERS, Followed
+from rtctl.rig_file.config import load
+from rtctl.rig_file.rig_tables import LoopTable
+
+CONFIGS = Path(__file__).parents[3] / "configs"
 
 ABOUT = {"experiment": "tracking", "rig file (sha256)": "abc"}
 MODELS = [
@@ -66,3 +74,14 @@ def test_what_is_reported_is_not_kept(tmp_path):
     made = kept(tmp_path)
     made.remove()
     assert not list(tmp_path.iterdir())
+
+
+def test_what_the_longest_experiment_keeps_on_the_quickest_loop_can_be_read_again():
+    quickest_hz = next(one.le for one in LoopTable.model_fields["rate_hz"].metadata if hasattr(one, "le"))
+    loaded = load(CONFIGS / "mock.toml")
+    order = SimpleNamespace(loaded=loaded, simulate=False, motion="rotary")
+    ticks = sum(len(case.reference) for case in tracking.cases_of(order))
+    ticks *= quickest_hz / loaded.config.loop.rate_hz
+    each = 8 * (3 + 1 + 1)  # reference of three, angle and torque
+    size = ticks * each * len(CONTROLLERS) * len(COMPARED)
+    assert 0.5 * kept_runs.MOST_BYTES < size < 0.7 * kept_runs.MOST_BYTES

@@ -93,6 +93,15 @@ def test_unknown_keys_and_operations_are_named():
     refused("unknown_op", id=1)
 
 
+def test_what_is_meant_for_another_rig_is_refused_but_a_stop_counts():
+    assert ask(id=1, op="reset", rig=RIG.name).op == "reset"
+    told = refused("wrong_rig", id=1, op="environment", axis="base", kind="free", rig="other").text
+    assert "'other'" in told
+    assert RIG.name in told
+    refused("wrong_type", id=1, op="reset", rig=7)
+    assert ask(id=1, op="stop", rig="other").op == "stop"
+
+
 def test_booleans_are_no_numbers():
     refused("wrong_type", id=1, op="compensation", share=True)
     refused("wrong_type", id=1, op="reset", epoch=True)

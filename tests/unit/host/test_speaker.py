@@ -45,6 +45,16 @@ def test_lines_are_bounded_in_a_second():
     assert len(heard.lines) == LINES_PER_S
 
 
+def test_a_burst_of_other_lines_never_hides_why_the_rig_stopped():
+    heard = Heard()
+    said = {"event": "device", "device": "device[0]", "axis": None, "text": "warm", "faults": []}
+    flicker = [{**said, "silent": False, "tick": k} for k in range(100)]
+    change = {"event": "state", "from": "ACTIVE", "to": "FAULT", "cause": "DEVICE", "tick": 100}
+    Speaker(heard).tell([*flicker, {**FAULT, "tick": 100}, change, *flicker], {})
+    assert len(heard.lines) == LINES_PER_S + 2
+    assert [line.split(" (")[0] for line in heard.lines[-2:]] == ["fault DEVICE", "ACTIVE -> FAULT: DEVICE"]
+
+
 def test_without_notices_nothing_is_said():
     Speaker(None).tell([FAULT], {"recording": "broken"})
 

@@ -263,3 +263,10 @@ def test_a_turn_of_a_screw_is_its_lead_and_torque_on_it_is_that_of_the_gear(shaf
     found = Shaft(table, carriage, 0)
     assert found.rad_per_turn == pytest.approx(-m_per_turn)
     assert found.torque_per_ampere == pytest.approx(-nm_per_a)
+
+
+@pytest.mark.parametrize("shaft", ["motor", "link"])
+def test_a_linear_motor_on_a_drive_that_speaks_of_turns_is_refused_with_what_to_give(shaft):
+    table = {"shaft": shaft, "direction": 1, "offset_rad": 0.0, "current_max_a": 5.0}
+    with pytest.raises(BackendError, match="lead_m the travel that the drive counts as one turn"):
+        Shaft(table, replace(rig(), lead_m=np.zeros(1)), 0)

@@ -99,6 +99,20 @@ def test_a_flood_is_taken_in_bounded_cycles_both_ways(pair):
     assert told[:3] == told[3:]
 
 
+@pytest.mark.parametrize("half", [False, True])
+def test_what_a_flood_leaves_for_the_next_cycle_is_no_fresh_sample(pair, half):
+    device = settled(pair, "can-odrive.toml", "odrive", compiled_half=half)
+    node, before = device.backend.drives[0].node << 5, int(device.tick["sample_count"][0])
+    sample = [(node | kind, bytes(8)) for kind in (0x09, 0x14)]
+    device.sim.pass_time = lambda *_: []
+    # nothing comes any more: what is left was sent before the loop stood still, however long that was
+    counts = [
+        int(device.cycle(enabled=1, more=more)[0]["sample_count"][0]) - before
+        for more in (sample * (DRAIN_LIMIT // 2 + 1), [], sample)
+    ]
+    assert counts == [0, 0, 1]
+
+
 def test_an_error_frame_of_the_controller_is_heard(pair):
     device = settled(pair, "can-odrive.toml", "odrive")
     seen, _ = device.cycle(enabled=1, more=[(ERROR | 0x040, bytes(8))])

@@ -86,17 +86,23 @@ def test_both_ways_read_and_send_the_same_in_turn(line):
     assert [t.tobytes() for t in ticks[:n]] == [t.tobytes() for t in ticks[n:]]
 
 
-def test_a_backlog_is_taken_in_and_not_shown_as_fresh(line):
+@pytest.mark.parametrize("half", [False, True])
+def test_a_backlog_is_taken_in_and_neither_it_nor_its_rest_is_shown_as_fresh(line, half):
     os.write(line.far, line.sample(1))
-    assert line.read(True) == 0
+    assert line.read(half) == 0
     before = int(line.tick["sample_count"][0])
     stale = b"".join(line.sample(k) for k in range(2, 80))[: compiled_core.BACKLOG + 200]
     os.write(line.far, stale)
-    assert line.read(True) == 0
-    assert int(line.tick["sample_count"][0]) == before
-    os.write(line.far, line.sample(100))
-    assert line.read(True) == 0
-    assert int(line.tick["sample_count"][0]) == before + 1
+    counts, told = [], []
+    # the second: what the kernel had no room for, and hands on when there is some
+    for more in (b"", line.sample(100), line.sample(101)):
+        if more:
+            os.write(line.far, more)
+        assert line.read(half) == 0
+        counts.append(int(line.tick["sample_count"][0]) - before)
+        told.append(line.backend.words()[0].text)
+    assert counts == [0, 0, 1]
+    assert ["the board sends too much" in text for text in told] == [True, False, False]
 
 
 def test_a_line_that_is_hung_up_is_left_to_python_which_says_so(line):

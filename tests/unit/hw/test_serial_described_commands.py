@@ -4,6 +4,8 @@ import math
 import os
 import pty
 import tty
+from contextlib import nullcontext
+from dataclasses import replace
 
 import pytest
 from described_wire import Wire, options
@@ -123,6 +125,17 @@ def test_descriptions_that_do_not_fit_the_rig_are_refused(changes, n_axes, said)
     valid = DescribedOptions.model_validate(options(**changes)).model_dump(mode="json")
     with pytest.raises(BackendError, match=said):
         DescribedBackend(valid, rig(n_axes))
+
+
+@pytest.mark.parametrize(("rate_hz", "refused"), [(9100.0, False), (9300.0, True)])
+def test_a_board_that_sends_a_backlog_in_every_cycle_is_refused(rate_hz, refused):
+    valid = DescribedOptions.model_validate(options(baud=12_000_000, rate_hz=rate_hz)).model_dump(mode="json")
+    slow = replace(rig(), period_s=1e-2)
+    told = (
+        pytest.raises(BackendError, match="from 2048 on nothing counts as new") if refused else nullcontext()
+    )
+    with told:
+        DescribedBackend(valid, slow)
 
 
 def test_the_usb_identity_is_that_of_the_device_behind_the_port(tmp_path):

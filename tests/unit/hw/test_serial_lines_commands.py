@@ -85,6 +85,7 @@ def test_what_switches_a_drive_on_is_sent_until_the_line_has_room_for_it(refused
     [
         (options({"field": [TORQUE]}), "time_to_live_ms"),
         (options({"time_to_live_ms": 50.0, "field": [TORQUE]}), "at most 10: 10 periods"),
+        (options({"time_to_live_ms": 1.5, "field": [TORQUE]}), "at least 2, 2 periods"),
         (options({**DRIVE, "enter": "ME1"}), "enter needs idle"),
         (options({**DRIVE, "field": [{"channel": "enable"}]}), "either torque or current_command"),
         (options({**DRIVE, "field": [{**TORQUE, "prefix": "T\n"}]}), "prefix"),

@@ -2,6 +2,7 @@ import errno
 import os
 import threading
 import time
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -81,6 +82,39 @@ def test_a_run_that_waits_for_its_disk_loses_nothing(tmp_path, monkeypatch):
     made.close()
     assert made.status()["dropped"] == 0
     assert overview(RecordingReader(made.files))["ticks"] == len(rows)
+
+
+def test_a_power_cut_costs_two_seconds_at_most(tmp_path, monkeypatch):
+    rows, commands = run()
+    now, safe, real = [0.0], [], os.fdatasync
+
+    def fdatasync(fd):
+        real(fd)
+        safe.append((now[0], str(Path(f"/proc/self/fd/{fd}").readlink()), os.fstat(fd).st_size))
+
+    monkeypatch.setattr(mcap_file.os, "fdatasync", fdatasync)
+    monkeypatch.setattr(mcap_file, "time", SimpleNamespace(monotonic=lambda: now[0]))
+    made = parts.Parts(tmp_path, setup(), ROOM)
+    for k in range(0, 4000, 20):
+        now[0] = 1e-3 * k
+        made.add(k, rows[k : k + 20], [], commands if k == 0 else commands[:0])
+        kept = safe[-1][0] if safe else 0.0
+        assert now[0] - kept < mcap_file.SYNC_S + 2 * parts.CHUNK_S
+    assert {name for _, name, _ in safe} == {str(made.path)}, "under its own name, no draft's"
+    assert len(safe) <= 4
+
+
+def test_a_disk_that_refuses_what_it_had_taken_is_told(tmp_path, monkeypatch):
+    def fdatasync(_fd):
+        raise OSError(errno.EIO, "Input/output error")
+
+    rows, commands = run()
+    monkeypatch.setattr(mcap_file.os, "fdatasync", fdatasync)
+    monkeypatch.setattr(mcap_file, "SYNC_S", 0.0)
+    made = Recorder(tmp_path, setup(), ROOM, wait=True)
+    feed(made, rows[:1100], commands)
+    made.close()
+    assert "Input/output error" in made.status()["broken"]
 
 
 def test_a_full_disk_marks_the_recording_broken_and_a_new_file_follows(tmp_path, monkeypatch):
