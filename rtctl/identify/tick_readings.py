@@ -161,7 +161,8 @@ class Measurement:
     acceleration_rad_s2: float
     hand_torque_nm: float
     force_n: tuple[float, float, float]
-    temperature_c: float
+    temperature_c: float | None
+    """None: the rig has no thermometer."""
     position_rad: float
     time_s: float
     first_tick: int
@@ -188,6 +189,12 @@ def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, b
     return _measurement(rows, axis, torque, velocity, acceleration)
 
 
+def mean_c(temperatures_c: np.ndarray) -> float | None:
+    """Mean of what a thermometer showed, degrees C; None where there is none, which shows NaN."""
+    mean = float(np.mean(temperatures_c))
+    return mean if math.isfinite(mean) else None
+
+
 def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float) -> Measurement:
     force = rows["force_n"].mean(axis=0)
     return Measurement(
@@ -196,7 +203,7 @@ def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float)
         acceleration_rad_s2=a,
         hand_torque_nm=float(np.mean(rows["hand_torque_nm"][:, axis])),
         force_n=(float(force[0]), float(force[1]), float(force[2])),
-        temperature_c=float(np.mean(rows["temperature_c"][:, axis])),
+        temperature_c=mean_c(rows["temperature_c"][:, axis]),
         position_rad=float(np.mean(rows["position_rad"][:, axis])),
         time_s=0.5e-9 * (int(rows["time_ns"][0]) + int(rows["time_ns"][-1])),
         first_tick=int(rows["tick"][0]),
