@@ -23,6 +23,7 @@ import pytest
 from hw import registry
 from hw.interface import CHANNEL_FIELDS, Finding, LinkLost
 from rtctl.backend_contract.subject import Case, Received, Subject
+from rtctl.backend_contract.units import CYCLES_TO_OBEY, Units, heard
 from rtctl.tick import FIELDS
 
 SAMPLES = 60
@@ -32,9 +33,6 @@ WAITED_S = 0.01
 """Ten cycles at 1 kHz. Every other call may take longer on a busy machine; a call that waits always does."""
 
 CALLS = 15
-
-CYCLES_TO_OBEY = 200
-"""A drive may need some cycles to be enabled."""
 
 METHODS: dict[str, list[str]] = {"open": [], "read": ["tick"], "write": ["tick"], "stop": [], "close": []}
 HEAVY = ("pydantic", "zmq", "sklearn", "asyncio", "rtctl")
@@ -62,12 +60,7 @@ def _loaded_too(module: str) -> str:
     return shown.stderr.strip()
 
 
-def _heard(found: Received | None) -> Received:
-    assert found is not None, "the device heard nothing: does Device.received tell what it was told last?"
-    return found
-
-
-class Contract:
+class Contract(Units):
     """Subclass it as `TestSomething`, with `cases`: name -> `Case`."""
 
     cases: ClassVar[Mapping[str, Case]] = {}
@@ -263,7 +256,7 @@ class Contract:
     def test_no_torque_that_is_no_torque_reaches_the_actuator(self, actuator: Subject, value: float) -> None:
         """One that is no number is sent as none; one too large as what the device can do at most."""
         for slot in range(5):
-            told = _heard(actuator.told(slot, enabled=1, torque=value))
+            told = heard(actuator.told(slot, enabled=1, torque=value))
             assert np.isfinite(told.torque).all(), f"the device was told {told.torque}"
             assert not (math.isnan(value) and any(told.torque)), f"NaN became {told.torque}"
 
@@ -271,7 +264,7 @@ class Contract:
         slots: Iterator[int] = iter(range(10 * CYCLES_TO_OBEY))
 
         def told(enabled: int) -> Received:
-            return _heard(actuator.told(next(slots), enabled=enabled, torque=0.01))
+            return heard(actuator.told(next(slots), enabled=enabled, torque=0.01))
 
         actuator.read(actuator.tick())
         before = actuator.device.received()
@@ -285,4 +278,4 @@ class Contract:
         assert any(told(1).enabled for _ in range(CYCLES_TO_OBEY)), "not enabled again"
         actuator.backend.stop()
         actuator.device.step()
-        assert not _heard(actuator.device.received()).enabled, "stop() leaves it enabled"
+        assert not heard(actuator.device.received()).enabled, "stop() leaves it enabled"

@@ -10,7 +10,7 @@ from identified import CONFIG, SMALL, Kept, run, true_friction_nm, variant
 
 from rtctl.control.vocabulary import ProgramFlag, State
 from rtctl.errors import ConfigError, DataError, FaultError, HandOnRigError
-from rtctl.identify.motion import Motion, Order
+from rtctl.identify.motion import Motion
 from rtctl.identify.places import gap_to
 from rtctl.identify.settings import rig_of, without_feedforward
 from rtctl.rig_file.config import load
@@ -218,13 +218,3 @@ def test_the_servo_is_softer_on_a_coarse_encoder():
     for now in (rig, coarse):
         assert now.damping_nms_rad * now.count_rad / now.filter_s <= 0.0101 * now.torque_limit_nm
     assert coarse.damping_nms_rad < 0.2 * rig.damping_nms_rad
-
-
-def test_a_stop_whose_fault_has_gone_by_the_end_of_the_rows_is_still_named():
-    motion = Motion(rig_of(load(CONFIG), SMALL), SMALL)
-    rows = new_ticks(3, 1)
-    rows["fault_first"], rows["state"] = (-1, 27, -1), (State.ACTIVE, State.STOPPING, State.IDLE)
-    steps = motion.see(Order())
-    next(steps)
-    with pytest.raises(FaultError, match="ended by HOST_SILENT: the rig went to IDLE"):
-        steps.send(rows)
