@@ -12,7 +12,7 @@ CYCLES_TO_OBEY = 200
 """A drive may need some cycles to be enabled."""
 
 STEP_RAD = 0.4
-"""Of a joint from one sample to the next: less than half the range of any counter that a joint turns with."""
+"""Turn of a joint from one sample to the next: less than half the range of any counter it may have."""
 
 SHOWN: dict[str, float] = {
     "velocity": 0.7, "current": 1.5, "temperature": 31.0, "force": 2.5, "moment": 0.3

@@ -8,7 +8,7 @@ import numpy as np
 
 from rtctl.errors import FaultError, HandOnRigError
 from rtctl.identify.motion import Motion, Order, Steps
-from rtctl.identify.tick_readings import mean_c
+from rtctl.identify.ticks import mean_c
 from rtctl.tick import joined
 
 

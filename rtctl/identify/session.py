@@ -20,7 +20,8 @@ from rtctl.identify.points import collect, look_for_ripple
 from rtctl.identify.settings import Rig, Settings
 from rtctl.identify.slip import FAST_SHARE, RISE_S
 from rtctl.identify.sweep import look_for_cogging, sweep
-from rtctl.identify.tick_readings import Measurement, mean_c
+from rtctl.identify.tick_readings import Measurement
+from rtctl.identify.ticks import mean_c
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.identify.ticks import mean_c
+
 BLOCKS = 8
 """Blocks into which a window is averaged before its slope is tested: the servo's chatter averages out."""
 STEADY_SHARE = 0.01
@@ -187,12 +189,6 @@ def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, b
     acceleration = 2.0 * float(square @ position / (square @ square))
     torque = float(np.mean(rows["motor_torque_nm"][:, axis])) - bias_nm - inertia_kgm2 * acceleration
     return _measurement(rows, axis, torque, velocity, acceleration)
-
-
-def mean_c(temperatures_c: np.ndarray) -> float | None:
-    """Mean of what a thermometer showed, degrees C; None where there is none, which shows NaN."""
-    mean = float(np.mean(temperatures_c))
-    return mean if math.isfinite(mean) else None
 
 
 def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float) -> Measurement:

@@ -31,7 +31,7 @@ SEEDS = (
     ),
     Seed(
         "a rig without a thermometer is not identified",
-        "rtctl/identify/tick_readings.py",
+        "rtctl/identify/ticks.py",
         "return mean if math.isfinite(mean) else None",
         "return mean",
         ("tests/unit/identify/test_signals.py",),
