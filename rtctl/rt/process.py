@@ -96,7 +96,7 @@ def _open(backend: Backend | BackendError, members: list[Member], claims: Claims
             claims.take(member.label, member.claims)
         before = set(sys.modules)
         backend.open()
-    except BackendError as error:
+    except (BackendError, OSError) as error:  # OSError: of a driver that says nothing of its own
         _say("ended", reason="device", detail=str(error))
         return None
     _say("opened", by=sorted(set(sys.modules) - before))

@@ -57,4 +57,11 @@ SEEDS = (
         'latched = rows["fault_first"][-1:][rows["fault_first"][-1:] >= 0]',
         ("tests/unit/identify/test_signals.py",),
     ),
+    Seed(
+        "a device whose opening the system refuses ends the daemon",
+        "rtctl/rt/replug.py",
+        "except (BackendError, OSError) as error:",
+        "except BackendError as error:",
+        ("tests/unit/rt/test_replug.py",),
+    ),
 )
