@@ -64,4 +64,11 @@ SEEDS = (
         "except BackendError as error:",
         ("tests/unit/rt/test_replug.py",),
     ),
+    Seed(
+        "an experiment compares nothing with nothing",
+        "rtctl/cli/experiment.py",
+        'if axis.friction.policy == "off" or (',
+        "if False and (",
+        ("tests/unit/cli/test_experiment_without_help.py",),
+    ),
 )
