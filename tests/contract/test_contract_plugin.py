@@ -60,6 +60,12 @@ class Waits(Good):
             time.sleep(0.05)
         super().read(tick)
 
+class WorksLong(Good):
+    def read(self, tick):
+        if self.wire.samples:
+            time.sleep(0.015)
+        super().read(tick)
+
 class PassesNan(Good):
     def write(self, tick):
         on = int(tick["enabled"][0])
@@ -118,6 +124,7 @@ KINDS = {
     "good": "Good",
     "fresh": "CallsAllFresh",
     "waits": "Waits",
+    "long": "WorksLong",
     "nan": "PassesNan",
     "enabled": "AlwaysEnabled",
     "sign": "TurnsTorqueRound",
@@ -228,6 +235,7 @@ def test_a_good_backend_of_another_package_keeps_the_contract(verdicts):
     {
         "fresh": "test_a_sample_is_fresh_once",
         "waits": "test_reading_and_writing_never_wait",
+        "long": "test_reading_and_writing_never_wait",
         "nan": "test_no_torque_that_is_no_torque_reaches_the_actuator",
         "enabled": "test_the_actuator_is_enabled_while_it_is_told_to_be_and_no_longer",
         "sign": "test_a_torque_arrives_with_its_sign_and_size",

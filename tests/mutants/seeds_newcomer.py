@@ -71,4 +71,11 @@ SEEDS = (
         "if False and (",
         ("tests/unit/cli/test_experiment_without_help.py",),
     ),
+    Seed(
+        "the contract does not time a read that finds a sample",
+        "rtctl/backend_contract/checks.py",
+        "            running.device.step()\n\n        assert",
+        "\n        assert",
+        PLUGIN,
+    ),
 )
