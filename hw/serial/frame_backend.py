@@ -21,9 +21,9 @@ from hw.serial_port import Port
 ASK_AGAIN_S = 0.2
 """Pause between identify packets while a board boots."""
 
-_NOT_IN_THE_PACKET = int(frame.Status.VELOCITY_MISSING | frame.Status.MOMENT_MISSING)
-"""Bits that also say which type of packet it is: no news where the rig file does not ask for what is
-missing."""
+_MISSING = int(sum(flag for flag in frame.Status if str(flag.name).endswith("_MISSING")))
+"""Bits of a sensor that the board does not have: no news where the rig file does not ask for it, and no
+cause of a fault, beside which words stand."""
 
 # where one packet in 1000 is damaged, all three are once in 10^9 stops
 STOP_REPEATS = 3
@@ -77,7 +77,7 @@ class SerialBackend(SerialCore):
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: the flags of the board's status, by name."""
         row = self.link[0]
-        unwanted = _NOT_IN_THE_PACKET & ~int(row["unusable_status"])
+        unwanted = _MISSING & ~int(row["unusable_status"])
         flags = frame.Status(int(row["status"]) & ~unwanted)
         return self._with_backlog(", ".join(str(flag.name) for flag in frame.Status if flag in flags))
 

@@ -101,7 +101,7 @@ class SerialOptions(PortOptions):
     time_to_live_cycles: int = Field(
         10,
         ge=1,
-        le=50,
+        le=255,
         description="board cycles a command is held without a new one; 2 to 10 periods of the loop",
     )
     axis: tuple[AxisOptions, ...] = Field((AxisOptions(),), strict=False)

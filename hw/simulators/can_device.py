@@ -170,7 +170,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(arguments)
     nodes, fd = given.node or [1], given.kind == "moteus"
     more = {"fd": True} if fd or given.interface == "udp_multicast" else {}
-    bus = python_can().Bus(interface=given.interface, channel=given.channel, ignore_config=True, **more)
+    try:
+        bus = python_can().Bus(interface=given.interface, channel=given.channel, ignore_config=True, **more)
+    except OSError as error:
+        parser.error(
+            f"{given.interface} {given.channel}: {error.strerror}: sudo ip link add {given.channel} type "
+            f"vcan && sudo ip link set {given.channel} up; a machine without CAN: --interface udp_multicast "
+            "--channel 239.74.163.2, and both in the rig file's [device.options.bus]"
+        )
     drives = make_drives(given.kind, nodes, 1e-3 * given.time_to_live_ms)
     sim = DriveSim(bus, drives, _plant(given.plant, len(nodes)), fd=fd)
     sys.stdout.write("ready\n")

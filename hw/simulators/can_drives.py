@@ -121,6 +121,7 @@ class MoteusSim:
     """moteus controller: registers by subframes, position mode with kp = kd = 0, time to live per command."""
 
     def __init__(self, node: int, torque_constant_nm_a: float) -> None:
+        self.temperature_c = 31.5
         self._node, self._constant = node, torque_constant_nm_a
         self.mode, self.fault = 0, 0
         self.current_a = self._turns = self._turns_s = self._measured_a = 0.0
@@ -185,7 +186,7 @@ class MoteusSim:
             2: self._turns_s,
             3: torque,
             4: self._measured_a,
-            14: 31.5,
+            14: self.temperature_c,
             15: self.fault,
         }
         values |= {0x120 + k: word for k, word in enumerate(self._serial)}

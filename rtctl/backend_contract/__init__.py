@@ -8,7 +8,7 @@ import pytest
 
 from rtctl.backend_contract.subject import Case, Device, Received, nominal_rig
 
-pytest.register_assert_rewrite("rtctl.backend_contract.checks")
+pytest.register_assert_rewrite("rtctl.backend_contract.checks", "rtctl.backend_contract.units")
 
 from rtctl.backend_contract.checks import Contract  # noqa: E402 - rewritten as it is imported
 

@@ -23,6 +23,7 @@ import pytest
 from hw import registry
 from hw.interface import CHANNEL_FIELDS, Finding, LinkLost
 from rtctl.backend_contract.subject import Case, Received, Subject
+from rtctl.backend_contract.units import CYCLES_TO_OBEY, Units, heard
 from rtctl.tick import FIELDS
 
 SAMPLES = 60
@@ -33,19 +34,18 @@ WAITED_S = 0.01
 
 CALLS = 15
 
-CYCLES_TO_OBEY = 200
-"""A drive may need some cycles to be enabled."""
-
 METHODS: dict[str, list[str]] = {"open": [], "read": ["tick"], "write": ["tick"], "stop": [], "close": []}
 HEAVY = ("pydantic", "zmq", "sklearn", "asyncio", "rtctl")
 """Packages that the loop process must not load."""
 
 
-def _typical_s(call: Callable[[], object]) -> float:
-    """How long a call takes, the median of many; a device that is lost meanwhile ends the counting."""
+def _typical_s(call: Callable[[], object], first: Callable[[], object] = lambda: None) -> float:
+    """How long a call takes, the median of many, each after `first`; a device that is lost meanwhile ends the
+    counting."""
     took = []
     with suppress(LinkLost):
         for _ in range(CALLS):
+            first()
             before = time.perf_counter()
             call()
             took.append(time.perf_counter() - before)
@@ -62,12 +62,7 @@ def _loaded_too(module: str) -> str:
     return shown.stderr.strip()
 
 
-def _heard(found: Received | None) -> Received:
-    assert found is not None, "the device heard nothing: does Device.received tell what it was told last?"
-    return found
-
-
-class Contract:
+class Contract(Units):
     """Subclass it as `TestSomething`, with `cases`: name -> `Case`."""
 
     cases: ClassVar[Mapping[str, Case]] = {}
@@ -189,6 +184,13 @@ class Contract:
     def test_reading_and_writing_never_wait(self, running: Subject) -> None:
         tick = running.tick()
         running.read(tick)
+
+        def sample_comes() -> None:
+            tick["tick"] += 1
+            running.write(tick)
+            running.device.step()
+
+        assert _typical_s(lambda: running.backend.read(tick), sample_comes) < WAITED_S, "read waits"
         assert _typical_s(lambda: running.write(tick)) < WAITED_S, "write waits"
         if running.paced:
             assert _typical_s(lambda: running.backend.read(tick)) < WAITED_S, "read waits for a sample"
@@ -263,7 +265,7 @@ class Contract:
     def test_no_torque_that_is_no_torque_reaches_the_actuator(self, actuator: Subject, value: float) -> None:
         """One that is no number is sent as none; one too large as what the device can do at most."""
         for slot in range(5):
-            told = _heard(actuator.told(slot, enabled=1, torque=value))
+            told = heard(actuator.told(slot, enabled=1, torque=value))
             assert np.isfinite(told.torque).all(), f"the device was told {told.torque}"
             assert not (math.isnan(value) and any(told.torque)), f"NaN became {told.torque}"
 
@@ -271,7 +273,7 @@ class Contract:
         slots: Iterator[int] = iter(range(10 * CYCLES_TO_OBEY))
 
         def told(enabled: int) -> Received:
-            return _heard(actuator.told(next(slots), enabled=enabled, torque=0.01))
+            return heard(actuator.told(next(slots), enabled=enabled, torque=0.01))
 
         actuator.read(actuator.tick())
         before = actuator.device.received()
@@ -285,4 +287,4 @@ class Contract:
         assert any(told(1).enabled for _ in range(CYCLES_TO_OBEY)), "not enabled again"
         actuator.backend.stop()
         actuator.device.step()
-        assert not _heard(actuator.device.received()).enabled, "stop() leaves it enabled"
+        assert not heard(actuator.device.received()).enabled, "stop() leaves it enabled"

@@ -20,7 +20,8 @@ class Received(NamedTuple):
     """What an actuator was told last."""
 
     torque: Sequence[float]
-    """One per axis, in whatever unit the device has: 0 is none."""
+    """One per axis, of what the backend consumes: N m at the joint, or A of the motor, positive towards
+    larger positions. As the device's manual reads the bytes, not as the backend wrote them."""
     enabled: bool
 
 
@@ -46,6 +47,26 @@ class Device:
 
     def step(self) -> None:
         """Obey everything sent so far, and send one sample: the next read finds it."""
+
+    def show(self, channel: str, values: Sequence[float]) -> bool:
+        """Have the samples from now on show these values of a channel, whatever the motor is told; the other
+        channels stay as they are.
+
+        Parameters
+        ----------
+        channel
+            One that the backend provides: `position`, `velocity`, `current`, `temperature`, `force`,
+            `moment`.
+        values
+            In the unit of the tick (rad, rad/s, A, degrees C, N, N m), one per axis, or x, y, z. What the
+            device makes of them (counts, degrees, a turn that starts over) is as its manual says.
+
+        Returns
+        -------
+        bool
+            False: the device cannot show it."""
+        del channel, values
+        return False
 
     def write(self, tick: np.ndarray) -> None:
         """Have the backend write."""
@@ -93,6 +114,8 @@ class Case:
     hears
         Whether `Device.received` tells what the actuator was told. A kind that is not simulated and drives
         something needs it.
+    shows
+        Whether `Device.show` has it measure what the contract wants. A kind that is not simulated needs it.
     make
         Another way to make the backend, from kind, validated options and rig."""
 
@@ -102,6 +125,7 @@ class Case:
     n_axes: int = 1
     twins: bool = True
     hears: bool = True
+    shows: bool = True
     make: Callable[[str, Options, Rig], Backend] = registry.create
 
 
@@ -161,5 +185,7 @@ class Subject:
     def release(self) -> None:
         """End both."""
         # the backend first: it may still say goodbye to its device
-        self.backend.close()
-        self.device.close()
+        try:
+            self.backend.close()
+        finally:
+            self.device.close()

@@ -117,6 +117,8 @@ def command(
     loaded = load(config) if plant is None else with_plant(load(config), plant)
     # a page with both papers needs seeds, and a plant of the family is no rig that stands here
     simulate = simulate or name == "papers" or plant is not None
+    if name in ("free-motion", "spring"):
+        _require_help(loaded)  # before a person is asked to stand there
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
     bar = Bar(quiet=as_json)
@@ -183,6 +185,18 @@ def _known(models: tuple[str, ...]) -> tuple[str, ...]:
             said = f"the others are compared with the best of {', '.join(SVR)}: name one of these, too"
             raise click.BadParameter(said, param_hint="--model")
     return models
+
+
+def _require_help(loaded: LoadedConfig) -> None:
+    """Raise ConfigError where the rig file compensates nothing: both halves would be the same."""
+    from rtctl.errors import ConfigError
+
+    axis = loaded.config.axis[0]
+    if axis.friction.policy == "off" or (not axis.friction.model and axis.friction.policy != "observer"):
+        raise ConfigError(
+            f"{loaded.path}: axis {axis.name} compensates no friction, so that there is nothing to compare: "
+            "name a model of `rtctl fit` in [axis.friction] model, with a policy that is not off"
+        )
 
 
 def _ask(name: str, loaded: LoadedConfig, seconds: float) -> None:

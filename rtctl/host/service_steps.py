@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, distribution
+from importlib.util import find_spec
 from pathlib import Path
 
 from hw import registry
@@ -131,9 +132,11 @@ def for_all_users(rig: str = "RIG.toml") -> str:
     """The commands that install this very rtctl to /opt/rtctl and make `rig` a service, one a line."""
     python = Path(sys.executable).resolve()
     base = "python3" if _hidden(python) else shlex.quote(str(python))
+    # by which this rtctl reaches devices, named as their modules: the service needs them, too
+    extras = ",".join(name for name in ("can", "serial") if find_spec(name) is not None)
     return (
         f"  sudo {base} -m venv /opt/rtctl\n  sudo /opt/rtctl/bin/python -m pip install "
-        f"{shlex.quote(source())}\n"
+        f"{shlex.quote(source() + (extras and f'[{extras}]'))}\n"
         f"  sudo /opt/rtctl/bin/rtctl service install {rig}"
     )
 

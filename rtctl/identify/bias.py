@@ -8,6 +8,7 @@ import numpy as np
 
 from rtctl.errors import FaultError, HandOnRigError
 from rtctl.identify.motion import Motion, Order, Steps
+from rtctl.identify.ticks import mean_c
 from rtctl.tick import joined
 
 
@@ -20,7 +21,7 @@ class Bias:
     current_a: float
     force_n: tuple[float, float, float]
     force_std_n: tuple[float, float, float]
-    temperature_c: float
+    temperature_c: float | None
     time_s: float
 
 
@@ -53,6 +54,6 @@ def read_bias(motion: Motion) -> Steps[Bias]:
         current_a=float(rows["current_a"][:, rig.axis].mean()),
         force_n=(float(mean[0]), float(mean[1]), float(mean[2])),
         force_std_n=(float(std[0]), float(std[1]), float(std[2])),
-        temperature_c=float(rows["temperature_c"][:, rig.axis].mean()),
+        temperature_c=mean_c(rows["temperature_c"][:, rig.axis]),
         time_s=1e-9 * int(rows["time_ns"][0]),
     )

@@ -159,9 +159,9 @@ class Motion:
             The program was ended by the force sensor."""
         rows = yield from self.see_any(order)
         if int(self.last["state"]) != State.ACTIVE:
-            # the first: what follows a fault is often its consequence
-            first = int(self.last["fault_first"])
-            cause = Fault(1 << first).name if first >= 0 else "a stop"
+            # the first: what follows a fault is often its consequence; a rig back in IDLE has forgotten it
+            latched = rows["fault_first"][rows["fault_first"] >= 0]
+            cause = Fault(1 << int(latched[0])).name if len(latched) else "a stop"
             raise FaultError(
                 f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; "
                 "remove the cause and start again (what was measured is kept: --resume)"

@@ -21,6 +21,7 @@ from rtctl.identify.settings import Rig, Settings
 from rtctl.identify.slip import FAST_SHARE, RISE_S
 from rtctl.identify.sweep import look_for_cogging, sweep
 from rtctl.identify.tick_readings import Measurement
+from rtctl.identify.ticks import mean_c
 from rtctl.identify.windows import fastest_rad_s, run_up_rad, steady_s, window_s
 
 ARM_PATIENCE_S = 30.0
@@ -50,7 +51,7 @@ class Point:
     acceleration_rms_rad_s2: float
     hand_torque_nm: float
     force_n: tuple[float, float, float]
-    temperature_c: float
+    temperature_c: float | None
     position_rad: float
     """Mean over the measurements."""
     time_s: float
@@ -200,7 +201,7 @@ def summarise(task: Task, got: Collected, began_s: float) -> Point:
         acceleration_rms_rad_s2=float(np.sqrt(np.mean(acceleration**2))),
         hand_torque_nm=float(column["hand_torque_nm"].mean()),
         force_n=(float(force[0]), float(force[1]), float(force[2])),
-        temperature_c=float(column["temperature_c"].mean()),
+        temperature_c=mean_c(column["temperature_c"]),
         position_rad=float(column["position_rad"].mean()),
         # the middle: drift over the time of a point is then in its mean
         time_s=0.5 * float(column["time_s"].min() + column["time_s"].max()) - began_s,

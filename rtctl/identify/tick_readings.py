@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rtctl.identify.ticks import mean_c
+
 BLOCKS = 8
 """Blocks into which a window is averaged before its slope is tested: the servo's chatter averages out."""
 STEADY_SHARE = 0.01
@@ -161,7 +163,8 @@ class Measurement:
     acceleration_rad_s2: float
     hand_torque_nm: float
     force_n: tuple[float, float, float]
-    temperature_c: float
+    temperature_c: float | None
+    """None: the rig has no thermometer."""
     position_rad: float
     time_s: float
     first_tick: int
@@ -196,7 +199,7 @@ def _measurement(rows: np.ndarray, axis: int, torque: float, v: float, a: float)
         acceleration_rad_s2=a,
         hand_torque_nm=float(np.mean(rows["hand_torque_nm"][:, axis])),
         force_n=(float(force[0]), float(force[1]), float(force[2])),
-        temperature_c=float(np.mean(rows["temperature_c"][:, axis])),
+        temperature_c=mean_c(rows["temperature_c"][:, axis]),
         position_rad=float(np.mean(rows["position_rad"][:, axis])),
         time_s=0.5e-9 * (int(rows["time_ns"][0]) + int(rows["time_ns"][-1])),
         first_tick=int(rows["tick"][0]),

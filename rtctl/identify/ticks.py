@@ -6,6 +6,7 @@ look at what the rig did, or measure it again by another rule."""
 from __future__ import annotations
 
 import io
+import math
 import zipfile
 from collections.abc import Mapping, Sequence
 
@@ -97,3 +98,9 @@ def _npz(columns: Mapping[str, np.ndarray]) -> bytes:
             with archive.open(f"{name}.npy", "w") as member:
                 np.lib.format.write_array(member, np.asarray(values), allow_pickle=False)
     return buffer.getvalue()
+
+
+def mean_c(temperatures_c: np.ndarray) -> float | None:
+    """Mean of what a thermometer showed, degrees C; None where there is none, which shows NaN."""
+    mean = float(np.mean(temperatures_c))
+    return mean if math.isfinite(mean) else None

@@ -96,7 +96,7 @@ def _open(backend: Backend | BackendError, members: list[Member], claims: Claims
             claims.take(member.label, member.claims)
         before = set(sys.modules)
         backend.open()
-    except BackendError as error:
+    except (BackendError, OSError) as error:  # OSError: of a driver that says nothing of its own
         _say("ended", reason="device", detail=str(error))
         return None
     _say("opened", by=sorted(set(sys.modules) - before))
@@ -205,12 +205,12 @@ def main(line_fd: int) -> int:
         _say("ended", reason="realtime", detail="real-time rights were refused")
         return 1
     try:
-        run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
+        with contextlib.closing(backend):  # one that fails to close is told like one that fails to run
+            run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
     except Exception as error:  # noqa: BLE001 - whatever it was, the actuator is stopped; say it and end
         _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
         return 1
     finally:
-        backend.close()
         for fd in held:
             os.close(fd)
     modules = sorted({name.partition(".")[0] for name in sys.modules})

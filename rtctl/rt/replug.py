@@ -121,7 +121,7 @@ class Replug:
         self._backend.close()  # else its port would be held, by this very process
         try:
             self._backend.open()
-        except BackendError as error:
+        except (BackendError, OSError) as error:  # OSError: a driver has no words of its own
             self._wait = REOPEN_TICKS
             self._say(f"not found again: {error}")
             return False

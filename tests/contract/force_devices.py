@@ -24,6 +24,9 @@ def force_of(k):
 class PtySensor:
     """A sensor on a pseudo-terminal."""
 
+    shown = None
+    """The force that every sample has, N, in place of one that changes."""
+
     def __init__(self):
         self.master, slave = pty.openpty()
         tty.setraw(slave)
@@ -55,7 +58,7 @@ class PtySensor:
 
     def emit(self, backend):
         self.k += 1
-        self.write(self.frame(self.k))
+        self.write(self.frame(self.k, force=self.shown))
         self.arrived(backend)
 
     def unplug(self):
@@ -74,8 +77,8 @@ class Rokubi(PtySensor):
     options = {}
 
     @staticmethod
-    def frame(k, status=0):
-        return rokubi.encode(force_of(k), stamp_us=1000 * k, status=status)
+    def frame(k, status=0, force=None):
+        return rokubi.encode(force or force_of(k), stamp_us=1000 * k, status=status)
 
 
 class OptoForce(PtySensor):
@@ -83,8 +86,8 @@ class OptoForce(PtySensor):
     options = {"counts_per_n": [100.0, 100.0, 50.0]}
 
     @staticmethod
-    def frame(k, status=0):
-        x, y, z = force_of(k)
+    def frame(k, status=0, force=None):
+        x, y, z = force or force_of(k)
         return optoforce.encode(
             "3-axis", [round(100 * x), round(100 * y), round(50 * z)], count=k, status=status
         )
@@ -92,6 +95,7 @@ class OptoForce(PtySensor):
 
 class Rdt:
     kind = "rdt"
+    shown = None
     options = {"counts_per_n": 1e6}
 
     def __init__(self):
@@ -111,8 +115,8 @@ class Rdt:
         return rdt.command_of(datagram)
 
     @staticmethod
-    def frame(k, status=0, number=None):
-        x, y, z = force_of(k)
+    def frame(k, status=0, number=None, force=None):
+        x, y, z = force or force_of(k)
         counts = (round(1e6 * x), round(1e6 * y), round(1e6 * z))
         return rdt.encode(k if number is None else number, 7 * k, counts, status)
 
@@ -126,7 +130,7 @@ class Rdt:
 
     def emit(self, backend):
         self.k += 1
-        self.write(self.frame(self.k))
+        self.write(self.frame(self.k, force=self.shown))
         self.arrived(backend)
 
     def unplug(self):

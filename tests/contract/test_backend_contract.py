@@ -103,6 +103,10 @@ class Sensor(Device):
     def step(self):
         self.played.emit(self.backend)
 
+    def show(self, channel, values):
+        self.played.shown = tuple(values)
+        return channel == "force"
+
 
 class OnCan(Device):
     """Drives or a board on a bus."""
@@ -117,12 +121,45 @@ class OnCan(Device):
     def step(self):
         self.wired.step()
 
+    def show(self, channel, values):
+        sim = self.wired.sim
+        if channel == "temperature":
+            for drive, value in zip(sim.drives, values, strict=True):
+                drive.temperature_c = value
+            return True
+        if not isinstance(sim.plant, Shown):
+            sim.plant = Shown(self.n_axes)
+        return sim.plant.show(channel, values)
+
     def received(self):
         drives = self.wired.sim.drives
         return Received([drive.current_a for drive in drives], all(map(is_enabled, drives)))
 
     def close(self):
         self.wired.release()
+
+
+class Shown:
+    """A plant that stands as a test wants it; the joint's numbers as those of the motor before the gear."""
+
+    def __init__(self, n_axes):
+        self.of = {channel: [0.0] * n_axes for channel in ("position", "velocity", "current")}
+
+    def show(self, channel, values):
+        self.of[channel] = values
+        return True
+
+    def advance(self, seconds, currents_a):
+        pass
+
+    def motor_turns(self, axis):
+        return self.of["position"][axis] * 80 / (2 * math.pi)
+
+    def motor_turns_s(self, axis):
+        return self.of["velocity"][axis] * 80 / (2 * math.pi)
+
+    def motor_current_a(self, axis):
+        return self.of["current"][axis]
 
 
 def is_enabled(drive):
@@ -160,7 +197,7 @@ def simulated(kind, n_axes, table, **more):
 
 
 def on_board(kind, n_axes, table, device):
-    return Case(kind, partial(table, n_axes), device, n_axes, hears=False)
+    return Case(kind, partial(table, n_axes), device, n_axes, hears=False, shows=False)
 
 
 def on_can(kind, n_axes, table, wired):

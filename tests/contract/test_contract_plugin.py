@@ -23,11 +23,11 @@ class Wire:
         self.samples, self.told, self.sent = [], None, []
 
 class Good:
-    provides, consumes = frozenset({"position"}), frozenset({"torque"})
+    provides, consumes = frozenset({"position", "velocity"}), frozenset({"torque"})
 
     def __init__(self, options, rig):
         self.wire = WIRES[options["wire"]]
-        self.count, self.angle = 0, 0.0
+        self.count, self.angle, self.speed = 0, 0.0, 0.0
 
     def open(self): pass
     def close(self): self.stop()
@@ -35,10 +35,11 @@ class Good:
     def send(self, enabled, torque): self.wire.sent.append((enabled, torque))
 
     def read(self, tick):
-        for self.angle in self.wire.samples:
+        for self.angle, self.speed in self.wire.samples:
             self.count += 1
         self.wire.samples.clear()
-        tick["position_rad"][0, 0], tick["sample_count"], tick["link_faults"] = self.angle, self.count, 0
+        tick["position_rad"][0, 0], tick["device_velocity_rad_s"][0, 0] = self.angle, self.speed
+        tick["sample_count"], tick["link_faults"] = self.count, 0
 
     def write(self, tick):
         torque = float(tick["torque_applied_nm"][0, 0])
@@ -59,6 +60,12 @@ class Waits(Good):
             time.sleep(0.05)
         super().read(tick)
 
+class WorksLong(Good):
+    def read(self, tick):
+        if self.wire.samples:
+            time.sleep(0.015)
+        super().read(tick)
+
 class PassesNan(Good):
     def write(self, tick):
         on = int(tick["enabled"][0])
@@ -66,6 +73,38 @@ class PassesNan(Good):
 
 class AlwaysEnabled(Good):
     def send(self, enabled, torque): self.wire.sent.append((1, torque))
+
+class TurnsTorqueRound(Good):
+    def send(self, enabled, torque): super().send(enabled, -torque)
+
+class SendsMilliNewtonMetres(Good):
+    def send(self, enabled, torque): super().send(enabled, 1000 * torque)
+
+class ShowsDegrees(Good):
+    def read(self, tick):
+        super().read(tick)
+        tick["position_rad"] *= 180 / math.pi
+
+class StartsOverAfterATurn(Good):
+    def read(self, tick):
+        super().read(tick)
+        tick["position_rad"] = (tick["position_rad"] + math.pi) % (2 * math.pi) - math.pi
+
+class FiltersADifference(Good):
+    before = smooth = 0.0
+    def read(self, tick):
+        super().read(tick)
+        self.smooth += 0.2 * ((self.angle - self.before) / 1e-3 - self.smooth)
+        self.before = self.angle
+        tick["device_velocity_rad_s"] = self.smooth
+
+class ShowsRpm(Good):
+    def read(self, tick):
+        super().read(tick)
+        tick["device_velocity_rad_s"] *= 30 / math.pi
+
+class FailsToClose(Good):
+    def close(self): raise RuntimeError("no")
 
 class SaysNothingOfTheNetwork(Good):
     def open(self):
@@ -81,18 +120,38 @@ class WireOptions(BaseModel):
     wire: str
 """
 
-INFO = """
+KINDS = {
+    "good": "Good",
+    "fresh": "CallsAllFresh",
+    "waits": "Waits",
+    "long": "WorksLong",
+    "nan": "PassesNan",
+    "enabled": "AlwaysEnabled",
+    "sign": "TurnsTorqueRound",
+    "milli": "SendsMilliNewtonMetres",
+    "degrees": "ShowsDegrees",
+    "turn": "StartsOverAfterATurn",
+    "difference": "FiltersADifference",
+    "rpm": "ShowsRpm",
+    "close": "FailsToClose",
+    "network": "SaysNothingOfTheNetwork",
+}
+"""Case -> the class that it is run on."""
+
+INFO = f"""
 from hw.interface import BackendInfo
 
 def info(name):
-    return BackendInfo(f"outside.backend:{name}", "outside.options:WireOptions", simulated=False,
+    return BackendInfo("outside.backend:" + name, "outside.options:WireOptions", simulated=False,
         summary="a wire")
 
-GOOD, FRESH, WAITS, NAN, ENABLED, NETWORK = map(
-    info, ("Good", "CallsAllFresh", "Waits", "PassesNan", "AlwaysEnabled", "SaysNothingOfTheNetwork"))
+KINDS = {KINDS}
+for kind, name in KINDS.items():
+    globals()[kind] = info(name)
 """
 
 TESTS = """
+from outside import KINDS
 from outside.backend import WIRES, Wire
 from rtctl.backend_contract import Case, Contract, Device, Received
 
@@ -102,18 +161,24 @@ def options(folder, which):
     return {"wire": name}
 
 class Played(Device):
+    shown = None
+
     def step(self):
         wire = self.backend.wire
         wire.told = wire.sent[-1] if wire.sent else wire.told
-        wire.samples.append(0.001 * len(wire.sent))
+        wire.samples.append(self.shown or (0.001 * len(wire.sent), 0.1))
+
+    def show(self, channel, values):
+        angle, speed = self.shown or (0.0, 0.0)
+        self.shown = (values[0], speed) if channel == "position" else (angle, values[0])
+        return True
 
     def received(self):
         told = self.backend.wire.told
         return told and Received([told[1]], bool(told[0]))
 
 class TestOutside(Contract):
-    cases = {kind: Case(f"outside-{kind}", options, Played)
-             for kind in ("good", "fresh", "waits", "nan", "enabled", "network")}
+    cases = {kind: Case(f"outside-{kind}", options, Played) for kind in KINDS}
 
 class TestDumb(Contract):
     cases = {"mute": Case("outside-good", options)}
@@ -131,10 +196,7 @@ def verdicts(tmp_path_factory):
         (package / f"{name}.py").write_text(text)
     (folder / "test_contract.py").write_text(TESTS)
     (made / "METADATA").write_text("Metadata-Version: 2.1\nName: outside\nVersion: 1.0\n")
-    points = [
-        f"outside-{kind} = outside:{kind.upper()}"
-        for kind in ("good", "fresh", "waits", "nan", "enabled", "network")
-    ]
+    points = [f"outside-{kind} = outside:{kind}" for kind in KINDS]
     (made / "entry_points.txt").write_text("\n".join(["[rtctl.backends]", *points]) + "\n")
     return failed(run(folder, folder))
 
@@ -173,8 +235,15 @@ def test_a_good_backend_of_another_package_keeps_the_contract(verdicts):
     {
         "fresh": "test_a_sample_is_fresh_once",
         "waits": "test_reading_and_writing_never_wait",
+        "long": "test_reading_and_writing_never_wait",
         "nan": "test_no_torque_that_is_no_torque_reaches_the_actuator",
         "enabled": "test_the_actuator_is_enabled_while_it_is_told_to_be_and_no_longer",
+        "sign": "test_a_torque_arrives_with_its_sign_and_size",
+        "milli": "test_a_torque_arrives_with_its_sign_and_size",
+        "degrees": "test_a_joint_is_followed_over_many_turns_in_rad",
+        "turn": "test_a_joint_is_followed_over_many_turns_in_rad",
+        "difference": "test_what_is_measured_has_its_sign_and_unit_at_once",
+        "rpm": "test_what_is_measured_has_its_sign_and_unit_at_once",
         "network": "test_a_kind_that_opens_sockets_of_the_network_says_so",
     }.items(),
 )
@@ -182,8 +251,17 @@ def test_a_bad_one_is_found_by_the_test_of_what_it_does(verdicts, case, test):
     assert verdicts[case] == {test}
 
 
+def test_one_that_fails_to_close_is_found_wherever_it_is_closed(verdicts):
+    assert "test_open_and_close_may_be_repeated" in verdicts["close"]
+    assert len(verdicts["close"]) > 5
+
+
 def test_whoever_plays_no_device_is_told_so_and_does_not_pass(verdicts):
-    wanted = {"test_a_sample_is_fresh_once", "test_no_torque_that_is_no_torque_reaches_the_actuator"}
+    wanted = {
+        "test_a_sample_is_fresh_once",
+        "test_no_torque_that_is_no_torque_reaches_the_actuator",
+        "test_a_joint_is_followed_over_many_turns_in_rad",
+    }
     assert wanted <= verdicts["mute"]
 
 

@@ -85,6 +85,26 @@ def test_the_daemon_runs_it_in_the_loop_process(site, tmp_path):
         simulator.communicate()
 
 
+UNCLOSED = """
+import sys
+if "rtctl.rt" in sys.orig_argv:
+    from rtctl_udp_board.backend import UdpBoard
+    def close(self):
+        raise RuntimeError("it hangs on")
+    UdpBoard.close = close
+"""
+
+
+def test_one_that_fails_to_close_is_named_at_the_end(site, tmp_path):
+    (site / "sitecustomize.py").write_text(UNCLOSED)
+    folder = tmp_path / "run"
+    folder.mkdir(mode=0o700)
+    shown = run("rtctl", "run", str(rig_file(tmp_path)), "--for", "0.2", "--runtime-dir", str(folder))
+    assert shown.returncode == 9, shown.stderr
+    assert "error: RuntimeError: it hangs on" in shown.stderr
+    assert "without a word" not in shown.stderr
+
+
 CHILD = """
 import time
 from rtctl_udp_board.simulator import PERIOD_S, Board

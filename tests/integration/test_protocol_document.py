@@ -271,6 +271,24 @@ def test_the_document_names_every_key_that_is_sent(client, rig):
     assert sent <= words, sent - words
 
 
+def test_every_kind_of_event_is_documented_and_what_a_test_pulse_says():
+    from rtctl.host import exchange
+
+    rows = {line.split("|")[1].strip(): line for line in DOCUMENT.read_text().splitlines() if "|" in line}
+    source = {path.stem: path.read_text() for path in Path(exchange.__path__[0]).glob("*.py")}
+    kinds = set(re.findall(r'^EVENT = "(\w+)"', "".join(source.values()), re.MULTILINE))
+    kinds |= set(re.findall(r'_event\(rows\[i\], "(\w+)"', source["events"]))
+    assert {"measured", "late", "state", "fault"} <= kinds
+    assert kinds <= set(re.findall(r"`(\w+)`", rows["`event`"]))
+    (pulse,) = (line for line in rows.values() if "`measured`: " in line)
+    said = set(
+        re.findall(
+            r'^ +"(\w+)": ', source["timing_watch"].split("found.append")[1].split("})")[0], re.MULTILINE
+        )
+    )
+    assert {"axis", "gain", "sample_period_s"} <= said <= set(re.findall(r"`(\w+)`", pulse))
+
+
 def test_the_document_names_every_refusal_code_in_the_source():
     from rtctl.host.exchange import gateway, lease, messages, requests
     from rtctl.host.exchange import motion_requests as steering

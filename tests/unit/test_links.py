@@ -189,6 +189,13 @@ def test_every_command_that_a_document_calls_exists_with_its_options():
     assert wrong == []
 
 
+def test_the_index_says_how_to_print_each_figure_of_the_bench():
+    from rtctl.cli.bench import GROUPS, ON_REQUEST
+
+    named = set(re.findall(r"`rtctl bench (\w+)", (ROOT / "docs" / "index.md").read_text()))
+    assert named >= {*GROUPS, *ON_REQUEST}
+
+
 def test_the_index_leads_to_every_document():
     index = (ROOT / "docs" / "index.md").read_text()
     pages = [path.relative_to(ROOT / "docs") for path in DOCUMENTS if path.is_relative_to(ROOT / "docs")]

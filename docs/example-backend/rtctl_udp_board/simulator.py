@@ -22,7 +22,8 @@ class Board:
         self.socket.bind(("127.0.0.1", port))
         self.host: tuple[str, int] | None = None
         self.count = 0
-        self.angle_rad = self.velocity_rad_s = self.torque_nm = 0.0
+        self.angle_rad = self.velocity_rad_s = self.torque_nm = self.current_a = 0.0
+        self.force_n = (0.0, 0.0, 0.0)
         self.enabled = False
         self.commanded_s = 0.0
 
@@ -45,9 +46,14 @@ class Board:
         """Move for one period and send the state."""
         self.velocity_rad_s += (self.torque_nm - 0.05 * self.velocity_rad_s) / 0.012 * PERIOD_S
         self.angle_rad += self.velocity_rad_s * PERIOD_S
+        self.current_a = self.torque_nm / 0.7
+        self.send()
+
+    def send(self) -> None:
+        """Send the state as it is."""
         self.count = (self.count + 1) & 0xFFFFFFFF
         if self.host is not None:
-            state = STATE.pack(self.count, self.angle_rad, self.torque_nm / 0.7, 0.0, 0.0, 0.0, 0)
+            state = STATE.pack(self.count, self.angle_rad, self.current_a, *self.force_n, 0)
             with contextlib.suppress(OSError):
                 self.socket.sendto(state, self.host)
 

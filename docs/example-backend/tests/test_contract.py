@@ -22,10 +22,19 @@ class Played(Device):
     def __init__(self, backend, options, n_axes):
         super().__init__(backend, options, n_axes)
         self.board = next(one for one in boards if one.socket.getsockname()[1] == options["port"])
+        self.shows = False
 
     def step(self):
         self.board.listen(0.0)
-        self.board.step()
+        self.board.send() if self.shows else self.board.step()
+
+    def show(self, channel, values):
+        self.shows = True
+        if channel == "force":
+            self.board.force_n = tuple(values)
+        else:
+            setattr(self.board, {"position": "angle_rad", "current": "current_a"}[channel], values[0])
+        return True
 
     def received(self):
         return Received([self.board.torque_nm], self.board.enabled)

@@ -169,6 +169,9 @@ def _epoch(message: dict[str, Any], *, required: bool) -> int | None:
                 "missing_key", "epoch: give the one you last saw, so that a stop voids this request"
             )
         return None
+    # a state sample has it as float64, and some languages have no other numbers
+    if isinstance(epoch, float) and epoch.is_integer():
+        epoch = int(epoch)
     if not _is_integer(epoch):
         raise _RefuseError("wrong_type", f"epoch: an integer, not {_shown(epoch)}")
     if not 0 <= epoch <= MAX_ID:

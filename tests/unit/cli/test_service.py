@@ -157,14 +157,15 @@ def test_data_that_a_link_leads_to_stay_when_the_link_is_purged(tmp_path):
 def test_a_python_the_service_cannot_see_is_refused(monkeypatch):
     monkeypatch.undo()
     monkeypatch.setattr(service.sys, "executable", "/home/anna/venv/bin/python")
+    monkeypatch.setattr(service, "find_spec", lambda name: None if name == "can" else name)
     with pytest.raises(service.ConfigError, match="install rtctl for all users") as refused:
         service.own_command()
     commands = [shlex.split(line) for line in str(refused.value).splitlines()[1:]]
     assert [command[0] for command in commands] == ["sudo"] * 3
     assert commands[1][:-1] == ["sudo", "/opt/rtctl/bin/python", "-m", "pip", "install"]
-    assert (
-        Path(commands[1][-1]) / "pyproject.toml"
-    ).is_file()  # something pip can install, not a name nobody published
+    what, _, extras = commands[1][-1].partition("[")
+    assert (Path(what) / "pyproject.toml").is_file()  # something pip can install, not a name nobody published
+    assert extras == "serial]", "a rig on a serial port would not be found by its service"
 
 
 def test_an_installed_rtctl_names_what_it_was_installed_from(monkeypatch, tmp_path):

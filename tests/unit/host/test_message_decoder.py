@@ -117,7 +117,9 @@ def test_ids_are_bounded_and_come_back_with_the_refusal():
 
 def test_epochs_are_bounded_integers():
     refused("out_of_bounds", id=1, op="arm", epoch=-1)
-    refused("wrong_type", id=1, op="arm", epoch=1.0)
+    refused("out_of_bounds", id=1, op="arm", epoch=1e300)
+    for none in (1.5, math.nan, math.inf):
+        refused("wrong_type", id=1, op="arm", epoch=none)
     refused("wrong_type", id=1, op="arm", epoch=None)
 
 

@@ -272,3 +272,12 @@ def test_forces_that_are_scaled_or_mixed_say_nothing_of_moments():
     RokubiOptions.model_validate({"port": "/dev/null", "matrix": scaled})
     with pytest.raises(BackendError, match="give moment_matrix"):
         axes.moment_matrix({"matrix": scaled, "moment_matrix": None})
+
+
+def test_a_sensor_that_the_rig_does_not_use_is_no_word_of_a_board_without_it():
+    wire = MomentWire(moments=False, channels=["force"])
+    wire.board.temperature_missing = wire.board.force_missing = True
+    wire.feed(wire.packet())
+    said = wire.backend.words()[0].text
+    assert "FORCE_MISSING" in said, "the rig uses it: what stopped it"
+    assert "TEMPERATURE" not in said, "beside a fault it would be read as its cause"

@@ -88,6 +88,21 @@ def test_it_says_where_it_comes_from(whole, loaded):
     assert session["date"].startswith("20")
 
 
+def test_a_rig_without_a_thermometer_is_identified_and_learned_from(loaded, tmp_path):
+    few = replace(SMALL, train_levels=8, test_levels=0, measurements=2, spots=1, warm_up_s=0.5, bias_s=0.5)
+    store = Dataset.create(tmp_path / "set", loaded, few, simulated=True)
+
+    def takes_the_thermometer_away(rows):
+        rows["temperature_c"] = np.nan
+
+    run(settings=few, store=store, watch=takes_the_thermometer_away)
+    document = read_document(store.folder)
+    assert document["complete"]
+    assert document["sessions"][0]["bias"]["temperature_c"] is None
+    assert {point["temperature_c"] for point in document["points"]} == {None}
+    assert read_points(store.folder / "points_train.csv").temperature_range_c is None
+
+
 def test_the_ticks_behind_a_point_give_the_point_again(whole):
     document = read_document(whole)
     bias_nm = document["sessions"][0]["bias"]["motor_torque_nm"]

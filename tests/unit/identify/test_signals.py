@@ -1,11 +1,17 @@
-"""Steady state, break-away and friction of a window, on signals whose truth is known."""
+"""Steady state, break-away and friction of a window, on signals whose truth is known; what ended a motion."""
 
 import math
 
 import numpy as np
 import pytest
+from identified import CONFIG, SMALL
 
+from rtctl.control.vocabulary import State
+from rtctl.errors import FaultError
+from rtctl.identify.motion import Motion, Order
+from rtctl.identify.settings import rig_of
 from rtctl.identify.tick_readings import break_away, break_away_row, is_steady, measure, peak_nm, stood_still
+from rtctl.rig_file.config import load
 from rtctl.tick import new_ticks
 
 T = 1e-3
@@ -95,6 +101,10 @@ def test_friction_is_motor_torque_less_bias_and_inertia_times_acceleration():
     assert found.velocity_rad_s == pytest.approx(0.6, abs=2e-3)
     assert found.force_n == pytest.approx((0.1, 0.2, 0.3))
     assert (found.hand_torque_nm, found.temperature_c) == pytest.approx((0.001, 31.0))
+    rows["temperature_c"] = np.nan
+    assert measure(rows, 0, T, 0.012, 0.008).temperature_c is None, (
+        "no thermometer, which JSON has no NaN for"
+    )
 
 
 def test_a_standstill_is_seen_and_a_few_late_cycles_are_none():
@@ -221,3 +231,13 @@ def test_a_lurch_that_comes_to_rest_again_is_no_break_away():
     position = position + np.where(np.arange(5000) > 1000, 0.002, 0.0)
     found = break_away(ticks(encoder(position), torque), 0, T, COUNT, 0.0, 0.0)
     assert found.torque_nm == pytest.approx(0.2, abs=2e-3)
+
+
+def test_a_stop_whose_fault_has_gone_by_the_end_of_the_rows_is_still_named():
+    motion = Motion(rig_of(load(CONFIG), SMALL), SMALL)
+    rows = new_ticks(3, 1)
+    rows["fault_first"], rows["state"] = (-1, 27, -1), (State.ACTIVE, State.STOPPING, State.IDLE)
+    steps = motion.see(Order())
+    next(steps)
+    with pytest.raises(FaultError, match="ended by HOST_SILENT: the rig went to IDLE"):
+        steps.send(rows)

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
+from hw.claims import Claims
 from hw.interface import BackendError, CompiledBackend, LinkFault, LinkLost
+from rtctl.rt import process
 from rtctl.rt.replug import REOPEN_TICKS, Replug
 from rtctl.tick import new_ticks
 
@@ -16,12 +18,13 @@ class Device:
 
     def __init__(self):
         self.calls, self.there, self.absent, self.count = [], True, 0, 0
+        self.refusal = BackendError("port is gone: plug it in")
 
     def open(self):
         self.calls.append("open")
         if self.absent:
             self.absent -= 1
-            raise BackendError("port is gone: plug it in")
+            raise self.refusal
         self.there = True
 
     def read(self, tick):
@@ -85,9 +88,11 @@ def test_a_loss_in_write_is_seen_in_the_next_tick(plugged):
     assert said == ["lost: write: unplugged"]
 
 
-def test_it_is_looked_for_now_and_then_and_found(plugged):
+@pytest.mark.parametrize("kind", [BackendError, OSError])
+def test_it_is_looked_for_now_and_then_and_found(plugged, kind):
     device, replug, said, tick = plugged
     device.there, device.absent = False, 2
+    device.refusal = kind("port is gone: plug it in")
     lost = cycles(replug, tick, 3 * REOPEN_TICKS + 10)
     assert device.calls.count("open") == 3
     assert device.calls.count("close") == 3
@@ -101,6 +106,14 @@ def test_only_a_lost_link_is_caught(plugged):
     device.read = lambda _tick: 1 / 0
     with pytest.raises(ZeroDivisionError):
         replug.read(tick)
+
+
+def test_a_device_whose_opening_the_system_refuses_is_told_at_the_start(monkeypatch):
+    device, said = Device(), []
+    device.absent, device.refusal = 1, PermissionError(13, "Permission denied", "/dev/ttyUSB0")
+    monkeypatch.setattr(process, "_say", lambda what, **more: said.append((what, more)))
+    assert process._open(device, [], Claims()) is None
+    assert said == [("ended", {"reason": "device", "detail": "[Errno 13] Permission denied: '/dev/ttyUSB0'"})]
 
 
 def test_it_compiles_what_the_device_has_to_compile():
