@@ -1,0 +1,60 @@
+"""Seeded bugs that a reading of commands and experiments found: units mixed, mistakes told late, files
+replaced."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+FIT = ("tests/unit/cli/test_fit_of_what_does_not_fit.py",)
+
+SEEDS = (
+    Seed(
+        "measurements over a turn are of whatever axis",
+        "rtctl/cli/fit_places.py",
+        "        require_motion(rows.motion, motion, rows.source)\n",
+        "        pass\n",
+        FIT,
+    ),
+    Seed(
+        "a sweep in m is read as one in rad",
+        "rtctl/cli/fit_places.py",
+        "    require_motion(points.motion, motion, path)\n",
+        "",
+        FIT,
+    ),
+    Seed(
+        "a rotary fit is judged by points of a linear axis",
+        "rtctl/cli/fit_report.py",
+        "        require_motion(plan.test.motion, measured.motion, plan.test.source)\n",
+        "",
+        FIT,
+    ),
+    Seed(
+        "points are held against the limits of axes in other units",
+        "rtctl/friction/logs/points_check.py",
+        "[axis for axis in loaded.config.axis if axis.motion == points.motion]",
+        "list(loaded.config.axis)",
+        FIT,
+    ),
+    Seed(
+        "a gain is recommended for an axis in other units",
+        "rtctl/friction/gain.py",
+        "        if axis.motion == model.motion\n",
+        "",
+        FIT,
+    ),
+    Seed(
+        "a picture replaces the model",
+        "rtctl/cli/outputs.py",
+        "target.resolve() == picture.resolve()",
+        "target.name == picture",
+        FIT,
+    ),
+    Seed(
+        "a cut-off that no log carries is asked of the filter",
+        "rtctl/friction/logs/log_points.py",
+        "        rows_of_a_period(part, cutoff)  #",
+        "        pass  #",
+        ("tests/unit/cli/test_identify_log.py",),
+    ),
+)
