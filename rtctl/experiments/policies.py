@@ -32,7 +32,6 @@ COARSE = {8000: 32, 2000: 64}
 """Counts per turn of coarse encoders, with the window that their velocity needs; of a carriage as at its
 handle."""
 TANH_RAD_S = (".02", ".25")
-FED_J = -1e-6
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 
 FAMILY_SHARE = 0.3
@@ -57,7 +56,7 @@ class Judged:
             "stopped by a fault": not np.isfinite(energy).all(),
             # `not <=`: a NaN of a rig that stopped counts as hunting
             "hunts or runs": not speed.mean() <= most_rad_s,
-            "feeds the hand": energy.min() < FED_J,
+            "feeds the hand": energy.min() < -virtual.FED_J,
         }
         return [text for text, true in found.items() if true] + self.still.faults(motion)
 

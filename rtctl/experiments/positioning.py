@@ -168,6 +168,7 @@ class Experiment:
         cases = self.chosen(order)
         compared = models.compared(order)
         found = run_all(order, cases, compared, self.judge)
+        order.progress(1.0, self.name)
         return self.page(order, cases, compared, found, simulated(order))
 
 

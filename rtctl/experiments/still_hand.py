@@ -73,11 +73,7 @@ def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, da
     p["hand_damping_nms_rad"] = sizes.own("damping_nms_rad", damping, simulation.motion)
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
-    # a whole number of periods, two at least: the wish then stands where it began
-    moved_s = float(p["hand_start_s"][0, 0]) + 2 * FAST_SINE.period_s
-    while moved_s <= simulation.time_s:
-        moved_s += FAST_SINE.period_s
-    simulation.run(moved_s - simulation.time_s)
+    simulation.run(virtual.stroke_ends_s(simulation, FAST_SINE) - simulation.time_s)
     p["hand_kind"] = int(Hand.REST)
     simulation.run(SETTLE_S)
     start_rad = float(simulation.plant_state["position_rad"][0, 0])

@@ -23,7 +23,7 @@ _OFF, _BRAKE = int(Program.OFF), int(Program.BRAKE)
 _CUT = int(
     Fault.STALE | Fault.BAD_SAMPLE | Fault.JUMP | Fault.CHECKSUM | Fault.LINK_LOST | Fault.DEVICE
     | Fault.ACTUATOR_WRONG | Fault.OVERSPEED | Fault.STALLED | Fault.PASSIVITY_GROSS | Fault.WIRING
-    | Fault.ARMING_MOVED | Fault.CURRENT | Fault.LAW_NOT_FINITE | Fault.GATE | Fault.ESTOP
+    | Fault.ARMING_MOVED | Fault.CURRENT | Fault.LAW_NOT_FINITE | Fault.GATE | Fault.ESTOP | Fault.VELOCITY
 )  # fmt: skip
 _RAMP = int(
     Fault.ACTUATOR_LAG | Fault.OVERTORQUE | Fault.OVERTEMPERATURE | Fault.OVERRUN | Fault.PASSIVITY

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+EXPERIMENT = ("tests/unit/experiments/test_asked_of_an_experiment.py",)
 FIT = ("tests/unit/cli/test_fit_of_what_does_not_fit.py",)
 
 SEEDS = (
@@ -56,5 +57,26 @@ SEEDS = (
         "        rows_of_a_period(part, cutoff)  #",
         "        pass  #",
         ("tests/unit/cli/test_identify_log.py",),
+    ),
+    Seed(
+        "friction in N is followed as one in N m",
+        "rtctl/experiments/models.py",
+        "    if points.motion != motion:",
+        "    if not points.motion:",
+        EXPERIMENT,
+    ),
+    Seed(
+        "a hand lets go before the rig is armed",
+        "rtctl/experiments/virtual.py",
+        "    while ends_s <= simulation.time_s:",
+        "    while ends_s <= 0.0:",
+        EXPERIMENT,
+    ),
+    Seed(
+        "a device's velocity that is wrong is judged by nobody",
+        "rtctl/simulation/campaign_monitor.py",
+        " | Fault.ESTOP | Fault.VELOCITY",
+        " | Fault.ESTOP",
+        ("tests/unit/control/test_campaign_monitor.py",),
     ),
 )
