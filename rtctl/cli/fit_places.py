@@ -28,6 +28,7 @@ _PERIOD = Number(min=1e-3, max=1e4)
 
 def options(command: Callable[..., None]) -> Callable[..., None]:
     """`--places`, `--sweep`, `--turn` and `--ripple-turn`."""
+    # the last first: what is applied last is listed first
     for flag, kind, text in (
         ("--ripple-turn", _PERIOD, "period of the conservative part, rad; default: that of --turn"),
         (

@@ -20,6 +20,7 @@ from rtctl.friction.learn.report_tables import Table
 from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Virtual spring"
+# wound by the .6 rad of `PUSH` it is felt with .6 k k_c / (k + k_c) = 1.7 of the shipped motor's 2 N m
 STIFFNESS_NM_RAD = 3.0
 """Where the rig file has no spring; the policy is then stop_gated, as a spring needs it."""
 

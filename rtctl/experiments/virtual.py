@@ -35,8 +35,10 @@ FEEDBACK_GAIN = 4.0
 SETTLE_S = 6.0
 """From the first tick to the measurement: tare, arming, soft start, and the hand's first strokes."""
 
+# the sum differs from that by the trapezium by .8 of it at most (shipped rig, 5 controllers, 3 motions)
 FED_J = 1e-6
-"""Energy above which a hand in motion counts as fed: a stroke against friction costs it some .1 J."""
+"""Energy above which a hand in motion counts as fed: what the sum over its ticks errs by. A stroke against
+friction costs it some .1 J."""
 
 Change = Callable[[Simulation], None]
 

@@ -23,6 +23,7 @@ from rtctl.friction.learn.hold_out import way_for
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
     SPEED_MIN_RAD_S,
+    STRETCH_PERIODS,
     AxisLog,
     Dynamics,
     differentiate,
@@ -36,9 +37,6 @@ from rtctl.friction.logs.regression import JointFit
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 from rtctl.simulation.playback_run import load_log
-
-PERIODS_MIN = 10
-"""Periods of the cut-off that a stretch of a log lasts at least."""
 
 BLURRED = 0.1
 """Share by which the dry friction of a log may be another one than `rtctl identify --log` says before that is
@@ -166,7 +164,7 @@ def against_identify(fit: JointFit, logs: Sequence[Judged]) -> tuple[str, ...]:
 
 def _long(stretches: Sequence[AxisLog], settings: Settings) -> Sequence[AxisLog]:
     """Stretches that the low-pass leaves enough of; the longest where there is none."""
-    least_s = PERIODS_MIN / settings.cutoff_hz
+    least_s = STRETCH_PERIODS / settings.cutoff_hz
     long = [part for part in stretches if len(part.position_rad) >= least_s * part.rate_hz]
     return long or sorted(stretches, key=lambda part: len(part.position_rad))[-1:]
 

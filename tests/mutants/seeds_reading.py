@@ -53,9 +53,9 @@ SEEDS = (
     ),
     Seed(
         "a cut-off that no log carries is asked of the filter",
-        "rtctl/friction/logs/log_points.py",
-        "        rows_of_a_period(part, cutoff)  #",
-        "        pass  #",
+        "rtctl/friction/logs/regressors.py",
+        "        rows_of_a_period(log, cutoff_hz)\n",
+        "        pass\n",
         ("tests/unit/cli/test_identify_log.py",),
     ),
     Seed(

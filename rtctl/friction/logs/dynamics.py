@@ -24,6 +24,10 @@ from rtctl.errors import DataError
 CUTOFF_HZ = 20.0
 """Default low-pass: hand motion lies below it, structural vibration and encoder steps above."""
 
+# one is dropped at either end: of ten, eight are left
+STRETCH_PERIODS = 10
+"""Least length of a log without gaps, periods of the cut-off."""
+
 CUTOFF_SHARE = 0.2
 """Highest cut-off, share of the rate: five points err by (.4 pi)^4/30 there, 8 % of a velocity."""
 
@@ -212,9 +216,10 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     # one-sided differences at both ends are of half the order, and two of them follow each other
     edge = rows_of_a_period(log, cutoff_hz)
     n = len(log.position_rad)
-    if n < 10 * edge:
+    least = STRETCH_PERIODS * edge
+    if n < least:
         raise DataError(
-            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {10 * edge} are needed"
+            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {least} are needed"
         )
     step = 1.0 / log.rate_hz
     velocity = np.gradient(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)

@@ -11,7 +11,7 @@ from typing import Any
 
 from hw.interface import Rig
 from rtctl.errors import DataError, of_file
-from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, rows_of_a_period
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.log_checks import coarseness, diagnose, external_of
 from rtctl.friction.logs.log_input import (
     Gearing,
@@ -129,9 +129,7 @@ def read_in_time(
     logs = read(torque_delay_s)
     parts = [stretches[0] for stretches in logs]
     require_different(parts)
-    cutoff = cutoff_hz or cutoff_for(parts)
-    for part in parts:
-        rows_of_a_period(part, cutoff)  # each: a cut-off that is given may suit the rate of some logs alone
+    cutoff = cutoff_for(parts, cutoff_hz)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     logs, signals, bent = looked_at(logs)
     taken: tuple[str, ...] = ()

@@ -16,6 +16,7 @@ from rtctl.friction.logs.dynamics import (
     SAMPLES_MIN,
     SAMPLES_PER_CUTOFF,
     SPEED_MIN_RAD_S,
+    STRETCH_PERIODS,
     AxisLog,
     rows_of_a_period,
     smooth,
@@ -34,9 +35,6 @@ LOW_SPEED_SHARE = 0.25
 
 MARGIN_PERIODS = 1.0
 """Periods of the cut-off left out beside a reversal: the filter blurs the jump of friction over so much."""
-
-STRETCH_PERIODS = 10
-"""Least length of a log without gaps, periods of the cut-off."""
 
 _SIGNALS = ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "direction", "torque_nm")
 
@@ -99,9 +97,13 @@ class Regressors:
         return both >= SAMPLES_MIN and self.slow()[0] >= SAMPLES_MIN // 2
 
 
-def cutoff_for(logs: Sequence[AxisLog]) -> float:
-    """Cut-off that suits every one of the logs, Hz: the usual one, or what the lowest rate carries."""
-    return min(CUTOFF_HZ, *(CUTOFF_SHARE * log.rate_hz for log in logs))
+def cutoff_for(logs: Sequence[AxisLog], wanted_hz: float | None = None) -> float:
+    """Cut-off that suits every one of the logs, Hz: the one that is wanted, else the usual one, or what the
+    lowest rate carries. Raises DataError for a wanted one that the rate of some log cannot carry."""
+    cutoff_hz = wanted_hz or min(CUTOFF_HZ, *(CUTOFF_SHARE * log.rate_hz for log in logs))
+    for log in logs:
+        rows_of_a_period(log, cutoff_hz)
+    return cutoff_hz
 
 
 def regressors(
