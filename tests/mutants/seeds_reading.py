@@ -79,4 +79,11 @@ SEEDS = (
         " | Fault.ESTOP",
         ("tests/unit/control/test_campaign_monitor.py",),
     ),
+    Seed(
+        "a ring is said to die away by its phase",
+        "rtctl/simulation/campaign_in_hands.py",
+        "peak, before = (float(np.abs(one).max())",
+        "peak, before = (float(np.sqrt(np.mean(one**2)))",
+        ("tests/unit/control/test_judge_of_hands.py",),
+    ),
 )
