@@ -34,6 +34,7 @@ SWING_S, REST_S = 0.6, 5.0
 WINDOW_S = 1.5
 DOUBT_S = 20.0
 """Time given to what still moves after `REST_S`."""
+# what falls to 1/e in less than 1.5 / -ln .98 = 74 s dies away; after `DOUBT_S` more in less than 990 s
 GROWS = 0.98
 """Peak of the last window over that of the window before, from which on it does not come to rest."""
 _FRICTIONS = ("coulomb_nm", "breakaway_nm", "bristle_max_nm", "bristle_stiffness_nm_rad")
@@ -65,7 +66,7 @@ class Found:
     @property
     def rests(self) -> bool:
         """The joint came to rest, or is on its way. NaN is not."""
-        # by the peak, which a steady ring from 1/3 Hz on has in every window: its RMS goes by the phase, up to
+        # by the peak: a steady ring from 1/3 Hz on has it in every window. Its RMS goes by the phase, up to
         # 8 % at .9 Hz, and two in five passed for dying. So written that NaN shakes
         quiet = self.speed_rad_s <= QUIET_RAD_S or self.peak_rad_s <= GROWS * self.before_rad_s
         return quiet and self.fault < 0

@@ -243,6 +243,7 @@ def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: floa
     if not counted.any():
         raise DataError("no tick had full authority: arming and soft start outlast the log; use a longer one")
     return Trace(
+        # the first sample has number 1, at 0 s of the log
         time_s=(fresh["sample_count"][counted] - 1) / rate_hz,
         velocity_rad_s=velocity[counted],
         hand_nm=fresh["hand_torque_nm"][counted, 0],
@@ -272,6 +273,7 @@ def _part(signals: Trace, chosen: np.ndarray) -> dict[str, float]:
         "hand_rms_nm": felt,
         "feedforward_rms_nm": rms(signals.feedforward_nm[chosen]),
         "left_rms_nm": rms(left),
+        # of nothing nothing is a share
         "reduction": 1.0 - rms(left) / felt if felt > 0 else float("nan"),
         "inertia_rms_nm": rms(inertial),
         "friction_rms_nm": rms(hand - inertial),
