@@ -15,7 +15,6 @@ from rtctl.cli.progress import Bar
 from rtctl.simulation.family import FAMILY
 
 if TYPE_CHECKING:
-    from rtctl.experiments.order import Order
     from rtctl.experiments.report import Outcome
     from rtctl.rig_file.config import LoadedConfig
 
@@ -109,14 +108,18 @@ def command(
     nobody at the handle. 'papers' is every experiment on one page (simulated).
 
     --out gets report.html (needs nothing else), its figures as PNG and report.json."""
-    from rtctl.experiments import report
+    from rtctl.experiments import registry, report
     from rtctl.experiments.order import Order
     from rtctl.rig_file.config import load
     from rtctl.simulation.family import with_plant
 
+    papers = name == registry.PAPERS
+    # else figures of all cases would be read as those of one
+    if (models or cases) and not papers and not registry.EXPERIMENTS[name].hands_off:
+        raise click.UsageError(f"--model and --case belong to point-to-point and tracking, not to {name}")
     loaded = load(config) if plant is None else with_plant(load(config), plant)
     # a page with both papers needs seeds, and a plant of the family is no rig that stands here
-    simulate = simulate or name == "papers" or plant is not None
+    simulate = simulate or papers or plant is not None
     if name in ("free-motion", "spring"):
         _require_help(loaded)  # before a person is asked to stand there
     if not simulate and not loaded.config.simulated and not yes:
@@ -139,7 +142,7 @@ def command(
     )
     began = time.monotonic()
     try:
-        outcomes = _run(name, order)
+        outcomes = registry.papers(order) if papers else [registry.EXPERIMENTS[name].run(order)]
     finally:
         # so that an error begins on a line of its own
         bar.end()
@@ -152,7 +155,7 @@ def command(
         "run": f"simulated, {seeds} seeds" if simulate else _on_loop(name, seconds),
         "took": f"{took_s:.0f} s",
     }
-    title = "The experiments of both papers" if name == "papers" else outcomes[0].title
+    title = "The experiments of both papers" if papers else outcomes[0].title
     page = report.write(out, outcomes, title, facts)
     _show(outcomes, page, took_s, as_json=as_json)
 
@@ -163,14 +166,6 @@ def _on_loop(name: str, seconds: float) -> str:
     return (
         "on the loop, each case once" if EXPERIMENTS[name].hands_off else f"on the loop, {seconds:g} s each"
     )
-
-
-def _run(name: str, order: Order) -> list[Outcome]:
-    from rtctl.experiments import registry
-
-    if name == registry.PAPERS:
-        return registry.papers(order)
-    return [registry.EXPERIMENTS[name].run(order)]
 
 
 def _known(models: tuple[str, ...]) -> tuple[str, ...]:

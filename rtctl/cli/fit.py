@@ -215,13 +215,14 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
             # standard output belongs to the JSON object
             fit_places.tell_shift(judged, sweep, err=as_json)
         measured = read(points)
+        # a wrong unit shows against the model, and no spline is learned between few speeds
         fit_points.tell_doubts(measured, known=True, alone=False)
         fit_judge.run(judged, measured, as_json=as_json)
         return
     # here, not by click: --judge writes nothing
     if out is None:
         raise click.UsageError("Missing option '--out'.")
-    require_apart(out, (*points, map_file, places, sweep, test_points, config))
+    require_apart(out, (*points, map_file, places, sweep, test_points, config), plot)
     fixed = c is not None or epsilon_nm is not None
     # options that only a comparison has ask for one
     asked = climb or one_rung or kernel != "all" or tolerance is not None or max_support_vectors is not None
@@ -230,6 +231,9 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     measured = read(points)
     fit_report.require_plausible(plan, measured)
     fit_points.tell_doubts(measured, known=plan.loaded is not None, alone=strategy == "none")
+    lead = turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded)
+    with errors_in_units_of(measured.motion):
+        over = fit_places.read(places, sweep, measured.motion, lead)
     measured, plan, under = fit_learning.apart_from_load(measured, plan, held_out, by_load=by_load)
     measured = fit_points.without_outliers(measured, keep=keep_outliers)
     families = grids.families_of(kernel, measured.motion)
@@ -255,8 +259,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
     searched = {"families": families, "backend": backend, "n_jobs": jobs or -1, "folds": folds}
     with errors_in_units_of(measured.motion):
         ladder, model = fit_learning.curves(measured, rig, fade_rad_s, options, searched)
-        lead = turn or fit_places.turn_of(measured.motion, lead_m, plan.loaded)
-        model, over_turn, turn_body = fit_places.learn(model, places, sweep, lead, ripple_turn)
+        model, over_turn, turn_body = fit_places.learn(model, over, ripple_turn)
     model = fit_learning.with_what_is_known(model, measured, temperature, presliding_rad, plan.test)
     model = replace(model, load=under[1] if under else None)
     # before pictures and report: a figure that cannot be drawn must not cost the model

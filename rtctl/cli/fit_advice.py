@@ -27,6 +27,7 @@ def body(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> dict[s
     axes = [
         {
             **asdict(axis),
+            # properties: `asdict` has the fields alone
             "start_gain": axis.start_gain,
             "start_cap_share": axis.start_cap_share,
             "snippet": axis.snippet(named) + _observer(axis, loaded, out),
@@ -48,6 +49,7 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
                 f"{float(model.friction_min_nm.min()):.4g} N m): leave friction.model empty"
             )
             continue
+        # no gain passes where none is needed: a snippet with gain 0 would hide what has to be mended
         if axis.margin_at_zero_nm < 0:
             click.echo(
                 f"\naxis {axis.axis}: no gain passes the two-line test: without compensation "

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import click
 
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, DataError
 from rtctl.friction.kind_table import KERNELS
 
 KERNEL = click.option(
@@ -35,6 +36,15 @@ def rig_name(_ctx: click.Context, _param: click.Parameter, name: str) -> str:
     if not re.fullmatch(NAME_PATTERN, name):
         raise click.BadParameter(f"{name!r} is no rig's name: {NAME_WORDS}, as [rig] name of its rig file")
     return name
+
+
+def require_motion(motion: str, wanted: str, where: Path | str) -> None:
+    """Refuse what is of an axis of the other motion: m would be read as rad. Raises DataError, naming
+    `where`."""
+    if motion != wanted:
+        raise DataError(
+            f"{where}: is of a {motion} axis, the points are of a {wanted} one; give files of one axis"
+        )
 
 
 def require_of_linear(families: tuple[str, ...], kernel: str, search: str | None) -> None:

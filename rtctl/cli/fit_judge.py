@@ -62,7 +62,9 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     from rtctl.friction.learn.report_judged_cause import cause
 
     model = artefact.load(path)
+    # by its own rig: points name none, and only their motion can be another
     artefact.require_rig(model, model.rig, path, points.motion)
+    # such a model is the curve without load
     if model.load is not None and "load_nm" in points.columns:
         from rtctl.friction.learn.unloaded import without_load
 
@@ -95,5 +97,6 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
             )
             for fault in (*said, *beyond):
                 click.echo(f"  {fault}")
+    # no code of an error: the command did what was asked, and the answer is no
     if said:
         sys.exit(1)

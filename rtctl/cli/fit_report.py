@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from rtctl.cli.fit_checks import require_motion
+
 if TYPE_CHECKING:
     from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
     from rtctl.friction.learn.ladder import Ladder
@@ -69,8 +71,11 @@ def _test_points(path: Path, read: Callable[..., FrictionPoints]) -> FrictionPoi
     from rtctl.friction.point_columns import TORQUE
     from rtctl.friction.point_reader import read_points
 
-    with path.open("rb") as file:
-        own = TORQUE.name.removesuffix("m").encode() in file.read(HEAD_BYTES)  # of a linear axis, too
+    try:
+        with path.open("rb") as file:
+            own = TORQUE.name.removesuffix("m").encode() in file.read(HEAD_BYTES)  # of a linear axis, too
+    except OSError as error:
+        raise DataError(f"{path}: cannot read the points: {error.strerror}; correct the path") from error
     points = read_points(path, of_speeds=False) if own else read((path,), of_speeds=False)
     if len(points.friction_nm) < TEST_POINTS_MIN:
         raise DataError(
@@ -86,6 +91,7 @@ def require_plausible(plan: Plan, measured: FrictionPoints) -> None:
     from rtctl.friction.logs.points_check import require_held_out, require_plausible_points
 
     if plan.test is not None:
+        require_motion(plan.test.motion, measured.motion, plan.test.source)
         require_held_out(plan.test, measured)
     for points in (measured, plan.test):
         if points is not None and plan.loaded is not None:

@@ -12,6 +12,7 @@ from hw.motion import speed_scale
 if TYPE_CHECKING:
     from rtctl.friction.model import FrictionModel
 
+# the next session lies beyond all of S that were seen with probability 1 / (S + 1): one in six at five
 FEW_SESSIONS = 5
 """Fewer have hardly met what sessions differ by."""
 
@@ -92,6 +93,7 @@ def band_text(model: FrictionModel) -> str:
 def show(kind: str, found: Sequence[Mapping[str, Any]], motion: str = "rotary") -> None:
     """Print the table; a figure that is not known is a dash. Of a linear axis a slow range is told in
     mm/s."""
+    # one unit for both directions: the rows of a table are compared
     unit, factor = speed_scale(motion, max(row["speed_max_rad_s"] for row in found))
     click.echo(f"{kind:34}{'v >= 0':>14}{'v < 0':>14}")
     for text, key, times, shape in _TABLE:

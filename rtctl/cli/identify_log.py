@@ -149,7 +149,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
 
     if keep_offset and offset_is_zero:
         raise click.UsageError("--keep-offset leaves in the points what --offset-is-zero takes out; drop one")
-    rig_axis = _axis(config, axis) if config else None
+    rig_axis = _axis(config, axis)
     register()
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
         columns = _own_columns(rig_axis)
@@ -173,45 +173,45 @@ def command(  # longer than 50 lines: the steps are in order of the work
         told = diagnose(read, signals)
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
-        fit = replace(fit, warnings=(*taken, *unsaid, *fit.warnings, *found.notes, *told, *doubtful))
+        warnings = [*taken, *unsaid, *fit.warnings, *found.notes, *told, *doubtful]
+        # in a balance with a hand's sensor the offset is the zero of that, too
         if not (keep_offset or offset_is_zero or "hand_torque" in mapped):
-            fit = replace(fit, warnings=(*fit.warnings, *doubtful_offsets(fit)))
+            warnings += doubtful_offsets(fit)
         if rig_axis:
-            fit = replace(fit, warnings=(*fit.warnings, *against_rig(fit, rig_axis, str(config))))
-        fit = replace(fit, warnings=tuple(words(each, motion) for each in fit.warnings))
+            warnings += against_rig(fit, rig_axis, str(config))
+        fit = replace(fit, warnings=tuple(words(each, motion) for each in warnings))
         document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
         delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
         whole = [part for stretches in read for part in stretches]
-        bent = found.bent
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
         document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
-        document["units"] = units_of(known)
+        document |= {"units": units_of(known), "taken": found.taken, "motion": motion}
         document["cannot_tell"] = untold = tuple(words(one, motion) for one in (*found.untold, *unknown))
-        document["taken"] = found.taken
         silent = {column for part in parts for column in part.unsaid}
-        asked = () if config else units_to_confirm(known, silent, fit, motion)
-        document["to_confirm"] = asked
-        document["motion"] = motion
-        document["presliding"] = asdict(bent) if bent else None
+        document["to_confirm"] = asked = () if config else units_to_confirm(known, silent, fit, motion)
+        document["presliding"] = asdict(found.bent) if found.bent else None
         document["reversals"] = asdict(turned) if turned else None
         if out:
             sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
             sliding = samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
             points = level_points(with_temperature(sliding, signals, options, warmth) if warmth else sliding)
-            _write(out, points, bent, document, motion)
-    lines = [*fit_lines(fit, bent, signals.radian, motion), *reversal_lines(turned)]
+            _write(out, points, found.bent, document, motion)
+    lines = [*fit_lines(fit, found.bent, signals.radian, motion), *reversal_lines(turned)]
     lines = [words(line, motion) for line in lines] + [f"warning: {text}" for text in fit.warnings]
     lines += [f"taken: {text}" for text in found.taken]
     lines += [f"friction points: {out / 'points.csv'}"] if out else []
     lines += [f"cannot be told: {text}" for text in untold]
     lines = [*(f"please confirm: {text}" for text in asked), *lines, units_line(known)]
-    told_as = json_text(named(document, motion)) if as_json else "\n".join(lines)
-    click.echo(told_as)
+    click.echo(json_text(named(document, motion)) if as_json else "\n".join(lines))
 
 
-def _axis(config: Path, axis: int) -> AxisTable:
+def _axis(config: Path | None, axis: int) -> AxisTable | None:
     from rtctl.rig_file.config import load
 
+    if config is None:
+        if axis:
+            raise click.UsageError("--axis is a number in --config RIG; give that, or leave --axis out")
+        return None
     axes = load(config).config.axis
     if axis >= len(axes):
         raise ConfigError(

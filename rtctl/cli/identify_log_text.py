@@ -47,6 +47,7 @@ def ungeared(mapped: Mapping[str, Mapping[str, Any]], given: Mapping[str, float 
     ------
     ConfigError
         A position in counts, of which nobody said how many are a turn."""
+    # what is not mapped has nothing to be taken for: as if its scale were given
     position, current = (mapped.get(role, {"scale": 1.0}) for role in ("position", "current"))
     if position.get("unit") == "counts" and "scale" not in position and not given["counts_per_rev"]:
         raise ConfigError(
@@ -102,12 +103,14 @@ def units_to_confirm(
     who looks at what moves can."""
     (role, *others) = {"motor_torque", "current", "hand_torque"} & set(known)
     column, unit = known[role]["column"], str(known[role].get("unit", DEFAULT_UNITS[role]))
+    # -1 turns a sign; any other scale is a unit that somebody has worked out
     if others or column not in unsaid or abs(known[role].get("scale", 1.0)) != 1:
         return ()
     family = next(each for each in (CURRENT_UNITS, FORCE_UNITS, TORQUE_UNITS) if unit in each)
     inertia, of = fit.symmetric.parameters["inertia_kgm2"].value, "kg" if motion == "linear" else "kg m^2"
     # reversed: of two spellings of a unit the first of the table is told
     by_factor = {factor: text for text, factor in reversed(family.items()) if factor != family[unit]}
+    # J = tau / a: by what the torque is another, so is the inertia
     would_be = [
         f"in {text} {inertia * factor / family[unit]:.3g} {of}" for factor, text in sorted(by_factor.items())
     ]
@@ -116,6 +119,7 @@ def units_to_confirm(
         slides = (
             "; nobody says that the axis turns: of one that slides say so, position=NAME:m, torque=NAME:N"
         )
+    # a mass at a handle, which a person can weigh in the hand
     hand = "" if motion == "linear" else f" (as {inertia / HANDLE_M**2:.3g} kg at {1e3 * HANDLE_M:.0f} mm)"
     return (
         f"is {column!r} in {unit}? The file does not say, and no log can: what moves has {inertia:.3g} {of}"

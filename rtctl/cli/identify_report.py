@@ -50,6 +50,7 @@ def summary_of(dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...]) ->
         "discarded": sum(point["discarded"] for point in points),
         "worst_std_nm": max((point["std_nm"] for point in points), default=None),
         "presliding": asdict(bent) if bent else None,
+        # of the last session: each reads the sensor's zero anew
         "bias": document["sessions"][-1]["bias"] if document["sessions"] else None,
         "wall_s": round(wall_s, 2),
         "truth": [asdict(one) for one in truth],

@@ -71,8 +71,11 @@ def _why_no_file(path: Path) -> str:
     return "it exists and may not be written" if path.exists() and not os.access(path, os.W_OK) else ""
 
 
-def require_apart(target: Path | None, read: Iterable[Path | None]) -> None:
-    """Refuse to replace what is read (UsageError), by whatever name: measured data are measured once."""
+def require_apart(target: Path | None, read: Iterable[Path | None], picture: Path | None = None) -> None:
+    """Refuse to replace what is read (UsageError), by whatever name: measured data are measured once. Nor may
+    a picture that is drawn last replace what was learned."""
+    if target and picture and target.resolve() == picture.resolve():
+        raise click.UsageError(f"{target} is what is drawn, too: give another name to one of both")
     for one in read:
         with suppress(OSError):  # one of both is not there, or cannot be looked at: told where it is read
             if target and one and target.samefile(one):

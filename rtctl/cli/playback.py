@@ -105,7 +105,7 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
         raise click.UsageError(
             "give CONFIG, or --log, --fit-from, --time and --position with a torque column"
         )
-    require_apart(options["save_model"], (config, options["log"], *options["fit_from"]))
+    require_apart(options["save_model"], (config, options["log"], *options["fit_from"]), options["plot"])
     from rtctl.recording.as_columns import register
     from rtctl.rig_file.config import load
     from rtctl.simulation.playback_job import Job, run

@@ -115,6 +115,7 @@ def columns(runs: Runs) -> Iterator[tuple[str, np.ndarray]]:
 
 
 def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:
+    # a file may have been cut off by a full disk, or be somebody else's: whatever it holds it is named
     try:
         with opened(path) as raw:
             file = read_arrays(raw, MOST_BYTES)

@@ -50,10 +50,10 @@ def points_of(order: Order) -> FrictionPoints:
     Raises
     ------
     DataError
-        Points that cannot be read."""
+        Points that cannot be read, or are of an axis of the other motion."""
     path = points_path(order)
     if path is not None:
-        return read_points(path)
+        return _read(str(path), order.motion)
     if not order.simulate and not order.loaded.config.simulated:
         raise DataError(
             f"{order.loaded.path}: no measured friction to learn from: measure it with `rtctl identify`, "
@@ -91,9 +91,16 @@ def _beside(loaded: LoadedConfig) -> Path | None:
     return path if path.exists() else None
 
 
-@lru_cache(maxsize=2)
-def _climbed(path: str) -> tuple[FrictionPoints, Ladder]:
+def _read(path: str, motion: str) -> FrictionPoints:
     points = read_points(path)
+    if points.motion != motion:  # m/s would be followed as rad/s
+        raise DataError(f"{path}: is of a {points.motion} axis, the rig's first axis is {motion}")
+    return points
+
+
+@lru_cache(maxsize=2)
+def _climbed(path: str, motion: str) -> tuple[FrictionPoints, Ladder]:
+    points = _read(path, motion)
     return points, _climb(points)
 
 
@@ -108,7 +115,7 @@ def climb(order: Order) -> tuple[FrictionPoints, Ladder]:
     path = points_path(order)
     order.progress(0.0, "learning friction models")
     if path is not None:
-        return _climbed(str(path))
+        return _climbed(str(path), order.motion)
     points = points_of(order)
     return points, _climb(points)
 

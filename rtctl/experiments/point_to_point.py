@@ -76,6 +76,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
     outside = np.flatnonzero(np.abs(share - 1) > BAND)
     settled = (outside[-1] + 1 if len(outside) else 0) * period_s
     return {
+        # NaN less a number is NaN: what never comes to a tenth has no rise either
         "rise_s": (_first(share >= 0.9) - _first(share >= 0.1)) * period_s,
         "settling_s": settled if len(outside) == 0 or outside[-1] + 1 < len(share) else float("nan"),
         # a response that never came so far has none, and no negative one

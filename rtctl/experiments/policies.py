@@ -24,6 +24,7 @@ from rtctl.experiments.still_hand import Still
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Change, Variant
 from rtctl.friction.learn.report_page import Picture
 from rtctl.friction.learn.report_tables import Table
+from rtctl.simulation import campaign_still
 from rtctl.simulation.closed_loop import Simulation
 
 TITLE = "Policies of friction compensation"
@@ -32,7 +33,6 @@ COARSE = {8000: 32, 2000: 64}
 """Counts per turn of coarse encoders, with the window that their velocity needs; of a carriage as at its
 handle."""
 TANH_RAD_S = (".02", ".25")
-FED_J = -1e-6
 MOTIONS = (FAST_SINE, SLOW_TRIANGLE)
 
 FAMILY_SHARE = 0.3
@@ -57,7 +57,7 @@ class Judged:
             "stopped by a fault": not np.isfinite(energy).all(),
             # `not <=`: a NaN of a rig that stopped counts as hunting
             "hunts or runs": not speed.mean() <= most_rad_s,
-            "feeds the hand": energy.min() < FED_J,
+            "feeds the hand": energy.min() < -virtual.FED_J,
         }
         return [text for text, true in found.items() if true] + self.still.faults(motion)
 
@@ -174,8 +174,9 @@ def _explanation(motion: str) -> str:
     stiff = [sizes.own("stiffness_nm_rad", k, motion) for k, _ in still_hand.HANDS]
     damped = [sizes.own("damping_nms_rad", b, motion) for _, b in still_hand.HANDS]
     hunts, shakes = (
-        1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, still_hand.SHAKES_RAD_S)
+        1e3 * sizes.own("speed_rad_s", v, motion) for v in (HUNTS_RAD_S, campaign_still.QUIET_RAD_S)
     )
+    most_mj = 1e3 * campaign_still.FED_J
     return (
         "Each policy gets the rig file's gain and model, and over each motion the reduction of the RMS "
         "torque of the hand against no compensation. Hands off: RMS speed 1 to 5 s after the hand let go "
@@ -183,7 +184,7 @@ def _explanation(motion: str) -> str:
         f"periods of the fast sine its wish stands still; the worst of {len(still_hand.HANDS)} hands "
         f"({min(stiff):g} to {max(stiff):g} N m/rad, {min(damped):g} and {max(damped):g} N m s/rad): RMS "
         f"speed 2 to 5 s later, above {shakes:g} mrad/s it is shaken, and the energy it was given in that "
-        f"time, at most {1e3 * still_hand.FED_J:g} mJ. Energy: the least the hand has put in over a motion, "
+        f"time, at most {most_mj:g} mJ. Energy: the least the hand has put in over a motion, "
         "worst seed; below zero the hand was fed. Policies without a force gate are capped at gain times "
         "the least friction, as the daemon does, except where the table says uncapped; but for the default "
         "and 'observer' none has the disturbance observer. All have the energy account, which keeps any of "

@@ -141,7 +141,7 @@ def fields_of(order: Order, controller: str, case: Case, model: Compared) -> dic
         "shape": int(case.shape),
         "amplitude_rad": case.amplitude_rad,
         "rate": case.rate,
-        "slip_rad": BEHIND_RAD + abs(case.amplitude_rad),
+        "slip_rad": BEHIND_RAD + abs(case.amplitude_rad),  # a step begins all its amplitude behind
     }
 
 

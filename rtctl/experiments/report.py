@@ -212,6 +212,7 @@ def _targets(targets: Sequence[Target]) -> str:
             tuple(target.cells() for target in targets),
         )
     )
+    # in escaped text: no target's own words can hold a tag
     html = html.replace("<td>reached</td>", '<td class="yes">reached</td>')
     return html.replace("<td>NOT reached", '<td class="no">NOT reached')
 

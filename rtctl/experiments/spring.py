@@ -19,10 +19,8 @@ from rtctl.friction.learn.report_page import Picture
 from rtctl.friction.learn.report_tables import Table
 from rtctl.simulation.closed_loop import Simulation
 
-FED_J = 1e-6
-"""Energy above which the hand counts as fed: that of `free_motion`."""
-
 TITLE = "Virtual spring"
+# wound by the .6 rad of `PUSH` it is felt with .6 k k_c / (k + k_c) = 1.7 of the shipped motor's 2 N m
 STIFFNESS_NM_RAD = 3.0
 """Where the rig file has no spring; the policy is then stop_gated, as a spring needs it."""
 
@@ -206,7 +204,9 @@ def _fed(found: Measured) -> str:
     """Say plainly with which controllers the rig gave the hand more energy than it took from it."""
     least_j = {name: float(one["hand_energy_min_j"].min()) for name, one in found.items()}
     # by the worst seed: a mean would hide a hand that was fed once
-    fed = [f"{name} (up to {-1e3 * value:.3g} mJ)" for name, value in least_j.items() if value < -FED_J]
+    fed = [
+        f"{name} (up to {-1e3 * value:.3g} mJ)" for name, value in least_j.items() if value < -virtual.FED_J
+    ]
     if not fed:
         return "With no controller did the hand get more energy from the rig than it had given."
     return (

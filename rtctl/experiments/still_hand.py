@@ -18,15 +18,11 @@ from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import rms
 from rtctl.experiments.virtual import FAST_SINE, Variant
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.campaign_still import FED_J, JUDGED_S, QUIET_RAD_S, SETTLE_S
 
 # the stiffer and the less damped, the more like a spring that rings with the joint's mass
 HANDS = tuple((k, b) for k in (5.0, 20.0, 100.0, 500.0) for b in (0.1, 0.3))
 """Stiffness, N m/rad, and damping, N m s/rad: from a loose grip to a clamp, all passive and hardly damped."""
-
-SETTLE_S = 2.0
-WATCHED_S = 3.0
-SHAKES_RAD_S = 2e-3
-FED_J = 1e-3
 
 
 @dataclass(frozen=True)
@@ -40,7 +36,7 @@ class Still:
 
     def faults(self, motion: str = "rotary") -> list[str]:
         """What is wrong on an axis of this motion, in words. NaN is wrong."""
-        most_rad_s = sizes.own("speed_rad_s", SHAKES_RAD_S, motion)
+        most_rad_s = sizes.own("speed_rad_s", QUIET_RAD_S, motion)
         found = {
             "shakes a hand that holds still": not self.speed_rad_s <= most_rad_s,
             "feeds a hand that holds still": not self.fed_j <= FED_J,
@@ -73,15 +69,11 @@ def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, da
     p["hand_damping_nms_rad"] = sizes.own("damping_nms_rad", damping, simulation.motion)
     variant.change(simulation)
     simulation.arm(compensation=variant.compensation)
-    # a whole number of periods, two at least: the wish then stands where it began
-    moved_s = float(p["hand_start_s"][0, 0]) + 2 * FAST_SINE.period_s
-    while moved_s <= simulation.time_s:
-        moved_s += FAST_SINE.period_s
-    simulation.run(moved_s - simulation.time_s)
+    simulation.run(virtual.stroke_ends_s(simulation, FAST_SINE) - simulation.time_s)
     p["hand_kind"] = int(Hand.REST)
     simulation.run(SETTLE_S)
     start_rad = float(simulation.plant_state["position_rad"][0, 0])
-    trace = simulation.run(WATCHED_S)
+    trace = simulation.run(JUDGED_S - SETTLE_S)
     truth = simulation.truth
     # the first step, too: else its work is missing
     steps_rad = np.diff(truth["position_rad"][:, 0], prepend=start_rad)

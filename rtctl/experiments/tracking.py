@@ -70,6 +70,7 @@ def _sine(order: Order, hz: float, amplitude_rad: float) -> Case:
 
 def _triangle(order: Order, speed_rad_s: float, amplitude_rad: float) -> Case:
     rate_hz = order.loaded.config.loop.rate_hz
+    # of one factor both: the period stays what it is on a joint with room
     quarter_s = amplitude_rad / speed_rad_s
     t = np.arange(round(8 * quarter_s * rate_hz)) / rate_hz
     phase = (t / quarter_s) % 4

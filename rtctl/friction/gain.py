@@ -83,7 +83,8 @@ class Gains:
 
 
 def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
-    """Largest gains that pass, of the model alone and, with a rig file, of each of its axes.
+    """Largest gains that pass, of the model alone and, with a rig file, of each of its axes of that
+    motion.
 
     Notes
     -----
@@ -99,7 +100,12 @@ def recommend(model: FrictionModel, loaded: LoadedConfig | None) -> Gains:
     least = float(model.friction_min_nm.min())
     if loaded is None:
         return Gains(min(alone), least, ())
-    axes = tuple(of_axis(model, axis, loaded.config.period_s) for axis in loaded.config.axis)
+    # of the model's motion: on the others its speeds and torques are none
+    axes = tuple(
+        of_axis(model, axis, loaded.config.period_s)
+        for axis in loaded.config.axis
+        if axis.motion == model.motion
+    )
     return Gains(min(alone), least, axes, loaded.path.name, loaded.sha256)
 
 

@@ -23,7 +23,7 @@ _OFF, _BRAKE = int(Program.OFF), int(Program.BRAKE)
 _CUT = int(
     Fault.STALE | Fault.BAD_SAMPLE | Fault.JUMP | Fault.CHECKSUM | Fault.LINK_LOST | Fault.DEVICE
     | Fault.ACTUATOR_WRONG | Fault.OVERSPEED | Fault.STALLED | Fault.PASSIVITY_GROSS | Fault.WIRING
-    | Fault.ARMING_MOVED | Fault.CURRENT | Fault.LAW_NOT_FINITE | Fault.GATE | Fault.ESTOP
+    | Fault.ARMING_MOVED | Fault.CURRENT | Fault.LAW_NOT_FINITE | Fault.GATE | Fault.ESTOP | Fault.VELOCITY
 )  # fmt: skip
 _RAMP = int(
     Fault.ACTUATOR_LAG | Fault.OVERTORQUE | Fault.OVERTEMPERATURE | Fault.OVERRUN | Fault.PASSIVITY
@@ -248,7 +248,8 @@ def watch_hand(t: Record, plant: Record, plant_p: Record, p: Record, m: Record) 
     allowed = p.renderer_store_j + p.renderer_power_w * p.period_s * m.armed_ticks + 1.5 * p.energy_budget_j
     for axis in range(len(m.given_j)):
         hand, place = plant.hand_torque_nm[axis], plant.position_rad[axis]
-        # the truth, not the sensor
+        # the truth, not the sensor; by the trapezium, since the torque of a tick's end over its way errs by
+        # k_h dx^2 / 2 in a spring, always the same way
         m.given_j[axis] -= 0.5 * (m.hand_nm[axis] + hand) * (place - m.place_rad[axis])
         if m.armed_ticks == 0:
             bristle = 0.5 * plant_p.bristle_stiffness_nm_rad[axis] * plant.bristle_rad[axis] ** 2

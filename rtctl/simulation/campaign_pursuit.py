@@ -52,7 +52,7 @@ def pursue(s: Record, p: Record, c: Record, plant: Record, foe: Record, k: int, 
     ----------
     plant : record
         The truth: what no renderer can know better.
-    foe : record of `foe_dtype`
+    foe : record of `FOE`
         Its strategy."""
     if uniform(rng) * 3000.0 < 1.0:  # help on and off at will: nothing of it may be a source
         for axis in range(len(c.compensation)):

@@ -159,6 +159,7 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
     p["current_limit_a"][axis] = 1e3
     p["arming_torque_nm"][axis] = min(
         0.05 * limit,
+        # a bare joint goes tau t^2 / 2J in its test: an eighth of the travel that refuses to arm
         inertia * float(p["arming_travel_rad"][axis]) / (4 * (float(p["arming_ticks"]) * period_s) ** 2),
     )
     p["temperature_kind"][axis] = draw.integers(0, 2)

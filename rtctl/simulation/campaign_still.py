@@ -109,6 +109,7 @@ def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     steps_rad = np.diff(_held_rad(simulation), prepend=start_rad)
     given_j = np.cumsum(-simulation.truth["hand_torque_nm"][:, 0] * steps_rad)
     stopped = not (np.all(settle["state"] == State.ACTIVE) and np.all(trace["state"] == State.ACTIVE))
+    # a rig that was stopped, by its STOP too, is none that was quiet: bit 0 where no fault is named
     fault = max(int(trace["fault_first"][-1]), 0) if stopped else -1
     late_rad_s = _rms(speed[-round(LATE_S / period_s) :])
     return Found(case, _rms(speed), float(np.max(given_j, initial=0.0)), fault, late_rad_s, swing_rad)

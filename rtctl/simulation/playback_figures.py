@@ -23,6 +23,7 @@ from rtctl.friction.learn.hold_out import way_for
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
     SPEED_MIN_RAD_S,
+    STRETCH_PERIODS,
     AxisLog,
     Dynamics,
     differentiate,
@@ -36,9 +37,6 @@ from rtctl.friction.logs.regression import JointFit
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 from rtctl.simulation.playback_run import load_log
-
-PERIODS_MIN = 10
-"""Periods of the cut-off that a stretch of a log lasts at least."""
 
 BLURRED = 0.1
 """Share by which the dry friction of a log may be another one than `rtctl identify --log` says before that is
@@ -166,7 +164,7 @@ def against_identify(fit: JointFit, logs: Sequence[Judged]) -> tuple[str, ...]:
 
 def _long(stretches: Sequence[AxisLog], settings: Settings) -> Sequence[AxisLog]:
     """Stretches that the low-pass leaves enough of; the longest where there is none."""
-    least_s = PERIODS_MIN / settings.cutoff_hz
+    least_s = STRETCH_PERIODS / settings.cutoff_hz
     long = [part for part in stretches if len(part.position_rad) >= least_s * part.rate_hz]
     return long or sorted(stretches, key=lambda part: len(part.position_rad))[-1:]
 
@@ -245,6 +243,7 @@ def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: floa
     if not counted.any():
         raise DataError("no tick had full authority: arming and soft start outlast the log; use a longer one")
     return Trace(
+        # the first sample has number 1, at 0 s of the log
         time_s=(fresh["sample_count"][counted] - 1) / rate_hz,
         velocity_rad_s=velocity[counted],
         hand_nm=fresh["hand_torque_nm"][counted, 0],
@@ -274,6 +273,7 @@ def _part(signals: Trace, chosen: np.ndarray) -> dict[str, float]:
         "hand_rms_nm": felt,
         "feedforward_rms_nm": rms(signals.feedforward_nm[chosen]),
         "left_rms_nm": rms(left),
+        # of nothing nothing is a share
         "reduction": 1.0 - rms(left) / felt if felt > 0 else float("nan"),
         "inertia_rms_nm": rms(inertial),
         "friction_rms_nm": rms(hand - inertial),

@@ -30,6 +30,7 @@ def save_plot(path: Path, learned: Learned, evaluated: Judged, signals: Trace | 
     for name, samples in (("trained on", learned.logs[0].samples), ("judged on", evaluated.samples)):
         bottom.plot(samples.velocity_rad_s, samples.friction_nm, ".", markersize=3, alpha=0.5, label=name)
     for direction, branch in zip((1, -1), learned.model.branches, strict=True):
+        # without 0, where friction has two values
         v = direction * np.linspace(0, branch.speed_max_rad_s, 400)[1:]
         bottom.plot(v, direction * learned.model.magnitude(v), "k", label="model" if direction > 0 else None)
     bottom.set(xlabel=words("velocity, rad/s", motion), ylabel=words("friction, N m", motion))

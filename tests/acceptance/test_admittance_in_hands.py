@@ -100,7 +100,8 @@ def test_hands_in_worlds_that_are_not_linear_are_counted_by_themselves(rigs):
         for kind in (Environment.DETENTS, Environment.SPRING)
     }
     moves = {
-        kind: campaign_in_hands.Found(0, "", 0.0, held, 0.1, 0.1, 0.1, -1) for kind, held in worlds.items()
+        kind: campaign_in_hands.Found(0, "", 0.0, held, 0.1, 0.1, 0.1, 0.1, -1)
+        for kind, held in worlds.items()
     }
     findings = campaign_in_hands.Findings()
     findings.add(rigs[0], list(moves.values()))

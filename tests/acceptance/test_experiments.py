@@ -22,6 +22,7 @@ from rtctl.experiments.order import Order
 from rtctl.experiments.registry import EXPERIMENTS
 from rtctl.experiments.virtual import FAST_SINE, SLOW_TRIANGLE, Variant
 from rtctl.rig_file.config import load
+from rtctl.simulation.campaign_still import QUIET_RAD_S
 from rtctl.simulation.family import FAMILY
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -74,7 +75,7 @@ def test_a_hand_that_holds_still_is_shaken_by_the_old_policy_without_its_account
         simulation.plant_params["elastic_share"] = 0.7
 
     found = still_hand.held(mock, 0, Variant("old", 1.0, old), 20.0, 0.1)
-    assert found.speed_rad_s > still_hand.SHAKES_RAD_S
+    assert found.speed_rad_s > QUIET_RAD_S
 
 
 def test_the_family_is_compared_on_every_plant(mock, monkeypatch):

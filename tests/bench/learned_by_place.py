@@ -7,7 +7,7 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from rtctl.cli.fit_places import learn
+from rtctl.cli.fit_places import learn, read
 from rtctl.experiments.simulated_identification import drive
 from rtctl.friction import artefact
 from rtctl.friction.learn.fit import fit_points
@@ -40,7 +40,8 @@ def learned_by_place(free: LoadedConfig, plant: LoadedConfig, folder: Path) -> L
     model = fit_points(measured, rig=plant.config.rig.name)
     places, sweep = (folder / "set" / name for name in ("points_places.csv", "points_sweep.csv"))
     gear_ratio = float(plant.config.hardware().gear_ratio[0])
-    model, _, _ = learn(model, places, sweep, None, 2 * math.pi / gear_ratio)
+    over = read(places, sweep, "rotary", 2 * math.pi)
+    model, _, _ = learn(model, over, 2 * math.pi / gear_ratio)
     path = folder / "by-place.json"
     artefact.save(with_evidence(model, measured), path)
     axis = plant.config.axis[0]

@@ -23,7 +23,6 @@ from hw.simulators.mock_records import Hand
 from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.control.vocabulary import State
-from rtctl.experiments.still_hand import SHAKES_RAD_S
 from rtctl.friction import artefact
 from rtctl.friction.gain import of_axis
 from rtctl.friction.learn import beside_speed
@@ -36,6 +35,7 @@ from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation import campaign_still_cases, mock_points
+from rtctl.simulation.campaign_still import QUIET_RAD_S
 from rtctl.simulation.closed_loop import Simulation
 from rtctl.simulation.family import merged, with_plant
 from tests.bench.drift_plants import moved
@@ -187,7 +187,7 @@ def main(folder: Path, hands: int) -> None:
         # no hand without stiffness holds a joint still against a load
         cases = [one for one in cases if one.hand_stiffness_nm_rad > 0 or one.index % len(WORLDS) < 2]
         speeds = [shaken_rad_s(case, models["by load"], load_gain) for case in cases]
-        shaken = [case.index for case, speed in zip(cases, speeds, strict=True) if speed > SHAKES_RAD_S]
+        shaken = [case.index for case, speed in zip(cases, speeds, strict=True) if speed > QUIET_RAD_S]
         click.echo(
             f"load_gain {load_gain}: {len(shaken)} of {len(cases)} shaken, worst {max(speeds):.4f} rad/s "
             f"{shaken}"

@@ -51,15 +51,12 @@ class Sweep:
 @dataclass(frozen=True)
 class CoggingFit:
     """What was found. `tried`: number of harmonics -> held-out RMSE, N m; `friction_nm` mean friction of both
-    directions.
-
-    `two_way`: both directions were seen, so friction and conservative part are told apart."""
+    directions; of one direction alone its level and NaN, and `part` has friction's own waves in it."""
 
     part: Harmonics
     friction_nm: tuple[float, float]
     rmse_nm: float
     tried: dict[int, float]
-    two_way: bool
 
 
 @dataclass(frozen=True)
@@ -140,8 +137,7 @@ def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float |
     count = min(n for n in tried if tried[n] <= within)
     orders = np.sort(ranked[:count])
     found, friction, rmse = _regress(x, tau, levels, period_rad, orders)
-    two_way = len(np.unique(sweep.direction)) == 2
-    return CoggingFit(found, friction, rmse, tried, two_way)
+    return CoggingFit(found, friction, rmse, tried)
 
 
 def _places(sweep: Sweep, period_rad: float) -> int:

@@ -24,6 +24,13 @@ from rtctl.errors import DataError
 CUTOFF_HZ = 20.0
 """Default low-pass: hand motion lies below it, structural vibration and encoder steps above."""
 
+# one is dropped at either end: of ten, eight are left
+STRETCH_PERIODS = 10
+"""Least length of a log without gaps, periods of the cut-off."""
+
+CUTOFF_SHARE = 0.2
+"""Highest cut-off, share of the rate: five points err by (.4 pi)^4/30 there, 8 % of a velocity."""
+
 SPEED_MIN_RAD_S = 0.03
 """Default least speed: below it pre-sliding and the estimate of the direction spoil the samples."""
 
@@ -185,6 +192,15 @@ def _there_and_back(signal: np.ndarray, section: np.ndarray, settled: np.ndarray
     return np.ascontiguousarray(passed[BEYOND : n + BEYOND].T)
 
 
+def rows_of_a_period(log: AxisLog, cutoff_hz: float) -> int:
+    """Rows of a log in one period of the cut-off. Raises DataError for a cut-off that its rate cannot
+    carry."""
+    most_hz = CUTOFF_SHARE * log.rate_hz
+    if not 0 < cutoff_hz <= most_hz:
+        raise DataError(f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{most_hz:g} Hz (rate / 5)")
+    return round(log.rate_hz / cutoff_hz)
+
+
 def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     """Velocity, acceleration and torque of a log through one zero-phase filter, thinned out alike.
 
@@ -197,16 +213,13 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     -----
     Central differences of the filtered position. One period of the cut-off is dropped at each end, where
     the filter does not know what came before."""
-    if not 0 < cutoff_hz <= 0.2 * log.rate_hz:
-        raise DataError(
-            f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{0.2 * log.rate_hz:g} Hz (rate / 5)"
-        )
     # one-sided differences at both ends are of half the order, and two of them follow each other
-    edge = max(2, round(log.rate_hz / cutoff_hz))
+    edge = rows_of_a_period(log, cutoff_hz)
     n = len(log.position_rad)
-    if n < 10 * edge:
+    least = STRETCH_PERIODS * edge
+    if n < least:
         raise DataError(
-            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {10 * edge} are needed"
+            f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {least} are needed"
         )
     step = 1.0 / log.rate_hz
     velocity = np.gradient(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)

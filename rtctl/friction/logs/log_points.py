@@ -129,7 +129,7 @@ def read_in_time(
     logs = read(torque_delay_s)
     parts = [stretches[0] for stretches in logs]
     require_different(parts)
-    cutoff = cutoff_hz or cutoff_for(parts)
+    cutoff = cutoff_for(parts, cutoff_hz)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     logs, signals, bent = looked_at(logs)
     taken: tuple[str, ...] = ()

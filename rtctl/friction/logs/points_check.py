@@ -127,10 +127,17 @@ def require_plausible_points(points: FrictionPoints, loaded: LoadedConfig) -> No
     Raises
     ------
     DataError
-        Naming the column, its largest value, the bound of the rig file and the unit that is likely wrong."""
+        Naming the column, its largest value, the bound of the rig file and the unit that is likely wrong;
+        or that no axis of the rig is of that motion."""
+    # an axis of the other motion has its limits in other units: a carriage may do 3 m/s, no joint 3 rad/s
+    axes = [axis for axis in loaded.config.axis if axis.motion == points.motion]
+    if not axes:
+        raise DataError(
+            f"{points.source}: is of a {points.motion} axis, and {loaded.path.name} has none; give the rig "
+            "file of the axis that was measured"
+        )
     refusals = [
-        _refusal(points, Limits.of_axis(axis, loaded.path.name), axis.torque_limit_nm)
-        for axis in loaded.config.axis
+        _refusal(points, Limits.of_axis(axis, loaded.path.name), axis.torque_limit_nm) for axis in axes
     ]
     # one axis that could have given them is enough: the file does not say which it was
     if all(refusals):

@@ -12,17 +12,17 @@ from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import (
     CUTOFF_HZ,
+    CUTOFF_SHARE,
     SAMPLES_MIN,
     SAMPLES_PER_CUTOFF,
     SPEED_MIN_RAD_S,
+    STRETCH_PERIODS,
     AxisLog,
+    rows_of_a_period,
     smooth,
 )
 from rtctl.friction.logs.recorded_velocity import aligned_velocity
 from rtctl.friction.logs.signal_shift import advanced, derivatives
-
-CUTOFF_SHARE = 0.2
-"""Highest cut-off, share of the rate: five points err by (.4 pi)^4/30 there, 8 % of a velocity."""
 
 SETTLE_RAD, SETTLE_SHARE, SETTLE_MOST_SHARE = 0.01, 0.05, 0.25
 """Travel after a reversal before friction is that of sliding; its share of the range at most; most."""
@@ -35,9 +35,6 @@ LOW_SPEED_SHARE = 0.25
 
 MARGIN_PERIODS = 1.0
 """Periods of the cut-off left out beside a reversal: the filter blurs the jump of friction over so much."""
-
-STRETCH_PERIODS = 10
-"""Least length of a log without gaps, periods of the cut-off."""
 
 _SIGNALS = ("position_rad", "velocity_rad_s", "acceleration_rad_s2", "jerk_rad_s3", "direction", "torque_nm")
 
@@ -100,9 +97,13 @@ class Regressors:
         return both >= SAMPLES_MIN and self.slow()[0] >= SAMPLES_MIN // 2
 
 
-def cutoff_for(logs: Sequence[AxisLog]) -> float:
-    """Cut-off that suits every one of the logs, Hz: the usual one, or what the lowest rate carries."""
-    return min(CUTOFF_HZ, *(CUTOFF_SHARE * log.rate_hz for log in logs))
+def cutoff_for(logs: Sequence[AxisLog], wanted_hz: float | None = None) -> float:
+    """Cut-off that suits every one of the logs, Hz: the one that is wanted, else the usual one, or what the
+    lowest rate carries. Raises DataError for a wanted one that the rate of some log cannot carry."""
+    cutoff_hz = wanted_hz or min(CUTOFF_HZ, *(CUTOFF_SHARE * log.rate_hz for log in logs))
+    for log in logs:
+        rows_of_a_period(log, cutoff_hz)
+    return cutoff_hz
 
 
 def regressors(
@@ -190,7 +191,7 @@ def of_stretches(
     ------
     DataError
         As `regressors`, of the longest stretch where all are too short."""
-    need = STRETCH_PERIODS * max(4, round(parts[0].rate_hz / cutoff_hz))
+    need = STRETCH_PERIODS * rows_of_a_period(parts[0], cutoff_hz)
     kept = [part for part in parts if len(part.position_rad) >= need]
     if len(parts) == 1 or not kept:
         longest = max(parts, key=lambda part: len(part.position_rad))
@@ -246,12 +247,7 @@ def _motion(
 
 def _checked(log: AxisLog, cutoff_hz: float) -> tuple[int, float]:
     """Samples per period of the cut-off, and the range of the position in rad."""
-    rate, n = log.rate_hz, len(log.position_rad)
-    if not 0 < cutoff_hz <= CUTOFF_SHARE * rate:
-        raise DataError(
-            f"{log.source}: cut-off {cutoff_hz:g} Hz must lie in 0..{CUTOFF_SHARE * rate:g} Hz (rate / 5)"
-        )
-    edge = max(4, round(rate / cutoff_hz))
+    n, edge = len(log.position_rad), rows_of_a_period(log, cutoff_hz)
     if n < STRETCH_PERIODS * edge:
         raise DataError(
             f"{log.source}: {n} samples{' between two gaps' if log.start_s else ''} are too few for a "

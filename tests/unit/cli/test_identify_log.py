@@ -250,3 +250,17 @@ def test_a_decimal_comma_and_a_delimiter_may_be_given(monkeypatch, capsys, log):
     code, _, error = run(monkeypatch, capsys, "--log", log, *MAPPED, "--delimiter", "tab")
     assert code == 10
     assert "no column" in error
+
+
+@pytest.mark.parametrize(
+    ("given", "code", "said"),
+    [
+        # five points tell no velocity above a fifth of the rate, and the filter none above half of it
+        (("--cutoff-hz", 300), 10, "cut-off 300 Hz must lie in 0..100 Hz (rate / 5)"),
+        (("--axis", 1), 2, "--axis is a number in --config RIG"),
+    ],
+)
+def test_an_option_that_cannot_be_is_told(monkeypatch, capsys, log, given, code, said):
+    ended, text, err = run(monkeypatch, capsys, "--log", log, *MAPPED, *given)
+    assert (ended, text) == (code, "")
+    assert said in err

@@ -9,6 +9,7 @@ from law_rig import LawRig
 from hw.simulators.mock_records import params_dtype, state_dtype
 from rtctl.control.jit import records
 from rtctl.control.vocabulary import Fault, Program, State
+from rtctl.simulation import campaign_monitor
 from rtctl.simulation.campaign_monitor import INVARIANTS, memory_dtype, watch, watch_hand
 
 
@@ -67,6 +68,7 @@ class Watched:
         ({"current_command_a": math.nan}, {4}),
         ({"faults": int(Fault.STALE)}, {8}),
         ({"faults": int(Fault.GATE)}, {8}),
+        ({"faults": int(Fault.VELOCITY)}, {8}),
         ({"faults": int(Fault.PASSIVITY)}, {8}),
         ({"faults": int(Fault.DEVICE), "torque_applied_nm": 0.4}, {8, 19}),
         ({"state": State.STOPPING, "torque_applied_nm": 0.31}, {8}),
@@ -87,6 +89,12 @@ class Watched:
 )
 def test_each_invariant_is_seen_when_broken(fields, broken):
     assert Watched().spoil(**fields) == broken
+
+
+def test_every_fault_that_ends_torque_has_its_reaction_judged():
+    judged = {fault for fault in Fault if fault & (campaign_monitor._CUT | campaign_monitor._RAMP)}
+    # a log at its end is no fault of a rig, and who has no real-time rights is never armed
+    assert set(Fault) - judged == {Fault.END_OF_LOG, Fault.REALTIME}
 
 
 @pytest.mark.parametrize(("learned", "broken"), [(True, {14}), (False, set())])

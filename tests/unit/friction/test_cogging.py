@@ -34,7 +34,6 @@ def test_friction_and_conservative_part_are_told_apart():
     assert np.abs(found.part(x) - PART(x)).max() < 0.0015
     assert found.friction_nm == (pytest.approx(0.30, abs=0.002), pytest.approx(0.26, abs=0.002))
     assert found.part(x[:-1]).mean() == pytest.approx(0, abs=1e-3)
-    assert found.two_way
     assert found.rmse_nm < 0.01
 
 

@@ -77,7 +77,7 @@ def test_fit_learns_places_and_sweep_and_tells_where_an_index_has_moved(tmp_path
     ]
     places, sweep = write(tmp_path / "places.csv", rows), write(tmp_path / "sweep.csv", sweep_rows())
     model = fit_points(read_points(places), rig="mock", c=10.0, epsilon_nm=0.03)
-    found, told, body = fit_places.learn(model, places, sweep, None, 0.5)
+    found, told, body = fit_places.learn(model, fit_places.read(places, sweep, "rotary", TURN), 0.5)
     assert found.conservative.orders.tolist() == [1]
     assert body["places"]["orders"] >= 1
     assert any("by speed alone" in line for line in told)
@@ -86,7 +86,7 @@ def test_fit_learns_places_and_sweep_and_tells_where_an_index_has_moved(tmp_path
     assert "friction.place_shift_rad = 0.12" in capsys.readouterr().out
     one_way = write(tmp_path / "one.csv", sweep_rows()[:400])
     with pytest.raises(DataError, match="one direction only"):
-        fit_places.learn(model, None, one_way, None, 0.5)
+        fit_places.read(None, one_way, "rotary", TURN)
     artefact.save(model, tmp_path / "plain.json")
     with pytest.raises(DataError, match="no conservative part"):
         fit_places.tell_shift(tmp_path / "plain.json", sweep, err=False)
