@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, settings
 
 # a second thread of so small sums only waits, and that burns a core
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 _FOLDER = tempfile.TemporaryDirectory(prefix="rtctl-state-")
 os.environ["RTCTL_STATE_DIR"] = _FOLDER.name
 
