@@ -1,8 +1,9 @@
 """Runs a tier of tests, a part for each core: `python tests/run_tier.py check|test|volume`.
 
 Tests that meet a clock run as two parts, alone at their priority; parts that start beside them get only what
-nobody else wants (SCHED_IDLE), so that no real-time loop waits for them. As tests that meet a clock mostly
-wait, as many parts as there are cores run besides. A part's output is shown when it fails. Ctrl-C ends all.
+nobody else wants (SCHED_IDLE), so that no real-time loop waits for them. As tests that meet a clock leave
+their core idle for most of the time, as many parts as there are cores run besides. A part's output goes to a
+file and is shown when it fails. Ctrl-C ends all parts.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ BIN = Path(sys.executable).parent
 NOTHING_COLLECTED = 5
 END_S = 30.0
 """Time that an interrupted part may take to end its rigs before it is killed."""
+
 ENOUGH_FILES = 25
 """In one part: it starts Python and imports for three seconds."""
 LEAST_WEIGHT = 19
@@ -36,11 +38,9 @@ LEAST_WEIGHT = 19
 
 UNHURRIED = "--timeout=1800"
 """Of one test: beside busy others it may stand still for long."""
-COMPILED = "mock", "mock-2axis", "serial"
-"""Rigs of configs/ whose code many tests run; each of the two first takes a core for a minute."""
 
 FIRST = "unit/hw"
-"""Compiles what the daemons of CAN rigs run: no test that meets a clock need wait for that."""
+"""Compiles what the daemons of CAN and serial rigs run: no test that meets a clock need wait for that."""
 
 VOLUME = re.compile(r"mark\.volume|asked_often")
 """In a file of tests of which some are volume (`tests/amounts.py`)."""
@@ -149,16 +149,16 @@ def check() -> list[Part]:
 def test() -> list[Part]:
     """What a user would run: everything but volume, and but what needs other people's programs.
 
-    What takes long begins early, so that no core has the last long part to itself. What many run is compiled
-    before: those that begin at a time would each compile it.
+    What takes long begins early, so that no core has the last long part to itself. What every daemon runs is
+    compiled before the first of them begins: those that begin at a time would each compile it.
     """
     files = tiers.every_file()
     clock = [path for path in files if tiers.meets_a_clock(path)]
     others = by_folder([path for path in files if path not in clock], UNHURRIED)
     beside = sorted(others, key=lambda part: (FIRST not in part.name.split(), -part.slow_files))
-    compiler = (sys.executable, "-m", "rtctl", "compile")
+    compiled = (sys.executable, "-m", "rtctl", "compile", "configs/mock.toml")
     return [
-        *(Part(f"compile {rig}", (*compiler, f"configs/{rig}.toml"), compiles=True) for rig in COMPILED),
+        Part("compile", compiled, compiles=True),
         pytest_part("clock", [path for path in clock if not tiers.is_patient(path)], clock=True),
         pytest_part("patient clock", [path for path in clock if tiers.is_patient(path)], clock=True),
         *beside,

@@ -43,7 +43,7 @@ def test_every_file_of_tests_is_in_one_part_of_make_test():
 
 
 def test_what_meets_a_clock_is_in_two_parts_and_in_no_other():
-    clock, patient, *others = after_compiling()
+    _, clock, patient, *others = run_tier.test()
     assert clock.clock
     assert patient.clock
     assert not any(part.clock for part in others)
@@ -55,26 +55,19 @@ def test_what_meets_a_clock_is_in_two_parts_and_in_no_other():
     assert set(files_of(others)) >= {f"tests/{name}" for name in tiers.ONLY_COMPUTES}
 
 
-def after_compiling():
-    """The parts of `make test` that come after those that compile."""
-    parts = run_tier.test()
-    compiling = len(run_tier.COMPILED)
-    assert [part.compiles for part in parts] == [True] * compiling + [False] * (len(parts) - compiling)
-    return parts[compiling:]
-
-
 def test_of_attacks_and_of_what_measures_a_loop_nothing_is_patient():
-    _, patient, *_ = after_compiling()
+    _, _, patient, *_ = run_tier.test()
     assert not [name for name in files_of([patient]) if "/attacks/" in name or "/test_run" in name]
 
 
 def test_what_daemons_of_devices_run_is_compiled_before_all_else_that_runs_beside_the_clock():
-    _, _, first, *_ = after_compiling()
+    compiled, _, _, first, *_ = run_tier.test()
+    assert compiled.compiles
     assert "tests/unit/hw/test_can_steady.py" in files_of([first])
 
 
 def test_what_takes_long_begins_early():
-    _, _, _, *others = after_compiling()
+    _, _, _, _, *others = run_tier.test()
     slow = [sum(not tiers.is_quick(ROOT / name) for name in files_of([part])) for part in others]
     assert slow == sorted(slow, reverse=True)
     assert slow[0] > 20 > slow[-1]
