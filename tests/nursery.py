@@ -1,11 +1,10 @@
 """Programs of this project that are forked instead of started: `Program` is `subprocess.Popen` for commands
 `python -m MODULE ...`.
 
-A start of `rtctl run` takes 1.7 s of a core, and 1.4 s of these are imports and the loading of compiled code,
-of the host and again of its loop. A *nursery* is a process that has done so; it forks a child for each
-command, in which the module runs as `python -m` would run it: with the caller's environment, folder, streams
-and signals. The host that is born so forks its loop in the same way. The kernel makes the child one of the
-caller, who waits for it, kills it and is charged for its processor time as for any other.
+A start of `rtctl run` takes 1.7 s of a core, 1.4 s of it imports and the loading of compiled code, of host
+and loop. A *nursery* is a process that has done so; it forks a child for each command, in which the module
+runs as `python -m` would run it: with the environment, folder, streams and signals of the caller. The host
+that is born so forks its loop in the same way. The kernel makes the child the caller's, as any other.
 
 What is about the start, the interpreter, the installation, a memory or an exit that Python has a part in,
 stays with `subprocess`.
@@ -16,6 +15,7 @@ from __future__ import annotations
 import atexit
 import contextlib
 import ctypes
+import fcntl
 import gc
 import io
 import json
@@ -36,13 +36,13 @@ from types import FunctionType, SimpleNamespace
 TESTS = Path(__file__).resolve().parent
 CONFIGS = TESTS.parent / "configs"
 READ_AT_IMPORT = ("PYTHON", "NUMBA", "LD_", "OPENBLAS", "OMP_", "HOME", "RTCTL_CACHE", "XDG_CACHE", "CACHE_")
-"""Names of variables begin so that a running interpreter, or what it has imported, looks at no more."""
-
+"""Names of variables begin so that what runs, or was imported, looks at no more."""
 RIGS = "mock.toml", "serial.toml"
 """Shipped rigs whose compiled code is there before the fork."""
 
 _PR_SET_CHILD_SUBREAPER = 36
 _MOST_BYTES = 1 << 20
+_MOST_DESCRIPTORS = 16
 _OF_STDOUT = sys.stdout.errors  # by the locale
 
 at_birth_of_a_loop = []
@@ -81,7 +81,7 @@ class Forked(subprocess.Popen):
     def _birth(self, order, streams, pass_fds):
         pid = os.fork()
         if pid == 0:
-            live(order, streams, pass_fds, at_birth_of_a_loop)
+            live(order, streams, {fd: fd for fd in pass_fds}, at_birth_of_a_loop)
         return pid
 
 
@@ -96,9 +96,8 @@ class Program(Forked):
         super().__init__(command, **more)
 
     def _birth(self, order, streams, pass_fds):
-        if pass_fds:
-            raise ValueError("what is born inherits no more than its streams: use subprocess")
-        return self._nursery.bear({**order, "first": self._first}, streams)
+        order |= {"first": self._first, "kept": pass_fds}
+        return self._nursery.bear(order, [*streams, *pass_fds])
 
 
 run = FunctionType(subprocess.run.__code__, {**vars(subprocess), "Popen": Program})
@@ -121,12 +120,12 @@ class Nursery:
                 pass_fds=(theirs.fileno(),),
             )
 
-    def bear(self, order, streams):
-        """Fork a child of the calling process; its process id."""
+    def bear(self, order, descriptors):
+        """Fork a child of the caller, with three streams and what the order numbers; its process id."""
         if changed := read_at_import(order["env"]).items() ^ self._environment.items():
             raise ValueError(f"what is born has read these already: {sorted(changed)}; use subprocess")
         with self._lock, _adopting():
-            socket.send_fds(self._line, [json.dumps(order).encode()], streams)
+            socket.send_fds(self._line, [json.dumps(order).encode()], descriptors)
             pid = int(self._line.recv(64) or 0)
             self._line.recv(64)  # its first parent has gone: it is ours
         assert pid, "the nursery has ended"
@@ -184,15 +183,18 @@ def live(order, streams, keep, first=()):
 
 
 def become(order, streams, keep):
-    """Take over what a program has of those who start it, and nothing else of this process."""
+    """Take over what a program has of those who start it, and nothing else; `keep`: number there -> here."""
     if order["session"]:
         os.setsid()
     if order["group"] >= 0:
         os.setpgid(0, order["group"])
-    for number, fd in enumerate(streams):
+    wanted = {**dict(enumerate(streams)), **keep}
+    above = max(*wanted, *wanted.values()) + 1  # no number that is to be given is in use there
+    copies = [fcntl.fcntl(fd, fcntl.F_DUPFD, above) for fd in wanted.values()]
+    for fd, number in zip(copies, wanted, strict=True):
         os.dup2(fd, number)
     for fd in [int(one.name) for one in Path("/proc/self/fd").iterdir()]:
-        if fd > 2 and fd not in keep:
+        if fd not in wanted:
             with contextlib.suppress(OSError):  # that of the list itself
                 os.close(fd)
     os.environ.clear()
@@ -252,11 +254,14 @@ def load_all():
         SafeStop(loaded)
     WallClock()
     import_module("rtctl.cli.run")
-    waiting_loop.subprocess = SimpleNamespace(
-        Popen=popen_of_a_loop, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL
-    )
+    waiting_loop.subprocess = makes_loops(popen_of_a_loop)
     gc.collect()
     gc.freeze()  # else each child looks through what it was born with, and has a copy of all that made
+
+
+def makes_loops(popen):
+    """What `rtctl.host.waiting_loop` has as `subprocess`."""
+    return SimpleNamespace(Popen=popen, PIPE=subprocess.PIPE, DEVNULL=subprocess.DEVNULL)
 
 
 def popen_of_a_loop(command, **more):
@@ -276,7 +281,7 @@ def serve(line_fd):
     assert threads() == 1, "a fork takes one thread with it"
     with socket.socket(fileno=line_fd) as line:
         while True:
-            text, streams, _, _ = socket.recv_fds(line, _MOST_BYTES, 3)
+            text, descriptors, _, _ = socket.recv_fds(line, _MOST_BYTES, _MOST_DESCRIPTORS)
             if not text:
                 return
             born, bearing = os.pipe()  # ends when all others of this birth have let go
@@ -285,10 +290,11 @@ def serve(line_fd):
                 if pid == 0:
                     os.close(bearing)
                     os.read(born, 1)
-                    live(json.loads(text), streams, ())
+                    order = json.loads(text)
+                    live(order, descriptors[:3], dict(zip(order["kept"], descriptors[3:], strict=True)))
                 line.send(str(pid).encode())
                 os._exit(0)
             os.waitpid(middle, 0)
             line.send(b"gone")
-            for fd in (born, bearing, *streams):
+            for fd in (born, bearing, *descriptors):
                 os.close(fd)

@@ -7,6 +7,7 @@ import struct
 import termios
 
 import pytest
+from nursery import Program
 from simulated_board import PATIENCE_S, SimulatedBoard
 
 from hw.serial import frame_backend as serial_backend
@@ -132,7 +133,7 @@ def board(n_axes, make_folder, which="first", *arguments, velocity=False):
         folder = make_folder("board")
         rig = folder / "rig.toml"
         rig.write_text("".join(AXES[:n_axes]) + MOVING + ("[device.options.velocity]\n" if velocity else ""))
-        _BOARDS[key] = SimulatedBoard(folder, "--step", "--rig", str(rig), *arguments)
+        _BOARDS[key] = SimulatedBoard(folder, "--step", "--rig", str(rig), *arguments, popen=Program)
     found = _BOARDS[key]
     found.order("plug")
     found.order("reset")

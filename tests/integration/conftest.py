@@ -2,9 +2,20 @@
 role.
 """
 
+import nursery
 import pytest
 from ports import free_ports
 from tcp_rig import clients, listening, short_folder, stocked
+
+from rtctl.host import waiting_loop
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _loops_are_born():
+    """Of hosts in the process of the test, as of those that are born."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(waiting_loop, "subprocess", nursery.makes_loops(nursery.Program))
+        yield
 
 
 @pytest.fixture

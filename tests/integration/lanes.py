@@ -118,7 +118,9 @@ class Daemon:
 
 def simulated(folder):
     """A board that runs the reference firmware."""
-    return SimulatedBoard(folder, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", str(BOARD_HZ))
+    return SimulatedBoard(
+        folder, "--rig", str(CONFIGS / "mock.toml"), "--rate-hz", str(BOARD_HZ), popen=Program
+    )
 
 
 class Lane:

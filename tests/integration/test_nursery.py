@@ -55,8 +55,9 @@ def both(command, **more):
 def test_it_has_all_that_its_parent_gives_to_a_program_and_nothing_else(tmp_path):
     command = program(tmp_path, TOLD, "one", "two three")
     environment = {**os.environ, "RTCTL_SAID": "so"}
-    with (tmp_path / "open").open("w"):  # not for it
-        started, born = both(command, cwd=tmp_path, env=environment, start_new_session=True, input="a word")
+    given = {"cwd": tmp_path, "env": environment, "start_new_session": True, "input": "a word"}
+    with (tmp_path / "open").open("w"), (tmp_path / "for it").open("w") as its:  # the first is not
+        started, born = both(command, pass_fds=(its.fileno(),), **given)
     assert started.returncode == born.returncode == 2
     assert born.stderr == started.stderr == ""
     started, born = json.loads(started.stdout), json.loads(born.stdout)
@@ -65,6 +66,14 @@ def test_it_has_all_that_its_parent_gives_to_a_program_and_nothing_else(tmp_path
     born["environment"].pop("OPENBLAS_NUM_THREADS"), started["environment"].pop("OPENBLAS_NUM_THREADS")
     assert born == started
     assert born["parent"] == os.getpid()
+
+
+def test_it_has_each_descriptor_by_the_number_that_it_has_here(tmp_path):
+    command = program(tmp_path, "import os, sys; [os.write(int(fd), fd.encode()) for fd in sys.argv[1:]]")
+    with (tmp_path / "one").open("w") as one, (tmp_path / "other").open("w") as other:
+        own = one.fileno(), other.fileno()
+        nursery.run([*command, *map(str, own)], cwd=tmp_path, pass_fds=own[::-1], check=True)
+    assert ((tmp_path / "one").read_text(), (tmp_path / "other").read_text()) == tuple(map(str, own))
 
 
 def test_children_draw_different_random_numbers(tmp_path):
@@ -106,7 +115,7 @@ def test_what_is_read_at_import_is_not_for_it(tmp_path, name):
 
 
 @pytest.mark.parametrize(
-    "more", [{"preexec_fn": os.getpid}, {"shell": True}, {"pass_fds": (1,)}, {"umask": 0}]
+    "more", [{"preexec_fn": os.getpid}, {"shell": True}, {"user": os.getuid()}, {"umask": 0}]
 )
 def test_what_it_cannot_be_given_is_refused(tmp_path, more):
     with pytest.raises(ValueError, match="use subprocess"):
