@@ -34,7 +34,7 @@ def rubbing(a, share):
     return made
 
 
-def _beside(signal, n):
+def beside(signal, n):
     """What is left of it beside its mean, taken twice."""
     for _ in range(2):
         signal = signal[n:-n] - np.convolve(signal, np.full(2 * n + 1, 1 / (2 * n + 1)), "valid")
@@ -63,11 +63,11 @@ def told(case, rig):
     held = after[ticks(2.0) : ticks(5.0)]
     found, least = {}, 0.5 * case.fastest * case.length_m
     for name, speed in (("motor", moved[:, 0]), ("link", moved[:, 1])):
-        loud = 1e3 / case.length_m * _beside(speed, n)
+        loud = 1e3 / case.length_m * beside(speed, n)
         strokes = np.abs(np.convolve(speed, np.full(2 * n + 1, 1 / (2 * n + 1)), "valid"))[n:-n] > least
         found |= {f"whole {name}": _rms(loud), f"strokes {name}": _rms(loud[strokes])}
     found["still"] = 1e3 / case.length_m * max(_rms(held[:, 0]), _rms(held[:, 1]))
-    paid = float(np.mean(_beside(moved[:, 2], n) * _beside(moved[:, 1], n)))
+    paid = float(np.mean(beside(moved[:, 2], n) * beside(moved[:, 1], n)))
     return found, _rms(moved[:, 2]), paid, moved, after
 
 

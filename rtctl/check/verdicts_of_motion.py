@@ -10,9 +10,9 @@ SHAKEN = {"hybrid": (36, 611), "observer": (16, 222)}
 """By policy: hands of the box that were shaken beyond both references, of so many that moved certified rigs
 on joints of another make (`tests/foreign_shaken.py`, seeds that chose nothing: decision 0111)."""
 
-IN_CONTACT = {"hybrid": (14, 165), "observer": (2, 28)}
+IN_CONTACT = {"hybrid": (25, 270), "observer": (2, 28)}
 """By policy: those of hands that tap, press, let go and grip again in rendered worlds
-(`tests/foreign_contact.py`, decision 0128)."""
+(`tests/foreign_contact.py`, decisions 0128 and 0147)."""
 
 
 def moved(s: Subject) -> list[Verdict]:
