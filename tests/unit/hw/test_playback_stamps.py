@@ -95,6 +95,23 @@ def test_stamps_without_a_usual_step_are_refused():
         made(t)
 
 
+@pytest.mark.parametrize("rows", [5, 40])
+def test_rows_that_are_stamped_as_a_packet_arrives_are_given_their_rate(rows):
+    taken = 1e-3 * np.arange(4000)
+    packet = np.arange(4000) // rows
+    late = np.random.default_rng(1).uniform(0, 2e-4 * rows, packet[-1] + 1)[packet]
+    arrived = taken[np.minimum(rows * (packet + 1), 4000) - 1] + late + 2e-5 * (np.arange(4000) % rows)
+    with pytest.raises(BackendError, match=rf"bunches of {rows}, 2e-05 s apart .*--rate-hz (999|1000)"):
+        made(arrived)
+
+
+@pytest.mark.parametrize("pause_s", [np.full(20, 5.0), np.r_[np.full(10, 0.04), np.full(10, 9.0)]])
+def test_strokes_with_pauses_between_them_are_no_packets(pause_s):
+    rows = 200 if pause_s[0] > 1 else 20
+    time_s = np.repeat(pause_s.cumsum(), rows) + 1e-3 * np.arange(20 * rows)
+    assert len(made(time_s).stretches) == 20
+
+
 def test_seconds_of_single_precision_are_even_on_both_sides_of_a_gap():
     t = np.arange(6000) * 1e-3
     stamps = (10800 + t + 3 * (t >= 2.5)).astype(np.float32).astype(float)
