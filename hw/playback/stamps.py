@@ -99,7 +99,7 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
     if _is_of_arrival(time_s, gaps):
         raise BackendError(
             f"{path}: uneven sampling: rows come in bunches of {len(time_s) / (len(gaps) + 1):.3g}, "
-            f"{usual:.3g} s apart with {float(np.median(steps[gaps])):.3g} s between, and as many each second: "
+            f"{usual:.3g} s apart with {float(np.median(steps[gaps])):.3g} s between: "
             "stamped as a packet arrived, not as each was taken; give the rate instead of the time column "
             f"(--rate-hz {1 / _slope(time_s):.6g} is the mean)"
         )

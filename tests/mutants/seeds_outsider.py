@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+TORQUES = "tests/unit/friction/test_torque_faults.py"
 STAMPS = "tests/unit/hw/test_playback_stamps.py"
 
 SEEDS = (
@@ -20,5 +21,19 @@ SEEDS = (
         "longest < BUNCH_S\n        and",
         "True\n        and",
         (f"{STAMPS}::test_strokes_with_pauses_between_them_are_no_packets",),
+    ),
+    Seed(
+        "stamps of even rows that jitter are not told",
+        "hw/playback/rising.py",
+        "if not over_even < SMOOTHER * over_stamps:",
+        "if True:",
+        (f"{STAMPS}::test_stamps_that_jitter_where_the_rows_do_not_are_told_and_no_others",),
+    ),
+    Seed(
+        "a dead band of the torque is not told",
+        "rtctl/friction/logs/dead_band.py",
+        "if near.mean() < NEAR_SHARE or",
+        "if near.mean() > NEAR_SHARE or",
+        (f"{TORQUES}::test_a_torque_with_a_dead_band_is_told_and_steps_and_a_motor_that_is_off_are_not",),
     ),
 )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hw.interface import BackendError
+from hw.playback.rising import jittered
 from hw.playback.stamps import grid_of, interpolated, is_even, resolution
 
 LOG = Path("log.csv")
@@ -83,6 +84,22 @@ def test_a_signal_is_that_of_its_instants():
     np.testing.assert_allclose(both, np.column_stack([np.sin(9 * at), np.cos(9 * at)]), atol=1e-5)
     assert at[0] == t[0]
     assert at[-1] <= t[-1]
+
+
+@pytest.mark.parametrize("counts", [0, 4096])
+def test_stamps_that_jitter_where_the_rows_do_not_are_told_and_no_others(counts):
+    even = 0.004 * np.arange(3000)
+    stamps = even + np.random.default_rng(1).uniform(-0.0015, 0.0015, 3000)
+
+    def position(taken_s):
+        angle = np.sin(2 * np.pi * taken_s) + 0.3 * np.sin(11 * taken_s)
+        return np.round(angle * counts) / counts if counts else angle
+
+    (told,) = jittered(LOG, stamps, position(even))
+    assert "their stamps jitter" in told
+    assert "--rate-hz 25" in told
+    assert not jittered(LOG, stamps, position(stamps))
+    assert not jittered(LOG, stamps, np.round(8 * position(even)) / 8)  # steps alone are rough over both
 
 
 def test_few_rows_are_joined_by_straight_lines():
