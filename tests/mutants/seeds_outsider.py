@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 TORQUES = "tests/unit/friction/test_torque_faults.py"
+COMMANDS = "tests/unit/friction/test_labs_commands.py"
 STAMPS = "tests/unit/hw/test_playback_stamps.py"
 
 SEEDS = (
@@ -35,5 +36,12 @@ SEEDS = (
         "if near.mean() < NEAR_SHARE or",
         "if near.mean() > NEAR_SHARE or",
         (f"{TORQUES}::test_a_torque_with_a_dead_band_is_told_and_steps_and_a_motor_that_is_off_are_not",),
+    ),
+    Seed(
+        "strokes of a slow log are spikes",
+        "rtctl/friction/logs/row_faults.py",
+        "if not few and not rows.alike:",
+        "if not few:",
+        (f"{COMMANDS}::test_strokes_of_few_rows_of_a_slow_log_are_no_certain_fault",),
     ),
 )
