@@ -6,6 +6,7 @@ from seed import Seed
 
 TORQUES = "tests/unit/friction/test_torque_faults.py"
 COMMANDS = "tests/unit/friction/test_labs_commands.py"
+SHAPE = "tests/unit/friction/test_torque_shape.py"
 STAMPS = "tests/unit/hw/test_playback_stamps.py"
 
 SEEDS = (
@@ -43,5 +44,14 @@ SEEDS = (
         "if not few and not rows.alike:",
         "if not few:",
         (f"{COMMANDS}::test_strokes_of_few_rows_of_a_slow_log_are_no_certain_fault",),
+    ),
+    Seed(
+        "a torque whose scale differs between its signs is not told",
+        "rtctl/friction/logs/two_gains.py",
+        "abs(found.value) > LEAST",
+        "abs(found.value) < LEAST",
+        (
+            f"{SHAPE}::test_a_torque_whose_scale_differs_between_its_signs_is_told_and_friction_that_does_is_not",
+        ),
     ),
 )
