@@ -54,4 +54,11 @@ SEEDS = (
             f"{SHAPE}::test_a_torque_whose_scale_differs_between_its_signs_is_told_and_friction_that_does_is_not",
         ),
     ),
+    Seed(
+        "three waves of a sweep are told as four",
+        "rtctl/friction/learn/cogging.py",
+        "while count - too_few > 1:",
+        "while False:",
+        ("tests/unit/friction/test_cogging.py::test_friction_and_conservative_part_are_told_apart",),
+    ),
 )
