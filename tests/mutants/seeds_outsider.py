@@ -59,6 +59,6 @@ SEEDS = (
         "rtctl/friction/learn/cogging.py",
         "while count - too_few > 1:",
         "while False:",
-        ("tests/unit/friction/test_cogging.py::test_friction_and_conservative_part_are_told_apart",),
+        ("tests/unit/friction/test_cogging.py::test_three_waves_are_not_told_as_four",),
     ),
 )
