@@ -9,13 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from rtctl.friction.logs.regressors import Regressors
-from rtctl.friction.logs.torque_shape import PlainBalance
+from rtctl.friction.logs.torque_shape import EXPLAINS_MUCH, PlainBalance
 
 LEAST = 0.05
 """Least g that is told: a scale that differs by a tenth."""
-
-EXPLAINS = 0.75
-"""Largest share of what was left over that is left over with it."""
 
 
 def of_two_gains(signals: Regressors) -> tuple[str, ...]:
@@ -24,7 +21,7 @@ def of_two_gains(signals: Regressors) -> tuple[str, ...]:
     speed = np.abs(signals.velocity_rad_s)[:, None]
     found = plain.effect(lambda u, _: np.abs(u), speed)
     by_direction = plain.coefficient(np.zeros(len(speed)), speed)[2]
-    if not (found.sure() and abs(found.value) > LEAST and found.rest < EXPLAINS * by_direction):
+    if not (found.sure() and abs(found.value) > LEAST and found.rest < EXPLAINS_MUCH * by_direction):
         return ()
     # u (1 + g) above 0 and u (1 - g) below it
     ratio, high = (1 + abs(found.value)) / (1 - abs(found.value)), "above" if found.value > 0 else "below"
