@@ -20,8 +20,8 @@ SEEDS = (
     Seed(
         "regular strokes with pauses are taken for packets",
         "hw/playback/stamps.py",
-        "longest < BUNCH_S\n        and",
-        "True\n        and",
+        "longest < BUNCH_S",
+        "True",
         (f"{STAMPS}::test_strokes_with_pauses_between_them_are_no_packets",),
     ),
     Seed(
