@@ -17,7 +17,7 @@ from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
-from hw.playback.rising import counts_rows, require_epoch, require_rising, require_steady
+from hw.playback.rising import counts_rows, jittered, require_epoch, require_rising, require_steady
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.text_table import NoColumnError
 from hw.playback.units import require_unit, says_unit
@@ -236,7 +236,10 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     beside = {"motor torque": current, "external torque": hand, "column velocity": velocity}
     given = {name: column for name, column in beside.items() if column is not None}
     steps = tuple(quantum(each) for each in position.T)
-    notes = mend(table.path, _at(grid, table.time_s), position, given) if mend else ()
+    notes: tuple[str, ...] = ()
+    if table.time_s is not None and any(one.instants_s is not None for one in grid.stretches):
+        notes = jittered(table.path, table.time_s, position[:, 0])
+    notes += mend(table.path, _at(grid, table.time_s), position, given) if mend else ()
     return [
         Recording(
             path=table.path,

@@ -33,6 +33,10 @@ UNIX_S = (9.4e8, 2.3e9)
 
 HOUR_S = 3600.0
 
+SMOOTHER = 0.5
+"""Share of the roughness of a position over its stamps that it has over even steps, where the stamps are
+wrong: of an encoder's coarse steps alone it has about as much over both."""
+
 LONGEST_S = 1e11
 """Three thousand years."""
 
@@ -144,6 +148,43 @@ def _of_one_stamp(same: int, steps: int) -> str:
     return (
         "remove the repeated rows, or give the rate instead of the time column where only the clock is coarse"
     )
+
+
+def jittered(path: Path, time_s: np.ndarray, position: np.ndarray) -> tuple[str, ...]:
+    """What is said of uneven stamps (n,) of a position (n,) that runs far more smoothly over even steps: the
+    rows were taken evenly, and stamped by a clock that came late.
+
+    Notes
+    -----
+    Rough is how far a row is off the cubic through two rows before and two behind it, of three rows of four;
+    where rows were lost even steps are wrong, and those are few."""
+    even = np.arange(len(time_s), dtype=float)
+    over_even, over_stamps = (
+        float(np.quantile(np.abs(_off_cubic(t, position)), 0.75)) for t in (even, time_s - time_s[0])
+    )
+    if not over_even < SMOOTHER * over_stamps:
+        return ()
+    mean_hz = (len(time_s) - 1) / (time_s[-1] - time_s[0])
+    return (
+        f"{path}: the position is {over_stamps / max(over_even, 1e-300):.2g} times rougher over its stamps "
+        "than over even steps: the rows were taken evenly, and their stamps jitter (a program that writes "
+        "when it reads); the inertia comes out too small: give the rate instead of the time column "
+        f"(--rate-hz {mean_hz:.6g} is the mean)",
+    )
+
+
+def _off_cubic(time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """How far each row is off the cubic through the two before and the two behind it, (n - 4,)."""
+    n, total = len(values) - 4, np.zeros(max(len(values) - 4, 0))
+    nodes = (0, 1, 3, 4)
+    at = time_s[2 : n + 2]
+    for i in nodes:
+        weight = np.ones(n)
+        for j in nodes:
+            if j != i:
+                weight *= (at - time_s[j : n + j]) / (time_s[i : n + i] - time_s[j : n + j])
+        total += weight * values[i : n + i]
+    return np.asarray(values[2 : n + 2] - total)
 
 
 def require_steady(path: Path, time_s: np.ndarray) -> None:

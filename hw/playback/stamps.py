@@ -37,6 +37,12 @@ alone makes 12^-1/2, so that the clock jitters by less than that."""
 TOLD_APART = 3.0
 """Units in a step from which on every rounded step says how many rows it is long."""
 
+BUNCHES_LEAST = 10
+"""Fewest pauses that tell a log that arrived in bunches from one with pauses of its own."""
+
+BUNCH_S = 0.05
+"""Longest bunch of such a log: strokes that are as short tell nothing."""
+
 MOST_DECIMALS = 9
 
 
@@ -90,6 +96,13 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
             "each; keep the rows of the slowest, the columns of the others filled in by time (interpolate "
             "of pandas)"
         )
+    if _is_of_arrival(time_s, gaps):
+        raise BackendError(
+            f"{path}: uneven sampling: rows come in bunches of {len(time_s) / (len(gaps) + 1):.3g}, "
+            f"{usual:.3g} s apart with {float(np.median(steps[gaps])):.3g} s between: "
+            "stamped as a packet arrived, not as each was taken; give the rate instead of the time column "
+            f"(--rate-hz {1 / _slope(time_s):.6g} is the mean)"
+        )
     off = float(np.mean(np.abs(within / usual - 1) > OFF_SHARE))
     if off > MOST_OFF:
         raise BackendError(
@@ -107,6 +120,19 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
         _stretch(time_s[first:last], first, last, step, resolution_s) for first, last in pairwise(edges)
     )
     return Grid(1 / step, stretches, _notes(path, time_s, within, gaps, stretches, step))
+
+
+def _is_of_arrival(time_s: np.ndarray, gaps: np.ndarray) -> bool:
+    """Whether rows come in bunches, most of the time in the gaps between them, and all the same as many each
+    second: within two of the longest gaps about a line."""
+    if len(gaps) < BUNCHES_LEAST:
+        return False
+    lasted, ends = (time_s[gaps + 1] - time_s[gaps]), time_s[gaps]
+    longest = float((ends[1:] - time_s[gaps[:-1] + 1]).max())
+    off = time_s - time_s[0] - _slope(time_s) * np.arange(len(time_s))
+    return bool(
+        longest < BUNCH_S and lasted.sum() > 0.5 * (time_s[-1] - time_s[0]) and np.ptp(off) < 2 * lasted.max()
+    )
 
 
 def _step(steps: np.ndarray, usual: float) -> float:

@@ -15,7 +15,7 @@ from rtctl.errors import DataError
 from rtctl.friction.kind_harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
 
 COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
-"""How many harmonics are tried."""
+"""How many harmonics are tried first; then those between the fewest that will do and the next fewer."""
 
 FOLDS = 5
 _BLOCKS = 320
@@ -135,9 +135,16 @@ def fit_cogging(sweep: Sweep, period_rad: float, *, friction_period_rad: float |
     # row by row: places are held out, and each row is a mean over its own way
     within = np.sqrt(squares[best].mean() + squares[best].std() / math.sqrt(len(x)))
     count = min(n for n in tried if tried[n] <= within)
+    too_few = max((n for n in tried if n < count), default=0)
+    # three waves are no four: the fourth would be of the noise, of any order, and as steep as that is high
+    while count - too_few > 1:
+        half = (count + too_few) // 2
+        one = _held_out(x, tau, levels, period_rad, places, [half])[half]
+        tried[half] = float(np.sqrt(one.mean()))
+        count, too_few = (half, too_few) if tried[half] <= within else (count, half)
     orders = np.sort(ranked[:count])
     found, friction, rmse = _regress(x, tau, levels, period_rad, orders)
-    return CoggingFit(found, friction, rmse, tried)
+    return CoggingFit(found, friction, rmse, dict(sorted(tried.items())))
 
 
 def _places(sweep: Sweep, period_rad: float) -> int:

@@ -19,6 +19,7 @@ from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
 from rtctl.friction.logs.smoothed import smoothed
 from rtctl.friction.logs.torque_shape import bent, drifting
+from rtctl.friction.logs.two_gains import of_two_gains
 from rtctl.friction.logs.waves import without_waves
 
 LOWER_CUTOFF = 0.4
@@ -69,7 +70,7 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
         *(() if any("it is of a slower" in note for note in noted) else smoothed(balance)),
     )
     # two torques may each bend by itself, and their sum tells neither
-    shape = bent(signals) if balance.external is None else ()
+    shape = (*bent(signals), *of_two_gains(signals)) if balance.external is None else ()
     return (
         *found,
         *held,

@@ -11,6 +11,7 @@ import numpy as np
 
 from hw.playback.reader import Recording
 from rtctl.errors import DataError
+from rtctl.friction.logs.dead_band import dead_band
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.torque_faults import faults, lost_sign, much, require_on, require_two
 
@@ -127,7 +128,7 @@ def plausible(
             )
         where, off = f"{log.where}: {name}", signal == 0 if name == "motor torque" else None
         alone = motor_nm is None or external is None
-        warnings += faults(signal, log.rate_hz, where, may_rest=off)
+        warnings += (*faults(signal, log.rate_hz, where, may_rest=off), *dead_band(signal, where))
         warnings += lost_sign(signal, log.position_rad, where) if alone else []
         if largest > limits.doubtful_nm:
             warnings.append(much(signal, where))

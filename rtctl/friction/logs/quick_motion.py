@@ -38,3 +38,13 @@ def comes_gradually(velocity: np.ndarray, begin: int, end: int, brisk: float) ->
     before = np.abs(np.diff(velocity[begin - 2 : begin + 1]))
     after = np.abs(np.diff(velocity[end : end + 3]))[::-1]
     return all(last <= GRADUALLY * max(first, brisk) for first, last in (before, after))
+
+
+def clusters(outlier: np.ndarray, reach: int) -> list[tuple[int, int]]:
+    """First and last index of outliers that are at most `reach` apart."""
+    at = np.flatnonzero(outlier)
+    if not len(at):
+        return []
+    breaks = np.flatnonzero(np.diff(at) > reach)
+    firsts, lasts = at[np.concatenate([[0], breaks + 1])], at[np.concatenate([breaks, [len(at) - 1]])]
+    return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]

@@ -13,11 +13,14 @@ import numpy as np
 
 from hw.playback.quantum import quantum
 from rtctl.errors import DataError
-from rtctl.friction.logs.quick_motion import brisk_change, comes_gradually, is_turn
+from rtctl.friction.logs.quick_motion import brisk_change, clusters, comes_gradually, is_turn
 from rtctl.friction.logs.rows_in_turn import drawn, hold, require_one_axis
 
 WINDOW_S, WINDOW_MIN, WINDOW_MAX = 0.04, 5, 21
 """Length of the running median, s and rows."""
+
+SLOW_S = 0.02
+"""Time between two rows, s, from which on the running median is of a stroke or a turn and more."""
 
 OUTLIER_SCALES = 12.0
 """An outlier is further from the running median than so many robust standard deviations,"""
@@ -68,6 +71,10 @@ class Rows:
         n = len(self.position_rad)
         self.step = np.ones(n - 1) if self.time_s is None else np.diff(self.time_s)
         self.usual = float(np.median(self.step))
+        slow = self.time_s is not None and self.usual > SLOW_S
+        few = f"or brisk motion (at {1 / self.usual:.3g} rows a second they look alike: record 50 and more)"
+        self.alike = f" {few}" if slow else ""
+        self.of = few if slow else "that no motion makes"
         # some late rows are lost time; where every twentieth step is off, stamps are no clock of the sensor
         self.jitters = float(np.mean(np.abs(self.step / self.usual - 1) > 0.1)) > 0.05
 
@@ -195,16 +202,6 @@ def _goes_on(same: np.ndarray, velocity: np.ndarray, middle: np.ndarray) -> np.n
     return np.asarray(moving[others[behind - 1]] & moving[others[behind]])
 
 
-def _clusters(outlier: np.ndarray, reach: int) -> list[tuple[int, int]]:
-    """First and last index of outliers that are at most `reach` apart."""
-    at = np.flatnonzero(outlier)
-    if not len(at):
-        return []
-    breaks = np.flatnonzero(np.diff(at) > reach)
-    firsts, lasts = at[np.concatenate([[0], breaks + 1])], at[np.concatenate([breaks, [len(at) - 1]])]
-    return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]
-
-
 @dataclass(frozen=True)
 class _Jump:
     row: int
@@ -228,7 +225,7 @@ def _mend_position(rows: Rows) -> None:
     reach, range_rad = _window(rows) // 2, float(np.ptp(rows.position_rad))
     brisk = brisk_change(velocity, outlier)
     bad, jumps, tallest, first = np.zeros(len(rows.position_rad), bool), [], 0.0, -1
-    for begin, end in _clusters(outlier, reach):
+    for begin, end in clusters(outlier, reach):
         partial = np.cumsum(beyond[begin : end + 1])
         height = float(np.abs(partial).max())
         if begin < reach or end >= len(beyond) - reach:
@@ -247,11 +244,13 @@ def _mend_position(rows: Rows) -> None:
                 bad[begin + 1 : end + 1] = True
     if tallest:
         count = int(bad.sum())
-        told = f"column position: {count} rows are spikes of up to {tallest:.3g} rad"
+        told = f"column position: {count} rows are spikes of up to {tallest:.3g} rad{rows.alike}"
         what = f"{rows.where}: {told}, the first row {first + 1}"
-        if count > MOST_SPIKES * len(bad):
+        few = count <= MOST_SPIKES * len(bad)
+        if not few and not rows.alike:
             raise DataError(f"{what}; look for the cause (wiring, rows out of order), and record again")
-        rows.notes.append(f"{what}: interpolated")
+        rows.notes.append(f"{what}: {'interpolated' if few else 'left as they are'}")
+        bad &= few
     _bridge(rows, jumps)
     if bad.any():
         _interpolate(rows, bad, beside=False)
@@ -278,14 +277,14 @@ def _bridge(rows: Rows, jumps: list[_Jump]) -> None:
         )
     if len(rest) > MOST_JUMPS:
         rows.notes.append(
-            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the first after row "
+            f"{rows.where}: column position: {len(rest)} jumps {rows.of}, the first after row "
             f"{rest[0].row + 1}: too many to bridge, left as they are; is it the angle of this joint?"
         )
         jumps = over
     elif rest:
         largest = max(rest, key=lambda jump: abs(jump.size_rad))
         rows.notes.append(
-            f"{rows.where}: column position: {len(rest)} jumps that no motion makes, the largest "
+            f"{rows.where}: column position: {len(rest)} jumps {rows.of}, the largest "
             f"{largest.size_rad:+.3g} rad after row {largest.row + 1} (rows lost, a sensor that was frozen, "
             "an index found, or two logs in one): bridged; cut the log there if more than the zero changed"
         )

@@ -37,6 +37,11 @@ def test_friction_and_conservative_part_are_told_apart():
     assert found.rmse_nm < 0.01
 
 
+def test_three_waves_are_not_told_as_four():
+    found = fit_cogging(two_way(n=1000), 0.8, friction_period_rad=2 * math.pi)
+    assert found.part.orders.tolist() == [1, 3, 6]
+
+
 def test_means_over_a_sixteenth_of_a_period_see_no_wave_that_is_shorter():
     """Their places scatter from lap to lap, so that they look like many; three periods and a wave more at a
     row fit such rows as well.

@@ -6,6 +6,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from rtctl.errors import DataError
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import of_stretches
@@ -88,3 +89,18 @@ def test_a_jump_of_a_smooth_motion_is_still_told(rate_hz):
     q[len(q) // 2 :] += 0.15
     (note,) = mended(Rows("log", t, q, {})).notes
     assert "1 jumps" in note
+
+
+def test_strokes_of_few_rows_of_a_slow_log_are_no_certain_fault():
+    rng = np.random.default_rng(3)
+    there = np.cumsum(rng.choice([-1.0, 1.0], 150) * rng.uniform(0.5, 1, 150))
+    path = np.repeat(there, 4) + rng.normal(0, 1e-3, 600)  # there within .1 s, and at rest for .3 s
+    slow = mended(Rows("log", np.arange(600) / 10, path.copy(), {}))
+    assert "or brisk motion (at 10 rows a second they look alike" in slow.notes[0]
+    to_and_fro = np.sin(0.05 * np.arange(600)) + rng.normal(0, 1e-3, 600)
+    to_and_fro[20:580:16] += rng.uniform(0.3, 0.6, 35)
+    left = mended(Rows("log", np.arange(600) / 10, to_and_fro.copy(), {}))
+    assert "left as they are" in left.notes[0]
+    np.testing.assert_array_equal(left.position_rad, to_and_fro)
+    with pytest.raises(DataError, match="spikes"):
+        mended(Rows("log", np.arange(600) / 200, to_and_fro.copy(), {}))

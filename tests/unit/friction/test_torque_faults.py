@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from rtctl.errors import DataError
+from rtctl.friction.logs.dead_band import dead_band
 from rtctl.friction.logs.torque_faults import lost_sign, much, require_two
 
 T = np.arange(5000) / 500
@@ -38,3 +39,13 @@ def test_what_a_drive_counts_in_is_no_torque():
     with pytest.raises(DataError, match=r"whole numbers up to 800, read as N m.*:Nm:SCALE"):
         much(np.round(1000 * TORQUE), "log")
     assert "much for what a hand" in much(100 * TORQUE, "log")
+
+
+def test_a_torque_with_a_dead_band_is_told_and_steps_and_a_motor_that_is_off_are_not():
+    torque = 0.6 * np.sin(5 * T) + 0.2 * np.sin(11 * T) + np.random.default_rng(1).normal(0, 1e-3, len(T))
+    banded = np.sign(torque) * np.maximum(np.abs(torque) - 0.05, 0)
+    (told,) = dead_band(banded, "log")
+    assert "a dead band set small torques to 0" in told
+    assert not dead_band(torque, "log")
+    assert not dead_band(np.round(torque, 1), "log")
+    assert not dead_band(np.where(T % 1 < 0.5, torque, 0), "log"), "switched off"

@@ -3,6 +3,8 @@
 That nothing of the kind is said of honest logs is a matter of `test_dirty_logs.py`.
 """
 
+import re
+
 import numpy as np
 import pytest
 from dirty_changes import clean, through_gear
@@ -14,6 +16,7 @@ from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
 from rtctl.friction.logs.torque_shape import Effect, bent, drifting, with_share
+from rtctl.friction.logs.two_gains import of_two_gains
 
 RATE_HZ = 500.0
 INERTIA, VISCOUS, COULOMB = 0.02, 0.05, 0.2
@@ -59,6 +62,14 @@ def test_a_torque_that_always_drives_tells_no_share_and_that_is_said():
     assert shared.share_nm is None
     assert told == ()
     assert "share of the torque" in untold[0]
+
+
+def test_a_torque_whose_scale_differs_between_its_signs_is_told_and_friction_that_does_is_not():
+    (told,) = of_two_gains(moved(lambda u, s, _: np.where(u < 0, 0.8 * u, u), brisk=1.6))
+    assert re.search("the torque is 2[456] % larger above 0 than on the other side", told)
+    assert of_two_gains(moved(lambda u, s, _: u + 0.05, brisk=1.6)) == ()
+    # s u holds the viscous friction, |v|, and an offset
+    assert of_two_gains(moved(lambda u, s, _: np.where(s < 0, u - 0.4 * s * COULOMB, u), brisk=1.6)) == ()
 
 
 def test_a_torque_in_proportion_has_no_share_no_bend_and_no_drift():

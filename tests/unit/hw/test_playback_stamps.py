@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from hw.interface import BackendError
+from hw.playback.rising import jittered
 from hw.playback.stamps import grid_of, interpolated, is_even, resolution
 
 LOG = Path("log.csv")
@@ -85,6 +86,22 @@ def test_a_signal_is_that_of_its_instants():
     assert at[-1] <= t[-1]
 
 
+@pytest.mark.parametrize("counts", [0, 4096])
+def test_stamps_that_jitter_where_the_rows_do_not_are_told_and_no_others(counts):
+    even = 0.004 * np.arange(3000)
+    stamps = even + np.random.default_rng(1).uniform(-0.0015, 0.0015, 3000)
+
+    def position(taken_s):
+        angle = np.sin(2 * np.pi * taken_s) + 0.3 * np.sin(11 * taken_s)
+        return np.round(angle * counts) / counts if counts else angle
+
+    (told,) = jittered(LOG, stamps, position(even))
+    assert "their stamps jitter" in told
+    assert "--rate-hz 25" in told
+    assert not jittered(LOG, stamps, position(stamps))
+    assert not jittered(LOG, stamps, np.round(8 * position(even)) / 8)  # steps alone are rough over both
+
+
 def test_few_rows_are_joined_by_straight_lines():
     assert interpolated(np.array([0.0, 1.0]), np.array([0.0, 2.0]), np.array([0.25]))[0] == 0.5
 
@@ -93,6 +110,23 @@ def test_stamps_without_a_usual_step_are_refused():
     t = np.cumsum(np.random.default_rng(2).exponential(0.01, 500))
     with pytest.raises(BackendError, match=r"log.csv: uneven sampling: .* record at a steady rate"):
         made(t)
+
+
+@pytest.mark.parametrize("rows", [5, 40])
+def test_rows_that_are_stamped_as_a_packet_arrives_are_given_their_rate(rows):
+    taken = 1e-3 * np.arange(4000)
+    packet = np.arange(4000) // rows
+    late = np.random.default_rng(1).uniform(0, 2e-4 * rows, packet[-1] + 1)[packet]
+    arrived = taken[np.minimum(rows * (packet + 1), 4000) - 1] + late + 2e-5 * (np.arange(4000) % rows)
+    with pytest.raises(BackendError, match=rf"bunches of {rows}, 2e-05 s apart .*--rate-hz (999|1000)"):
+        made(arrived)
+
+
+@pytest.mark.parametrize("pause_s", [np.full(20, 5.0), np.r_[np.full(10, 0.04), np.full(10, 9.0)]])
+def test_strokes_with_pauses_between_them_are_no_packets(pause_s):
+    rows = 200 if pause_s[0] > 1 else 20
+    time_s = np.repeat(pause_s.cumsum(), rows) + 1e-3 * np.arange(20 * rows)
+    assert len(made(time_s).stretches) == 20
 
 
 def test_seconds_of_single_precision_are_even_on_both_sides_of_a_gap():
