@@ -22,10 +22,11 @@ import numpy as np
 from rtctl.errors import RtctlError
 from rtctl.friction.kind_table import MEAN
 from rtctl.friction.learn import grids, ladder
+from rtctl.friction.learn.report_sentences import AGREES
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.outliers import without_outliers
 from rtctl.friction.points import FrictionPoints
-from tests.bench.next_session import AGREES, best_known
+from tests.bench.next_session import best_known
 
 SPEEDS = (12, 14, 16, 20, 28, 45)
 SPEEDS_OF_A_SESSION = (8, 12, 16, 20)

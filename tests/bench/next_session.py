@@ -117,7 +117,7 @@ def ratio(found: Sequence[Foretold]) -> float:
     return math.sqrt(sum(one.next_nm**2 for one in found) / sum(one.held_out_nm**2 for one in found))
 
 
-def best_known(next_nm: Sequence[float]) -> float:
+def best_known(next_nm: Sequence[float] | np.ndarray) -> float:
     """Most of these errors, as a share, that one number told beforehand is right of within a factor 1.5."""
     came = np.sort(next_nm)
     return float(max(np.mean((came >= low) & (came <= AGREES**2 * low)) for low in came))
