@@ -52,6 +52,7 @@ def body(ladder: Ladder) -> dict[str, Any]:
         "symmetric": ladder.symmetric,
         "folds": ladder.folds,
         "tolerance_nm": ladder.tolerance_nm,
+        "next_session_nm": ladder.next_range_nm,
         "max_support_vectors": ladder.max_support_vectors,
         "explanation": ladder.explanation,
     }

@@ -6,14 +6,15 @@ noise of .2 to 2.5 %. The ladder chooses and learns by them; every rung that cou
 is judged by 60 other speeds, with the noise of a point beside its error. Errors below what the ladder takes
 for equal (decision 0012) count as that. No recording is used. `--sessions` measures each joint in two to five
 sessions, which differ in friction, offset and shape, holds whole sessions out, and judges by eight others.
-The best rung is one of those that are searched, so that their mean may err less.
+The best rung is one of those that are searched, so that their mean may err less. Of sessions it is said, too,
+how often the next ones erred what was held out, and what was told (`ladder.Ladder.next_range_nm`).
 """
 
 from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import click
 import numpy as np
@@ -21,9 +22,11 @@ import numpy as np
 from rtctl.errors import RtctlError
 from rtctl.friction.kind_table import MEAN
 from rtctl.friction.learn import grids, ladder
+from rtctl.friction.learn.report_sentences import AGREES
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.outliers import without_outliers
 from rtctl.friction.points import FrictionPoints
+from tests.bench.next_session import best_known
 
 SPEEDS = (12, 14, 16, 20, 28, 45)
 SPEEDS_OF_A_SESSION = (8, 12, 16, 20)
@@ -59,6 +62,15 @@ class Judged:
     chosen: str
     best: str
     times: float
+    held_out_nm: float = 0.0
+    between_nm: tuple[float, float] = (0.0, 0.0)
+    next_nm: np.ndarray = field(default_factory=lambda: np.zeros(0))
+    """RMS error of each of the sessions it is judged by, N m."""
+
+    def are_alike(self, came_nm: np.ndarray) -> np.ndarray:
+        """Whether such errors are what was held out, within a factor 1.5."""
+        alike: np.ndarray = np.abs(np.log(came_nm / self.held_out_nm)) <= np.log(AGREES)
+        return alike
 
 
 def joint(seed: int) -> tuple[str, FrictionPoints, FrictionPoints, float]:
@@ -135,14 +147,19 @@ def judge(seed: int, families: Sequence[str], *, sessions: bool = False) -> Judg
     )
     found = ladder.ascend(points, options)
 
-    def error_nm(rung: Rung | None) -> float:
+    def off_nm(rung: Rung | None) -> np.ndarray:
+        """Errors at the points to judge by, NaN beyond what was learned; N m."""
         model = ladder.learn(points, found, rig="made", rung=rung)
-        off = []
+        off = np.full(len(test.direction), np.nan)
         for branch, direction in zip(model.branches, (1, -1), strict=True):
             speed, friction = test.branch(direction)
-            known = speed <= branch.speed_max_rad_s
-            off.append((branch.magnitude(speed) - friction)[known])
-        error = float(np.hypot(np.sqrt(np.mean(np.concatenate(off) ** 2)), noise_nm))
+            off[test.rows_of(direction)] = np.where(
+                speed <= branch.speed_max_rad_s, branch.magnitude(speed) - friction, np.nan
+            )
+        return off
+
+    def error_nm(rung: Rung | None) -> float:
+        error = float(np.hypot(np.sqrt(np.nanmean(off_nm(rung) ** 2)), noise_nm))
         return max(error, found.tolerance_nm)
 
     errors = {}
@@ -150,8 +167,27 @@ def judge(seed: int, families: Sequence[str], *, sessions: bool = False) -> Judg
         with contextlib.suppress(RtctlError, StopIteration):  # a rung that cannot be learned is no rival
             errors[rung.family] = error_nm(rung)
     best = min(errors, key=errors.__getitem__)
-    return Judged(
-        law, len(points.branch(1)[0]), found.choice.chosen.family, best, error_nm(None) / errors[best]
+    chosen, times = found.choice.chosen.family, error_nm(None) / errors[best]
+    one = Judged(law, len(points.branch(1)[0]), chosen, best, times)
+    if not sessions:
+        return one
+    came, log = off_nm(None), test.columns["log"]
+    next_nm = np.array([np.sqrt(np.nanmean(came[log == at] ** 2)) for at in np.unique(log)])
+    assert found.next_range_nm is not None
+    return replace(one, held_out_nm=found.expected_next_nm, between_nm=found.next_range_nm, next_nm=next_nm)
+
+
+def of_next(judged: Sequence[Judged]) -> str:
+    """What was told of next sessions, and what came: shares over all joints."""
+    together = [one.are_alike(np.sqrt(np.mean(one.next_nm**2))) for one in judged]
+    between = [
+        np.mean((one.next_nm >= one.between_nm[0]) & (one.next_nm <= one.between_nm[1])) for one in judged
+    ]
+    return (
+        f"next sessions together within a factor {AGREES} of what was held out on {np.mean(together):.0%}; "
+        f"one alone in {np.mean([one.are_alike(one.next_nm).mean() for one in judged]):.0%} (by one number "
+        f"that knows them all {np.mean([best_known(one.next_nm) for one in judged]):.0%}), within what was "
+        f"told in {np.mean(between):.0%}"
     )
 
 
@@ -165,20 +201,22 @@ def main(joints: int, first: int, kernels: str, *, sessions: bool) -> None:
     families = dict.fromkeys((*grids.families("formula"), *grids.families(kernels)))
     # they seldom converge, and take the most time
     rungs = [name for name in families if not name.endswith("polynomial")]
-    times = []
+    judged = []
     for seed in range(first, first + joints):
         one = judge(seed, rungs, sessions=sessions)
-        times.append(one.times)
+        judged.append(one)
         click.echo(
             f"{seed:4d} {one.law:<16} {one.speeds:2d} speeds: {one.chosen}, best {one.best}, "
             f"{one.times:.2f} times"
         )
-    all_ = np.array(times)
+    all_ = np.array([one.times for one in judged])
     click.echo(
         f"{joints} joints: chosen over best {all_.mean():.3f} (mean), {np.sqrt(np.mean(all_**2)):.3f} "
         f"(RMS), {all_.max():.2f} at most; above 1.1 in {np.mean(all_ > 1.1):.0%}, above 1.3 in "
         f"{np.mean(all_ > 1.3):.0%}"
     )
+    if sessions:
+        click.echo(of_next(judged))
 
 
 if __name__ == "__main__":

@@ -18,6 +18,7 @@ import numpy as np
 
 from rtctl.friction.learn import ladder
 from rtctl.friction.learn.hold_out import folds_of
+from rtctl.friction.learn.report_sentences import AGREES
 from rtctl.friction.points import FrictionPoints
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation import mock_points
@@ -45,12 +46,23 @@ class Foretold:
     """One session after others, N m; `covered` is the share of it within the band.
 
     `held_out_nm` is what the ladder says of the next session: what it held out, or what sessions err that
-    those before them foretell.
+    those before them foretell; `between_nm` is between what it says that the next one errs.
     """
 
     held_out_nm: float
     next_nm: float
     covered: float
+    between_nm: tuple[float, float]
+
+    @property
+    def is_alike(self) -> bool:
+        """Whether it erred what was held out, within a factor 1.5."""
+        return self.held_out_nm / AGREES <= self.next_nm <= AGREES * self.held_out_nm
+
+    @property
+    def is_between(self) -> bool:
+        """Whether it erred what was told of it."""
+        return self.between_nm[0] <= self.next_nm <= self.between_nm[1]
 
 
 def session(
@@ -94,7 +106,9 @@ def foretold(sessions: Sequence[list[tuple[float, ...]]], families: tuple[str, .
             assert branch.band is not None
             inside.append(branch.band.holds(speed[kept], error))
         rmse = math.sqrt(float(np.mean(np.concatenate(errors) ** 2)))
-        found.append(Foretold(climbed.expected_next_nm, rmse, float(np.mean(np.concatenate(inside)))))
+        assert climbed.next_range_nm is not None
+        covered = float(np.mean(np.concatenate(inside)))
+        found.append(Foretold(climbed.expected_next_nm, rmse, covered, climbed.next_range_nm))
     return found
 
 
@@ -103,26 +117,38 @@ def ratio(found: Sequence[Foretold]) -> float:
     return math.sqrt(sum(one.next_nm**2 for one in found) / sum(one.held_out_nm**2 for one in found))
 
 
+def best_known(next_nm: Sequence[float] | np.ndarray) -> float:
+    """Most of these errors, as a share, that one number told beforehand is right of within a factor 1.5."""
+    came = np.sort(next_nm)
+    return float(max(np.mean((came >= low) & (came <= AGREES**2 * low)) for low in came))
+
+
 @click.command()
 @click.option("--levels", default=20, show_default=True, help="speeds of a session")
 @click.option("--measurements", default=10, show_default=True, help="measurements of a point")
-def main(levels: int, measurements: int) -> None:
+@click.option("--seed", type=click.IntRange(1), help="other days, drawn within 5 %")
+def main(levels: int, measurements: int, seed: int | None) -> None:
     """Print what was foretold of each session, and what came."""
     loaded = load(SHIPPED)
+    days = DAYS if seed is None else np.random.default_rng(seed).uniform(0.95, 1.05, len(DAYS))
     for name, factors in (
-        ("days", DAYS),
-        ("days and wear", [day - 0.01 * at for at, day in enumerate(DAYS)]),
+        ("days", days),
+        ("days and wear", [day - 0.01 * at for at, day in enumerate(days)]),
     ):
         sessions = [session(loaded, day, at, levels, measurements) for at, day in enumerate(factors)]
         found = foretold(sessions, ("coulomb_viscous", "tustin", "gaussian", "lorentzian", "epsilon-spline"))
         for at, one in enumerate(found, FIRST):
             click.echo(
                 f"{name}: session {at + 1}: held out {1e3 * one.held_out_nm:.3g} mN m, came "
-                f"{1e3 * one.next_nm:.3g} mN m, {100 * one.covered:.0f} % in the band"
+                f"{1e3 * one.next_nm:.3g} mN m (told: {1e3 * one.between_nm[0]:.2g} to "
+                f"{1e3 * one.between_nm[1]:.2g}), {100 * one.covered:.0f} % in the band"
             )
         click.echo(
             f"{name}: next over held out {ratio(found):.2f}, in the band "
-            f"{100 * np.mean([one.covered for one in found]):.1f} %"
+            f"{100 * np.mean([one.covered for one in found]):.1f} %; a session alone within a factor "
+            f"{AGREES} of what was held out: {sum(one.is_alike for one in found)} of {len(found)} (by one "
+            f"number that knows them all {best_known([one.next_nm for one in found]):.0%}), within what was "
+            f"told: {sum(one.is_between for one in found)}"
         )
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from rtctl.friction.band import LEVEL, Band
 from rtctl.friction.learn import certainty, search
-from rtctl.friction.learn.foretold import Foretold, foretold
+from rtctl.friction.learn.foretold import Foretold, foretold, next_nm, next_of_one_nm
 from rtctl.friction.learn.hold_out import TRAINS, several_logs
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.score import Score
@@ -74,21 +74,41 @@ def _of_sides(
     # a direction alone would have a band of half of what is deployed
     if any(score.failed for score in scores):
         return None
+    held, directions = held_out(points, sides, scores, apart=way != "log")
+    ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
+    band = of_both(held, directions, ahead, way)
+    slowest = min(float(data.speed.min()) for data in sides)
+    return None if band is None else replace(band, slowest_rad_s=slowest)
+
+
+def held_out(
+    points: FrictionPoints, sides: Sequence[Side], scores: Sequence[Score], *, apart: bool = False
+) -> tuple[Foretold, np.ndarray]:
+    """What was held out of all sides, and the direction of each error, +1 or -1, (n,). `apart`: with what
+    levels of one log differ by between its stretches; whole logs held out differ as logs do."""
+    rows = [_rows(points, data)[data.fold != TRAINS] for data in sides]
     errors_nm = [
-        # whole logs held out differ as logs do; only levels that share a log need what its stretches say
-        score.errors if way == "log" else _with_parts(points, data, score.errors)
+        _with_parts(points, data, score.errors) if apart else score.errors
         for data, score in zip(sides, scores, strict=True)
     ]
-    held_out = Foretold(
+    held = Foretold(
         speed=np.concatenate([data.speed[data.fold != TRAINS] for data in sides]),
         error_nm=np.concatenate(errors_nm),
         block=np.concatenate([score.blocks for score in scores if score.blocks is not None]),
     )
-    ahead = foretold([(score.candidate, data) for score, data in zip(scores, sides, strict=True)])
-    directions = [points.direction[_rows(points, data)][data.fold != TRAINS] for data in sides]
-    band = of_both(held_out, np.concatenate(directions), ahead, way)
-    slowest = min(float(data.speed.min()) for data in sides)
-    return None if band is None else replace(band, slowest_rad_s=slowest)
+    return held, points.direction[np.concatenate(rows)]
+
+
+def next_session(
+    points: FrictionPoints, sides: Sequence[Side], scores: Sequence[Score], folds: str, ahead: Foretold | None
+) -> tuple[tuple[float, float], int] | None:
+    """Between what the RMS error of the next session lies, N m, and how many sessions know it
+    (`foretold.next_nm`, `foretold.next_of_one_nm`). None where there are several and none was held out."""
+    held, directions = held_out(points, sides, scores)
+    if folds == "log":
+        return next_nm(held, directions, ahead), len(np.unique(held.block))
+    friction_nm = np.concatenate([data.friction_nm for data in sides])
+    return None if several_logs(points) else (next_of_one_nm(held.rmse_nm, friction_nm), 1)
 
 
 def _with_parts(points: FrictionPoints, data: Side, error_nm: np.ndarray) -> np.ndarray:

@@ -72,19 +72,49 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, directions: np.ndarr
     n_blocks = len(np.unique(blocks))
     if n_blocks < 2:
         return 0.0
+    shared, own = _parted(errors, blocks, directions)
+    side = 0.5 * (1 + level)
+    others, own_ones = float(t.ppf(side, max(n_blocks - 1, FREEDOM_MIN))), float(norm.ppf(side))
+    return math.sqrt(others**2 * shared + own_ones**2 * own)
+
+
+def next_session(
+    errors: np.ndarray, blocks: np.ndarray, directions: np.ndarray, share: float
+) -> tuple[float, float]:
+    """Between what the root mean square error of one more session lies in `share` (0 to 1) of all cases, in
+    the unit of `errors`: those of sessions held out, `blocks` the session of each, `directions` as in
+    `another_session`. 0 to infinity of one session, which says nothing of another.
+
+    Notes
+    -----
+    What a session shares is one normal number, whose spread as many numbers tell as there are sessions less
+    one: its square goes by Fisher's F, and of two sessions, unlike the band, by the one number they have. A
+    session held out of S is held against S - 1 others, the next one against all: its square is 1 - 1/S^2 of
+    theirs. Both parts are taken at their ends at once, which is a little wide."""
+    from scipy.special import fdtri
+
+    sessions = len(np.unique(blocks))
+    if sessions < 2:
+        return 0.0, math.inf
+    shared, own = _parted(errors, blocks, directions)
+    points, ends = len(errors) / sessions, np.array([0.5 * (1 - share), 0.5 * (1 + share)])
+    square = shared * fdtri(1, sessions - 1, ends) + own * fdtri(points, points * (sessions - 1), ends)
+    low, high = np.sqrt((1 - 1 / sessions**2) * square)
+    return float(low), float(high)
+
+
+def _parted(errors: np.ndarray, blocks: np.ndarray, directions: np.ndarray) -> tuple[float, float]:
+    """Mean square of `errors` in two parts: what blocks share in a direction, and what is each error's
+    own."""
     _, half, count = np.unique([blocks, directions], axis=1, return_inverse=True, return_counts=True)
     mean = np.bincount(half, errors) / count
     # what chance alone makes of a mean of so many: the rest of its square is shared
     own = np.bincount(half, (errors - mean[half]) ** 2) / np.maximum(count - 1, 1) / count
     own[count == 1] = np.inf  # one error says nothing of what others share with it
-    whole, shared = (
-        float(np.mean(errors**2)),
-        float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors),
-    )
+    whole = float(np.mean(errors**2))
     # sums over halves may exceed the mean square by rounding; a share is not more than all
-    shared, side = min(shared, whole), 0.5 * (1 + level)
-    others, own_ones = float(t.ppf(side, max(n_blocks - 1, FREEDOM_MIN))), float(norm.ppf(side))
-    return math.sqrt(others**2 * shared + own_ones**2 * (whole - shared))
+    shared = min(float(np.sum(count * np.maximum(mean**2 - own, 0.0))) / len(errors), whole)
+    return shared, whole - shared
 
 
 def excess(errors: np.ndarray, others: np.ndarray, blocks: np.ndarray | None) -> tuple[float, float]:

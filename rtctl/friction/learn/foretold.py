@@ -6,12 +6,14 @@ lies beyond them all (docs/theory.md 8.8)."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from rtctl.errors import UnidentifiableError
+from rtctl.friction.learn import certainty
 from rtctl.friction.learn.grids import in_scale_of
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.search import Side
@@ -65,6 +67,28 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
     return Foretold(speed, error_nm, block) if len(speed) else None
 
 
+SHARE = 0.8
+"""Share of next sessions that `next_nm` is for: eight of ten."""
+
+# learned from one of three sessions of either lever of docs/evidence.md: .03 to .24 (decision 0145)
+APART = 0.25
+"""Most that a recorded session erred beside one other session alone, as a share of the friction's RMS."""
+
+
+def next_nm(held: Foretold, directions: np.ndarray, ahead: Foretold | None) -> tuple[float, float]:
+    """Between what the RMS error of the next session lies in `SHARE` of all cases, N m: by sessions held out,
+    each error in its direction (+1 or -1); where `ahead` errs more, as many times larger, as the band is."""
+    low, high = certainty.next_session(held.error_nm, held.block, directions, SHARE)
+    times = 1.0 if ahead is None or held.rmse_nm <= 0 else max(1.0, ahead.rmse_nm / held.rmse_nm)
+    return times * low, times * high
+
+
+def next_of_one_nm(held_out_nm: float, friction_nm: np.ndarray) -> tuple[float, float]:
+    """Between what the next session may err where one session is known, N m: what was held out of it, if
+    nothing differs, and what it is if `APART` of the friction differs."""
+    return held_out_nm, math.hypot(held_out_nm, APART * float(np.sqrt(np.mean(friction_nm**2))))
+
+
 def said(found: Foretold | None, held_out_nm: float) -> str:
     """Say what the next session may be expected to err, where that is more than was held out; else
     nothing."""
@@ -73,4 +97,18 @@ def said(found: Foretold | None, held_out_nm: float) -> str:
     return (
         f" Each session foretold by those before it errs {1e3 * found.rmse_nm:.3g} mN m, more than one held "
         "out among the others: expect that of the next."
+    )
+
+
+def said_of_next(next_nm: tuple[float, float], sessions: int) -> str:
+    """Say between what the next session errs, by how many sessions are known."""
+    low, high = (f"{1e3 * one:.2g}" for one in next_nm)
+    if sessions == 1:
+        return (
+            f" One session does not know what the next differs by: that errs {low} mN m if by nothing, and "
+            f"{high} if by {100 * APART:.0f} % of the friction, as sessions of a recorded lever did."
+        )
+    return (
+        f" Of the next session expect {low} to {high} mN m, eight times of ten: that is what {sessions} "
+        "sessions know."
     )

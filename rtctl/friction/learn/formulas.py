@@ -182,6 +182,13 @@ def require_told(fit: FormulaFit, speed: np.ndarray) -> None:
             raise
 
 
+def says_little_of_rest(fit: FormulaFit, speed: np.ndarray) -> bool:
+    """Whether v_s is not below the slowest motion that was measured: what the curve rises by towards rest is
+    then at most 1.8 times the peak seen at that speed, whether or not its numbers are told."""
+    moving = speed[speed > 0]
+    return fit.curve.parameters.get("stribeck_rad_s", np.inf) >= float(moving.min(initial=np.inf))
+
+
 def is_bend(fit: FormulaFit, speed: np.ndarray) -> bool:
     """Whether v_s is beyond half of the range: the formula follows the points, but its numbers are no
     Stribeck peak."""
@@ -226,8 +233,10 @@ def _fit_stribeck(
         out: np.ndarray = root[:, None] * _jacobian(formula, values, speed)
         return out
 
-    # beyond both bounds v_s does nothing to any point: the search would walk for ever
-    lower, upper = np.array([0, 0, 0, 0.1 * slowest]), np.array([np.inf, np.inf, np.inf, 10 * top])
+    # beyond both bounds v_s does nothing to any point: the search would walk for ever. A peak that falls
+    # below the slowest speed may say anything of rest, unless rest was measured (decision 0145)
+    least = (0.1 if speed.min() == 0 else 1.0) * slowest
+    lower, upper = np.array([0, 0, 0, least]), np.array([np.inf, np.inf, np.inf, 10 * top])
     best = [
         least_squares(
             residual,

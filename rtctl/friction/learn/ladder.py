@@ -50,7 +50,7 @@ class Ladder:
     `folds` is how it was held out, of `hold_out.WAYS`; `tolerance_nm` the held-out error below which models
     were equal, N m; `max_support_vectors` what was asked for. `expected_next_nm` is what the next session may
     be expected to err, N m: what was held out, or what each session errs that those before it foretell,
-    whichever is more."""
+    whichever is more. `next_range_nm` is between what it errs, N m (`bands.next_session`)."""
 
     choice: Choice
     sides: tuple[Side, ...]
@@ -61,6 +61,7 @@ class Ladder:
     tolerance_nm: float = 0.0
     max_support_vectors: int | None = None
     expected_next_nm: float = 0.0
+    next_range_nm: tuple[float, float] | None = None
 
 
 def ascend(
@@ -83,7 +84,9 @@ def ascend(
     # wear lies beyond all sessions: what was held out among them is too kind (docs/theory.md 8.8)
     next_nm = max(rung.rmse_nm, 0.0 if ahead is None else ahead.rmse_nm)
     said = found.explanation + foretold.said(ahead, rung.rmse_nm)
-    return replace(found, explanation=said, expected_next_nm=next_nm)
+    between = bands.next_session(points, found.sides, rung.scores, found.folds, ahead)
+    said += "" if between is None else foretold.said_of_next(*between)
+    return replace(found, explanation=said, expected_next_nm=next_nm, next_range_nm=between and between[0])
 
 
 def _climbed(points: FrictionPoints, options: Options, progress: search.Progress | None) -> Ladder:
@@ -134,14 +137,18 @@ def _with_mean(choice: Choice, points: FrictionPoints, sides: Sequence[Side], eq
 
     Where errors are so small that they count as equal (decision 0012), the fewest numbers stand; so they do
     where no loop could run the mean."""
-    usable = [rung for rung in choice.rungs if not rung.refused]
+    # held-out errors judge a curve whatever its numbers mean (decision 0145)
+    curves = [_usable(rung.curve, points, sides) if rung.untold else rung for rung in choice.rungs]
+    usable = [rung for rung in curves if not rung.refused]
     one = choice.chosen
     # among errors that count as equal fewer numbers are worth more than a smaller error (decision 0012)
     if one.compared_nm <= equal_nm:
         return choice
-    made = mean.mean_of(usable, mean.shares(usable))
+    shares = mean.shares(usable)
+    made = mean.mean_of(usable, shares)
     if made is None:
-        return choice
+        one = next((rung for rung in usable if rung.family in shares), one)
+        return mean.alone(one, choice) if one.untold else choice
     made = _usable(made, points, sides)
     rungs = (*choice.rungs, made)
     # a mean of curves that bend at different speeds may need more cells than the law has
@@ -156,8 +163,9 @@ def _together(chosen: Rung, tried: Sequence[Score], pooled: Side, share: float) 
     share."""
     parts = chosen.scores[0].candidate.parts
     if not parts:
-        return climb(chosen.family, tried, [pooled], share)
-    rungs = [climb(candidate.family, tried, [pooled], share) for _, candidate in parts]
+        rung = climb(chosen.family, tried, [pooled], share)
+        return rung.curve if chosen.untold else rung
+    rungs = [climb(candidate.family, tried, [pooled], share).curve for _, candidate in parts]
     wanted = {candidate.family: one for one, candidate in parts}
     lost = "; ".join(f"{rung.family}: {rung.refused}" for rung in rungs if rung.refused)
     # no mean of one: then both directions have their own

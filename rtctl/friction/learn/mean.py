@@ -7,13 +7,14 @@ best. Nothing is learned for it: its held-out errors are the means of theirs, po
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from rtctl.friction.kind_table import MEAN
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.learn.score import Score
-from rtctl.friction.learn.selection import Rung
+from rtctl.friction.learn.selection import Choice, Rung
 
 # chosen on made joints; from 3 to 10 all sets but one were within a tenth of their best rung (decision 0049)
 POWER = 4.0
@@ -91,3 +92,16 @@ def explained(mean: Rung, chosen: Rung) -> str:
         f"out, {1e3 * mean.expected_nm:.3g} expected), those that err least weighing most: {names}{more}. "
         f"One rung alone would be {chosen.family}, {1e3 * chosen.expected_nm:.3g} mN m expected (--no-mean)."
     )
+
+
+def alone(curve: Rung, choice: Choice) -> Choice:
+    """The choice with a curve that errs so much less than all others that they have no share, though its
+    numbers are not told."""
+    told = choice.chosen
+    said = (
+        f"Chosen: {curve.family} ({1e3 * curve.rmse_nm:.3g} +- {1e3 * curve.se_nm:.2g} mN m held out) as a "
+        f"curve, for its numbers are not told. The rung that is told would be {told.family}, "
+        f"{1e3 * told.expected_nm:.3g} mN m expected (--no-mean)."
+    )
+    rungs = tuple(curve if rung.family == curve.family else rung for rung in choice.rungs)
+    return replace(choice, rungs=rungs, chosen=curve, runner_up=told, explanation=said)

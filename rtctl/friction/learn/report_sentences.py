@@ -37,7 +37,8 @@ def headline(evidence: Evidence) -> list[str]:
         said.append(of_verdict(evidence.model, evidence.test))
     left_out = evidence.points.left_out
     said += [
-        of_few_sessions(evidence.points, evidence.folds),
+        # a ladder has said between what the next session errs
+        "" if evidence.ladder else of_few_sessions(evidence.points, evidence.folds),
         of_bound(report_tables.model_rows(evidence)),
         of_left_out(0 if left_out is None else int(left_out.sum()), len(evidence.points.direction)),
     ]

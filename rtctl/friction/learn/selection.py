@@ -9,14 +9,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn.certainty import doubt, excess, standard_error
-from rtctl.friction.learn.formulas import fit_formula, is_bend, require_told
+from rtctl.friction.learn.formulas import fit_formula, is_bend, require_told, says_little_of_rest
 from rtctl.friction.learn.score import Score
 from rtctl.friction.learn.search import Side
 
@@ -27,7 +27,8 @@ class Rung:
 
     `failures` counts the candidates lost, by reason, all sides together. `luck_nm2` is how much the mean
     square of the held-out errors is too small for being the least of many (`luck`), N^2 m^2. `bends`: a
-    formula whose v_s is beyond the range on some side, no Stribeck peak."""
+    formula whose v_s is beyond the range on some side, no Stribeck peak. `untold`: a formula that is refused
+    for its numbers alone."""
 
     family: str
     scores: tuple[Score, ...]
@@ -36,11 +37,17 @@ class Rung:
     tried: int = 0
     luck_nm2: float = 0.0
     bends: bool = False
+    untold: bool = False
 
     @property
     def errors(self) -> np.ndarray:
         """Held-out errors of all sides, N m."""
         return np.concatenate([score.errors for score in self.scores])
+
+    @property
+    def curve(self) -> Rung:
+        """The rung as a curve, whatever its numbers mean: no longer refused where it was for them alone."""
+        return replace(self, refused=None) if self.untold else self
 
     @property
     def blocks(self) -> np.ndarray | None:
@@ -152,15 +159,16 @@ def climb(family: str, scores: Sequence[Score], sides: Sequence[Side], tolerance
         )
     counts = [len(score.errors) for score in chosen]  # luck is of mean squares: they weigh by points
     luck_nm2 = float(np.average(lucks, weights=counts)) if sum(counts) else 0.0
-    bends = False
+    bends, fits = False, []
     try:
         if family in FORMULAS:
-            for data in sides:
-                fit = fit_formula(family, data.speed, data.friction_nm, data.weight)
-                require_told(fit, data.speed)
-                bends |= is_bend(fit, data.speed)
+            fits = [fit_formula(family, data.speed, data.friction_nm, data.weight) for data in sides]
+        for fit, data in zip(fits, sides, strict=bool(fits)):
+            require_told(fit, data.speed)
+            bends |= is_bend(fit, data.speed)
     except UnidentifiableError as error:
-        return Rung(family, tuple(chosen), f"{error.reason}: {error}", failures, len(mine))
+        untold = bool(fits) and all(map(says_little_of_rest, fits, (data.speed for data in sides)))
+        return Rung(family, tuple(chosen), f"{error.reason}: {error}", failures, len(mine), untold=untold)
     return Rung(family, tuple(chosen), None, failures, len(mine), luck_nm2, bends)
 
 

@@ -6,7 +6,13 @@ import pytest
 from rtctl.errors import DataError, UnidentifiableError
 from rtctl.friction.kind_curve import Curve
 from rtctl.friction.kind_table import FORMULAS
-from rtctl.friction.learn.formulas import fit_formula, is_bend, require_identifiable, require_told
+from rtctl.friction.learn.formulas import (
+    fit_formula,
+    is_bend,
+    require_identifiable,
+    require_told,
+    says_little_of_rest,
+)
 
 TRUE = {"coulomb_nm": 0.25, "viscous_nms_rad": 0.05, "breakaway_nm": 0.35, "stribeck_rad_s": 0.1}
 V = np.concatenate([[0.0], np.geomspace(0.005, 2, 54)])
@@ -110,6 +116,26 @@ def test_a_peak_below_the_slowest_speeds_is_no_curve_either():
     with pytest.raises(UnidentifiableError) as refused:
         require_told(fit, v)
     assert refused.value.reason == "no_points_below_stribeck_speed"
+
+
+@pytest.mark.parametrize("kind", ["tustin", "gaussian", "lorentzian"])
+def test_a_peak_below_the_slowest_speed_says_of_rest_little_more_than_was_seen(kind):
+    """It said 100 times the friction of a joint whose peak was over at the slowest speed."""
+    v = np.linspace(0.3, 2, 12)
+    for seed in range(20):
+        f = noisy(Curve.formula(kind, {**TRUE, "stribeck_rad_s": 0.08}), v, seed, 0.02)
+        fit = fit_formula(kind, v, f)
+        p = fit.curve.parameters
+        seen = abs(fit.curve(v[:1])[0] - p["coulomb_nm"] - p["viscous_nms_rad"] * v[0])
+        assert abs(fit.peak_nm[0]) <= 2.8 * seen + 1e-9
+        assert says_little_of_rest(fit, v)
+
+
+def test_where_rest_was_measured_a_peak_may_be_over_before_the_slowest_motion():
+    v = np.append(0.0, np.linspace(0.3, 2, 12))
+    fit = fit_formula("gaussian", v, Curve.formula("gaussian", {**TRUE, "stribeck_rad_s": 0.15})(v))
+    assert fit.curve.parameters["stribeck_rad_s"] == pytest.approx(0.15, rel=0.01)
+    assert not says_little_of_rest(fit, v)
 
 
 def test_the_refusal_names_a_missing_slow_speed():

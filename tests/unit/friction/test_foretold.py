@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.friction.learn import foretold, ladder, search
+from rtctl.friction.learn import bands, certainty, foretold, ladder, search
 from rtctl.friction.learn.machines import Candidate
 from rtctl.friction.points import FrictionPoints
 
@@ -81,11 +81,61 @@ def test_wear_is_told_and_widens_the_band_and_days_are_not() -> None:
     assert wearing.expected_next_nm > 1.25 * wearing.choice.chosen.rmse_nm
     assert "expect that of the next" in wearing.explanation
     assert coming.expected_next_nm == pytest.approx(coming.choice.chosen.rmse_nm, rel=0.15)
+    for found in (wearing, coming):
+        assert found.next_range_nm is not None
+        assert found.next_range_nm[0] < found.expected_next_nm < found.next_range_nm[1]
+        assert "Of the next session expect" in found.explanation
+        assert "that is what 6 sessions know" in found.explanation
+    among = foretold.next_nm(*held_out(worn, wearing), None)
+    times = wearing.expected_next_nm / wearing.choice.chosen.rmse_nm
+    assert wearing.next_range_nm == pytest.approx([times * one for one in among])
     band = ladder.learn(worn, wearing, rig="made").branches[0].band
     assert band is not None
     assert band.units == 3  # of the sessions that were foretold, since the errors there are the larger ones
     # of the last one: three steps of a friction of up to .5 N m
     assert band.widest_nm > 0.95 * 0.05 * 3 * 0.5
+
+
+def held_out(points: FrictionPoints, found: ladder.Ladder) -> tuple[foretold.Foretold, np.ndarray]:
+    rung = found.symmetric_rung if found.symmetric and found.symmetric_rung else found.choice.chosen
+    return bands.held_out(points, found.sides, rung.scores)
+
+
+@pytest.mark.parametrize("count", [2, 3, 5])
+def test_eight_of_ten_next_sessions_err_what_is_told_however_few_are_known(count: int) -> None:
+    rng = np.random.default_rng(count)
+    lies = 0.02 * rng.normal(size=(1500, count + 1))
+    known, came = lies[:, :count], np.abs(lies[:, count] - lies[:, :count].mean(axis=1))
+    # each is held against the mean of the others
+    left = known - (known.sum(axis=1, keepdims=True) - known) / (count - 1)
+    block, directions = np.repeat(np.arange(count), 8), np.tile(np.repeat([1, -1], 4), count)
+    told = [certainty.next_session(np.repeat(one, 8), block, directions, 0.8) for one in left]
+    low, high = np.array(told).T
+    assert np.mean(came < low) == pytest.approx(0.1, abs=0.025)
+    assert np.mean(came > high) == pytest.approx(0.1, abs=0.025)
+
+
+def test_what_is_each_errors_own_is_known_by_many_and_less_of_the_next() -> None:
+    rng = np.random.default_rng(4)
+    block, directions = np.repeat([0, 1], 4000), np.tile(np.repeat([1, -1], 2000), 2)
+    low, high = certainty.next_session(rng.normal(size=8000), block, directions, 0.8)
+    # the next one is held against the mean of two, and not against the other one: root of .75
+    assert low < 0.75**0.5 < high < 0.91
+    assert low > 0.82
+
+
+def test_one_session_knows_of_no_other() -> None:
+    assert certainty.next_session(np.ones(8), np.zeros(8), np.ones(8), 0.8) == (0.0, np.inf)
+    one = sessions([1.0])
+    found = ladder.ascend(one, replace(QUICK, folds="speed"))
+    assert "One session does not know what the next differs by" in found.explanation
+    low, high = found.next_range_nm or (np.nan, np.nan)
+    assert low == found.expected_next_nm
+    assert high == pytest.approx(0.25 * np.sqrt(np.mean(one.friction_nm**2)), rel=0.01)
+    # several of them, and none held out: nobody knows, and nobody says
+    several = ladder.ascend(sessions([1.0, 1.1]), replace(QUICK, folds="speed"))
+    assert several.next_range_nm is None
+    assert "next session" not in several.explanation
 
 
 def test_where_a_solver_stopped_foretells_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -137,6 +137,32 @@ def test_the_ladder_takes_it_where_errors_are_no_longer_equal_and_says_so(climbe
     assert "parametric model" in climbed.explanation
 
 
+def test_a_formula_that_is_refused_for_its_numbers_alone_has_a_share_as_a_curve() -> None:
+    """A peak whose tail is all that was measured: Coulomb + viscous alone stood, and erred with it."""
+    rng = np.random.default_rng(1)
+    v = np.geomspace(0.1, 2, 16)
+    few = options(families=("coulomb_viscous", "tustin"), symmetric="no", tolerance_share=0.0)
+
+    def climbed(noise: float, **more: str) -> ladder.Ladder:
+        rows = [
+            (sign * x, 0.2 + 0.3 * np.exp(-x / 0.08) + noise * rng.normal(), sign, np.nan, np.nan)
+            for sign in (1, -1)
+            for x in v
+        ]
+        return ladder.ascend(FrictionPoints.from_rows(rows, "made", "0" * 64), replace(few, **more))
+
+    for found in (climbed(0.03), climbed(0.03, symmetric="yes")):
+        tustin = next(rung for rung in found.choice.rungs if rung.family == "tustin")
+        assert (tustin.refused or "").startswith("no_points_below_stribeck_speed")
+        assert "tustin" in [part.family for _, part in found.choice.chosen.scores[0].candidate.parts]
+    # the others err so much more that they have no share
+    for found in (climbed(0.002), climbed(0.002, symmetric="auto")):
+        assert found.choice.chosen.family == "tustin"
+        assert "as a curve, for its numbers are not told" in found.explanation
+        assert found.choice.chosen in found.choice.rungs
+    assert found.symmetric
+
+
 def test_errors_that_count_as_equal_leave_the_fewest_numbers() -> None:
     found = ladder.ascend(points(), options(tolerance_share=0.2))
     assert [one.family for one in found.choice.rungs].count("mean") == 0
