@@ -1,4 +1,5 @@
-"""Seeded bugs of what a kelvin changes (`rtctl.friction.learn.warmth`)."""
+"""Seeded bugs of what a kelvin changes (`rtctl.friction.learn.warmth`), and of waves that the low-pass
+weakens."""
 
 from __future__ import annotations
 
@@ -6,6 +7,8 @@ from seed import Seed
 
 WARMTH = "rtctl/friction/learn/warmth.py"
 SESSIONS = "tests/unit/friction/test_temperature_of_sessions.py"
+
+WAVES = "tests/unit/friction/test_waves.py"
 
 SEEDS = (
     Seed(
@@ -36,5 +39,19 @@ SEEDS = (
         "for part in (dry, viscous)]",
         "for part in (dry, 0 * viscous)]",
         (f"{SESSIONS}::test_oil_that_thins_is_not_dry_friction_that_falls",),
+    ),
+    Seed(
+        "what waves and motion have in common is known",
+        "rtctl/friction/logs/other_readings.py",
+        "offset.drift, signals.besides]",
+        "offset.drift]",
+        (f"{WAVES}::test_what_waves_and_motion_have_in_common_is_in_the_interval",),
+    ),
+    Seed(
+        "the pitch of waves is as it was found first",
+        "rtctl/friction/logs/waves.py",
+        "for which in range(6)]",
+        "for which in range(4)]",
+        (f"{WAVES}::test_waves_quicker_than_the_low_pass_are_taken_out_as_it_leaves_them",),
     ),
 )  # fmt: skip
