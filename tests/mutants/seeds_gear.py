@@ -1,5 +1,5 @@
-"""Seeded bugs of what a kelvin changes (`rtctl.friction.learn.warmth`), and of waves that the low-pass
-weakens."""
+"""Seeded bugs of what a kelvin changes (`rtctl.friction.learn.warmth`), of waves that the low-pass
+weakens, and of a change of the friction."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ WARMTH = "rtctl/friction/learn/warmth.py"
 SESSIONS = "tests/unit/friction/test_temperature_of_sessions.py"
 
 WAVES = "tests/unit/friction/test_waves.py"
+
+CHANGE = "tests/unit/friction/test_drift_change.py"
 
 SEEDS = (
     Seed(
@@ -53,5 +55,12 @@ SEEDS = (
         "for which in range(6)]",
         "for which in range(4)]",
         (f"{WAVES}::test_waves_quicker_than_the_low_pass_are_taken_out_as_it_leaves_them",),
+    ),
+    Seed(
+        "strokes on the border of a change stay for the whole window",
+        "rtctl/friction/drift_change.py",
+        "strokes.border = BORDER",
+        "strokes.border = 0",
+        (f"{CHANGE}::test_a_factor_is_not_between_what_was_and_what_is",),
     ),
 )  # fmt: skip
