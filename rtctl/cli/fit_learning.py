@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rtctl.cli.fit_report import Plan
-    from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
+    from rtctl.friction.learn.beside_speed import LoadVerdict
     from rtctl.friction.learn.ladder import Ladder
+    from rtctl.friction.learn.warmth import Warmth
     from rtctl.friction.load import Load
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points import FrictionPoints
@@ -59,11 +60,11 @@ def beside(
     model: FrictionModel, measured: FrictionPoints, folds: str, under: Under | None
 ) -> tuple[LoadVerdict, Warmth]:
     """What friction depends on beside the speed; of load what was found before it was taken off."""
-    from rtctl.friction.learn import beside_speed
+    from rtctl.friction.learn import beside_speed, warmth
 
     if under is None:
         return beside_speed.judge(model, measured, folds)
-    return under[0], beside_speed.judge_temperature(model, measured)
+    return under[0], warmth.judge_temperature(model, measured)
 
 
 def with_what_is_known(

@@ -12,8 +12,9 @@ import click
 from rtctl.cli.fit_checks import require_motion
 
 if TYPE_CHECKING:
-    from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
+    from rtctl.friction.learn.beside_speed import LoadVerdict
     from rtctl.friction.learn.ladder import Ladder
+    from rtctl.friction.learn.warmth import Warmth
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points import FrictionPoints
     from rtctl.rig_file.config import LoadedConfig

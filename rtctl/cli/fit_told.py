@@ -14,8 +14,9 @@ from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import in_units_of
 
 if TYPE_CHECKING:
-    from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth
+    from rtctl.friction.learn.beside_speed import LoadVerdict
     from rtctl.friction.learn.ladder import Ladder
+    from rtctl.friction.learn.warmth import Warmth
     from rtctl.friction.model import FrictionModel
     from rtctl.friction.points import FrictionPoints
     from rtctl.rig_file.config import LoadedConfig

@@ -27,6 +27,11 @@ BEFORE_MIN = 3
 LEAST = 0.03
 """Least change of the friction for which strokes are forgotten, RMS over them, share of the dry one."""
 
+# chosen on two seeds of the geared joint: with 2 a stroke of before stayed on one (decision 0120)
+BORDER = 4
+"""Oldest of the newest strokes, which may be of before yet or of both, that go once later ones tell no change
+any more: told as soon as it is sure, a change is not always before all of them."""
+
 DRY_OFF = 0.3
 """Known before: standard deviation of a change of the factor."""
 
@@ -35,8 +40,14 @@ def forget_before_change(strokes: Strokes, rate_hz: float) -> None:
     """Forget the strokes of before, where the friction has surely changed since."""
     table = of_window.newest_sessions(strokes.table)
     newest = _newest(table)
-    if newest > 0 and _changed(table, newest, rate_hz):
+    if newest == 0:
+        return
+    if _changed(table, newest, rate_hz):
+        strokes.border = BORDER
         strokes.keep_newest(len(table) - newest)
+    elif strokes.border:
+        strokes.keep_newest(len(table) - strokes.border)
+        strokes.border = 0
 
 
 def _newest(table: np.ndarray) -> int:

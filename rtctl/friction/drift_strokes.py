@@ -58,6 +58,8 @@ class Strokes:
     ----------
     taken : int
         Strokes that ended so far.
+    border : int
+        So many of the oldest strokes may still be of before a change: the friction changed about there.
     from_rad : float
         Position that the places of this session are counted from; NaN before its first row."""
 
@@ -69,6 +71,7 @@ class Strokes:
         self._ended = np.zeros(0)
         self._open = np.zeros(SUMS)
         self._stroke = -1
+        self.border = 0
         self.from_rad = math.nan
 
     @property
@@ -88,7 +91,7 @@ class Strokes:
 
     def forget(self) -> None:
         """Remember nothing."""
-        self.table, self._ended = np.zeros((0, SUMS)), np.zeros(0)
+        self.table, self._ended, self.border = np.zeros((0, SUMS)), np.zeros(0), 0
 
     def begin_session(self) -> None:
         """Sensors were zeroed, or may have been: an offset of its own from here on."""

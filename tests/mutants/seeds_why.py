@@ -95,13 +95,6 @@ SEEDS = (
         ("tests/unit/friction/test_point_evidence.py",),
     ),
     Seed(
-        "sessions at their own temperatures count row by row",
-        "rtctl/friction/learn/beside_speed.py",
-        'units_of(points, "log")[kept] if several_logs(points) else np.arange(len(kept))',
-        "np.arange(len(kept))",
-        ("tests/unit/friction/test_temperature_of_sessions.py",),
-    ),
-    Seed(
         "a hand of another axis says how the first is held",
         "rtctl/experiments/virtual.py",
         'table.get("hand", ())[:1]',

@@ -1,5 +1,5 @@
-"""Whether friction depends on load and temperature, judged by what was held out. Judged, not deployed: the
-law goes by speed and place alone."""
+"""Whether friction depends on load, judged by what was held out. Judged, not deployed: the law goes by speed
+and place alone."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ import numpy as np
 from rtctl.errors import DataError
 from rtctl.friction.learn import certainty, load_terms
 from rtctl.friction.learn.bands import way_of
-from rtctl.friction.learn.hold_out import TRAINS, folds_of, several_logs, shared_out, units_of
+from rtctl.friction.learn.hold_out import TRAINS, folds_of, shared_out, units_of
 from rtctl.friction.learn.load_terms import RUNGS, Rows, Terms
+from rtctl.friction.learn.warmth import Warmth, judge_temperature
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 
@@ -20,15 +21,6 @@ LOAD_SPAN = 0.5
 
 ROWS_MIN = 30
 """Fewest points by which load is judged: the largest form has fourteen numbers."""
-
-TEMPERATURE_SPAN_K = 5.0
-"""Least span of temperature: as far as a running rig may go from it without a warning."""
-
-TEMPERATURES_MIN = 8
-"""Fewest points on either side of the middle temperature."""
-
-ALIKE = 0.5
-"""Largest correlation of temperature with speed up to which the two can be told apart."""
 
 
 @dataclass(frozen=True)
@@ -126,79 +118,6 @@ def _rung(rung: str, rows: Rows, fold: np.ndarray, block: np.ndarray) -> LoadRun
     rmse = float(np.sqrt(np.mean(errors[judged] ** 2)))
     doubt = certainty.doubt(errors[judged], block[judged])
     return LoadRung(load_terms.fit_terms(rung, rows), rmse, doubt)
-
-
-@dataclass(frozen=True)
-class Warmth:
-    """How friction scales per kelvin, dry and viscous part, each with its standard error; `reason` where
-    nothing can be said.
-
-    `middle_c` is where the scales are 1, `span_k` the range of temperature."""
-
-    span_k: float = 0.0
-    middle_c: float = 0.0
-    dry_per_k: tuple[float, float] = (0.0, 0.0)
-    viscous_per_k: tuple[float, float] | None = None
-    reason: str = ""
-
-
-def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
-    """Scale of dry and viscous friction over temperature, by least squares about the learned curve.
-
-    Notes
-    -----
-    f = F(v) + (T - T0) (d D(v) + b V v), D the curve's dry part and V its viscous slope: d and b are shares
-    per kelvin. The curve was learned over all temperatures, so that it is right at about T0, their mean.
-    What sessions differ by looks like temperature where each has its own: errors by sessions, where there are
-    enough of them (`certainty.BLOCKS_MIN`)."""
-    if points.temperature_range_c is None:
-        return Warmth(reason="no column temperature_c: nothing is known of temperature")
-    column = points.columns["temperature_c"]
-    kept = np.concatenate([points.rows_of(direction) for direction in (1, -1)])
-    kept = kept[np.isfinite(column[kept])]
-    celsius, speed = column[kept], np.abs(points.velocity_rad_s[kept])
-    span, middle = float(np.ptp(celsius)), float(celsius.mean())
-    if (
-        span < TEMPERATURE_SPAN_K
-        or min((celsius < middle).sum(), (celsius > middle).sum()) < TEMPERATURES_MIN
-    ):
-        reason = (
-            f"temperature spans {span:.1f} K: the data do not span it (at least {TEMPERATURE_SPAN_K:g} K, "
-            f"{TEMPERATURES_MIN} points on either side)"
-        )
-        return Warmth(span, middle, reason=reason)
-    if abs(float(np.corrcoef(celsius, speed)[0, 1])) > ALIKE:
-        reason = (
-            "temperature rises and falls with speed in these points: the two cannot be told apart; measure "
-            "the same speeds cold and warm"
-        )
-        return Warmth(span, middle, reason=reason)
-    backward = (points.direction[kept] < 0).astype(int)
-    curve = np.where(backward, model.branches[1].magnitude(speed), model.branches[0].magnitude(speed))
-    slope = np.array([branch.viscous_nms_rad for branch in model.branches])[backward]
-    warmer = celsius - middle
-    columns = [warmer * (curve - slope * speed), warmer * slope * speed]
-    if not float(np.mean(slope * speed)) > 0.1 * float(np.mean(curve)):
-        columns = columns[:1]  # hardly any viscous friction, whose scale nobody could tell
-    # sessions count as one each: row by row, eight that differ by 2 % had a sixth of their scatter for error
-    block = units_of(points, "log")[kept] if several_logs(points) else np.arange(len(kept))
-    found, errors = _regress(np.column_stack(columns), points.friction_nm[kept] - curve, block)
-    viscous = (found[1], errors[1]) if len(found) > 1 else None
-    return Warmth(span, middle, (found[0], errors[0]), viscous)
-
-
-def _regress(columns: np.ndarray, wanted: np.ndarray, block: np.ndarray) -> tuple[list[float], list[float]]:
-    """Least squares and standard errors that allow for unlike spreads, and for errors that a block shares."""
-    inverse = np.linalg.pinv(columns.T @ columns)
-    found = inverse @ columns.T @ wanted
-    names, at = np.unique(block, return_inverse=True)
-    if len(names) < certainty.BLOCKS_MIN:  # too few to know their own spread: row by row
-        names = at = np.arange(len(wanted))
-    scored = np.zeros((len(names), len(found)))
-    np.add.at(scored, at, columns * (wanted - columns @ found)[:, None])
-    few = len(names) / max(len(names) - len(found), 1)
-    variance = few * inverse @ (scored.T @ scored) @ inverse
-    return [float(one) for one in found], [float(one) for one in np.sqrt(np.diag(variance))]
 
 
 def judge(model: FrictionModel, points: FrictionPoints, folds: str) -> tuple[LoadVerdict, Warmth]:

@@ -6,7 +6,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from rtctl.friction.learn.beside_speed import LoadRung, LoadVerdict, Warmth
+from rtctl.friction.learn.beside_speed import LoadRung, LoadVerdict
+from rtctl.friction.learn.warmth import Warmth
 
 NOT_DEPLOYED = "judged, not deployed: the law goes by speed and place"
 DEPLOYED = (
@@ -47,7 +48,7 @@ def _of_warmth(warmth: Warmth) -> str:
         parts.append(f"viscous {_per_k(warmth.viscous_per_k)}")
     return (
         f"Temperature: {' and '.join(parts)}, about {warmth.middle_c:.0f} degC over {warmth.span_k:.0f} K; "
-        f"{NOT_DEPLOYED}."
+        f"{NOT_DEPLOYED}{warmth.caution and '; '}{warmth.caution}."
     )
 
 
@@ -73,11 +74,16 @@ def body(load: LoadVerdict, warmth: Warmth) -> dict[str, Any]:
         "span_k": warmth.span_k,
         "reason": warmth.reason,
         "middle_c": warmth.middle_c,
-        "dry_per_k": warmth.dry_per_k,
-        "viscous_per_k": warmth.viscous_per_k,
+        "dry_per_k": _pair(warmth.dry_per_k),
+        "viscous_per_k": warmth.viscous_per_k and _pair(warmth.viscous_per_k),
+        "caution": warmth.caution,
     }
     return {"load": known, "temperature": heat}
 
 
 def _told(told: dict[str, tuple[float, float]]) -> dict[str, list[float | None]]:
-    return {name: [value, None if math.isnan(error) else error] for name, (value, error) in told.items()}
+    return {name: _pair(each) for name, each in told.items()}
+
+
+def _pair(each: tuple[float, float]) -> list[float | None]:
+    return [each[0], None if math.isnan(each[1]) else each[1]]

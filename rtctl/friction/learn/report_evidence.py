@@ -14,12 +14,13 @@ from rtctl.friction.kind_curve import Curve
 from rtctl.friction.kind_spline import UNIT
 from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.learn import fit, search
-from rtctl.friction.learn.beside_speed import LoadVerdict, Warmth, judge
+from rtctl.friction.learn.beside_speed import LoadVerdict, judge
 from rtctl.friction.learn.hold_out import TRAINS, folds_of
 from rtctl.friction.learn.ladder import Ladder
 from rtctl.friction.learn.machines import Candidate, FailedFitError, train
 from rtctl.friction.learn.score import Score
 from rtctl.friction.learn.selection import Rung, climb
+from rtctl.friction.learn.warmth import Warmth
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 

@@ -66,7 +66,7 @@ class Balance:
             signals.direction[rows],
             signals.torque_nm[rows],
             None if signals.external_nm is None else signals.external_nm[rows],
-            np.hstack([offset.logs, offset.drift, *signals.shares])[rows],
+            np.hstack([offset.logs, offset.drift, signals.besides])[rows],
             signals.log[rows],
             signals.time_s[rows],
             signals,
@@ -81,7 +81,7 @@ class Balance:
     def spread(self) -> float:
         """RMS of the torque about the offset of its log."""
         # a share of the torque is no offset: it is part of what is to be explained
-        offsets = self.nuisance[:, : self.nuisance.shape[1] - len(self.signals.shares)]
+        offsets = self.nuisance[:, : self.nuisance.shape[1] - self.signals.besides.shape[1]]
         centred = self.torque - offsets @ np.linalg.lstsq(offsets, self.torque, rcond=None)[0]
         return float(np.sqrt(np.mean(centred**2)))
 

@@ -60,6 +60,8 @@ def solve(
 ) -> Regression:
     """Fit the named `columns` beside the `nuisance` ones."""
     rows, block = signals.sliding, time_blocks(signals)
+    if signals.waves is not None:
+        nuisance = np.hstack([nuisance, signals.waves])
     matrix, torque = np.column_stack([*columns.values(), nuisance])[rows], signals.torque_nm[rows]
     scale = np.sqrt((matrix**2).mean(axis=0))
     scale[scale == 0] = 1.0

@@ -16,6 +16,7 @@ from rtctl.friction.logs.balance_faults import CHANGES_WITHIN, diagnosed
 from rtctl.friction.logs.clipping import require_unclipped
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
 from rtctl.friction.logs.held_still import held_still
+from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
 from rtctl.friction.logs.smoothed import smoothed
 from rtctl.friction.logs.torque_shape import bent, drifting
@@ -88,14 +89,7 @@ def external_of(
     recorded."""
     if any(stretch.external_nm is None for stretches in logs for stretch in stretches):
         return None
-    alone = [
-        [
-            replace(stretch, torque_nm=np.zeros(0) if stretch.external_nm is None else stretch.external_nm)
-            for stretch in stretches
-        ]
-        for stretches in logs
-    ]
-    return pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in alone]).torque_nm
+    return in_place_of_torque(logs, lambda one: np.asarray(one.external_nm), cutoff_hz, speed_min_rad_s)
 
 
 def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float) -> float:
@@ -175,7 +169,9 @@ def _gained_by_lower_cutoff(
     cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
     try:
         lower = without_waves(
-            pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs])
+            pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs]),
+            logs,
+            speed_min_rad_s,
         )
     except DataError:
         return 0.0  # too short for it

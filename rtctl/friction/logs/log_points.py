@@ -110,7 +110,7 @@ def read_in_time(
         for stretches in logs:
             with of_file(Path(stretches[0].source)):
                 found.append(of_stretches(stretches, cutoff, slowest))
-        pool = without_waves(pooled(found))
+        pool = without_waves(pooled(found), logs, slowest)
         step_nm = max(one.torque_step_nm for stretches in logs for one in stretches)
         return replace(pool, inertia_short=coarseness(logs, pool, slowest), torque_step_nm=step_nm)
 

@@ -118,9 +118,7 @@ def drift_beside_friction(signals: Regressors, offset: OffsetColumns, inertia_kg
         friction = np.zeros((len(v), len(at)))
         friction[mine] = np.column_stack([np.interp(speed, at, one) for one in np.eye(len(at))])
         columns.append(friction)
-    if signals.share_nm is not None:
-        columns.append(signals.share_nm[rows, None])
-    matrix = np.hstack(columns)
+    matrix = np.hstack([*columns, signals.besides[rows]])
     scale = np.sqrt((matrix**2).mean(axis=0))
     scale[scale == 0] = 1.0
     left = signals.torque_nm[rows] - inertia_kgm2 * signals.acceleration_rad_s2[rows]

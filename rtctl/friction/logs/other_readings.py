@@ -57,7 +57,7 @@ def doubts(signals: Regressors, late: Estimate | None = None) -> np.ndarray:
     `late` is the delay that looks left in the torque, s; where it surely is not 0 the motion as it was so
     much earlier is another reading."""
     rows, offset = signals.sliding, offset_columns(signals)
-    nuisance = np.hstack([offset.logs, offset.drift, *signals.shares])
+    nuisance = np.hstack([offset.logs, offset.drift, signals.besides])
     block = np.full(len(rows), -1)
     block[rows] = time_blocks(signals)
     # each drift column has used up one block

@@ -48,8 +48,9 @@ class Regressors:
 
     `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` and
     `torque_step_nm` those of `AxisLog`, `inertia_short` by what share coarse positions make the inertia too
-    small, `share_nm` the torque that friction is a share of, if there is one; of two torques `external_nm` is
-    the hand's, `held_s` by what the motor's was put back."""
+    small, `share_nm` the torque that friction is a share of, if there is one, `waves` (n, k) those over the
+    position that were taken out; of two torques `external_nm` is the hand's, `held_s` by what the motor's was
+    put back."""
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -67,6 +68,7 @@ class Regressors:
     torque_step_nm: float = 0.0
     inertia_short: float = 0.0
     share_nm: np.ndarray | None = None
+    waves: np.ndarray | None = None
     external_nm: np.ndarray | None = None
     held_s: float = 0.0
 
@@ -76,9 +78,11 @@ class Regressors:
         return ", ".join(self.sources)
 
     @property
-    def shares(self) -> tuple[np.ndarray, ...]:
-        """`share_nm` as a column (n, 1), where there is one."""
-        return () if self.share_nm is None else (self.share_nm[:, None],)
+    def besides(self) -> np.ndarray:
+        """What is unknown of the torque besides joint and offset, (n, k): its share, and `waves`, which stay
+        unknown though they are taken out: what they have in common with the motion, neither tells."""
+        columns = [one for one in (self.share_nm, self.waves) if one is not None]
+        return np.column_stack([np.zeros((len(self.time_s), 0)), *columns])
 
     def began_s(self, log: int) -> float:
         """`time_s` of the begin of a log: logs follow one after the other (`pooled`)."""

@@ -94,7 +94,7 @@ class PlainBalance:
         self.direction = signals.direction
         a, v = signals.acceleration_rad_s2, signals.velocity_rad_s
         self.motion = np.column_stack([a, v, signals.direction])
-        self.nuisance = np.hstack([offset.logs, offset.drift, *signals.shares])
+        self.nuisance = np.hstack([offset.logs, offset.drift, signals.besides])
         self.block = time_blocks(signals)
         usual = PEAK_SHARE * float(np.quantile(np.abs(v[self.rows]), 0.95))
         x = signals.position_rad / signals.radian

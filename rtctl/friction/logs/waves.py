@@ -6,12 +6,14 @@ are plainly there, alike in both directions, they are taken out of balance and p
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from rtctl.friction.logs.balance import Balance
-from rtctl.friction.logs.dynamics import SAMPLES_MIN
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
+from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
 from rtctl.friction.logs.regressors import Regressors
 
 WAVES_LEAST, WAVES_MOST = 4, 200
@@ -38,8 +40,11 @@ ALIKE = 0.5
 are alike."""
 
 
-def without_waves(signals: Regressors) -> Regressors:
-    """The signals without the waves that their torque has over the position; their warnings say so."""
+def without_waves(
+    signals: Regressors, logs: Sequence[Sequence[AxisLog]], speed_min_rad_s: float
+) -> Regressors:
+    """The signals of these logs without the waves that their torque has over the position; their warnings say
+    so."""
     balance = Balance.of(signals)
     if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
         return signals  # the fit itself says what is missing
@@ -48,15 +53,15 @@ def without_waves(signals: Regressors) -> Regressors:
         return signals
     per_travel = _strongest(balance, travel)
     number = 2 * np.pi * per_travel / travel
-    columns = _columns(number, balance.position, balance.velocity, signals.cutoff_hz)
+    # on every row, since later looks take others than the sliding ones
+    everywhere = _low_passed(logs, number, signals.cutoff_hz, speed_min_rad_s)
+    columns = everywhere[signals.sliding]
     with_waves = balance.fit(added=columns)
     # cogging is of the place and not of the direction; what turns with it is friction by place
     ways = [balance.fit(added=columns, rows=balance.velocity * way > 0).added for way in (1, -1)]
     apart, size = (float(np.hypot(*each)) for each in (ways[0][:2] - ways[1][:2], with_waves.added[:2]))
     if with_waves.rest > TAKEN_RATIO * plain.rest or apart > ALIKE * size:
         return signals
-    # on every row, since later looks take others than the sliding ones
-    everywhere = _columns(number, signals.position_rad, signals.velocity_rad_s, signals.cutoff_hz)
     told = (
         f"{signals.source}: the torque has waves over the position, every {travel / per_travel:.3g} rad, of "
         f"{size:.3g} N m and alike in both directions (magnets of a motor, the ripple of a gear or screw, "
@@ -66,6 +71,7 @@ def without_waves(signals: Regressors) -> Regressors:
     return replace(
         signals,
         torque_nm=signals.torque_nm - everywhere @ with_waves.added,
+        waves=everywhere,
         warnings=(*signals.warnings, told),
     )
 
@@ -83,10 +89,28 @@ def _strongest(balance: Balance, travel: float) -> float:
     return float(fine[np.argmax([abs(complex(np.exp(turn * each) @ rest)) for each in fine])])
 
 
-def _columns(number: float, position: np.ndarray, velocity: np.ndarray, cutoff_hz: float) -> np.ndarray:
-    """Sine and cosine of the wave and of its half, (n, 4), as the low-pass leaves them at that speed."""
-    made = []
-    for times in (1, 2):
-        gain = 1 / (1 + (velocity * times * number / (2 * np.pi * cutoff_hz)) ** 4)  # of `dynamics.smooth`
-        made += [gain * np.sin(times * number * position), gain * np.cos(times * number * position)]
-    return np.column_stack(made)
+def _low_passed(
+    logs: Sequence[Sequence[AxisLog]], number: float, cutoff_hz: float, speed_min_rad_s: float
+) -> np.ndarray:
+    """Sine and cosine of the wave, of its half, and what either becomes by a little more or less pitch, on
+    every row, (n, 6): of the position as it was recorded and then through the low-pass, since what that
+    leaves goes by how the speed changes and by what the wave itself does to the motion."""
+    middle = number * float(np.mean(np.concatenate([one.position_rad for each in logs for one in each])))
+
+    def shapes(turn: np.ndarray) -> tuple[np.ndarray, ...]:
+        sine, cosine = np.sin(turn), np.cos(turn)
+        return (
+            sine,
+            cosine,
+            np.sin(2 * turn),
+            np.cos(2 * turn),
+            (turn - middle) * sine,
+            (turn - middle) * cosine,
+        )
+
+    def passed(which: int) -> np.ndarray:
+        return in_place_of_torque(
+            logs, lambda log: shapes(number * log.position_rad)[which], cutoff_hz, speed_min_rad_s
+        )
+
+    return np.column_stack([passed(which) for which in range(6)])

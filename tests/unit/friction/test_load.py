@@ -22,6 +22,7 @@ from rtctl.friction.learn.load_terms import NAMES, Rows, fit_terms, friction, sl
 from rtctl.friction.learn.report_beside_speed import body, sentences
 from rtctl.friction.learn.report_evidence import gather
 from rtctl.friction.learn.report_sentences import headline
+from rtctl.friction.learn.warmth import Warmth, judge_temperature
 from rtctl.friction.load import LOOP_MOST
 from rtctl.friction.margins import friction_figures
 from rtctl.friction.points import FrictionPoints
@@ -89,12 +90,10 @@ def test_held_out_points_choose_the_form():
     verdict = beside_speed.judge_load(made, "speed")
     assert verdict.chosen.terms.rung == "load"
     assert verdict.less_share > 0.9
-    said = sentences(verdict, beside_speed.Warmth(reason="x"))[0]
+    said = sentences(verdict, Warmth(reason="x"))[0]
     assert "by the form load (outside 0.1 +- " in said
     assert "judged, not deployed" in said
-    assert body(verdict, beside_speed.Warmth())["load"]["coefficients"]["outside"][0] == pytest.approx(
-        0.1, rel=0.05
-    )
+    assert body(verdict, Warmth())["load"]["coefficients"]["outside"][0] == pytest.approx(0.1, rel=0.05)
 
 
 @cache
@@ -107,7 +106,7 @@ def without_load():
 def test_load_that_changes_nothing_is_told():
     _, verdict = without_load()
     assert verdict.chosen.terms.told == {}
-    assert "friction does not depend on it" in sentences(verdict, beside_speed.Warmth())[0]
+    assert "friction does not depend on it" in sentences(verdict, Warmth())[0]
 
 
 def test_points_that_do_not_span_load_say_so():
@@ -236,8 +235,8 @@ def warm(per_k: float, span_k: float, *, by_speed: bool = False) -> FrictionPoin
     return FrictionPoints.from_rows(rows, "made", "0" * 64, {"temperature_c": np.array(heat)})
 
 
-def warmth(points: FrictionPoints) -> beside_speed.Warmth:
-    return beside_speed.judge_temperature(fit_points(points, rig="mock", c=10.0), points)
+def warmth(points: FrictionPoints) -> Warmth:
+    return judge_temperature(fit_points(points, rig="mock", c=10.0), points)
 
 
 def test_temperature_scales_friction_where_the_points_span_it():
