@@ -276,7 +276,9 @@ class Motion:
             # a host that was late: the joint went out over the end still as this was asked, and was stopped
             # there; the way back is open
             order = self.turn(direction * speed_rad_s) if beyond else None
-            patience_s -= len(rows) * self.rig.period_s
+            # of a late host's ticks none counts in which the joint stood there, with no servo to pull it
+            ran = np.count_nonzero((rows["program_flags"][:, self.rig.axis] & ProgramFlag.TRAVEL) == 0)
+            patience_s -= max(ran, 1) * self.rig.period_s
             if patience_s < 0:
                 raise DataError(
                     f"the joint does not follow: at {self.position_rad:.3f} rad it should have passed "

@@ -16,6 +16,7 @@ from rtctl_process import CONFIGS, children, finish, greet, start
 from rtctl.client import RigClient
 from rtctl.control.vocabulary import State
 from rtctl.errors import LoopDiedError, RefusedError
+from rtctl.host import waiting_loop
 from rtctl.host.auto_arm import AutoArm
 from rtctl.host.exchange.gateway import GIVEN_UP_S
 from rtctl.host.supervisor import MOST_TICKS, Host
@@ -222,8 +223,9 @@ def test_a_host_that_stood_still_takes_what_waits_in_parts_and_all_of_it(folder,
     assert len(ticks) + lost == head
 
 
-def test_the_loop_process_has_no_network_learner_or_config_library(folder):
+def test_the_loop_process_has_no_network_learner_or_config_library(folder, monkeypatch):
     """What the real process has mapped while it runs, and its modules as it reports them at its end."""
+    monkeypatch.setattr(waiting_loop, "subprocess", subprocess)  # one that is forked has what its maker had
     seen = []
 
     def look(host, rows):

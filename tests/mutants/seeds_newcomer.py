@@ -78,4 +78,11 @@ SEEDS = (
         "\n        assert",
         PLUGIN,
     ),
+    Seed(
+        "a joint that stood beyond its travel while the host was late does not follow",
+        "rtctl/identify/motion.py",
+        "patience_s -= max(ran, 1) * self.rig.period_s",
+        "patience_s -= len(rows) * self.rig.period_s",
+        ("tests/unit/identify/test_session.py",),
+    ),
 )

@@ -141,6 +141,21 @@ def test_a_joint_that_was_stopped_beyond_its_travel_is_asked_back_again():
     assert steps.send(rows).fields == {}
 
 
+def test_the_time_that_a_late_host_left_a_joint_beyond_its_travel_is_no_time_to_follow():
+    motion = Motion(rig_of(load(CONFIG), SMALL), SMALL)
+    motion.low_rad, motion.high_rad = -0.35, 0.35
+    rows = new_ticks(10_000, 1)
+    rows["state"], rows["position_rad"] = State.ACTIVE, -0.376
+    rows["program_flags"] = ProgramFlag.TRAVEL
+    motion.last = rows[0]
+    steps = motion.advance(0.5, 0.5)
+    next(steps)
+    assert steps.send(rows).fields["program_velocity_rad_s"] == 0.5
+    rows["program_flags"] = 0
+    with pytest.raises(DataError, match="does not follow"):
+        steps.send(rows)
+
+
 def test_points_that_are_there_are_not_measured_again(kept):
     had = [point.name for point in kept.points[:9]]
     again = run(store=Kept(had))
