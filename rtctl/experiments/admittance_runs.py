@@ -137,7 +137,7 @@ def impedance_felt(loaded: LoadedConfig, hz: float) -> complex:
     slippery(simulation)
     hold(simulation, 20.0, 0.1)
     # whole periods, so that the sine leaks nowhere; 1/hz: of the same speed at all
-    trace = _armed_run(simulation, max(2.0, math.ceil(hz * 2.0) / hz), 0.0, {hz: 0.1 / hz})
+    trace = _armed_run(simulation, math.ceil(hz * 2.0) / hz, 0.0, {hz: 0.1 / hz})
     if trace is None:
         return complex(math.nan, math.nan)
     at = np.exp(-2j * math.pi * hz * simulation.plan.period_s * np.arange(len(trace)))

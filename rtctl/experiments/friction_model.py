@@ -10,6 +10,7 @@ from rtctl.experiments import identification, models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
+from rtctl.friction.kind_table import is_machine
 from rtctl.friction.learn import ladder as climbing
 from rtctl.friction.learn import report_evidence, report_figures, report_tables
 from rtctl.friction.learn.pool import workers
@@ -107,7 +108,7 @@ def _over_seeds(found: dict[str, dict[str, Estimate]], sets: int) -> Table:
 def _said(found: dict[str, dict[str, Estimate]]) -> str:
     """Say whether a support-vector machine predicts best, and by how much the best formula differs."""
     mean = {family: one["prediction_mean_error_nm"] for family, one in found.items()}
-    machines = [family for family in mean if family in models.COMPARED.values() and "-" in family]
+    machines = [family for family in mean if is_machine(family)]
     formulas = [family for family in mean if family not in machines]
     if not machines or not formulas:
         return ""
@@ -116,6 +117,9 @@ def _said(found: dict[str, dict[str, Estimate]]) -> str:
         f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), "
         f"{formula} of the formulas ({mean[formula].text(1e3)} mN m)"
     )
+    # one set has no interval (half of it is 0), and would always tell
+    if mean[machine].count < 2:
+        return f"{said}: one set of test points cannot tell them apart."
     # intervals that do not meet: of a ratio of two means nothing less is said
     if mean[machine].high < mean[formula].low:
         return f"{said}: SVR wins here."

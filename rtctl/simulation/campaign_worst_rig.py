@@ -9,7 +9,7 @@ what spring and link would damp."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -104,8 +104,3 @@ def worst_elastic(w: float, k: float, dampings: tuple[float, float, float], link
     inertia = max(link_inertia, 1.1 * X / w)
     link = network(inertia, b_l, np.array([(inertia * w - X) * w / inertia]), np.array([]))
     return behind_a_joint(link, -float(seen.imag) / w, b_m, k, b_j)
-
-
-def with_stiffness(law: Law, k_c: float) -> Law:
-    """The law with another stiffness of the coupling."""
-    return replace(law, k_c=k_c)

@@ -17,8 +17,8 @@ EXPLAINS, EXPLAINS_BEST = 0.3, 0.05
 SCALE_LEAST = 0.04
 """Least distance of a factor from 1 that is told."""
 
-SPEEDS = {"rpm": 30 / math.pi, "deg/s": 180 / math.pi, "mrad/s, or mm/s": 1e3}
-"""Unit that is taken for rad/s (or m/s) -> by what the numbers are too large."""
+SPEEDS = {"rpm": 30 / math.pi, "deg/s": 180 / math.pi, "mrad/s": 1e3}
+"""Unit that is taken for rad/s -> by what the numbers are too large; `words` makes mm/s of mrad/s."""
 
 
 def cause(model: FrictionModel, points: FrictionPoints) -> str:

@@ -73,3 +73,4 @@ def test_the_text_says_who_predicts_best(machine_nm, formula_nm, said):
     sets = [points(offset) for offset in (-0.002, 0.001, 0.002)]
     levels = {"epsilon-spline": machine_nm, "tustin": formula_nm}
     assert said in friction_model._said(friction_model.predicted(evidence(**levels), sets))
+    assert "cannot tell" in friction_model._said(friction_model.predicted(evidence(**levels), sets[:1]))

@@ -7,6 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hw.motion import words
+from rtctl.friction.gain import AxisGain, Gains
 from rtctl.friction.learn import (
     fit,
     report_evidence,
@@ -203,3 +205,13 @@ def test_a_curve_is_dashed_where_nothing_was_measured():
 def test_the_caption_names_the_speeds_that_were_not_measured():
     assert report_measured_range.said(joint()) == ""
     assert "below 0.01 rad/s (direction +1)" in report_measured_range.said(joint(SPEEDS[1:]))
+    slow = words(report_measured_range.said(joint(np.array([0.002, 0.02, 0.021, 0.022, 0.5]))), "linear")
+    assert "below 2 mm/s, 2 to 20 mm/s, 0.022 to 0.5 m/s (direction +1)" in slow
+
+
+@pytest.mark.parametrize(("gain", "said"), [(0.8, "nothing left: stay below"), (1.0, "0.02 N m to spare")])
+def test_the_page_says_that_the_two_line_test_is_spent_only_where_it_is(gain, said):
+    one = AxisGain("yaw", gain, 0.1, 0.01, 0.02, gain, gain, 0.1, 0.0, 0.0)
+    html = report_page._gain(Gains(0.9, 0.2, (one,), "rig.toml"))
+    assert said in html
+    assert ("nothing left" in html) == (gain < 1)

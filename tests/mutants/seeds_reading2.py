@@ -1,0 +1,56 @@
+"""Seeded bugs that a reading of reports, playback and experiments for their reasons found: sentences that do
+not follow from the table below them.
+"""
+
+from __future__ import annotations
+
+from seed import Seed
+
+SENTENCES = ("tests/unit/friction/test_sentences.py",)
+MAP = ("tests/unit/experiments/test_what_a_map_says.py",)
+STABILITY = "rtctl/experiments/stability_map.py"
+
+SEEDS = (
+    Seed(
+        "of two slow spans without points one is told in m/s and one in mm/s",
+        "rtctl/friction/learn/report_measured_range.py",
+        'f"{low:.3g} to {high:.3g} rad/s" if low',
+        'f"{low:.3g} to {high:.3g}" if low',
+        SENTENCES,
+    ),
+    Seed(
+        "a gain of 1 is said to spend the two-line test",
+        "rtctl/friction/learn/report_page.py",
+        "if axis.gain >= 1.0:",
+        "if False:",
+        SENTENCES,
+    ),
+    Seed(
+        "the worst point of a model by place is one that its places excuse",
+        "rtctl/friction/learn/report_judge.py",
+        "int(np.argmax(np.abs(sure)))",
+        "int(np.argmax(np.abs(error)))",
+        ("tests/unit/friction/test_judged_places.py",),
+    ),
+    Seed(
+        "a column of JSON with null in it is not there",
+        "hw/playback/json_rows.py",
+        "if None in values:",
+        "if False:",
+        ("tests/unit/hw/test_structured_logs.py",),
+    ),
+    Seed(
+        "one set of test points tells machine and formula apart",
+        "rtctl/experiments/friction_model.py",
+        "if mean[machine].count < 2:",
+        "if False:",
+        ("tests/unit/experiments/test_friction_model_experiment.py",),
+    ),
+    Seed(
+        "a map says that no hand is unstable whatever it found",
+        STABILITY, "        if inside >= 1.0\n", "        if True\n", MAP,
+    ),
+    Seed(
+        "a joint without damping is mapped", STABILITY, "if not axis.viscous_nms_rad > 0:", "if False:", MAP,
+    ),
+)  # fmt: skip
