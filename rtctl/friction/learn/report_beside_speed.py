@@ -31,8 +31,8 @@ def _of_load(load: LoadVerdict, chosen: LoadRung, use: str) -> str:
     plain = load.of("coulomb_viscous").rmse_nm
     if not terms.told:
         return (
-            f"Load: over {load.span_nm:.3g} N m friction does not depend on it: {terms.rung} errs no more "
-            "than any form with load."
+            f"Load: over {load.span_nm:.3g} N m friction does not depend on it: no form with load errs less "
+            f"than {terms.rung} by more than chance."
         )
     told = ", ".join(f"{name} {value:.3g} +- {_error(error)}" for name, (value, error) in terms.told.items())
     return (

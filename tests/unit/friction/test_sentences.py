@@ -209,6 +209,19 @@ def test_the_caption_names_the_speeds_that_were_not_measured():
     assert "below 2 mm/s, 2 to 20 mm/s, 0.022 to 0.5 m/s (direction +1)" in slow
 
 
+def test_the_vectors_of_one_curve_for_both_directions_stand_there_once():
+    def one(direction, *weights):
+        dual = np.array(weights)
+        curve = SimpleNamespace(support_vectors=np.array([0.1, 0.5]), dual_coef=dual)
+        return SimpleNamespace(direction=direction, curve=curve, limit=np.ones(2), bounded=np.abs(dual) >= 1)
+
+    shared = report_tables.support_vectors(SPLINE, [one(1, 0.5, -1.0), one(-1, 0.5, -1.0)])
+    assert [row[0] for row in shared.rows] == ["both", "both"]
+    assert "2 (direction both)." in shared.caption
+    apart = report_tables.support_vectors(SPLINE, [one(1, 0.5, -1.0), one(-1, 0.4, -1.0)])
+    assert [row[0] for row in apart.rows] == ["+1", "+1", "-1", "-1"]
+
+
 @pytest.mark.parametrize(("gain", "said"), [(0.8, "nothing left: stay below"), (1.0, "0.02 N m to spare")])
 def test_the_page_says_that_the_two_line_test_is_spent_only_where_it_is(gain, said):
     one = AxisGain("yaw", gain, 0.1, 0.01, 0.02, gain, gain, 0.1, 0.0, 0.0)
