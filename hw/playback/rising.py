@@ -124,6 +124,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
     if len(back):
         k = back[0]
         summer = " by an hour, as summer time ends" if abs(steps[k] + HOUR_S) < 1.0 else ""
+        # by the shortest way back: where one is of a row or two, rows are out of order, whatever else is
         if -float(steps[back].max()) > RUN_STEPS * float(np.median(steps)):
             raise BackendError(
                 f"{path}: unsorted time: it starts over in row {k + 2} ({time_s[k + 1]:.6g} s after "

@@ -79,6 +79,7 @@ def predicted(evidence: Evidence, tests: Sequence[FrictionPoints]) -> dict[str, 
     found = {}
     for family in evidence.families:
         both = evidence.of(family)
+        # of all points, not the mean of two means: a direction may have fewer
         trained_nm = float(np.mean(np.abs(np.concatenate([one.trained.error_nm for one in both]))))
         means_nm = []
         for test in tests:

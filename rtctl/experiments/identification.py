@@ -2,7 +2,7 @@
 does it take?
 
 One identification has 28 test points in each direction, half of them slow ones with three times the noise of
-the fast: its ratio of prediction to training error scatters by a sixth by chance alone. Only the mean over
+the fast: its ratio of prediction to training error scatters by a seventh by chance alone. Only the mean over
 many says whether noise was learned."""
 
 from __future__ import annotations
@@ -154,10 +154,10 @@ def repeat(
     kept = measured(loaded, seed, settings)
     train, test = kept.of("train"), kept.of("test")
     options = ladder.Options(
-        # seeds run beside each other already
         families=tuple(families),
         strategy="full",
         symmetric="no",
+        # seeds run beside each other already
         backend="sequential",
         n_jobs=1,
     )
@@ -228,6 +228,7 @@ def _summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         **{name: estimate([row[name] for row in rows]) for name in names},
         "support_vectors": estimate(vectors),
         "support_vectors_most": max(vectors),
+        # the worst: one curve that is off is one rig that is helped wrongly
         "off_share": max(row["off_share"] for row in rows),
         "runs": len(rows),
     }

@@ -51,6 +51,12 @@ SEEDS = (
         STABILITY, "        if inside >= 1.0\n", "        if True\n", MAP,
     ),
     Seed(
+        "a hand of more than 16 resonances is no network", "rtctl/experiments/worst_hand.py",
+        "(2 * np.arange(1, modes) - 0.06)", "0.97 * 2 * np.arange(1, modes)",
+        ("tests/unit/experiments/test_positioning.py"
+         "::test_the_worst_hand_is_unstable_exactly_where_theory_says",),
+    ),
+    Seed(
         "a joint without damping is mapped", STABILITY, "if not axis.viscous_nms_rad > 0:", "if False:", MAP,
     ),
 )  # fmt: skip

@@ -29,6 +29,7 @@ def sentences(load: LoadVerdict, warmth: Warmth, *, deployed: bool = False) -> l
 def _of_load(load: LoadVerdict, chosen: LoadRung, use: str) -> str:
     terms = chosen.terms
     plain = load.of("coulomb_viscous").rmse_nm
+    # chosen as everywhere: the plainest within chance of the best, which need not err least
     if not terms.told:
         return (
             f"Load: over {load.span_nm:.3g} N m friction does not depend on it: no form with load errs less "

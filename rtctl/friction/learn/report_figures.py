@@ -101,6 +101,7 @@ def ladder(evidence: Evidence) -> bytes:
         plot.errorbar(centre, at, xerr=[[centre - low], [high - centre]], fmt="o", color=colour, capsize=4)
     plot.set_ylim(-0.6, len(rungs) - 0.4)
     plot.set_yticks(range(len(rungs)), [rung.family for rung in reversed(rungs)])
+    # the plainest may err ten times as much as the best, which would all stand on one spot
     plot.set_xscale("log")
     _label(plot, "held-out RMSE [mN m], 95 % confidence interval", "", "")
     plot.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))

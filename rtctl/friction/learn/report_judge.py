@@ -46,6 +46,8 @@ class Judgement:
 BAND_SIGMAS = 1.96
 """Half width of a band of 95 %, standard deviations."""
 
+# not less: of independent points a band of just 95 % has more outside in 12 % of sessions of 24 points, in 4
+# % of those of 50 and 1 % of those of 100
 OUTSIDE_MOST = 0.1
 """Share of a session beyond a band that is for 95 % of it, from which the band does not hold: twice what it
 allows."""

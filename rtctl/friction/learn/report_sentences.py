@@ -66,6 +66,7 @@ def of_formulas(held_out: Sequence[Row], chosen: str) -> list[str]:
     formulas = [row for row in held_out if row["family"] in FORMULAS and not row["refused"]]
     if mine is None or mine["refused"] or not formulas or chosen in FORMULAS:
         return []
+    # by the held-out error alone: no search counted numbers or compared within a doubt
     best = min(formulas, key=lambda row: float(row["held_out_rmse_nm"]))
     figures = (
         f"{best['family']}, {mnm(best['held_out_rmse_nm'])} against {mnm(mine['held_out_rmse_nm'])} mN m "
@@ -109,6 +110,7 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
     figures = f"{mnm(_test_nm(formula))} against {mnm(_test_nm(machine))} mN m"
     if _test_nm(formula) <= _test_nm(machine):
         return "formula", f"a formula is the best: {formula['family']} beats {machine['family']}, {figures}."
+    # the machine's own error: what it might have erred on other points of that session
     if _test_nm(formula) <= _test_nm(machine) + machine["prediction_se_nm"]:
         near = f"{formula['family']} is within one standard error of {machine['family']}"
         return "formula", f"a formula is as good: {near}, {figures}."
@@ -155,6 +157,7 @@ _BOUNDS = {
     "validation_max_error_nm": "what was held out of them",
     "test_max_error_nm": "the test points",
     "single_max_error_nm": "single measurements, which the points are means of",
+    # only then the largest: of many held out the largest lies beyond a band of 95 % of them
     "band_most_nm": "the band, which is stretched as there was little to hold out",
 }
 

@@ -83,6 +83,7 @@ def overall_rows(evidence: Evidence) -> list[dict[str, Any]]:
                 "prediction_max_error_nm": float(judged.max()),
                 "prediction_rmse_nm": float(np.sqrt(np.mean(judged**2))),
                 "prediction_se_nm": standard_error(judged),
+                # a curve through its own points has no error there, and no ratio
                 "prediction_over_training": float(judged.mean() / trained.mean()) if trained.any() else None,
             }
         )

@@ -90,6 +90,7 @@ def write(
     ------
     DataError
         `folder` holds something else, or cannot be written."""
+    # before the pictures: they take seconds, and the folder may be somebody's
     require_place(folder)
     gains = report_gain.recommend(evidence.model, loaded)
     pictures = _pictures(evidence)
