@@ -252,8 +252,8 @@ def _sentence(inside: float, above: Sequence[float], device: Device) -> str:
     )
     return (
         f"{said}; the worst one ({MODES[-1]} lossless resonances at odd multiples of Nyquist) is unstable "
-        f"from {100 * min(above):.1f} to {100 * max(above):.1f} % above it, depending on b_c. The papers' test "
-        f"promises {papers[0]:.2g} to {papers[1]:.2g} times as much stiffness."
+        f"from {100 * min(above):.1f} to {100 * max(above):.1f} % above it, depending on b_c. The papers' "
+        f"test promises {papers[0]:.2g} to {papers[1]:.2g} times as much stiffness."
     )
 
 
