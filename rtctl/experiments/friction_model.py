@@ -149,7 +149,7 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
     said = ", ".join(f"{name} {' and '.join(map(str, count))}" for name, count in counts.items())
     text = (
         f"{len(evidence.points.branch(1)[0])} training and {len(tests[0].branch(1)[0])} other points in "
-        f"each direction, each the mean of 100 measurements. Support vectors (v >= 0 and v < 0): {said}. Bi "
+        f"each direction{_means(evidence.points)}. Support vectors (v >= 0 and v < 0): {said}. Bi "
         "found 29 and 27 with the RBF and 10 and 9 with the spline kernel, of 54; the values of its tables "
         "are not published in a form that can be compared."
     )
@@ -166,6 +166,15 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
         Part("Support vectors", (), vectors),
     )
     return Outcome("friction-model", TITLE, evidence.model.selection, parts, (), numbers)
+
+
+def _means(points: FrictionPoints) -> str:
+    """How many measurements each point is the mean of; empty where the points do not say."""
+    least, most = float(np.min(points.count)), float(np.max(points.count))
+    # NaN, too: a file of points need not have the column
+    if not least > 0:
+        return ""
+    return f", each the mean of {least:g}{f' to {most:g}' if most > least else ''} measurements"
 
 
 def _curves(evidence: Evidence, name: str) -> Picture:

@@ -47,6 +47,11 @@ SEEDS = (
         ("tests/unit/experiments/test_friction_model_experiment.py",),
     ),
     Seed(
+        "points that say no number are means of none", "rtctl/experiments/friction_model.py",
+        "if not least > 0:", "if least == 0:",
+        ("tests/unit/experiments/test_friction_model_experiment.py",),
+    ),
+    Seed(
         "a map says that no hand is unstable whatever it found",
         STABILITY, "        if inside >= 1.0\n", "        if True\n", MAP,
     ),
