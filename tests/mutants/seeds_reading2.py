@@ -52,6 +52,17 @@ SEEDS = (
         ("tests/unit/experiments/test_friction_model_experiment.py",),
     ),
     Seed(
+        "a log of four uneven rows ends the reader", "hw/playback/rising.py",
+        "if len(time_s) < JITTER_ROWS:", "if False:",
+        ("tests/unit/hw/test_playback_stamps.py",),
+    ),
+    Seed(
+        "the rate of jittering rows is that over their gaps", "hw/playback/reader.py",
+        "jittered(table.path, table.time_s[first:last], position[first:last, 0]",
+        "jittered(table.path, table.time_s, position[:, 0]",
+        ("tests/unit/hw/test_playback_stamps.py",),
+    ),
+    Seed(
         "a map says that no hand is unstable whatever it found",
         STABILITY, "        if inside >= 1.0\n", "        if True\n", MAP,
     ),
