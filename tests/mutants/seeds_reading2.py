@@ -63,6 +63,11 @@ SEEDS = (
         ("tests/unit/hw/test_playback_stamps.py",),
     ),
     Seed(
+        "a day between two rows is a second", "hw/playback/cells.py",
+        "[one != other for one, other in pairwise(dates)]", "[False for _ in pairwise(dates)]",
+        ("tests/unit/hw/test_cells.py",),
+    ),
+    Seed(
         "a map says that no hand is unstable whatever it found",
         STABILITY, "        if inside >= 1.0\n", "        if True\n", MAP,
     ),
