@@ -127,7 +127,7 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
     found -= zones - zones[:1]  # clocks are put back in a night of autumn
     past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2  # back by more than half a day: midnight
     # a log that rested over night need not go back by as much; how many days it was makes no odds to a gap
-    past_midnight[1:] |= [one != other for one, other in pairwise(dates)]
+    past_midnight[1:] |= np.array([one != other for one, other in pairwise(dates)], bool)
     return Words(found + DAY_S * np.cumsum(past_midnight), "s")
 
 
