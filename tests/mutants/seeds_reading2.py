@@ -68,6 +68,10 @@ SEEDS = (
         ("tests/unit/hw/test_cells.py",),
     ),
     Seed(
+        "the legend of a linear axis is in N m", "rtctl/friction/learn/report_figures.py",
+        "legend.get_texts() if legend else ()", "()", SENTENCES,
+    ),
+    Seed(
         "a map says that no hand is unstable whatever it found",
         STABILITY, "        if inside >= 1.0\n", "        if True\n", MAP,
     ),

@@ -30,13 +30,17 @@ def curves(evidence: Evidence, family: str) -> bytes:
     bands = [branch.band if family == evidence.chosen else None for branch in evidence.model.branches]
     for row, one, band in zip(plots, evidence.of(family), bands, strict=True):
         speed, friction_nm = evidence.points.branch(one.direction)
-        for plot, end in zip(row, (float(speed.max()), evidence.boundary_rad_s), strict=True):
+        # a direction may end below what is low speed for both
+        ends = {
+            "whole range": float(speed.max()),
+            "low speed": min(float(speed.max()), evidence.boundary_rad_s),
+        }
+        for plot, (part, end) in zip(row, ends.items(), strict=True):
             inside = speed <= end
             _curve(plot, one, np.linspace(0, end, 800), speed)
             _band(plot, one, band, np.linspace(0, end, 800))
             plot.plot(speed[inside], friction_nm[inside], ".", color="0.35", markersize=4, label="points")
             _support(plot, one, speed, friction_nm, end)
-            part = "whole range" if end > evidence.boundary_rad_s else "low speed"
             _label(plot, "speed [rad/s]", "friction [N m]", f"{_SIDES[one.direction]}, {part}")
     shown: dict[str, Any] = {}
     for plot in plots.flat:  # a kind of support vector may occur in one direction only
@@ -190,8 +194,9 @@ def _label(plot: Axes, x: str, y: str, title: str) -> None:
 
 
 def speak(figure: Figure, motion: str) -> None:
-    """Write the labels of a figure in the units of its axis; they were written for a rotary one. Small speeds
-    are in mm/s."""
+    """Write labels and legends of a figure in the units of its axis; they were written for a rotary one.
+
+    Small speeds are in mm/s."""
     for plot in figure.axes:
         if "[rad/s]" in plot.get_xlabel():
             unit, factor = speed_scale(motion, max(map(abs, plot.get_xlim())))
@@ -203,6 +208,9 @@ def speak(figure: Figure, motion: str) -> None:
             ylabel=words(plot.get_ylabel(), motion),
             title=words(plot.get_title(), motion),
         )
+        legend = plot.get_legend()
+        for text in legend.get_texts() if legend else ():
+            text.set_text(words(text.get_text(), motion))
 
 
 def _times(factor: float, value: float, _at: int) -> str:

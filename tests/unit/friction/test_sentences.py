@@ -8,10 +8,13 @@ import numpy as np
 import pytest
 
 from hw.motion import words
+from rtctl import pictures
 from rtctl.friction.gain import AxisGain, Gains
 from rtctl.friction.learn import (
     fit,
     report_evidence,
+    report_figure,
+    report_figures,
     report_measured_range,
     report_page,
     report_sentences,
@@ -200,6 +203,27 @@ def test_a_curve_is_dashed_where_nothing_was_measured():
     assert np.abs(solid).min() >= first
     assert np.abs(dashed).max() < first + 0.01
     assert len(solid) + len(dashed) >= 400
+
+
+@pytest.mark.parametrize(("motion", "unit"), [("rotary", "mN m at v > 0"), ("linear", "mN at v > 0")])
+def test_a_legend_speaks_in_the_units_of_its_axis(motion, unit, learned, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        pictures, "save",
+        lambda figure, _path: told.extend(one.get_text() for one in figure.axes[0].get_legend().get_texts()),
+    )  # fmt: skip
+    report_figure.draw(replace(learned, motion=motion), joint(), "never.png")
+    assert any(one.startswith("epsilon tube") and one.endswith(unit) for one in told)
+
+
+def test_a_direction_that_ends_early_is_drawn_as_far_as_it_was_measured(learned, monkeypatch):
+    evidence = report_evidence.gather(joint(), learned, None)
+    titles, figures = [], []
+    monkeypatch.setattr(report_figures, "_label", lambda _plot, _x, _y, title: titles.append(title))
+    monkeypatch.setattr(report_figures, "_png", lambda figure, _motion: figures.append(figure))
+    report_figures.curves(replace(evidence, boundary_rad_s=99.0), evidence.chosen)
+    assert [title.partition(", ")[2] for title in titles] == ["whole range", "low speed"] * 2
+    assert all(plot.get_xlim()[1] < 3 for plot in figures[0].axes)
 
 
 def test_the_caption_names_the_speeds_that_were_not_measured():
