@@ -173,6 +173,7 @@ def jittered(path: Path, time_s: np.ndarray, position: np.ndarray, parts: int = 
     )
     if not over_even < SMOOTHER * over_stamps:
         return ()
+    # of one stretch: over gaps it would be the rate of nothing
     mean_hz = (len(time_s) - 1) / (time_s[-1] - time_s[0])
     # of an even motion of which only rounding is left the ratio says nothing but that it is large
     times = over_stamps / over_even if over_stamps < 1e3 * over_even else math.inf
