@@ -96,5 +96,6 @@ def _numbers(values: list[Any]) -> np.ndarray:
 
 def _even(values: list[Any]) -> bool:
     """Whether numbers or rows of equally many of them make an array."""
+    # -1 and not 1: a number beside a list of one number is no array
     lengths = {len(each) if isinstance(each, list) else -1 for each in values}
     return len(lengths) == 1

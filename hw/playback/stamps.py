@@ -14,6 +14,7 @@ import numpy as np
 
 from hw.interface import BackendError
 
+# two lost rows make a step of 3; half a step more is jitter (`OFF_SHARE`)
 GAP_STEPS = 3.5
 """A step longer than so many usual ones is a gap: what the joint did meanwhile is not known. Up to two lost
 rows are interpolated."""

@@ -39,6 +39,7 @@ class Errors:
 
     def within(self, low: float, high: float) -> Errors:
         """Keep low <= speed < high."""
+        # one end only: a point on the boundary counts in one regime, not in both or in none
         kept = (self.speed >= low) & (self.speed < high)
         return Errors(self.speed[kept], self.error_nm[kept])
 

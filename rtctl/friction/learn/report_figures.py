@@ -98,6 +98,7 @@ def ladder(evidence: Evidence) -> bytes:
     rungs = [rung for rung in evidence.rungs if not rung.refused]
     figure = pictures.blank(8, 1.2 + 0.36 * len(rungs))
     plot = figure.subplots()
+    # the plainest on top: the axis counts from below
     for at, rung in enumerate(reversed(rungs)):
         low, high = (1e3 * end for end in interval_nm(rung))
         colour = "tab:red" if rung.family == evidence.chosen else "tab:blue"
