@@ -221,9 +221,9 @@ def _outcome(
     text = (
         "Joint, hand and coupling to a rigid wall, by the poles of the exact sampled loop and run in time. "
         f"Run in time, {'no' if below <= 1.0 else 'some'} hand's energy grows on the proven bound (largest "
-        f"ratio over the second half of {TICKS} ticks: {below:.3g}), and "
+        f"ratio over the second half of {TICKS} ticks: {below:.4g}), and "
         f"{'every one' if above_edge > 1.0 else 'not every one'} grows a tenth above its first instability "
-        f"(least ratio: {above_edge:.3g}). Computed from the rig's J, b and T without noise: seeds would "
+        f"(least ratio: {above_edge:.4g}). Computed from the rig's J, b and T without noise: seeds would "
         "change nothing."
     )
     numbers = {
