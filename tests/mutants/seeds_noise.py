@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+PROCESSED = "tests/unit/friction/test_processed_logs.py"
 COGGING = "tests/unit/friction/test_cogging.py"
 
 SEEDS = (
@@ -27,5 +28,33 @@ SEEDS = (
         "most[1:] >= most[0]",
         "most[1:] < most[0]",
         (f"{COGGING}::test_the_same_joint_fits_with_friction_and_waves_that_have_drifted",),
+    ),
+    Seed(
+        "noise of the rows looks like a smoothed column",
+        "rtctl/friction/logs/smoothed.py",
+        "if _of_noise(balance, logs, best, of, mean_s):",
+        "if False:",
+        (f"{PROCESSED}::test_noise_and_coarse_steps_look_smoothed_to_nobody",),
+    ),
+    Seed(
+        "every smoothed column is noise",
+        "rtctl/friction/logs/smoothed.py",
+        "if _of_noise(balance, logs, best, of, mean_s):",
+        "if True:",
+        (f"{PROCESSED}::test_a_column_that_was_smoothed_both_ways_is_told",),
+    ),
+    Seed(
+        "noise of the position is no noise",
+        "rtctl/friction/logs/smoothed.py",
+        "np.sqrt(smaller) * noise.motion",
+        "0.0 * noise.motion",
+        (f"{PROCESSED}::test_noise_and_coarse_steps_look_smoothed_to_nobody",),
+    ),
+    Seed(
+        "noise is taken for as large as the whole column",
+        "rtctl/friction/logs/row_noise.py",
+        "smooth(both, log.rate_hz, 2 * cutoff_hz) - smooth(both, log.rate_hz, cutoff_hz)",
+        "both",
+        (f"{PROCESSED}::test_noise_of_rows_is_as_large_as_it_was_made_and_none_of_a_smoothed_column",),
     ),
 )

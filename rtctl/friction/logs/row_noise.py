@@ -26,7 +26,7 @@ COARSE_STEP = 2e-3
 @dataclass(frozen=True)
 class RowNoise:
     """Noise of each signal behind the filter: `motion` (n, 2) of acceleration and velocity, `torque_nm` (n,),
-    `log` (n,) each row's log. Rows are as far apart as those of the balance, and no others than alike."""
+    `log` (n,) each row's log. Rows are as far apart as those of the balance, but not the same."""
 
     motion: np.ndarray
     torque_nm: np.ndarray
@@ -63,13 +63,8 @@ def row_noise(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float) -> RowNoise:
                 continue  # it is left out of the balance, too
             kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
             white = rng.normal(size=(2, n))
-            x, tau = smooth(
-                np.stack(
-                    [_of_position(log, cutoff_hz, white[0]), _like(log.torque_nm, white[1], log, cutoff_hz)]
-                ),
-                log.rate_hz,
-                cutoff_hz,
-            )
+            rows = [_of_position(log, cutoff_hz, white[0]), _like(log.torque_nm, white[1], log, cutoff_hz)]
+            x, tau = smooth(np.stack(rows), log.rate_hz, cutoff_hz)
             v, a = derivatives(x, 1 / log.rate_hz)
             if log.velocity_rad_s is not None:
                 v = smooth(_like(log.velocity_rad_s, white[0], log, cutoff_hz), log.rate_hz, cutoff_hz)
@@ -82,7 +77,9 @@ def row_noise(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float) -> RowNoise:
 
 def _of_position(log: AxisLog, cutoff_hz: float, white: np.ndarray) -> np.ndarray:
     if step_of(log) > COARSE_STEP * np.ptp(log.position_rad):
-        return rounded_again(log, cutoff_hz).position_rad - smooth(log.position_rad, log.rate_hz, cutoff_hz)
+        passed: np.ndarray = smooth(log.position_rad, log.rate_hz, cutoff_hz)
+        found: np.ndarray = rounded_again(log, cutoff_hz).position_rad - passed
+        return found
     return _like(log.position_rad, white, log, cutoff_hz)
 
 
@@ -92,5 +89,5 @@ def _like(column: np.ndarray, white: np.ndarray, log: AxisLog, cutoff_hz: float)
     both = np.stack([column, white])
     above = smooth(both, log.rate_hz, 2 * cutoff_hz) - smooth(both, log.rate_hz, cutoff_hz)
     # of jumps (a reversal of friction) a median takes no notice
-    sizes = np.median(np.abs(above), axis=1)
-    return np.asarray(white * sizes[0] / sizes[1])
+    size, of_white = np.median(np.abs(above), axis=1)
+    return white * float(size / of_white)

@@ -56,18 +56,19 @@ def smoothed(balance: Balance, logs: Sequence[Sequence[AxisLog]]) -> tuple[str, 
 def _of_noise(
     balance: Balance, logs: Sequence[Sequence[AxisLog]], found: Fit, of: str, mean_s: float
 ) -> bool:
-    """Whether without the noise of the rows less than enough is left over, or the mean no longer leaves far
-    less of it; the inertia is that of `found`."""
+    """Whether the noise of the rows leaves over as much as a cause may that is told, or the mean does not
+    leave far less but for the noise; the inertia is that of `found`."""
     noise, plain = row_noise(logs, balance.signals.cutoff_hz), balance.fit()
-    moved = noise.motion @ np.array([found.inertia, found.viscous])
     # noise of a regressor makes its coefficient smaller, and so leaves less over than with the true one
-    told = min(1.0, max(plain.inertia, 0.0) / found.inertia)
-    before = plain.rest**2 - noise.torque_nm.var() - told * moved.var()
+    smaller = min(1.0, max(plain.inertia, 0.0) / found.inertia)
+    moved = np.sqrt(smaller) * noise.motion @ np.array([found.inertia, found.viscous])
+    before = after = moved.var() + noise.torque_nm.var()
     if of == "torque":
-        after = found.rest**2 - noise.torque_nm.var() - _mean(moved, noise.log, balance, mean_s).var()
+        after += _mean(moved, noise.log, balance, mean_s).var() - moved.var()
     else:
-        after = found.rest**2 - _mean(noise.torque_nm, noise.log, balance, mean_s).var() - told * moved.var()
-    return bool(before <= (LEFT_LEAST * balance.spread) ** 2 or after > TOLD_RATIO**2 * before)
+        after += _mean(noise.torque_nm, noise.log, balance, mean_s).var() - noise.torque_nm.var()
+    most = TOLD_RATIO**2
+    return bool(before > most * plain.rest**2 or found.rest**2 - after > most * (plain.rest**2 - before))
 
 
 def _mean(column: np.ndarray, log: np.ndarray, balance: Balance, mean_s: float) -> np.ndarray:
