@@ -261,7 +261,7 @@ SEEDS = (
     ),
     Seed(
         "the steps of a position that was resampled are not seen",
-        "rtctl/friction/logs/log_checks.py",
+        "rtctl/friction/logs/row_noise.py",
         "return log.step_rad or quantum(log.position_rad)",
         "return quantum(log.position_rad)",
         TRUTH,
