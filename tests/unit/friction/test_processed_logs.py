@@ -13,7 +13,7 @@ from scipy.ndimage import uniform_filter1d
 from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog, smooth
 from rtctl.friction.logs.logs import FrictionSamples, level_points
-from rtctl.friction.logs.row_noise import row_noise
+from rtctl.friction.logs.row_noise import rounded_again, row_noise
 from rtctl.friction.logs.signal_shift import derivatives
 
 pytestmark = pytest.mark.compiled
@@ -136,6 +136,15 @@ def test_noise_of_rows_is_as_large_as_it_was_made_and_none_of_a_smoothed_column(
     after = row_noise([[replace(log, **rows)]], 20.0)
     assert after.torque_nm.std() < 0.1 * found.torque_nm.std()
     assert after.motion[:, 0].std() < 0.2 * found.motion[:, 0].std()
+
+
+def test_the_steps_of_a_position_that_was_resampled_are_those_it_was_recorded_with():
+    """Between uneven stamps no step is left in the column."""
+    t = np.arange(4000) / 500
+    x = np.interp(t + 1e-3 * np.sin(7 * t), t, np.floor(np.sin(2 * np.pi * 0.4 * t) / 0.01) * 0.01)
+    log = AxisLog(500.0, x, np.zeros(len(t)), "a.csv", "0" * 64, step_rad=0.01)
+    again = rounded_again(log, 20.0).position_rad / 0.01 + 0.5
+    assert again == pytest.approx(np.round(again), abs=1e-9)
 
 
 def test_short_logs_are_told_for_short(tmp_path):
