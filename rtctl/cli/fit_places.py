@@ -170,7 +170,7 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
         A model without a conservative part, which alone can be found again, or a sweep that is too short."""
     from rtctl.errors import DataError
     from rtctl.friction import artefact
-    from rtctl.friction.learn.cogging import changed_since, find_shift
+    from rtctl.friction.learn.cogging import FIT_SHARE, OFF_MOST, changed_since, find_shift
 
     model = artefact.load(path)
     if model.conservative is None:
@@ -182,6 +182,11 @@ def tell_shift(path: Path, sweep: Path, *, err: bool) -> None:
     what = (
         f"explains {100 * found.explained:.1f} % of the sweep there and leaves {1e3 * found.rmse_nm:.3g} mN m"
     )
+    if found.explained >= FIT_SHARE and not found.fits:
+        what += (
+            f"; waves of any other joint do so by some shift in {100 * found.chance:.0f} of 100 draws, and "
+            f"{100 * found.off:.2g} % of their power is wrong there, {100 * OFF_MOST:.0f} % at most is wanted"
+        )
     said = (
         f"places: moved by {found.shift_rad:.6g} rad (or whole periods of "
         f"{model.conservative.period_rad:.4g} rad more): {what}; friction.place_shift_rad = "

@@ -261,10 +261,13 @@ SEEDS = (
     ),
     Seed(
         "the steps of a position that was resampled are not seen",
-        "rtctl/friction/logs/log_checks.py",
+        "rtctl/friction/logs/row_noise.py",
         "return log.step_rad or quantum(log.position_rad)",
         "return quantum(log.position_rad)",
-        TRUTH,
+        (
+            "tests/unit/friction/test_processed_logs.py"
+            "::test_the_steps_of_a_position_that_was_resampled_are_those_it_was_recorded_with",
+        ),
     ),
     Seed(
         "an offset that was taken out leaves the guaranteed friction as it is",

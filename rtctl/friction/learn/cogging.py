@@ -13,6 +13,7 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.kind_harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
+from rtctl.friction.learn.in_step import chance, peak
 
 COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 """How many harmonics are tried first; then those between the fewest that will do and the next fewer."""
@@ -29,13 +30,18 @@ FIT_SHARE = 0.5
 """A part that explains less than this share of what is seen does not fit, and nothing is compensated with
 it."""
 
+CHANCE_MOST = 0.01
+"""Nor does one whose waves fall into step by a shift as well as they do by chance more often than this,"""
+
+OFF_MOST = 0.02
+"""unless its waves miss this share of their power or less, beside noise: a single wave falls into step
+whatever its phase, and is right there. A drift of amplitude by 10 % is 1 %."""
+
 _ONWARD = 0.8
 """Rows of either direction of which so many go on the same way are a sweep, in the order of its places."""
 
 FRICTION_ORDERS = 4
 """Waves of friction a period that are told apart from the conservative part."""
-
-_SHIFTS = 4096
 
 
 @dataclass(frozen=True)
@@ -63,19 +69,23 @@ class CoggingFit:
 class Shift:
     """Where the places of a part are now: x_now = x_then + `shift_rad`, -period/2 to period/2.
 
-    `explained` is the share of the variance that the shifted part explains, `rmse_nm` what it leaves; `fits`
-    whether it may be used."""
+    `explained` is the share of the variance that the shifted part explains, `rmse_nm` what it leaves;
+    `chance` how often waves of another joint, of the same orders and sizes but any phases, fall into step as
+    well; `off` the share of the waves' power that the shifted part misses, beside noise; `fits` whether it
+    may be used."""
 
     shift_rad: float
     explained: float
     rmse_nm: float
     level_nm: tuple[float, ...]
     """Mean motor torque of each direction there is, forward first: friction, which no shift explains."""
+    chance: float
+    off: float
 
     @property
     def fits(self) -> bool:
-        """True when the shifted part explains enough to be compensated."""
-        return self.explained >= FIT_SHARE
+        """True when the shifted part explains enough to be compensated, and not as another joint's might."""
+        return self.explained >= FIT_SHARE and (self.chance <= CHANCE_MOST or self.off <= OFF_MOST)
 
 
 def _solve(design: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -223,13 +233,10 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
         raise DataError(
             f"{len(x)} rows for {len(part.orders)} harmonics: too few to find a shift; sweep a whole turn"
         )
-    seen, _, _ = _regress(x, tau, levels, part.period_rad, part.orders)
+    seen, _, scatter = _regress(x, tau, levels, part.period_rad, part.orders)
     # as e^(-i n a): a shift then turns each harmonic by n times itself
     then, now = part.cos - 1j * part.sin, seen.cos - 1j * seen.sin
-    shares = np.arange(_SHIFTS) / _SHIFTS - 0.5
-    turned = np.exp(-2j * math.pi * shares[:, None] * part.orders)
-    match = np.real((turned * then) @ np.conj(now))
-    share = _peak(shares, match, then, now, part.orders)
+    share = peak(then * np.conj(now), part.orders)
     moved = part.shifted(share * part.period_rad)
     rest = tau + moved(x)
     level = _solve(levels, rest)
@@ -238,7 +245,12 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
     whole = float(np.mean((tau - levels @ before) ** 2))
     explained = 1.0 - left**2 / whole if whole > 0 else 0.0
     ways = len(np.unique(sweep.direction))
-    return Shift(share * part.period_rad, explained, left, tuple(level[:ways].tolist()))
+    # both numbers of a wave have an error of scatter sqrt(2 / n)
+    noise = 4.0 * len(part.orders) * scatter**2 / len(x)
+    missed = float(np.sum((moved.cos - seen.cos) ** 2 + (moved.sin - seen.sin) ** 2))
+    off = max(0.0, missed - noise) / max(float(np.sum(np.abs(now) ** 2)), 1e-300)
+    by_chance = chance(then * np.conj(now), part.orders)
+    return Shift(share * part.period_rad, explained, left, tuple(level[:ways].tolist()), by_chance, off)
 
 
 def changed_since(
@@ -260,18 +272,3 @@ def changed_since(
     rest = np.asarray(sweep.torque_nm, dtype=float) + moved(np.asarray(sweep.position_rad, dtype=float))
     told = Sweep(sweep.position_rad, rest, sweep.direction)
     return fit_cogging(told, part.period_rad, friction_period_rad=friction_period_rad)
-
-
-def _peak(
-    shares: np.ndarray, match: np.ndarray, then: np.ndarray, now: np.ndarray, orders: np.ndarray
-) -> float:
-    """Shift (share of the period) of the best match, between the grid's by Newton's steps on its slope."""
-    at = float(shares[int(np.argmax(match))])
-    for _ in range(8):
-        terms = np.exp(-2j * math.pi * at * orders) * then * np.conj(now)
-        slope, bend = np.real(-1j * orders @ terms), np.real(-(orders**2) @ terms)
-        if not bend < 0:
-            break
-        step = slope / bend / (2 * math.pi)
-        at -= float(np.clip(step, -1 / _SHIFTS, 1 / _SHIFTS))
-    return (at + 0.5) % 1.0 - 0.5

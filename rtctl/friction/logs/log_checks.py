@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from hw.playback.quantum import quantum
 from rtctl.errors import DataError
 from rtctl.friction.logs import left_over
 from rtctl.friction.logs.balance import Balance
 from rtctl.friction.logs.balance_faults import CHANGES_WITHIN, diagnosed
 from rtctl.friction.logs.clipping import require_unclipped
-from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog, smooth
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
+from rtctl.friction.logs.row_noise import COARSE_STEP, rounded_again, step_of
 from rtctl.friction.logs.smoothed import smoothed
 from rtctl.friction.logs.torque_shape import bent, drifting
 from rtctl.friction.logs.two_gains import of_two_gains
@@ -29,9 +28,6 @@ LOWER_CUTOFF = 0.4
 BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
 """Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up
 to twice what the steps of slow motion make."""
-
-COARSE_STEP = 2e-3
-"""Share of the range of the position from which on its steps are those of lost digits, not of an encoder."""
 
 FEW_LEVELS = 0.01
 """Step of a position without a velocity, share of its range, that is told whatever it makes of the
@@ -68,7 +64,7 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     found = diagnosed(balance, (*noted, *held)) or (
         *left_over.told(balance),
         # a curve through the values of a slower device is smooth, and that is told
-        *(() if any("it is of a slower" in note for note in noted) else smoothed(balance)),
+        *(() if any("it is of a slower" in note for note in noted) else smoothed(balance, logs)),
     )
     # two torques may each bend by itself, and their sum tells neither
     shape = (*bent(signals), *of_two_gains(signals)) if balance.external is None else ()
@@ -109,7 +105,7 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     short = _gained_by_lower_cutoff(logs, balance, speed_min_rad_s)
     if any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches):
         return short
-    coarse = [[_rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
+    coarse = [[rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
     again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
     noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
     # against the acceleration that no other column has: the inertia is learned from that part alone
@@ -119,7 +115,7 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
 def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> None:
     """Refuse a position of few levels: between them it rests, and hardly a row slides."""
     for stretch in (one for stretches in logs for one in stretches):
-        step, range_rad = _step(stretch), float(np.ptp(stretch.position_rad))
+        step, range_rad = step_of(stretch), float(np.ptp(stretch.position_rad))
         if step > COARSE_STEP * range_rad:
             raise DataError(
                 f"{signals.source}: column position: too coarse: {round(range_rad / step)} steps of "
@@ -133,13 +129,14 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
     short = signals.inertia_short
     if short <= BIAS_TOLD:
         return _few_levels(logs, signals)
-    step = max(_step(stretch) for stretches in logs for stretch in stretches)
+    each = [one for stretches in logs for one in stretches]
+    step = max(step_of(one) for one in each)
     text = (
         f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in "
         f"it (play that rattles, an encoder that interpolates), make the inertia {100 * short:.0f} % too "
         "small, or more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
     )
-    lost = any(_step(one) > COARSE_STEP * np.ptp(one.position_rad) for stretches in logs for one in stretches)
+    lost = any(step_of(one) > COARSE_STEP * np.ptp(one.position_rad) for one in each)
     if lost and short > BIAS_REFUSED:
         raise DataError(text)
     return [text]  # of an encoder's steps friction is right, and the interval of the inertia is as wide
@@ -150,7 +147,7 @@ def _few_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> list[
     sign are of the steps."""
     stretches = [one for stretches in logs for one in stretches if one.velocity_rad_s is None]
     step, range_rad = max(
-        ((_step(one), float(np.ptp(one.position_rad))) for one in stretches), default=(0.0, 0.0)
+        ((step_of(one), float(np.ptp(one.position_rad))) for one in stretches), default=(0.0, 0.0)
     )
     if step <= FEW_LEVELS * range_rad:
         return []
@@ -183,23 +180,3 @@ def _gained_by_lower_cutoff(
     if not (error < SURE * found and found - inertia > SURELY * math.hypot(own_error, error)):
         return 0.0
     return 1 - inertia / found
-
-
-def _rounded_again(log: AxisLog, cutoff_hz: float) -> AxisLog:
-    """The log with as much noise of rounding again: rounded where the joint lingers on a step, else white
-    noise, since even motion may pass its steps in time with the rows."""
-    step = _step(log)
-    if step == 0:
-        return log
-    if step > COARSE_STEP * np.ptp(log.position_rad):
-        # the smoothed position: what is rounded already would stay as it is
-        position = step * (np.floor(smooth(log.position_rad, log.rate_hz, cutoff_hz) / step) + 0.5)
-    else:
-        # even over a step, so q^2/12 as rounding has it; drawn alike each time, so that a log is judged alike
-        position = log.position_rad + step * (np.random.default_rng(0).random(len(log.position_rad)) - 0.5)
-    return replace(log, position_rad=position, velocity_rad_s=None)
-
-
-def _step(log: AxisLog) -> float:
-    """Step of the position as it was recorded: resampling on uneven stamps leaves none."""
-    return log.step_rad or quantum(log.position_rad)

@@ -7,10 +7,14 @@ alike."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.balance import Balance, Fit
 from rtctl.friction.logs.balance_faults import LEFT_LEAST, TOLD_CHANGE, TOLD_RATIO, changed
+from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.row_noise import row_noise
 
 MEANS_S = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6)
 """Lengths of a mean that are tried."""
@@ -20,23 +24,26 @@ INERTIA_LEAST = 0.75
 tells it, any smoothing explains it away."""
 
 
-def smoothed(balance: Balance) -> tuple[str, ...]:
+def smoothed(balance: Balance, logs: Sequence[Sequence[AxisLog]]) -> tuple[str, ...]:
     """The warning that torque or position looks smoothed: by the mean that leaves least over, where that is
-    far less and changes a parameter, as of any cause in a balance."""
+    far less and changes a parameter, as of any cause in a balance, and not by the noise of the rows of
+    `logs` alone."""
     signals, rows, plain = balance.signals, balance.signals.sliding, balance.fit()
     if plain.rest <= LEFT_LEAST * balance.spread:
         return ()
     motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
     found = []
     for mean_s in MEANS_S:
-        of_torque = balance.fit(motion=_mean(motion, balance, mean_s)[rows])
-        of_position = balance.fit(torque=_mean(signals.torque_nm, balance, mean_s)[rows])
+        of_torque = balance.fit(motion=_mean(motion, signals.log, balance, mean_s)[rows])
+        of_position = balance.fit(torque=_mean(signals.torque_nm, signals.log, balance, mean_s)[rows])
         found.append((of_torque.rest, mean_s, "torque", "position", of_torque))
         if of_position.inertia > INERTIA_LEAST * plain.inertia:
             found.append((of_position.rest, mean_s, "position", "torque", of_position))
     rest, mean_s, of, other, best = min(found, key=lambda each: each[0])
     sound = best.inertia > 0 and best.coulomb > 0
     if not (sound and rest <= TOLD_RATIO * plain.rest and changed(balance, plain, best) >= TOLD_CHANGE):
+        return ()
+    if _of_noise(balance, logs, best, of, mean_s):
         return ()
     return (
         f"{signals.source}: the {of} looks smoothed both ways, as by a mean over {1e3 * mean_s:.0f} ms "
@@ -46,13 +53,31 @@ def smoothed(balance: Balance) -> tuple[str, ...]:
     )
 
 
-def _mean(column: np.ndarray, balance: Balance, mean_s: float) -> np.ndarray:
-    """The moving mean of a column of all rows, log by log."""
+def _of_noise(
+    balance: Balance, logs: Sequence[Sequence[AxisLog]], found: Fit, of: str, mean_s: float
+) -> bool:
+    """Whether the noise of the rows leaves over as much as a cause may that is told, or the mean does not
+    leave far less but for the noise; the inertia is that of `found`."""
+    noise, plain = row_noise(logs, balance.signals.cutoff_hz), balance.fit()
+    # noise of a regressor makes its coefficient smaller, and so leaves less over than with the true one
+    smaller = min(1.0, max(plain.inertia, 0.0) / found.inertia)
+    moved = np.sqrt(smaller) * noise.motion @ np.array([found.inertia, found.viscous])
+    before = after = moved.var() + noise.torque_nm.var()
+    if of == "torque":
+        after += _mean(moved, noise.log, balance, mean_s).var() - moved.var()
+    else:
+        after += _mean(noise.torque_nm, noise.log, balance, mean_s).var() - noise.torque_nm.var()
+    most = TOLD_RATIO**2
+    return bool(before > most * plain.rest**2 or found.rest**2 - after > most * (plain.rest**2 - before))
+
+
+def _mean(column: np.ndarray, log: np.ndarray, balance: Balance, mean_s: float) -> np.ndarray:
+    """The moving mean of a column of rows of those logs, log by log."""
     from scipy.ndimage import uniform_filter1d
 
     signals, found = balance.signals, np.empty_like(column)
     rows = max(3, round(mean_s / float(np.median(np.diff(signals.time_s)))) | 1)
     for k in range(len(signals.sources)):
-        mine = signals.log == k
+        mine = log == k
         found[mine] = uniform_filter1d(column[mine], rows, axis=0, mode="nearest")
     return found

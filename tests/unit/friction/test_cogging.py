@@ -12,7 +12,7 @@ from rtctl.control.place_friction import conservative_torque
 from rtctl.control.records import CONSERVATIVE_CELLS, MODEL
 from rtctl.errors import DataError
 from rtctl.friction.kind_harmonics import ORDER_MAX, Harmonics
-from rtctl.friction.learn.cogging import Sweep, changed_since, find_shift, fit_cogging
+from rtctl.friction.learn.cogging import CHANCE_MOST, Sweep, changed_since, find_shift, fit_cogging
 
 PART = Harmonics(0.8, np.array([1.0, 3.0, 6.0]), np.array([0.02, 0.0, -0.01]), np.array([0.01, 0.03, 0.005]))
 UNEVEN = 0.2
@@ -70,6 +70,49 @@ def test_a_shift_is_found_and_another_joints_part_does_not_fit():
     assert not find_shift(other, two_way(shift=0.31), 2 * math.pi).fits
     with pytest.raises(DataError, match="too few"):
         find_shift(PART, two_way(n=3))
+
+
+def drawn(phases, sizes=1.0, shift=0.0, noise=0.002, stronger=1.0):
+    """A sweep of waves 1, 2 and 3 of given phases whose friction is so many times as strong."""
+    rng = np.random.default_rng(6)
+    size = 0.03 * np.array([1.0, 0.8, 0.6]) * sizes
+    part = Harmonics(0.8, np.arange(1.0, 4.0), size * np.cos(phases), size * np.sin(phases))
+    x = np.tile(np.linspace(0, 6.28, 400), 2)
+    d = np.repeat((1.0, -1.0), 400)
+    tau = stronger * d * (0.3 + 0.05 * np.sin(x)) - part(x - shift) + noise * rng.normal(size=800)
+    return part, Sweep(x, tau, d)
+
+
+@pytest.mark.parametrize(("phases", "explained"), [((0.8, -1.4, -2.8), 0.70), ((-1.0, 2.9, -1.1), 0.94)])
+def test_waves_of_the_same_orders_and_other_phases_are_another_joint(phases, explained):
+    part, _ = drawn(np.array([0.4, -1.1, 2.0]))
+    _, swept = drawn(np.array(phases))
+    found = find_shift(part, swept, 2 * math.pi)
+    assert found.explained == pytest.approx(explained, abs=0.01)  # half of it was enough
+    assert found.chance > 0.03
+    assert not found.fits
+
+
+def test_the_same_joint_fits_with_friction_and_waves_that_have_drifted():
+    phases = np.array([0.4, -1.1, 2.0])
+    part, _ = drawn(phases)
+    _, swept = drawn(phases, np.array([1.1, 0.9, 1.1]), shift=0.31, stronger=1.15)
+    found = find_shift(part, swept, 2 * math.pi)
+    assert found.shift_rad == pytest.approx(0.31, abs=2e-3)
+    assert found.fits
+    assert found.chance <= CHANCE_MOST
+    # noise hides a wave's phase, not that it has moved; what noise leaves is no wave that is wrong
+    _, noisy = drawn(phases, shift=0.31, noise=0.03)
+    assert find_shift(part, noisy, 2 * math.pi).fits
+
+
+def test_a_single_wave_fits_wherever_it_is_and_not_if_it_is_of_another_size():
+    part = Harmonics(0.8, np.array([3.0]), np.array([0.03]), np.array([0.0]))
+    found = find_shift(part, two_way(part, shift=0.11), 2 * math.pi)
+    assert found.fits
+    assert found.chance > 0.1  # any phase does
+    larger = Harmonics(0.8, np.array([3.0]), np.array([0.04]), np.array([0.0]))
+    assert not find_shift(larger, two_way(part), 2 * math.pi).fits
 
 
 def test_bounds_hold_and_the_laws_table_is_the_sum_within_its_bound():

@@ -11,7 +11,10 @@ from foreign_clocks import BOUC_WEN, KARNOPP, MEASURED, Loop, drawn, identified,
 from scipy.ndimage import uniform_filter1d
 
 from rtctl.errors import DataError
+from rtctl.friction.logs.dynamics import AxisLog, smooth
 from rtctl.friction.logs.logs import FrictionSamples, level_points
+from rtctl.friction.logs.row_noise import rounded_again, row_noise
+from rtctl.friction.logs.signal_shift import derivatives
 
 pytestmark = pytest.mark.compiled
 
@@ -101,6 +104,47 @@ def test_a_column_that_was_smoothed_both_ways_is_told(column, seconds, tmp_path)
     _, off, found, _ = identified(SINES, tmp_path, log=spoilt)
     assert abs(off["inertia_kgm2"]) > 0.08
     assert any(f"the {column} looks smoothed both ways" in text for text in found["warnings"])
+
+
+@pytest.mark.parametrize(
+    ("loop", "column", "share"),
+    [(SINES, "torque", 0.6), (SINES, "position", 5e-3), (CARRIAGE, "position", 2e-3)],
+    ids=["torque", "position", "carriage"],
+)
+def test_noise_and_coarse_steps_look_smoothed_to_nobody(loop, column, share, tmp_path):
+    """A mean of the other column, too, takes away what they leave over."""
+    log, rng = written(loop), np.random.default_rng(5)
+    torque = log.torque + share * loop.coulomb * rng.normal(size=len(log.torque))
+    step = share * np.ptp(log.position)
+    noisy = {"torque": torque, "position": np.floor(log.position / step) * step}[column]
+    code, _, found, _ = identified(loop, tmp_path, log=replace(log, **{column: noisy}))
+    assert code == 0
+    assert not [text for text in found["warnings"] if "looks smoothed" in text]
+
+
+def test_noise_of_rows_is_as_large_as_it_was_made_and_none_of_a_smoothed_column():
+    rng, t = np.random.default_rng(2), np.arange(20000) / 500
+    x = np.sin(2 * np.pi * 0.4 * t) + 1e-5 * rng.normal(size=len(t))
+    tau = 0.2 * np.sign(np.cos(2 * np.pi * 0.4 * t)) + 0.1 * rng.normal(size=len(t))
+    log = AxisLog(500.0, x, tau, "a.csv", "0" * 64)
+    found = row_noise([[log]], 20.0)
+    alone = row_noise([[replace(log, torque_nm=rng.normal(size=len(t)))]], 20.0)
+    assert found.torque_nm.std() == pytest.approx(0.1 * alone.torque_nm.std(), rel=0.1)
+    white = derivatives(smooth(1e-5 * rng.normal(size=len(t)), 500.0, 20.0), 1 / 500)
+    assert found.motion[:, 0].std() == pytest.approx(white[1].std(), rel=0.15)
+    rows = {"torque_nm": uniform_filter1d(tau, 101), "position_rad": uniform_filter1d(x, 101)}
+    after = row_noise([[replace(log, **rows)]], 20.0)
+    assert after.torque_nm.std() < 0.1 * found.torque_nm.std()
+    assert after.motion[:, 0].std() < 0.2 * found.motion[:, 0].std()
+
+
+def test_the_steps_of_a_position_that_was_resampled_are_those_it_was_recorded_with():
+    """Between uneven stamps no step is left in the column."""
+    t = np.arange(4000) / 500
+    x = np.interp(t + 1e-3 * np.sin(7 * t), t, np.floor(np.sin(2 * np.pi * 0.4 * t) / 0.01) * 0.01)
+    log = AxisLog(500.0, x, np.zeros(len(t)), "a.csv", "0" * 64, step_rad=0.01)
+    again = rounded_again(log, 20.0).position_rad / 0.01 + 0.5
+    assert again == pytest.approx(np.round(again), abs=1e-9)
 
 
 def test_short_logs_are_told_for_short(tmp_path):
