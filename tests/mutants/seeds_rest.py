@@ -80,4 +80,11 @@ SEEDS = (
         "except BackendError:  # whatever it was: the others",
         ("tests/unit/hw/test_rig_time_and_loss.py",),
     ),
+    Seed(
+        "the motor torque of a log that is judged is not put back",
+        "rtctl/simulation/playback_figures.py",
+        "aligned(recording, rig, delay_s)",
+        "aligned(recording, rig, 0.0)",
+        ("tests/unit/test_playback_report.py::test_a_log_is_judged_as_it_is_learned_from",),
+    ),
 )
