@@ -87,4 +87,18 @@ SEEDS = (
         "aligned(recording, rig, 0.0)",
         ("tests/unit/test_playback_report.py::test_a_log_is_judged_as_it_is_learned_from",),
     ),
+    Seed(
+        "a recording of some seconds keeps every tick that waited",
+        "rtctl/cli/record.py",
+        "batch.rows[:count]",
+        "batch.rows",
+        ("tests/unit/cli/test_record_command.py",),
+    ),
+    Seed(
+        "a replay that stops at a gap is a success",
+        "rtctl/cli/replay.py",
+        "    if verdict.stopped:\n        raise",
+        "    if False:\n        raise",
+        ("tests/unit/cli/test_one_object_and_its_code.py",),
+    ),
 )
