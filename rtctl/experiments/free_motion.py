@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.experiments import figures, same_path, sizes, virtual
+from rtctl.experiments.feedforward_room import most_taken_off
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.same_path import Way
@@ -212,7 +213,7 @@ def _outcome(
         (
             Part("The same hand, three controllers", shown=tuple(shown)),
             Part("The same hand or the same path", shown=(same_path.table(ways, order.motion),)),
-            Part("Every controller", (_explanation(),), tuple(tables)),
+            Part("Every controller", (_explanation(order),), tuple(tables)),
             Part("Without a hand", shown=(_hands_off(released, most_rad_s),)),
         ),
         _targets(found, released, most_rad_s),
@@ -284,7 +285,9 @@ def _paths(ways: dict[str, dict[str, Way]]) -> str:
     return f"Its path then differs by {differ} %; a stiff hand, led along the same path, saves {saved} %."
 
 
-def _explanation() -> str:
+def _explanation(order: Order) -> str:
+    most = {gain: 100 * most_taken_off(order.loaded, FAST_SINE, LOW * gain) for gain in (0.95, 0.9)}
+    room = " and ".join(f"{percent:.0f} % at gain {gain:g}" for gain, percent in most.items())
     return (
         "The torque of the hand is the true one of the simulated rig; the column beside it is what its "
         "noisy, quantised sensor saw. 'Default' is the rig file's: the learned feed-forward, and the "
@@ -292,6 +295,6 @@ def _explanation() -> str:
         f"lives on, nor inertia; 'strong' is gain {STRONG_GAIN} and viscous_gain {STRONG_VISCOUS}, near the "
         "most that `rtctl check` passes on the shipped rig. With the feed-forward alone a model that is "
         "too low by a quarter takes a quarter of the help away: of dry friction F_c 1 - .75 gain stays, "
-        "beside b v and J a, which at gain .95 leaves room for 62 % of the fast sine and at gain .9 for 59 "
-        "% at most. The observer, which sees the friction that is there, does better."
+        f"beside b v and J a, which leaves room for {room} of the fast sine at most. "
+        "The observer, which sees the friction that is there, does better."
     )

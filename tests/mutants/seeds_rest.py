@@ -101,4 +101,11 @@ SEEDS = (
         "    if False:\n        raise",
         ("tests/unit/cli/test_one_object_and_its_code.py",),
     ),
+    Seed(
+        "whoever holds a pseudo terminal plays its device",
+        "hw/device_holders.py",
+        '["tty-index:", name.name] in',
+        '["tty-index:", name.name] not in',
+        ("tests/unit/doctor/test_doctor_ports_held.py",),
+    ),
 )
