@@ -277,7 +277,8 @@ class Motion:
             # there; the way back is open
             order = self.turn(direction * speed_rad_s) if beyond else None
             # of a late host's ticks none counts in which the joint stood there, with no servo to pull it
-            ran = np.count_nonzero((rows["program_flags"][:, self.rig.axis] & ProgramFlag.TRAVEL) == 0)
+            flags = rows["program_flags"][:, self.rig.axis].astype(np.int64)
+            ran = int(np.count_nonzero((flags & int(ProgramFlag.TRAVEL)) == 0))
             patience_s -= max(ran, 1) * self.rig.period_s
             if patience_s < 0:
                 raise DataError(
