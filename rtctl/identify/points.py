@@ -14,6 +14,7 @@ from rtctl.identify.places import HERE, Spot, go_on, spots
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.slip import slip
 from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still, stops_and_starts
+from rtctl.identify.ticks import before_the_guard
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
 SETTLE_S, SETTLE_RAD = 2.0, 0.03
@@ -52,9 +53,11 @@ def look_for_ripple(motion: Motion, bias_nm: float) -> Steps[None]:
         return
     yield from settle(motion, direction * jog)
     rows = yield from motion.watch(math.floor(reach / period) * period / jog)
+    yield from motion.rest()
+    if len(rows := before_the_guard(rows, motion.rig.axis)) * motion.rig.period_s * jog < 2.0 * period:
+        return
     torque = rows["motor_torque_nm"][:, motion.rig.axis] - bias_nm
     motion.ripple = measured(rows["position_rad"][:, motion.rig.axis], torque, period)
-    yield from motion.rest()
 
 
 def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
@@ -99,7 +102,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
 def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
     """One run at one place: move on, become steady, take some measurements while travel is left."""
     settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
-    length_s = window_s(motion, speed)
+    length_s, late = window_s(motion, speed), motion.late
     left = settings.measurements - len(got.measurements)
     # so many at a place and then on: all of them at one place would be of that place
     wanted = min(left, per_place(motion))
@@ -129,7 +132,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         got.add(motion.cogging.noted(measurement))
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over
-        got.discard()
+        got.discard(late=motion.late > late)
         yield from motion.rest()
 
 

@@ -108,4 +108,49 @@ SEEDS = (
         '["tty-index:", name.name] not in',
         ("tests/unit/doctor/test_doctor_ports_held.py",),
     ),
+    Seed(
+        "a joint that passed its goal in a late batch does not follow",
+        "rtctl/identify/motion.py",
+        "if patience_s < 0 and (goal - self.position_rad) * direction > 0:",
+        "if patience_s < 0:",
+        (
+            "tests/unit/identify/test_late_host.py::test_a_joint_that_passed_its_goal_in_a_late_batch_has_followed",
+        ),
+    ),
+    Seed(
+        "the guard of the travel stops the way back from beyond it",
+        "rtctl/identify/motion.py",
+        "high_rad = max(high_rad, self.position_rad + 0.5 * half_rad)",
+        "pass",
+        (
+            "tests/unit/identify/test_late_host.py::test_the_way_back_from_beyond_the_guard_is_open_whatever_the_velocity_is_thought_to_be",
+        ),
+    ),
+    Seed(
+        "the way back opens the guard outward, too",
+        "rtctl/identify/motion.py",
+        "elif v < 0.0:",
+        "if v != 0.0:",
+        (
+            "tests/unit/identify/test_late_host.py::test_the_way_back_from_beyond_the_guard_is_open_whatever_the_velocity_is_thought_to_be",
+        ),
+    ),
+    Seed(
+        "tries that a late host spoilt give a point up",
+        "rtctl/identify/collected.py",
+        "if late and self.forgiven < FORGIVEN:",
+        "if False:",
+        (
+            "tests/unit/identify/test_late_host.py::test_tries_that_a_late_host_spoilt_count_for_nothing_but_not_for_ever",
+        ),
+    ),
+    Seed(
+        "a turn in which a late host let the joint be braked is taken for an even one",
+        "rtctl/identify/sweep.py",
+        "ticks = before_the_guard(ticks[: max(count, 0)], motion.rig.axis)",
+        "ticks = ticks[: max(count, 0)]",
+        (
+            "tests/unit/identify/test_late_host.py::test_a_turn_that_a_late_host_never_lets_be_seen_ends_with_words",
+        ),
+    ),
 )
