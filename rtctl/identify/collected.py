@@ -22,7 +22,7 @@ class UnsteadyError(DataError):
     """A point that cannot be measured: it is left out, and the others go on."""
 
 
-FORGIVEN = 50
+FORGIVEN = 20
 """So many tries of a point that a late host spoilt count for nothing; then the machine is too busy for it."""
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.identify.collected import Collected, UnsteadyError
+from rtctl.identify.collected import FORGIVEN, Collected, UnsteadyError
 from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, SLIP_RAD, SPARE_S, HandSeen, Motion, Order, Steps
 from rtctl.identify.places import HERE, Spot, go_on, spots
@@ -111,6 +111,8 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     run = min(run_up_rad(motion, speed) + wanted * length_s * speed + SPARE_S * jog, travel)
     yield from go_on(motion, direction, spot, run, speed)
     steady = yield from settle(motion, direction * speed)
+    if motion.late > late and got.forgiven < FORGIVEN:
+        steady = False  # it ran on beyond the place: even places, and phases of a ripple, are what cancels
     before, share = len(got.measurements), Allowance.of(motion, speed).speed_share
     while (
         steady and wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed
@@ -149,13 +151,14 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
         A hand stays on the rig."""
     settings, rig = motion.settings, motion.rig
     got, pauses, before = Collected(slip_rad=SLIP_RAD * rig.radian), 0, -1
-    places = spots(motion, task)
+    places, spot, forgiven = spots(motion, task), HERE, 0
     part = slip if task.speed_rad_s == 0 else _run
     try:
         while len(got.measurements) < settings.measurements:
-            # nothing came of the last place: take all the travel there is
-            spot = HERE if len(got.measurements) == before else next(places)
-            before = len(got.measurements)
+            if got.forgiven == forgiven:  # else a late host spoilt the try: the same place again
+                # nothing came of the last place: take all the travel there is
+                spot = HERE if len(got.measurements) == before else next(places)
+            before, forgiven = len(got.measurements), got.forgiven
             got.starts.append(before)
             try:
                 yield from part(motion, task, got, spot, bias_nm)

@@ -153,4 +153,18 @@ SEEDS = (
             "tests/unit/identify/test_late_host.py::test_a_turn_that_a_late_host_never_lets_be_seen_ends_with_words",
         ),
     ),
+    Seed(
+        "a place that a late host ran past is measured where the joint is",
+        "rtctl/identify/points.py",
+        "steady = False  # it ran on",
+        "pass  # it ran on",
+        ("tests/unit/identify/test_late_host.py::test_a_place_that_a_late_host_ran_past_is_gone_to_again",),
+    ),
+    Seed(
+        "a place that a late host ran past is left out",
+        "rtctl/identify/points.py",
+        "if got.forgiven == forgiven:",
+        "if True:",
+        ("tests/unit/identify/test_late_host.py::test_a_place_that_a_late_host_ran_past_is_gone_to_again",),
+    ),
 )

@@ -3,6 +3,7 @@
 Nothing of it is an error of the joint, and what is measured is its friction all the same."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,7 +12,10 @@ from identified import CONFIG, SMALL, Kept, true_friction_nm, variant
 from rtctl.control.vocabulary import ProgramFlag, State
 from rtctl.errors import DataError
 from rtctl.experiments.simulated_identification import drive
+from rtctl.identify import points
+from rtctl.identify.cogging import Cogging
 from rtctl.identify.collected import FORGIVEN, Collected
+from rtctl.identify.measurement_order import tasks
 from rtctl.identify.motion import Motion, Order
 from rtctl.identify.session import identify
 from rtctl.identify.settings import rig_of, without_feedforward
@@ -41,7 +45,7 @@ def late(steps, share, rng):
 
 
 @pytest.mark.parametrize(
-    ("limits", "share", "seed"), [([], 0.05, 1), ([TRAVEL], 0.2, 1)], ids=["free", "limited"]
+    ("limits", "share", "seed"), [([], 0.02, 1), ([TRAVEL], 0.02, 1)], ids=["free", "limited"]
 )
 def test_a_late_host_makes_no_error_and_no_other_friction(tmp_path, limits, share, seed):
     settings = replace(LITTLE, speed_max_rad_s=1.0 if limits else LITTLE.speed_max_rad_s)
@@ -101,6 +105,36 @@ def test_tries_that_a_late_host_spoilt_count_for_nothing_but_not_for_ever():
     got.discard(late=True)
     got.discard()
     assert (got.discarded, got.in_vain) == (2, 2)
+
+
+def test_a_place_that_a_late_host_ran_past_is_gone_to_again(monkeypatch):
+    """Even places, and phases of a ripple, are what cancels."""
+    motion, _ = at_the_end(0.0)
+    gone, task = [], next(one for one in tasks(SMALL) if one.speed_rad_s > 0)
+
+    def go_on(_motion, _direction, spot, *_):
+        gone.append(spot)
+        yield from ()
+
+    def settle(*_):
+        motion.late += len(gone) == 2
+        yield from ()
+        return True
+
+    monkeypatch.setattr(points, "go_on", go_on)
+    monkeypatch.setattr(points, "settle", settle)
+    monkeypatch.setattr(points, "measure", lambda *_: SimpleNamespace(position_rad=0.0))
+    monkeypatch.setattr(points, "is_even", lambda *_: True)
+    monkeypatch.setattr(points, "stops_and_starts", lambda *_: False)
+    monkeypatch.setattr(Motion, "rest", lambda _self: iter(()))
+    monkeypatch.setattr(Motion, "room_rad", lambda *_: 10.0)
+    monkeypatch.setattr(Motion, "watch", lambda *_: (yield from ()) or new_ticks(100, 1))
+    monkeypatch.setattr(Cogging, "noted", lambda _self, measurement: measurement)
+    with pytest.raises(StopIteration) as end:
+        next(points.collect(motion, task, 0.0))
+    assert (end.value.value.forgiven, len(gone)) == (1, SMALL.spots + 1)
+    assert gone[1] is gone[2] is not gone[0]
+    assert gone[3] is not gone[2]
 
 
 def test_a_turn_that_a_late_host_never_lets_be_seen_ends_with_words():
