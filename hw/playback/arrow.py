@@ -72,6 +72,7 @@ def _array(column: ChunkedArray) -> np.ndarray:
         rows = column.to_pylist()
         widths = {len(row or ()) for row in rows}
         return np.array(rows, float) if len(widths) == 1 else np.array(rows, object)
+    # as an integer first: NumPy gets times of the day as Python objects, each by itself
     if types.is_time(kind):  # of the day
         column = column.cast(arrow.int32() if types.is_time32(kind) else arrow.int64())
         return np.asarray(column.to_numpy()).astype(f"timedelta64[{kind.unit}]")

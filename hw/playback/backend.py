@@ -165,6 +165,7 @@ class PlaybackBackend:
             self._bind(tick)
 
     def _bind(self, tick: np.ndarray) -> None:
+        # the compiled halves hold the memory of one tick: of another one they are made anew
         self._tick = tick
         shown, kept = self._halves(tick)
         self._show, self._keep = bound(show_next, *shown), bound(keep_torque, *kept)

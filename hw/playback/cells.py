@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -12,7 +13,7 @@ _WITH_UNIT = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d]
 """`0.001 sec`, `12.5ms`, `3 °`."""
 
 _TIME_OF_DAY = re.compile(
-    r"(?:\d{1,4}[-/. ](?:\d{1,2}|[^\W\d]{3,9})[-/. ]\d{1,4}[T ,]\s*)?(?:(\d{1,6}) days?,? )?"
+    r"(?:(\d{1,4}[-/. ](?:\d{1,2}|[^\W\d]{3,9})[-/. ]\d{1,4})[T ,]\s*)?(?:(\d{1,6}) days?,? )?"
     r"(\d{1,2}):(\d{2}):(\d{2})(?:[.,:;](\d{1,9}))?\s*([AaPp][Mm])?(Z|[-+]\d{2}:?\d{2})?"
 )
 """`14:02:11.250`, with a date before it (`26-Oct-2025` is MATLAB's) or without, with a zone behind it or
@@ -110,12 +111,13 @@ def read_words(cells: Sequence[str], decimal: str) -> Words | None:
 
 
 def _times_of_day(cells: Sequence[str]) -> Words | None:
-    found, zones = np.empty(len(cells)), np.zeros(len(cells))
+    found, zones, dates = np.empty(len(cells)), np.zeros(len(cells)), []
     for row, cell in enumerate(cells):
         match = _TIME_OF_DAY.fullmatch(_WITHOUT_MARKS.sub(_marked, cell.strip(), count=1))
         if match is None:
             return None
-        days, hour, minute, second, fraction, half, zone = match.groups()
+        date, days, hour, minute, second, fraction, half, zone = match.groups()
+        dates.append(re.findall(r"\d+", date or ""))  # its numbers: a month may be spelt in two ways
         # 12 AM is midnight, 12 PM noon
         hours = int(hour) % 12 + 12 * (half in {"PM", "pm", "Pm", "pM"}) if half else int(hour)
         part = int(fraction) / 10 ** len(fraction) if fraction else 0.0
@@ -124,6 +126,8 @@ def _times_of_day(cells: Sequence[str]) -> Words | None:
             zones[row] = (-1 if zone[0] == "-" else 1) * (3600 * int(zone[1:3]) + 60 * int(zone[-2:]))
     found -= zones - zones[:1]  # clocks are put back in a night of autumn
     past_midnight = np.diff(found, prepend=found[:1]) < -DAY_S / 2  # back by more than half a day: midnight
+    # a log that rested over night need not go back by as much; how many days it was makes no odds to a gap
+    past_midnight[1:] |= np.array([one != other for one, other in pairwise(dates)], bool)
     return Words(found + DAY_S * np.cumsum(past_midnight), "s")
 
 

@@ -61,6 +61,7 @@ def read_table(
     if ending in READERS or ending in BINARY:
         found = READERS[ending](path, order) if ending in READERS else _opened(path, ending, order)
         arrays, units = (found.columns, found.units) if isinstance(found, Table) else (found, {})
+        # dates become seconds (`_seconds`): another unit that was given for them is refused by this one
         stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
         table = Table(_flat(path, arrays, order), dict.fromkeys(stamps, "s") | units)
     else:
@@ -231,6 +232,7 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
     if array.dtype.kind in "mM":
         array = _seconds(array)
     array = np.asarray(array, float)
+    # MATLAB has no vector: what is one there comes with axes of length 1
     if array.ndim > 2:
         array = array.reshape([n for n in array.shape if n > 1])  # (n, 1, 3)
     if matrix and array.ndim == 2:

@@ -4,6 +4,7 @@ within an object goes by its path, `motor.tau`."""
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -32,13 +33,13 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
     if isinstance(whole, dict):
         whole = _of_pandas(whole)
         arrays = {name: value for name, value in _paths("", whole).items() if isinstance(value, list)}
-        found = {name: np.asarray(value) for name, value in arrays.items() if _even(value)}
+        found = {name: _numbers(value) for name, value in arrays.items() if _even(value)}
     elif isinstance(whole, list) and whole and all(isinstance(row, dict) for row in whole):
         rows = [_paths("", row) for row in whole]
         # in every row: a hole has no place in an array, and a row without it no instant of its own
         common = set.intersection(*(set(row) for row in rows))
         columns = {name: [row[name] for row in rows] for name in rows[0] if name in common}
-        found = {name: np.asarray(values) for name, values in columns.items() if _even(values)}
+        found = {name: _numbers(values) for name, values in columns.items() if _even(values)}
     else:
         raise BackendError(
             f"{path}: no rows: an object a line, a list of objects or an object of lists is read"
@@ -85,7 +86,16 @@ def _paths(before: str, value: Mapping[str, Any], depth: int = DEEPEST) -> dict[
     return found
 
 
+def _numbers(values: list[Any]) -> np.ndarray:
+    """The array of a column, NaN where it has null."""
+    if None in values:
+        # JSON has no NaN, and pandas writes null for it: the row is told, and not that the column is missing
+        values = [math.nan if each is None else each for each in values]
+    return np.asarray(values)
+
+
 def _even(values: list[Any]) -> bool:
     """Whether numbers or rows of equally many of them make an array."""
+    # -1 and not 1: a number beside a list of one number is no array
     lengths = {len(each) if isinstance(each, list) else -1 for each in values}
     return len(lengths) == 1

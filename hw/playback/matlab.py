@@ -40,6 +40,7 @@ def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapp
     with warnings.catch_warnings():  # objects have no name of their own here: SciPy calls each of them None
         warnings.filterwarnings("ignore", "Duplicate variable name")
         arrays = loadmat(io.BytesIO(raw), squeeze_me=True)
+    # looked for in all of them: an object beside the wanted arrays is no fault
     for name, value in arrays.items():
         if type(value).__name__ == "MatlabOpaque" or name == "__function_workspace__":
             objects = True

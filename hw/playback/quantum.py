@@ -23,6 +23,7 @@ def quantum(signal: np.ndarray) -> float:
     steps = np.diff(levels)
     # one level read through two units differs in its last digit
     steps = steps[steps > SAME * (levels[-1] - levels[0])]
+    # what is whole in a step is whole in a half of it, too: the first that explains all is the largest
     for parts in range(1, MOST_PARTS + 1):  # brisk motion on few rows: hardly two are one step apart
         step = float(steps.min()) / parts
         if np.abs(steps / step - np.round(steps / step)).max() < WHOLE:

@@ -238,7 +238,8 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     steps = tuple(quantum(each) for each in position.T)
     notes: tuple[str, ...] = ()
     if table.time_s is not None and any(one.instants_s is not None for one in grid.stretches):
-        notes = jittered(table.path, table.time_s, position[:, 0])
+        first, last = max(((one.first, one.last) for one in grid.stretches), key=lambda one: one[1] - one[0])
+        notes = jittered(table.path, table.time_s[first:last], position[first:last, 0], len(grid.stretches))
     notes += mend(table.path, _at(grid, table.time_s), position, given) if mend else ()
     return [
         Recording(

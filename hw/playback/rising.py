@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -124,6 +125,7 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
     if len(back):
         k = back[0]
         summer = " by an hour, as summer time ends" if abs(steps[k] + HOUR_S) < 1.0 else ""
+        # by the shortest way back: where one is of a row or two, rows are out of order, whatever else is
         if -float(steps[back].max()) > RUN_STEPS * float(np.median(steps)):
             raise BackendError(
                 f"{path}: unsorted time: it starts over in row {k + 2} ({time_s[k + 1]:.6g} s after "
@@ -150,32 +152,44 @@ def _of_one_stamp(same: int, steps: int) -> str:
     )
 
 
-def jittered(path: Path, time_s: np.ndarray, position: np.ndarray) -> tuple[str, ...]:
-    """What is said of uneven stamps (n,) of a position (n,) that runs far more smoothly over even steps: the
-    rows were taken evenly, and stamped by a clock that came late.
+JITTER_ROWS = 20
+"""Fewest rows by which even steps are held against stamps: the quarter that is left out is five of them."""
+
+
+def jittered(path: Path, time_s: np.ndarray, position: np.ndarray, parts: int = 1) -> tuple[str, ...]:
+    """What is said of uneven stamps (n,) of a position (n,), the longest stretch without a gap of so many,
+    that runs far more smoothly over even steps: the rows were taken evenly, and stamped by a clock that came
+    late.
 
     Notes
     -----
     Rough is how far a row is off the cubic through two rows before and two behind it, of three rows of four;
     where rows were lost even steps are wrong, and those are few."""
+    if len(time_s) < JITTER_ROWS:
+        return ()
     even = np.arange(len(time_s), dtype=float)
     over_even, over_stamps = (
         float(np.quantile(np.abs(_off_cubic(t, position)), 0.75)) for t in (even, time_s - time_s[0])
     )
     if not over_even < SMOOTHER * over_stamps:
         return ()
+    # of one stretch: over gaps it would be the rate of nothing
     mean_hz = (len(time_s) - 1) / (time_s[-1] - time_s[0])
+    # of an even motion of which only rounding is left the ratio says nothing but that it is large
+    times = over_stamps / over_even if over_stamps < 1e3 * over_even else math.inf
+    # without the column two parts would follow each other with no time between them
+    each = "" if parts == 1 else "; each part between gaps as a log of its own"
     return (
-        f"{path}: the position is {over_stamps / max(over_even, 1e-300):.2g} times rougher over its stamps "
-        "than over even steps: the rows were taken evenly, and their stamps jitter (a program that writes "
-        "when it reads); the inertia comes out too small: give the rate instead of the time column "
-        f"(--rate-hz {mean_hz:.6g} is the mean)",
+        f"{path}: the position is {f'{times:.2g} times' if times < math.inf else 'far'} rougher over its "
+        "stamps than over even steps: the rows were taken evenly, and their stamps jitter (a program that "
+        "writes when it reads); the inertia comes out too small: give the rate instead of the time column "
+        f"(--rate-hz {mean_hz:.6g} is the mean{each})",
     )
 
 
 def _off_cubic(time_s: np.ndarray, values: np.ndarray) -> np.ndarray:
     """How far each row is off the cubic through the two before and the two behind it, (n - 4,)."""
-    n, total = len(values) - 4, np.zeros(max(len(values) - 4, 0))
+    n, total = len(values) - 4, np.zeros(len(values) - 4)
     nodes = (0, 1, 3, 4)
     at = time_s[2 : n + 2]
     for i in nodes:

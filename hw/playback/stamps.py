@@ -14,6 +14,7 @@ import numpy as np
 
 from hw.interface import BackendError
 
+# two lost rows make a step of 3; half a step more is jitter (`OFF_SHARE`)
 GAP_STEPS = 3.5
 """A step longer than so many usual ones is a gap: what the joint did meanwhile is not known. Up to two lost
 rows are interpolated."""
@@ -115,6 +116,7 @@ def grid_of(path: Path, time_s: np.ndarray, resolution_s: float) -> Grid:
     first, last = max(pairwise(edges), key=lambda each: each[1] - each[0])
     rounded = _slope(time_s[first:last]) if last - first > 2 else 0.0
     even = rounded > 0 and is_even(time_s[first:last], rounded, resolution_s)
+    # of the longest stretch: a line through many rounded stamps knows the step best
     step = rounded if even else _step(within, usual)
     stretches = tuple(
         _stretch(time_s[first:last], first, last, step, resolution_s) for first, last in pairwise(edges)
@@ -235,6 +237,7 @@ def unwrapped(stamps: np.ndarray) -> tuple[np.ndarray, str]:
         over = steps[back] + period
         counts = name.startswith("a counter")
         longest = GAP_STEPS * (max(usual, 1.0) if counts else usual)
+        # a counter of fractions is none, and few rows may be missing where it starts over
         if (whole or not counts) and stamps.max() < period and (over > 0).all() and (over < longest).all():
             return stamps + period * np.cumsum(np.concatenate([[0], steps < 0])), name
     return stamps, ""

@@ -78,6 +78,7 @@ def of_these_columns(body: list[str], index: Sequence[int], delimiter: str | Non
     # at the very end only: a word in the middle is a fault that must be told
     if body and body[-1].strip().strip('"') in ENDS:
         body = body[:-1]
+    # of two columns a stamp and one value are all that is wanted: a row without the value is a fault
     if len(index) < 3 or delimiter is None:
         return body
     several = delimiter * 2

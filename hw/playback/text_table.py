@@ -242,6 +242,7 @@ def _marks(body: list[str], layout: _Layout, given: str | None) -> tuple[str, st
 
 def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:
     """Cells of each wanted column in some 200 lines all over the table."""
+    # all over: a joint at rest at the start has small numbers, which have no mark between thousands
     lines = [cells_of(line, layout.delimiter) for line in body[:: max(1, len(body) // 200)]]
     return [[cells[k] for cells in lines if k < len(cells)] for k in layout.index]
 

@@ -10,6 +10,7 @@ from typing import Any
 
 from hw.interface import BackendError
 
+# `grad` is German for a degree; the 400th of a turn, which it is elsewhere, is `gon` here
 SPELT = {
     "°": "deg", "degree": "deg", "degrees": "deg", "grad": "deg", "radian": "rad", "radians": "rad",
     "turn": "rev", "turns": "rev", "rotations": "rev", "count": "counts", "inc": "counts", "qc": "counts",

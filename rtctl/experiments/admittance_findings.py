@@ -58,7 +58,8 @@ def free_sentence(left: Left, hand_nm_rad: float) -> str:
             parts.append(f"{motion}: not every display was measured")
             continue
         best = min(means, key=lambda name: means[name])
-        other = max(means, key=lambda name: means[name])
+        # not by `max`: of two that leave the same it would be the best one again
+        (other,) = means.keys() - {best}
         parts.append(
             f"{motion}: the {best.split(',')[0]} leaves {100 * means[best]:.0f} %, the "
             f"{other.split(',')[0]} {100 * means[other]:.0f} %"

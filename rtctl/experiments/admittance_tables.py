@@ -130,6 +130,7 @@ def width_picture(loaded: LoadedConfig, widths: Mapping[str, Sequence[tuple[floa
             linewidth=0.9,
             label=f"{name}: {what} {HAND_NM_RAD:g} N m/rad",
         )
+    # no simulation: any passive hand, where the points are of one
     device = Device(axis.inertia_kgm2, axis.viscous_nms_rad, loaded.config.period_s, axis.motion)
     b_c = [share * axis.viscous_nms_rad for share in DAMPING_SHARES]
     plot.semilogy(

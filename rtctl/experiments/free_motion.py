@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 
 from rtctl.experiments import figures, same_path, sizes, virtual
-from rtctl.experiments.feedforward_room import most_taken_off
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.same_path import Way
@@ -124,9 +123,9 @@ def _picture(order: Order, motion: Motion) -> Picture:
     }
     return Picture(
         f"free_motion_{motion.name.replace(' ', '_')}",
-        f"{motion.name}: torque of the hand on the joint in N m, and angle in rad about its mean, over time "
-        "in s; the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
-        figures.stacked([("hand torque [N m]", force), ("angle [rad]", place)], "time [s]", order.motion),
+        f"{motion.name}: torque of the hand on the joint in N m, and position in rad about its mean, over "
+        "time in s; the same wanted motion of the hand each time (Bi, Figs. 6 and 7). Seed 0.",
+        figures.stacked([("hand torque [N m]", force), ("position [rad]", place)], "time [s]", order.motion),
     )
 
 
@@ -213,7 +212,7 @@ def _outcome(
         (
             Part("The same hand, three controllers", shown=tuple(shown)),
             Part("The same hand or the same path", shown=(same_path.table(ways, order.motion),)),
-            Part("Every controller", (_explanation(order),), tuple(tables)),
+            Part("Every controller", (_explanation(found),), tuple(tables)),
             Part("Without a hand", shown=(_hands_off(released, most_rad_s),)),
         ),
         _targets(found, released, most_rad_s),
@@ -246,7 +245,6 @@ def _bars(order: Order, found: dict[str, Measured]) -> Picture:
 
 
 def _hands_off(released: dict[str, Estimate], most_rad_s: float) -> Table:
-    """What a joint does that was let go."""
     return Table(
         "Hands off: RMS speed 1 to 5 s after the hand let go of the joint at full speed, mean over the "
         f"seeds ± half of the 95 % confidence interval; above {1e3 * most_rad_s:g} mrad/s it hunts or runs.",
@@ -285,9 +283,11 @@ def _paths(ways: dict[str, dict[str, Way]]) -> str:
     return f"Its path then differs by {differ} %; a stiff hand, led along the same path, saves {saved} %."
 
 
-def _explanation(order: Order) -> str:
-    most = {gain: 100 * most_taken_off(order.loaded, FAST_SINE, LOW * gain) for gain in (0.95, 0.9)}
-    room = " and ".join(f"{percent:.0f} % at gain {gain:g}" for gain, percent in most.items())
+def _explanation(found: dict[str, Measured]) -> str:
+    less = [reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS]
+    alone, with_observer = (
+        " and ".join(one[variant.name].text(100, ".1f") for one in less) for variant in (LOW_ALONE, LOW_MODEL)
+    )
     return (
         "The torque of the hand is the true one of the simulated rig; the column beside it is what its "
         "noisy, quantised sensor saw. 'Default' is the rig file's: the learned feed-forward, and the "
@@ -295,6 +295,6 @@ def _explanation(order: Order) -> str:
         f"lives on, nor inertia; 'strong' is gain {STRONG_GAIN} and viscous_gain {STRONG_VISCOUS}, near the "
         "most that `rtctl check` passes on the shipped rig. With the feed-forward alone a model that is "
         "too low by a quarter takes a quarter of the help away: of dry friction F_c 1 - .75 gain stays, "
-        f"beside b v and J a, which leaves room for {room} of the fast sine at most. "
-        "The observer, which sees the friction that is there, does better."
+        f"beside b v and J a. That saves {alone} %; with the observer, which sees the friction that is, "
+        f"it is {with_observer} % ({' and '.join(motion.name for motion in MOTIONS)})."
     )

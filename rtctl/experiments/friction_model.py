@@ -10,6 +10,7 @@ from rtctl.experiments import identification, models
 from rtctl.experiments.order import Order
 from rtctl.experiments.report import Outcome, Part
 from rtctl.experiments.statistics import Estimate, estimate
+from rtctl.friction.kind_table import is_machine
 from rtctl.friction.learn import ladder as climbing
 from rtctl.friction.learn import report_evidence, report_figures, report_tables
 from rtctl.friction.learn.pool import workers
@@ -78,6 +79,7 @@ def predicted(evidence: Evidence, tests: Sequence[FrictionPoints]) -> dict[str, 
     found = {}
     for family in evidence.families:
         both = evidence.of(family)
+        # of all points, not the mean of two means: a direction may have fewer
         trained_nm = float(np.mean(np.abs(np.concatenate([one.trained.error_nm for one in both]))))
         means_nm = []
         for test in tests:
@@ -107,7 +109,7 @@ def _over_seeds(found: dict[str, dict[str, Estimate]], sets: int) -> Table:
 def _said(found: dict[str, dict[str, Estimate]]) -> str:
     """Say whether a support-vector machine predicts best, and by how much the best formula differs."""
     mean = {family: one["prediction_mean_error_nm"] for family, one in found.items()}
-    machines = [family for family in mean if family in models.COMPARED.values() and "-" in family]
+    machines = [family for family in mean if is_machine(family)]
     formulas = [family for family in mean if family not in machines]
     if not machines or not formulas:
         return ""
@@ -116,6 +118,9 @@ def _said(found: dict[str, dict[str, Estimate]]) -> str:
         f"{machine} predicts best of the support-vector machines ({mean[machine].text(1e3)} mN m), "
         f"{formula} of the formulas ({mean[formula].text(1e3)} mN m)"
     )
+    # one set has no interval (half of it is 0), and would always tell
+    if mean[machine].count < 2:
+        return f"{said}: one set of test points cannot tell them apart."
     # intervals that do not meet: of a ratio of two means nothing less is said
     if mean[machine].high < mean[formula].low:
         return f"{said}: SVR wins here."
@@ -144,7 +149,7 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
     said = ", ".join(f"{name} {' and '.join(map(str, count))}" for name, count in counts.items())
     text = (
         f"{len(evidence.points.branch(1)[0])} training and {len(tests[0].branch(1)[0])} other points in "
-        f"each direction, each the mean of 100 measurements. Support vectors (v >= 0 and v < 0): {said}. Bi "
+        f"each direction{_means(evidence.points)}. Support vectors (v >= 0 and v < 0): {said}. Bi "
         "found 29 and 27 with the RBF and 10 and 9 with the spline kernel, of 54; the values of its tables "
         "are not published in a form that can be compared."
     )
@@ -161,6 +166,15 @@ def _outcome(evidence: Evidence, tests: Sequence[FrictionPoints]) -> Outcome:
         Part("Support vectors", (), vectors),
     )
     return Outcome("friction-model", TITLE, evidence.model.selection, parts, (), numbers)
+
+
+def _means(points: FrictionPoints) -> str:
+    """How many measurements each point is the mean of; empty where the points do not say."""
+    least, most = float(np.min(points.count)), float(np.max(points.count))
+    # NaN, too: a file of points need not have the column
+    if not least > 0:
+        return ""
+    return f", each the mean of {least:g}{f' to {most:g}' if most > least else ''} measurements"
 
 
 def _curves(evidence: Evidence, name: str) -> Picture:

@@ -2,7 +2,7 @@
 does it take?
 
 One identification has 28 test points in each direction, half of them slow ones with three times the noise of
-the fast: its ratio of prediction to training error scatters by a sixth by chance alone. Only the mean over
+the fast: its ratio of prediction to training error scatters by a seventh by chance alone. Only the mean over
 many says whether noise was learned."""
 
 from __future__ import annotations
@@ -89,6 +89,7 @@ class Kept:
         """Points of one use, "train" or "test"."""
         rows = [
             (
+                # break-away is at rest: the speed at which it let go is none of the curve's
                 one.velocity_rad_s if one.target_rad_s else 0.0,
                 abs(one.friction_torque_nm),
                 one.direction,
@@ -154,10 +155,10 @@ def repeat(
     kept = measured(loaded, seed, settings)
     train, test = kept.of("train"), kept.of("test")
     options = ladder.Options(
-        # seeds run beside each other already
         families=tuple(families),
         strategy="full",
         symmetric="no",
+        # seeds run beside each other already
         backend="sequential",
         n_jobs=1,
     )
@@ -200,11 +201,13 @@ def outcome(seeds: Sequence[int], found: Sequence[Sequence[dict[str, Any]]]) -> 
     numbers = {name: _summary(mine) for name, mine in rows.items()}
     winners = sorted({row["chosen"] for row in rows[CHOSEN]})
     ratio = numbers[CHOSEN]["prediction_over_training"]
+    several = f", seeds {seeds[0]} to {seeds[-1]}" if len(seeds) > 1 else f", seed {seeds[0]}"
+    in_one = _span([row["prediction_over_training"] for row in rows[CHOSEN]], ".2f")
     key = (
-        f"{len(seeds)} identifications of the simulated rig, seeds {seeds[0]} to {seeds[-1]}. The chosen "
-        f"model ({', '.join(winners)}) errs {ratio.text()} times as much on other speeds as on those it "
-        "saw, mean and 95 % interval; in one identification "
-        f"{_span([row['prediction_over_training'] for row in rows[CHOSEN]], '.2f')}."
+        f"{len(seeds)} identification(s) of the simulated rig{several}. The chosen "
+        f"model ({', '.join(winners)}) errs {ratio.text()} times as much on other speeds as on those it saw"
+        # of one there is neither a mean nor an interval, and its ratio alone scatters by a seventh
+        + (f", mean and 95 % interval; in one identification {in_one}." if len(seeds) > 1 else ".")
     )
     key += _refusals(rows[CHOSEN])
     table = Table(
@@ -228,6 +231,7 @@ def _summary(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
         **{name: estimate([row[name] for row in rows]) for name in names},
         "support_vectors": estimate(vectors),
         "support_vectors_most": max(vectors),
+        # the worst: one curve that is off is one rig that is helped wrongly
         "off_share": max(row["off_share"] for row in rows),
         "runs": len(rows),
     }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from hw.motion import words
 from rtctl import pictures
 from rtctl.control.proofs import stability
 from rtctl.control.vocabulary import Environment, Policy
@@ -137,9 +136,7 @@ def _loops(runs: dict[str, Run], motion: str) -> Picture:
     ends = np.array(plot.get_xlim())
     # the same of all runs: they differ by the controller alone
     stiffness = _stiffness(next(iter(runs.values())).simulation)
-    plot.plot(
-        ends, stiffness * ends, "k--", linewidth=1, label=words(f"desired, {stiffness:.3g} N m/rad", motion)
-    )
+    plot.plot(ends, stiffness * ends, "k--", linewidth=1, label=f"desired, {stiffness:.3g} N m/rad")
     figures.label(plot, "angle from rest [rad]", "torque of the hand [N m]")
     plot.legend(fontsize="small")
     caption = (

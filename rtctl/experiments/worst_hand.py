@@ -40,8 +40,10 @@ def worst(inertia: float, damping: float, T: float, modes: int, parts: int = 1) 
         The step is this part of the period."""
     # odd multiples: sampling folds them all onto one place, where their responses add up
     w2 = ((2 * np.arange(1, modes + 1) - 1) * math.pi / T) ** 2
-    # w_m < p_m < w_m+1, as a lossless network has them
-    p2 = (2 * np.arange(1, modes) * math.pi / T * 0.97) ** 2
+    # w_m < p_m < w_m+1, as a lossless network has them, for any number; where between them makes no odds: at
+    # each resonance the joint answers with 1/b, whatever share of 1/J the p leave it. Not at the even
+    # multiples themselves: a mass that swings a whole number of times in a period stands still in all samples
+    p2 = ((2 * np.arange(1, modes) - 0.06) * math.pi / T) ** 2
     return network(inertia, damping, T / parts, w2, p2)
 
 
@@ -99,7 +101,8 @@ def first_unstable(hand: Hand, b_c: float, T: float, high: float) -> float:
     low, top = 0.0, high
     if is_stable(hand, high, b_c, T):
         return high
-    # by stiffness and not by ratio: what is asked is how far above the proven one it lies
+    # halving finds the least one, since what is stable is so from 0 up to one stiffness (2.11).
+    # By stiffness and not by ratio: what is asked is how far above the proven one it lies
     while top - low > 1e-6 * high:
         middle = 0.5 * (low + top)
         low, top = (middle, top) if is_stable(hand, middle, b_c, T) else (low, middle)
@@ -172,6 +175,7 @@ def peak_with_friction(
             dry = min(friction_nm, stops) * (1.0 if v > 0.0 else -1.0)
             q = np.dot(step, q) + push * (held - dry)
         energy = np.dot(q, q)
+        # peaks, not ends: a late sign hunts about rest, and its energy at one tick says nothing of the next
         if k < ticks // 2:
             first = max(first, energy)
         else:

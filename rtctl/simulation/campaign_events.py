@@ -58,6 +58,7 @@ def operate(s: Record, c: Record, rng: np.ndarray) -> None:
         c.epoch = s.epoch if not chance(rng, 10.0) else s.epoch - 1  # one in ten of before the last stop
     if chance(rng, 60.0) and (s.state in (_FAULT, _ESTOP) or chance(rng, 50.0)):
         c.reset_count += 1
+    # rare: until it is armed again, 40 ticks later on average at best, nothing else is tried
     if chance(rng, 3000.0):
         c.stop_count += 1
     if chance(rng, 5000.0):
@@ -71,6 +72,7 @@ def set_world(c: Record, axis: int, kind: int, rng: np.ndarray, own: bool) -> No
     """A random environment of this kind, of any stiffness the law may be given; with `own`, its own
     parameters too."""
     c.environment_kind[axis] = kind
+    # by ratio: soft worlds and walls alike
     c.environment_stiffness_nm_rad[axis] = 10.0 ** between(rng, 0.0, 4.0)
     c.environment_damping_nms_rad[axis] = between(rng, 0.0, 0.2)
     c.environment_center_rad[axis] = between(rng, -0.3, 0.3)
@@ -92,7 +94,8 @@ def change_world(c: Record, rng: np.ndarray) -> None:
             c.environment_center_rad[axis] = broken(rng, c.environment_center_rad[axis])
         if chance(rng, 4000.0):
             c.compensation[axis] = broken(rng, uniform(rng))
-            c.friction_change[axis] = 0.5 * (c.compensation[axis] - 0.7)  # without a draw of its own
+            # without a draw of its own; where the share is broken, so is the factor
+            c.friction_change[axis] = 0.5 * (c.compensation[axis] - 0.7)
 
 
 @compiled
@@ -100,9 +103,11 @@ def change_display(p: Record, c: Record, rng: np.ndarray) -> None:
     """Now and then another mass, another damping, the other display, within what the rig allows or beyond, or
     broken."""
     for axis in range(len(c.display_kind)):
+        # an impedance that stays one has neither mass nor the right to change: nothing would be asked of it
         if p.display_kind[axis] == 0 and p.display_change[axis] == 0:
             continue
         if chance(rng, 2000.0):
+            # 12 % are below 0, 29 % beyond what the rig allows
             c.mass_kgm2[axis] = broken(rng, p.mass_max_kgm2[axis] * between(rng, -0.2, 1.5))
             c.mass_damping_nms_rad[axis] = broken(
                 rng, p.mass_damping_max_nms_rad[axis] * between(rng, -0.2, 1.5)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,7 +17,7 @@ from rtctl.control.proofs import stability
 from rtctl.control.proofs.stability import Between
 from rtctl.simulation.campaign_draws import log_uniform
 from rtctl.simulation.campaign_linear_rig import Case, Law, Plant, behind_a_joint, grows, network, regular
-from rtctl.simulation.campaign_worst_rig import Loop, with_stiffness, worst_elastic, worst_place, worst_rig
+from rtctl.simulation.campaign_worst_rig import Loop, worst_elastic, worst_place, worst_rig
 
 PART = 20
 """Rigs that a process makes before it reports."""
@@ -239,9 +239,7 @@ def distance(seed: int, index: int) -> float:
     plant, law = worst_rig(loop, J, worst_place(loop))
 
     def unstable(share: float) -> bool:
-        return grows(
-            Case(loop.T, loop.tau, regular(1, loop.delay), plant, with_stiffness(law, share * proven))
-        )
+        return grows(Case(loop.T, loop.tau, regular(1, loop.delay), plant, replace(law, k_c=share * proven)))
 
     low, high = 1.0, 1.02
     while not unstable(high):  # steps that double: most bounds are within some percent

@@ -9,13 +9,14 @@ what spring and link would damp."""
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from rtctl.simulation.campaign_linear_rig import Law, Plant, behind_a_joint, network
 
 MODES = 9
+# of the sum of 1/w^2 over all, T^2/(4 sin^2 theta), what lies beyond is sin^2(theta)/299, .34 % at most
 _ALIASES = 60
 
 
@@ -49,6 +50,7 @@ def worst_place(loop: Loop) -> float:
     theta = np.linspace(0.01, 1.54, 200)  # 0 and pi/2 have no width
     w, A = loop.aliases(theta)
     S0, S1, S2 = (1 / w**2).sum(axis=1), (A / w**2).sum(axis=1), (np.abs(A) ** 2 / w**2).sum(axis=1)
+    # no lossless world changes it: to the admittance of the coupling it adds an imaginary part
     g = (1 / loop.coupling(theta)).real
     need = (np.sqrt(S2 / S0) + (_sampling(theta, loop.T) * S1).real) / (2 * g)
     return float(theta[int(np.argmax(need))])
@@ -61,11 +63,13 @@ def worst_rig(loop: Loop, J: float, theta: float) -> tuple[Plant, Law]:
     S0, S1, S2 = ((one / w**2).sum() for one in (np.ones_like(w), A, np.abs(A) ** 2))
     admittance, E = 1 / loop.coupling(at)[0], _sampling(at, loop.T)[0]
     g = admittance.real
+    # its phase is that of g + j(...) with g > 0: within a quarter turn to either side
     chi = np.linspace(-1.55, 1.55, 2001)
     turned = np.exp(1j * chi) * E * S1
     inside = np.maximum(abs(E) ** 2 * S0 * S2 - turned.imag**2, 0)  # of rounding
     worst = float(chi[int(np.argmax(np.cos(chi) * (turned.real + np.sqrt(inside))))])
     s = -g * math.tan(worst) - admittance.imag  # 1/Z = 1/Z_c + j s has the phase -worst
+    # lossless by Tustin's rule: a spring's admittance is +j tan(theta) times its own, a mass's -j over it
     law = Law(
         loop.k_c,
         loop.b_c,
@@ -84,6 +88,7 @@ def _folded_hand(loop: Loop, J: float, theta: float, c: complex, S1: complex) ->
     half = (phase / 2 + np.pi / 2) % np.pi - np.pi / 2  # tan has the period pi
     reactance = np.clip(-loop.b * np.tan(half), -20 * loop.b, 20 * loop.b) * np.sign(w)
     at = np.abs(w)
+    # between the resonances, as a lossless network has them; where is free, and the middle is far from both
     p2 = (0.5 * (at[1:] + at[:-1])) ** 2
     slope = [2 * J * np.prod((np.delete(at, i) ** 2 - one**2) / (p2 - one**2)) for i, one in enumerate(at)]
     # a resonance below 0 is none
@@ -101,11 +106,7 @@ def worst_elastic(w: float, k: float, dampings: tuple[float, float, float], link
     centre, radius = Y_j + 1 / (2 * b_l), 1 / (2 * b_l)
     seen = (np.conj(centre) - radius) / (abs(centre) ** 2 - radius**2)  # least real part of 1/(Y_j + Y_l)
     X = float((1 / (1 / seen - Y_j)).imag)
+    # a tenth more than what resonates by itself: the hand's spring, which takes the rest, must be one
     inertia = max(link_inertia, 1.1 * X / w)
     link = network(inertia, b_l, np.array([(inertia * w - X) * w / inertia]), np.array([]))
     return behind_a_joint(link, -float(seen.imag) / w, b_m, k, b_j)
-
-
-def with_stiffness(law: Law, k_c: float) -> Law:
-    """The law with another stiffness of the coupling."""
-    return replace(law, k_c=k_c)

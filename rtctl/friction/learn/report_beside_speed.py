@@ -29,10 +29,11 @@ def sentences(load: LoadVerdict, warmth: Warmth, *, deployed: bool = False) -> l
 def _of_load(load: LoadVerdict, chosen: LoadRung, use: str) -> str:
     terms = chosen.terms
     plain = load.of("coulomb_viscous").rmse_nm
+    # chosen as everywhere: the plainest within chance of the best, which need not err least
     if not terms.told:
         return (
-            f"Load: over {load.span_nm:.3g} N m friction does not depend on it: {terms.rung} errs no more "
-            "than any form with load."
+            f"Load: over {load.span_nm:.3g} N m friction does not depend on it: no form with load errs less "
+            f"than {terms.rung} by more than chance."
         )
     told = ", ".join(f"{name} {value:.3g} +- {_error(error)}" for name, (value, error) in terms.told.items())
     return (

@@ -12,7 +12,7 @@ from rtctl.friction.kind_table import FORMULAS, is_machine
 from rtctl.friction.learn import hold_out, ladder, nested
 from rtctl.friction.learn.grids import noise_nm
 from rtctl.friction.learn.report_evidence import interval_nm
-from rtctl.friction.learn.report_sentences import AGREES, formula_or_machine
+from rtctl.friction.learn.report_sentences import AGREES, formula_or_machine, mnm
 from rtctl.friction.learn.selection import Rung
 from rtctl.friction.points import FrictionPoints
 
@@ -150,7 +150,9 @@ _HOW = f"""- **Held out** is the RMS error of the ladder's own cross-validation,
   blocks Student's t. It is the least of many, so it is a little too small.
 - **Without it** is the generalisation error: everything is chosen and learned anew without each fold (a \
 whole session where there are several), and
-  judged by that fold. Verdicts stand on it: up to {NEAR:g} times the least is as good.
+  judged by that fold. Verdicts stand on it: up to {NEAR:g} times the least is as good. The sentence above a \
+table asks of the best formula only
+  whether it is within one standard error of the best machine.
 - **In the band** is how much of what was held out lies in the 95 % band of the fit without it \
 (docs/friction.md); 90 to 99 % is as it should be.
 - **The floor** is the scatter of the points about a smooth curve of their own: but for luck no model of \
@@ -214,8 +216,8 @@ def _agreement(one: Found) -> str:
     )
     best = "as good as the best rung" if share <= NEAR else f"{share:.2f} times the best rung"
     return (
-        f"What the ladder chooses errs {_mnm(one.chosen_nm)} mN m on what it did not see, {told} "
-        f"({_mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
+        f"What the ladder chooses errs {mnm(one.chosen_nm)} mN m on what it did not see, {told} "
+        f"({mnm(one.chosen_held_out_nm)} mN m; {times:.2f} times), and is {best}. {_in_band(one)}"
     )
 
 
@@ -238,8 +240,8 @@ def _of_set(one: Found) -> list[str]:
         f"## {one.name[:1].upper()}{one.name[1:]}",
         *([f"**{words[:1].upper()}{words[1:]}**"] if words else []),
         f"{one.source}.",
-        f"{one.points} points, {what}; friction {_mnm(one.friction_nm)} mN m RMS, floor "
-        f"{_mnm(one.floor_nm)} mN m. {_agreement(one)}",
+        f"{one.points} points, {what}; friction {mnm(one.friction_nm)} mN m RMS, floor "
+        f"{mnm(one.floor_nm)} mN m. {_agreement(one)}",
         "\n".join(rows),
         *(["Told of the data:\n\n" + "\n".join(f"- {note}" for note in one.notes)] if one.notes else []),
     ]
@@ -248,11 +250,11 @@ def _of_set(one: Found) -> list[str]:
 def _cells(line: Line, one: Found) -> str:
     if line.held_out_nm is None:
         return f"| `{line.family}` | - | - | - | - | refused: {line.refused} | - |"
-    span = f"{_mnm(line.low_nm)} to {_mnm(line.high_nm)}"
-    nested_nm = "-" if line.nested_nm is None else _mnm(line.nested_nm)
+    span = f"{mnm(line.low_nm)} to {mnm(line.high_nm)}"
+    nested_nm = "-" if line.nested_nm is None else mnm(line.nested_nm)
     covered = "-" if line.covered is None else f"{100 * line.covered:.1f}"
     return (
-        f"| `{line.family}` | {_mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | "
+        f"| `{line.family}` | {mnm(line.held_out_nm)} | {span} | {nested_nm} | {line.terms} | "
         f"{_verdict(line, one)} | {covered} |"
     )
 
@@ -274,7 +276,3 @@ def _by(family: str) -> str:
     if family in FORMULAS:
         return ", by a formula"
     return ", by a machine" if is_machine(family) else ""
-
-
-def _mnm(value: float) -> str:
-    return f"{1e3 * value:.3g}"

@@ -30,13 +30,17 @@ def curves(evidence: Evidence, family: str) -> bytes:
     bands = [branch.band if family == evidence.chosen else None for branch in evidence.model.branches]
     for row, one, band in zip(plots, evidence.of(family), bands, strict=True):
         speed, friction_nm = evidence.points.branch(one.direction)
-        for plot, end in zip(row, (float(speed.max()), evidence.boundary_rad_s), strict=True):
+        # a direction may end below what is low speed for both
+        ends = {
+            "whole range": float(speed.max()),
+            "low speed": min(float(speed.max()), evidence.boundary_rad_s),
+        }
+        for plot, (part, end) in zip(row, ends.items(), strict=True):
             inside = speed <= end
             _curve(plot, one, np.linspace(0, end, 800), speed)
             _band(plot, one, band, np.linspace(0, end, 800))
             plot.plot(speed[inside], friction_nm[inside], ".", color="0.35", markersize=4, label="points")
             _support(plot, one, speed, friction_nm, end)
-            part = "whole range" if end > evidence.boundary_rad_s else "low speed"
             _label(plot, "speed [rad/s]", "friction [N m]", f"{_SIDES[one.direction]}, {part}")
     shown: dict[str, Any] = {}
     for plot in plots.flat:  # a kind of support vector may occur in one direction only
@@ -94,6 +98,7 @@ def ladder(evidence: Evidence) -> bytes:
     rungs = [rung for rung in evidence.rungs if not rung.refused]
     figure = pictures.blank(8, 1.2 + 0.36 * len(rungs))
     plot = figure.subplots()
+    # the plainest on top: the axis counts from below
     for at, rung in enumerate(reversed(rungs)):
         low, high = (1e3 * end for end in interval_nm(rung))
         colour = "tab:red" if rung.family == evidence.chosen else "tab:blue"
@@ -101,6 +106,7 @@ def ladder(evidence: Evidence) -> bytes:
         plot.errorbar(centre, at, xerr=[[centre - low], [high - centre]], fmt="o", color=colour, capsize=4)
     plot.set_ylim(-0.6, len(rungs) - 0.4)
     plot.set_yticks(range(len(rungs)), [rung.family for rung in reversed(rungs)])
+    # the plainest may err ten times as much as the best, which would all stand on one spot
     plot.set_xscale("log")
     _label(plot, "held-out RMSE [mN m], 95 % confidence interval", "", "")
     plot.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
@@ -189,8 +195,9 @@ def _label(plot: Axes, x: str, y: str, title: str) -> None:
 
 
 def speak(figure: Figure, motion: str) -> None:
-    """Write the labels of a figure in the units of its axis; they were written for a rotary one. Small speeds
-    are in mm/s."""
+    """Write labels and legends of a figure in the units of its axis; they were written for a rotary one.
+
+    Small speeds are in mm/s."""
     for plot in figure.axes:
         if "[rad/s]" in plot.get_xlabel():
             unit, factor = speed_scale(motion, max(map(abs, plot.get_xlim())))
@@ -202,6 +209,9 @@ def speak(figure: Figure, motion: str) -> None:
             ylabel=words(plot.get_ylabel(), motion),
             title=words(plot.get_title(), motion),
         )
+        legend = plot.get_legend()
+        for text in legend.get_texts() if legend else ():
+            text.set_text(words(text.get_text(), motion))
 
 
 def _times(factor: float, value: float, _at: int) -> str:

@@ -46,6 +46,8 @@ class Judgement:
 BAND_SIGMAS = 1.96
 """Half width of a band of 95 %, standard deviations."""
 
+# not less: of independent points a band of just 95 % has more outside in 12 % of sessions of 24 points, in 4
+# % of those of 50 and 1 % of those of 100
 OUTSIDE_MOST = 0.1
 """Share of a session beyond a band that is for 95 % of it, from which the band does not hold: twice what it
 allows."""
@@ -100,8 +102,8 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
             one.over_bound and far
         ):
             said.append(
-                f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m, by up to "
-                f"{abs(one.worst_nm or 0.0):.4g} N m at {one.worst_at_rad_s:.3g} rad/s"
+                f"{at} {one.over_bound} points break the stated bound of {one.bound_nm:.4g} N m, with errors "
+                f"of up to {abs(one.worst_nm or 0.0):.4g} N m, at {one.worst_at_rad_s:.3g} rad/s"
             )
         if one.outside_band_share is not None and one.outside_band_share > OUTSIDE_MOST:
             said.append(f"{at} {100 * one.outside_band_share:.0f} % of the points lie outside the 95 % band")
@@ -139,7 +141,8 @@ def _of(
     floor = line @ np.linalg.lstsq(line, f, rcond=None)[0] - f
     # less than that counts as equal (decision 0012), however narrow the band
     told = np.where(np.abs(sure) > RESOLUTION_SHARE * np.abs(f).max(), sure, 0.0)
-    size, worst = float(np.sqrt(np.mean(f**2))), int(np.argmax(np.abs(error)))
+    # among those that count against the model: a larger one may be what uneven places make
+    size, worst = float(np.sqrt(np.mean(f**2))), int(np.argmax(np.abs(sure)))
     rmse = float(np.sqrt(np.mean(error**2)))
     return Judgement(
         direction,

@@ -17,14 +17,15 @@ EXPLAINS, EXPLAINS_BEST = 0.3, 0.05
 SCALE_LEAST = 0.04
 """Least distance of a factor from 1 that is told."""
 
-SPEEDS = {"rpm": 30 / math.pi, "deg/s": 180 / math.pi, "mrad/s, or mm/s": 1e3}
-"""Unit that is taken for rad/s (or m/s) -> by what the numbers are too large."""
+SPEEDS = {"rpm": 30 / math.pi, "deg/s": 180 / math.pi, "mrad/s": 1e3}
+"""Unit that is taken for rad/s -> by what the numbers are too large; `words` makes mm/s of mrad/s."""
 
 
 def cause(model: FrictionModel, points: FrictionPoints) -> str:
     """The reading that leaves least of the error, in words; "" where none explains it."""
     rows = np.concatenate([points.rows_of(way) for way in (1, -1)])
     v, f = points.velocity_rad_s[rows], points.friction_nm[rows] * points.direction[rows]
+    # both directions together: a unit, a sign or a zero is one for all rows
     least, text = min(_readings(model, v, f))
     return text if least < EXPLAINS_BEST and least < EXPLAINS * _error(model, v, f) else ""
 
@@ -64,6 +65,7 @@ def _readings(model: FrictionModel, v: np.ndarray, f: np.ndarray) -> Iterator[tu
     if factor > 0 and abs(factor - 1) > SCALE_LEAST:
         what = (
             "is it in mN m?"
+            # a thousand within a root of 2: the friction may have changed as well
             if 0.7 < factor / 1000 < 1.4
             else "a unit, a torque constant, a gear, or friction that has changed as a whole (grease, "
             "temperature)"

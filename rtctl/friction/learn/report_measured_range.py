@@ -40,8 +40,11 @@ def said(points: FrictionPoints) -> str:
     parts = []
     for direction in (1, -1):
         spans = unmeasured(points.branch(direction)[0])
-        words = ", ".join(f"{low:.3g} to {high:.3g}" if low else f"below {high:.3g}" for low, high in spans)
-        parts += [f"{words} rad/s (direction {direction:+d})"] if words else []
+        # the unit behind each: `words` makes mm/s of a slow span of a linear axis, and not of its neighbour
+        words = ", ".join(
+            f"{low:.3g} to {high:.3g} rad/s" if low else f"below {high:.3g} rad/s" for low, high in spans
+        )
+        parts += [f"{words} (direction {direction:+d})"] if words else []
     return f" Dashed, because nothing was measured there: {'; '.join(parts)}." if parts else ""
 
 

@@ -10,7 +10,7 @@ from html import escape
 from typing import Any
 
 from hw.motion import words
-from rtctl.friction.gain import Gains
+from rtctl.friction.gain import AxisGain, Gains
 from rtctl.friction.learn import hold_out, report_sentences, report_tables
 from rtctl.friction.learn.report_evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.learn.report_tables import Table
@@ -110,13 +110,20 @@ def _gain(gains: Gains) -> str:
             words.append(
                 f"Axis {axis.axis}: gain up to {axis.gain:.3f}, with the feed-forward capped at "
                 f"{axis.cap_nm:.4g} N m (gain times the least dry friction; cap_share = "
-                f"{axis.cap_share:.4g} in the rig file). At that gain the test has nothing left: stay below "
-                "it."
+                f"{axis.cap_share:.4g} in the rig file). {_left_at(axis)}"
             )
     passing = [axis for axis in gains.axes if axis.margin_at_zero_nm >= 0]
     paste = "".join(f"<pre>{escape(axis.snippet('MODEL.json'))}</pre>" for axis in passing)
     table = table_of(report_tables.gains(gains))
     return _paragraph(" ".join(words)) + paste + table + f"<p>{escape(model)}</p>"
+
+
+def _left_at(axis: AxisGain) -> str:
+    """What the test has left at the recommended gain."""
+    # 1 is not where the test ends, but where there is no friction left to take out
+    if axis.gain >= 1.0:
+        return f"The test would bear all of the friction taken out, with {axis.margin_nm:.4g} N m to spare."
+    return "At that gain the test has nothing left: stay below it."
 
 
 def _absent(evidence: Evidence) -> str:

@@ -66,9 +66,10 @@ def of_formulas(held_out: Sequence[Row], chosen: str) -> list[str]:
     formulas = [row for row in held_out if row["family"] in FORMULAS and not row["refused"]]
     if mine is None or mine["refused"] or not formulas or chosen in FORMULAS:
         return []
+    # by the held-out error alone: no search counted numbers or compared within a doubt
     best = min(formulas, key=lambda row: float(row["held_out_rmse_nm"]))
     figures = (
-        f"{best['family']}, {_mnm(best['held_out_rmse_nm'])} against {_mnm(mine['held_out_rmse_nm'])} mN m "
+        f"{best['family']}, {mnm(best['held_out_rmse_nm'])} against {mnm(mine['held_out_rmse_nm'])} mN m "
         "held out"
     )
     if best["held_out_rmse_nm"] <= mine["held_out_rmse_nm"]:
@@ -82,10 +83,10 @@ def of_test(rows: Sequence[Row], chosen: str) -> str:
     if mine is None:
         return f"On the test points nothing is said of {chosen}: it could not be trained on all points."
     best = min(rows, key=_test_nm)
-    said = f"On the test points {chosen} errs {_mnm(_test_nm(mine))} mN m RMS, "
+    said = f"On the test points {chosen} errs {mnm(_test_nm(mine))} mN m RMS, "
     if best is mine or len(rows) == 1:
         return said + f"the least of {len(rows)} models."
-    least = f"the least has {best['family']}, {_mnm(_test_nm(best))} mN m"
+    least = f"the least has {best['family']}, {mnm(_test_nm(best))} mN m"
     if _test_nm(mine) <= _test_nm(best) + best["prediction_se_nm"]:
         return said + f"within one standard error of the best of {len(rows)} models ({least})."
     return said + f"{_test_nm(mine) / _test_nm(best):.2g} times the best of {len(rows)} models: {least}."
@@ -106,9 +107,10 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
     if not formulas or not machines:
         return "", ""
     formula, machine = min(formulas, key=_test_nm), min(machines, key=_test_nm)
-    figures = f"{_mnm(_test_nm(formula))} against {_mnm(_test_nm(machine))} mN m"
+    figures = f"{mnm(_test_nm(formula))} against {mnm(_test_nm(machine))} mN m"
     if _test_nm(formula) <= _test_nm(machine):
         return "formula", f"a formula is the best: {formula['family']} beats {machine['family']}, {figures}."
+    # the machine's own error: what it might have erred on other points of that session
     if _test_nm(formula) <= _test_nm(machine) + machine["prediction_se_nm"]:
         near = f"{formula['family']} is within one standard error of {machine['family']}"
         return "formula", f"a formula is as good: {near}, {figures}."
@@ -127,7 +129,7 @@ def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> s
     if mine is None or before is None or not before["held_out_rmse_nm"]:
         return ""
     times = _test_nm(mine) / before["held_out_rmse_nm"]
-    said = f"That is {times:.2g} times its held-out error ({_mnm(before['held_out_rmse_nm'])} mN m)"
+    said = f"That is {times:.2g} times its held-out error ({mnm(before['held_out_rmse_nm'])} mN m)"
     if times > AGREES:
         return (
             f"{said}, which says too little of another session: trust the test points, and hold out whole "
@@ -155,6 +157,7 @@ _BOUNDS = {
     "validation_max_error_nm": "what was held out of them",
     "test_max_error_nm": "the test points",
     "single_max_error_nm": "single measurements, which the points are means of",
+    # only then the largest: of many held out the largest lies beyond a band of 95 % of them
     "band_most_nm": "the band, which is stretched as there was little to hold out",
 }
 
@@ -165,7 +168,7 @@ def of_bound(model: Mapping[str, Sequence[float | None]]) -> str:
     # the largest is what `error_max_nm` is: of that alone the bound is made
     at = max(found, key=lambda name: found[name])
     return (
-        f"The largest known error, which gain and bound leave room for, is {_mnm(found[at])} mN m, on "
+        f"The largest known error, which gain and bound leave room for, is {mnm(found[at])} mN m, on "
         f"{_BOUNDS[at]}."
     )
 
@@ -192,5 +195,6 @@ def _test_nm(row: Row) -> float:
     return float(row["prediction_rmse_nm"])
 
 
-def _mnm(value: float) -> str:
+def mnm(value: float) -> str:
+    """An error in N m as mN m, three digits."""
     return f"{1e3 * value:.3g}"

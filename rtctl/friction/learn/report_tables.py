@@ -83,6 +83,7 @@ def overall_rows(evidence: Evidence) -> list[dict[str, Any]]:
                 "prediction_max_error_nm": float(judged.max()),
                 "prediction_rmse_nm": float(np.sqrt(np.mean(judged**2))),
                 "prediction_se_nm": standard_error(judged),
+                # a curve through its own points has no error there, and no ratio
                 "prediction_over_training": float(judged.mean() / trained.mean()) if trained.any() else None,
             }
         )
@@ -139,7 +140,7 @@ def ladder(evidence: Evidence) -> Table:
     for row in ladder_rows(evidence):
         low, high = row["interval_nm"] or (None, None)
         numbers = " + ".join(f"{n:.1f}".removesuffix(".0") for n in row["terms"])
-        note = "reported model" if row["family"] == evidence.chosen else ""
+        note = _reported(evidence) if row["family"] == evidence.chosen else ""
         if row["family"] in evidence.lost:
             note = f"{evidence.lost[row['family']]} when trained on all points"
         if row["refused"]:
@@ -150,9 +151,23 @@ def ladder(evidence: Evidence) -> Table:
     return Table(caption, header, rows)
 
 
+def _reported(evidence: Evidence) -> str:
+    """What the row of the reported model says beside its figures, which are of two curves, as all others'."""
+    found = evidence.ladder
+    if found is None or not found.symmetric or found.symmetric_rung is None:
+        return "reported model"
+    return f"reported model, of one curve for both directions: {_mnm(found.symmetric_rung.rmse_nm)} mN m"
+
+
 def support_vectors(family: str, both: list[Learned], motion: str = "rotary") -> Table:
     """Speed, dual coefficient and kind of each support vector of one family."""
-    count = " and ".join(f"{len(one.limit)} (direction {one.direction:+d})" for one in both)
+    names = [f"{one.direction:+d}" for one in both]
+    # one curve of both directions: its vectors are of either, and would stand there twice
+    if len(both) > 1 and np.array_equal(both[0].curve.dual_coef, both[1].curve.dual_coef):
+        both, names = both[:1], ["both"]
+    count = " and ".join(
+        f"{len(one.limit)} (direction {name})" for one, name in zip(both, names, strict=True)
+    )
     caption = (
         f"Support vectors of {family}: {count}. Bounded: the coefficient is at its limit, the point lies "
         "outside the tube; free: on its edge. The rest of the points say nothing more."
@@ -161,12 +176,12 @@ def support_vectors(family: str, both: list[Learned], motion: str = "rotary") ->
     unit, factor = speed_scale(motion, top)
     header = ("direction", f"speed, {unit}", "dual coefficient", "limit", "kind")
     rows = []
-    for one in both:
+    for one, name in zip(both, names, strict=True):
         order = np.argsort(one.curve.support_vectors, kind="stable")
         for i in order:
             kind = "bounded" if one.bounded[i] else "free"
             cells = (f"{one.curve.dual_coef[i]:.6g}", f"{one.limit[i]:.6g}", kind)
-            rows.append((f"{one.direction:+d}", f"{factor * one.curve.support_vectors[i]:.6g}", *cells))
+            rows.append((name, f"{factor * one.curve.support_vectors[i]:.6g}", *cells))
     return Table(caption, header, rows)
 
 

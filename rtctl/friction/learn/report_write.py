@@ -90,6 +90,7 @@ def write(
     ------
     DataError
         `folder` holds something else, or cannot be written."""
+    # before the pictures: they take seconds, and the folder may be somebody's
     require_place(folder)
     gains = report_gain.recommend(evidence.model, loaded)
     pictures = _pictures(evidence)
@@ -110,7 +111,7 @@ def write(
 def _replace(folder: Path, files: Mapping[str, bytes]) -> None:
     folder = folder.absolute()
     folder.parent.mkdir(parents=True, exist_ok=True)
-    # beside it and not in /tmp: a rename is whole only within one disk
+    # beside it and not in /tmp: a rename is whole only within one disk; by process: two may write at once
     new, old = (folder.parent / f".{folder.name}.{os.getpid()}.{end}" for end in ("new", "old"))
     try:
         new.mkdir()

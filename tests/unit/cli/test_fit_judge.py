@@ -66,6 +66,7 @@ def _read(path: Path, speed: float = 1.0, friction: float = 1.0, zero: float = 0
         ({"speed": 30 / np.pi}, "as if it were in rpm"),
         ({"speed": 180 / np.pi}, "as if it were in deg/s"),
         ({"speed": 0.5 / np.pi}, "as if it were in rev/s"),
+        ({"speed": 1e3}, "as if it were in mrad/s: read so"),
         ({"zero": 0.05}, "0.05 N m off at all speeds and in both directions"),
     ],
 )

@@ -62,6 +62,7 @@ def left(impedance, admittance):
 def test_the_sentence_on_free_motion_names_the_display_that_leaves_less_and_the_hand_that_is_certified():
     assert "the admittance leaves 11 %, the impedance 18 %" in findings.free_sentence(left(0.18, 0.11), 150.0)
     assert "the impedance leaves 11 %, the admittance 18 %" in findings.free_sentence(left(0.11, 0.18), 150.0)
+    assert "the impedance leaves 11 %, the admittance 11 %" in findings.free_sentence(left(0.11, 0.11), 150.0)
     assert "certified for no hand" in findings.free_sentence(left(0.11, 0.18), 0.0)
     assert "not every display was measured" in findings.free_sentence(left(math.nan, 0.18), 1.0)
 

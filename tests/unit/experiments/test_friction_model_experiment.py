@@ -65,6 +65,15 @@ def test_errors_are_means_over_the_sets_with_an_interval():
     assert found["prediction_over_training"].mean == pytest.approx(2.0)
 
 
+def test_how_many_measurements_a_point_is_of_is_what_the_points_say():
+    told = points(0.0)
+    assert friction_model._means(told) == ", each the mean of 100 measurements"
+    told.count[0] = 90
+    assert friction_model._means(told) == ", each the mean of 90 to 100 measurements"
+    told.count[:] = np.nan
+    assert friction_model._means(told) == ""
+
+
 @pytest.mark.parametrize(
     ("machine_nm", "formula_nm", "said"),
     [(0.3, 0.4, "SVR wins"), (0.4, 0.3, "does not win"), (0.2995, 0.3005, "cannot tell")],
@@ -73,3 +82,4 @@ def test_the_text_says_who_predicts_best(machine_nm, formula_nm, said):
     sets = [points(offset) for offset in (-0.002, 0.001, 0.002)]
     levels = {"epsilon-spline": machine_nm, "tustin": formula_nm}
     assert said in friction_model._said(friction_model.predicted(evidence(**levels), sets))
+    assert "cannot tell" in friction_model._said(friction_model.predicted(evidence(**levels), sets[:1]))

@@ -34,6 +34,10 @@ def test_the_figures_are_means_over_the_seeds_and_the_spread_of_one_run_is_said(
     found[1][1]["refused"] = {"tustin": "direction +1: too many cells"}
     told = identification.outcome([1, 2], found).key
     assert told.endswith(" tustin has no figure in 1 of them: direction +1: too many cells.")
+    (single, _) = found
+    alone = identification.outcome([7], [single]).key
+    assert "seed 7. The chosen" in alone
+    assert "interval" not in alone
     worse = identification.outcome([1, 2], [[row("chosen", 1.2, chosen="x")]] * 2)
     assert not worse.targets[0].reached
 

@@ -195,7 +195,7 @@ def test_the_best_of_one_run_is_named_beside_the_next():
 
 
 @pytest.mark.parametrize("b_c", [0.0, 0.01, 0.03])
-@pytest.mark.parametrize("modes", [1, 2, 5, 14])
+@pytest.mark.parametrize("modes", [1, 2, 5, 14, 30])
 def test_the_worst_hand_is_unstable_exactly_where_theory_says(b_c, modes):
     # docs/theory.md 2.11: k = (2 b / T) / S_N - 2 b_c / T
     s_n = 8 / math.pi**2 * sum(1 / (2 * n - 1) ** 2 for n in range(1, modes + 1))

@@ -106,7 +106,7 @@ def without_load():
 def test_load_that_changes_nothing_is_told():
     _, verdict = without_load()
     assert verdict.chosen.terms.told == {}
-    assert "friction does not depend on it" in sentences(verdict, Warmth())[0]
+    assert "friction does not depend on it: no form with load errs less" in sentences(verdict, Warmth())[0]
 
 
 def test_points_that_do_not_span_load_say_so():

@@ -14,7 +14,7 @@ import pytest
 from rtctl.errors import DataError
 from rtctl.friction import gain as report_gain
 from rtctl.friction.kind_table import FORMULAS
-from rtctl.friction.learn import fit, ladder, report_evidence
+from rtctl.friction.learn import fit, ladder, report_evidence, report_tables
 from rtctl.friction.learn import report_write as report
 from rtctl.friction.learn.machines import FailedFitError
 from rtctl.friction.margins import friction_figures
@@ -148,6 +148,9 @@ def test_a_symmetric_ladder_is_told_apart_by_direction(points):
     (score,) = found.choice.chosen.scores
     both = np.concatenate([forward.held_out.error_nm, backward.held_out.error_nm])
     np.testing.assert_array_equal(both, score.errors)
+    shared = replace(gathered, ladder=replace(found, symmetric=True, symmetric_rung=found.choice.chosen))
+    (row,) = report_tables.ladder(shared).rows
+    assert row[-1] == f"reported model, of one curve for both directions: {row[1]} mN m"
     # mock: more friction below 0
     assert forward.held_out.error_nm.mean() > 0 > backward.held_out.error_nm.mean()
 

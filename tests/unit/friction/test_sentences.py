@@ -7,9 +7,14 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from hw.motion import words
+from rtctl import pictures
+from rtctl.friction.gain import AxisGain, Gains
 from rtctl.friction.learn import (
     fit,
     report_evidence,
+    report_figure,
+    report_figures,
     report_measured_range,
     report_page,
     report_sentences,
@@ -200,6 +205,50 @@ def test_a_curve_is_dashed_where_nothing_was_measured():
     assert len(solid) + len(dashed) >= 400
 
 
+@pytest.mark.parametrize(("motion", "unit"), [("rotary", "mN m at v > 0"), ("linear", "mN at v > 0")])
+def test_a_legend_speaks_in_the_units_of_its_axis(motion, unit, learned, monkeypatch):
+    told = []
+    monkeypatch.setattr(
+        pictures, "save",
+        lambda figure, _path: told.extend(one.get_text() for one in figure.axes[0].get_legend().get_texts()),
+    )  # fmt: skip
+    report_figure.draw(replace(learned, motion=motion), joint(), "never.png")
+    assert any(one.startswith("epsilon tube") and one.endswith(unit) for one in told)
+
+
+def test_a_direction_that_ends_early_is_drawn_as_far_as_it_was_measured(learned, monkeypatch):
+    evidence = report_evidence.gather(joint(), learned, None)
+    titles, figures = [], []
+    monkeypatch.setattr(report_figures, "_label", lambda _plot, _x, _y, title: titles.append(title))
+    monkeypatch.setattr(report_figures, "_png", lambda figure, _motion: figures.append(figure))
+    report_figures.curves(replace(evidence, boundary_rad_s=99.0), evidence.chosen)
+    assert [title.partition(", ")[2] for title in titles] == ["whole range", "low speed"] * 2
+    assert all(plot.get_xlim()[1] < 3 for plot in figures[0].axes)
+
+
 def test_the_caption_names_the_speeds_that_were_not_measured():
     assert report_measured_range.said(joint()) == ""
     assert "below 0.01 rad/s (direction +1)" in report_measured_range.said(joint(SPEEDS[1:]))
+    slow = words(report_measured_range.said(joint(np.array([0.002, 0.02, 0.021, 0.022, 0.5]))), "linear")
+    assert "below 2 mm/s, 2 to 20 mm/s, 0.022 to 0.5 m/s (direction +1)" in slow
+
+
+def test_the_vectors_of_one_curve_for_both_directions_stand_there_once():
+    def one(direction, *weights):
+        dual = np.array(weights)
+        curve = SimpleNamespace(support_vectors=np.array([0.1, 0.5]), dual_coef=dual)
+        return SimpleNamespace(direction=direction, curve=curve, limit=np.ones(2), bounded=np.abs(dual) >= 1)
+
+    shared = report_tables.support_vectors(SPLINE, [one(1, 0.5, -1.0), one(-1, 0.5, -1.0)])
+    assert [row[0] for row in shared.rows] == ["both", "both"]
+    assert "2 (direction both)." in shared.caption
+    apart = report_tables.support_vectors(SPLINE, [one(1, 0.5, -1.0), one(-1, 0.4, -1.0)])
+    assert [row[0] for row in apart.rows] == ["+1", "+1", "-1", "-1"]
+
+
+@pytest.mark.parametrize(("gain", "said"), [(0.8, "nothing left: stay below"), (1.0, "0.02 N m to spare")])
+def test_the_page_says_that_the_two_line_test_is_spent_only_where_it_is(gain, said):
+    one = AxisGain("yaw", gain, 0.1, 0.01, 0.02, gain, gain, 0.1, 0.0, 0.0)
+    html = report_page._gain(Gains(0.9, 0.2, (one,), "rig.toml"))
+    assert said in html
+    assert ("nothing left" in html) == (gain < 1)

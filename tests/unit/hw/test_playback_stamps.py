@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from hw.interface import BackendError
+from hw.interface import BackendError, Rig
+from hw.playback.reader import load_stretches
 from hw.playback.rising import jittered
 from hw.playback.stamps import grid_of, interpolated, is_even, resolution
 
@@ -99,7 +100,34 @@ def test_stamps_that_jitter_where_the_rows_do_not_are_told_and_no_others(counts)
     assert "their stamps jitter" in told
     assert "--rate-hz 25" in told
     assert not jittered(LOG, stamps, position(stamps))
+    assert all(not jittered(LOG, stamps[:n], position(even[:n])) for n in range(2, 20))
+    (told,) = jittered(LOG, stamps, even, 3)
+    assert "is far rougher over its stamps" in told
+    assert "is the mean; each part between gaps as a log of its own)" in told
     assert not jittered(LOG, stamps, np.round(8 * position(even)) / 8)  # steps alone are rough over both
+
+
+def read(path, stamps, position):
+    """Stretches of a log of one axis with these rows."""
+    rows = "".join(f"{t:.9f},{q:.9f}\n" for t, q in zip(stamps, position, strict=True))
+    path.write_text(f"t,q\n{rows}")
+    one = np.ones(1)
+    options = {"file": str(path), "time": {"column": "t"}, "axis": [{"position": {"column": "q"}}]}
+    return load_stretches(options, Rig(1, 1e-3, one, one, one, one, np.ones((1, 3))))
+
+
+def test_the_rate_of_jittering_rows_is_that_between_gaps(tmp_path):
+    even = 0.004 * np.arange(400) + 100.0 * (np.arange(400) >= 300)
+    stamps = even + np.random.default_rng(2).uniform(-0.0015, 0.0015, 400)
+    first, _last = read(tmp_path / "a.csv", stamps, np.sin(6 * even))
+    assert len(first) == 300
+    assert any("--rate-hz 249.7" in note and "each part between gaps" in note for note in first.notes)
+
+
+@pytest.mark.parametrize("rows", [3, 4, 5])
+def test_a_few_uneven_rows_are_read(tmp_path, rows):
+    (one,) = read(tmp_path / "a.csv", [0.0, 0.01, 0.0233, 0.03, 0.041][:rows], np.arange(rows))
+    assert len(one) == rows
 
 
 def test_few_rows_are_joined_by_straight_lines():

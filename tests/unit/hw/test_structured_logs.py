@@ -72,7 +72,8 @@ def test_json_of_rows_and_of_lists_goes_by_its_keys(tmp_path, name, text):
         ("[1, 2]", "no rows"),
         ("7", "no rows"),
         ('[{"t": 1}, {"x": 2}]', "no column 't'"),
-        ('[{"t": 1}, {"t": null}]', "no column 't'"),
+        ('[{"t": 1}, {"t": null}]', "column 't' row 2: nan is not a finite number"),
+        ('{"t": [null, 1, 2]}', "column 't' row 1: nan is not a finite number"),
     ],
 )
 def test_json_that_holds_no_table_is_refused(tmp_path, text, said):
