@@ -26,6 +26,19 @@ def holders(path: str, root: Path = Path("/")) -> list[tuple[int, str]]:
     return [(pid, command_of(root, pid)) for pid in sorted(found - {os.getpid(), 0})]
 
 
+def is_other_end(pid: int, path: str, root: Path = Path("/")) -> bool:
+    """Whether the pseudo terminal `path` leads to this process: it plays the device, as a simulator does."""
+    name = Path(os.path.realpath(root / path.lstrip("/")))
+    if name.parent.name != "pts":
+        return False
+    for told in (root / "proc" / str(pid) / "fdinfo").glob("[0-9]*"):
+        with contextlib.suppress(OSError):
+            # proc(5): which terminal a descriptor of /dev/ptmx is the master of
+            if ["tty-index:", name.name] in map(str.split, told.read_text().splitlines()):
+                return True
+    return False
+
+
 def _by_descriptor(root: Path, wanted: str) -> Iterator[int]:
     # a process may end while it is looked at: what is gone holds nothing
     for process in (root / "proc").glob("[0-9]*"):

@@ -29,6 +29,7 @@ from hw.interface import (
     CompiledBackend,
     CountingBackend,
     LinkFault,
+    LinkLost,
     Rig,
     SpeakingBackend,
     Words,
@@ -126,7 +127,7 @@ class _Device:
         self._lead_in()
         try:
             self._read(self.tick)
-        except BackendError as error:
+        except (BackendError, OSError) as error:
             raise self._named(error) from error
         # more, not other: a count that falls is a device that was powered anew, and no new sample
         self.age = 0 if words[count] > before else self.age + elapsed
@@ -149,7 +150,7 @@ class _Device:
         self._command()
         try:
             self._write(self.tick)
-        except BackendError as error:
+        except (BackendError, OSError) as error:
             raise self._named(error) from error
 
     def open(self) -> None:
@@ -157,13 +158,15 @@ class _Device:
         self.age, self.rest, self.overruns_in_a_row = _NEVER, 0, 0
         try:
             self.backend.open()
-        except BackendError as error:
+        except (BackendError, OSError) as error:
             raise self._named(error) from error
 
-    def _named(self, error: BackendError) -> BackendError:
+    def _named(self, error: BackendError | OSError) -> BackendError:
         if self.tick is not None:
             self._words[self._link_faults] = _LOST  # until it is read again: `said` then names it
-        return type(error)(f"{self.member.label}: {error}")
+        # OSError: of a driver that has no words of its own
+        kind = type(error) if isinstance(error, BackendError) else LinkLost
+        return kind(f"{self.member.label}: {error}")
 
     def said(self) -> Said:
         """What it says after this cycle."""
@@ -195,7 +198,7 @@ class Composite:
         try:
             for device in self._devices:
                 device.open()
-        except BackendError:
+        except Exception:  # whatever it was: the others are not left open
             self.close()
             raise
 

@@ -141,6 +141,6 @@ class HandOnRigError(RtctlError):
 
 
 class RecordingError(RtctlError):
-    """A recording that the disk refused: it has gaps, or is not there at all."""
+    """A recording that has gaps, as where the disk refused it, or is not there at all."""
 
     exit_code = 14

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from array import array
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 from typing import Any
 
 from hw.can.armed import UNBOUNDED
@@ -109,7 +110,9 @@ class BoardBackend(CanBackend):
         self.sample.fresh = 0
         for frame in self._received:
             frame.forget()
-        self._sent = [SentFrame(table, self._rig, bus) for table in options["send"]]
+        # none before the first connection
+        pairs = zip_longest(options["send"], self._sent)
+        self._sent = [SentFrame(table, self._rig, bus, before) for table, before in pairs]
         self._start, self._poll, self._halt = (
             fixed(options.get(name, ()), bus) for name in ("start", "poll", "stop")
         )
@@ -139,8 +142,9 @@ class BoardBackend(CanBackend):
         return False
 
     def _prime(self, bus: Bus) -> None:
+        # as a stop: what a counting board saw last is not known, and it may have heard none
         for sent in self._sent:
-            sent.send(bus, (), (), False)
+            sent.stop(bus)
         for frame in self._poll:
             bus.send(frame)
 

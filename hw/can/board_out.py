@@ -34,9 +34,10 @@ class SentFrame:
     """One kind of frame to the board: every cycle's commands encoded into it.
 
     While not enabled `idle` goes out in its place, where there is one, else a command of zeros. The first
-    cycle that is enabled sends `enter`, where there is one, and no command."""
+    cycle that is enabled sends `enter`, where there is one, and no command. A frame of the connection
+    `before` has its count gone on with."""
 
-    def __init__(self, table: Options, rig: Rig, bus: Bus) -> None:
+    def __init__(self, table: Options, rig: Rig, bus: Bus, before: SentFrame | None = None) -> None:
         can_id, length = identifier(table), int(table["length"])
         self._frame = bus.outgoing(can_id, length)
         self._enter = _frame(bus, can_id, bytes(table["enter"])) if table.get("enter") else None
@@ -54,6 +55,8 @@ class SentFrame:
                 encode(self._frame.buffer, self._frame.offset, entry["value"])
             elif channel == "counter":
                 self._counter = encode, counting(field)
+                if before is not None and before._counter is not None:
+                    self._counter[1].count = before._counter[1].count
             else:
                 limit = entry["limit"] if channel != "enable" else 1.0
                 axis, to_wire = int(entry["axis"]), 1.0 / factor(entry, rig)
@@ -97,7 +100,8 @@ class SentFrame:
         bus.send(frame)
 
     def stop(self, bus: Bus) -> None:
-        """Send a command of zeros, disabled: one that a board obeys whatever count it saw last."""
+        """Send a command of zeros, disabled: one that a board obeys whatever count it saw last, and after
+        which it obeys the commands that follow."""
         self.send(bus, (), (), False)
         if self._counter is None or self._idle is not None:
             return

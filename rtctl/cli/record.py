@@ -29,7 +29,12 @@ SHOW_S = 1.0
 @click.command("record")
 @rig_argument
 @click.option("--out", type=OutputFolder(), help="folder; default: that of [record]")
-@click.option("--for", "seconds", type=Number(min=0, min_open=True), help="end after this many seconds")
+@click.option(
+    "--for",
+    "seconds",
+    type=Number(min=0, min_open=True),
+    help="end with the tick so many seconds after the first",
+)
 @runtime_option
 @click.option("--json", "as_json", is_flag=True, help="end with one JSON object on stdout")
 def command(
@@ -93,7 +98,7 @@ def _await(capture: Capture, name: str) -> None:
 
 
 def _record(capture: Capture, folder: Path, limits: Limits | None, seconds: float) -> list[dict[str, Any]]:
-    """Record run after run for `seconds`, until Ctrl-C, or until a daemon stays silent."""
+    """Record run after run for `seconds` of ticks, until Ctrl-C, or until a daemon stays silent."""
     from rtctl.errors import NoReplyError
 
     done: list[dict[str, Any]] = []
@@ -104,7 +109,8 @@ def _record(capture: Capture, folder: Path, limits: Limits | None, seconds: floa
             run, recorder = capture.run, _recorder(capture.run, folder, limits)
             end = time.monotonic() + seconds if end is None else end  # waiting for the daemon does not count
             try:
-                _one_run(capture, run, recorder, end)
+                seconds = _one_run(capture, run, recorder, seconds, end)
+                end = end if seconds > 0 else 0.0
             finally:
                 # whatever ended it: files without an end are told as cut off
                 recorder.close("recording ended")
@@ -123,17 +129,30 @@ def _recorder(run: Run, folder: Path, limits: Limits | None) -> Recorder:
     return Recorder(folder, Setup.unpacked(run.setup), limits)
 
 
-def _one_run(capture: Capture, run: Run, recorder: Recorder, end: float) -> None:
+def _one_run(capture: Capture, run: Run, recorder: Recorder, seconds: float, end: float) -> float:
+    """Record until `seconds` after the run's first tick, or where no ticks come until `end`; the seconds that
+    are left."""
     due = time.monotonic() + SHOW_S
     tty = sys.stderr.isatty()
-    while capture.run is run and (now := time.monotonic()) < end:
-        # no longer than --for has left
-        batch = capture.receive(min(0.5, end - now))
-        if batch is not None:
-            recorder.observe(batch.first_row, batch.rows, batch.events, batch.commands, state=batch.state)
+    first_ns, left_s = None, seconds
+    while capture.run is run and left_s > 0:
+        now = time.monotonic()
+        # by the ticks' own time: on a loaded machine many wait here, from before now and after `end`
+        batch = capture.receive(max(0.01, min(0.5, end - now)))
+        if batch is not None and len(batch.rows):
+            times_ns = batch.rows["time_ns"]
+            first_ns = int(times_ns[0]) if first_ns is None else first_ns
+            count = int((times_ns - first_ns < 1e9 * seconds).sum())
+            recorder.observe(
+                batch.first_row, batch.rows[:count], batch.events, batch.commands, state=batch.state
+            )
+            left_s = seconds - 1e-9 * (int(times_ns[-1]) - first_ns + int(run.setup["about"]["period_ns"]))
+        elif now >= end:
+            return 0.0
         if tty and now > due:
             due = now + SHOW_S
             click.echo("\r" + _line({**recorder.status(), "lost": run.lost}), err=True, nl=False)
+    return left_s
 
 
 def _line(status: dict[str, Any]) -> str:

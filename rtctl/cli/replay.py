@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
@@ -14,7 +14,9 @@ from rtctl.cli.outputs import OutputFile
 from rtctl.cli.recording_argument import RecordingFile
 
 if TYPE_CHECKING:
+    from rtctl.errors import RtctlError
     from rtctl.recording.reader import RecordingReader
+    from rtctl.recording.replay import Verdict
 
 
 @click.command("replay")
@@ -27,7 +29,8 @@ def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool
     bit.
 
     Parts of the recording that lie before FILE are used too. With --config the law of another rig file gets
-    the same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ."""
+    the same samples and commands: the motion stays the recorded one. Exit code 10 when the results differ,
+    14 when ticks or commands are missing from the recording: what comes after them was not looked at."""
     from rtctl.recording.reader import RecordingReader, with_earlier_parts
 
     if plot is not None and config is None:
@@ -40,7 +43,7 @@ def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool
 
 
 def _same(reader: RecordingReader, *, as_json: bool) -> None:
-    from rtctl.errors import DataError, ReplayDiffersError
+    from rtctl.errors import DataError, RecordingError, ReplayDiffersError
     from rtctl.recording.replay import Replay
     from rtctl.recording.setup import law_key
 
@@ -62,17 +65,13 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
     remark = "" if same_law else "; recorded with other sources of the law"
     if as_json:
         body = {**asdict(verdict), "same_law_sources": same_law}
-        if verdict.first is not None:  # here, not by `cli.report`: standard output is one object
-            body |= {"error": ReplayDiffersError.__name__, "exit_code": ReplayDiffersError.exit_code}
-        click.echo(json_text(body))
-        sys.exit(0 if verdict.first is None else ReplayDiffersError.exit_code)
+        bad = RecordingError if verdict.stopped else None
+        _one_object(body, bad if verdict.first is None else ReplayDiffersError)
     click.echo(text)
     if missing := reader.missing_fields():
         click.echo(
             f"recorded before the tick had {', '.join(missing)}: taken as not measured or 0, not compared"
         )
-    if verdict.stopped:
-        click.echo(f"stopped early: {verdict.stopped}")
     if verdict.first is None:
         click.echo(f"state and torque are the same bit for bit, and so is every field of the law{remark}")
     if verdict.first is not None:
@@ -84,11 +83,29 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
         raise ReplayDiffersError(
             f"the law now gives something else{remark}: first {verdict.first}; ticks: {fields}"
         )
+    _require_whole(verdict)
+
+
+def _one_object(body: dict[str, Any], error: type[RtctlError] | None) -> NoReturn:
+    """End with one object on standard output, which says the error, too: here, not by `cli.report`."""
+    if error is not None:
+        body |= {"error": error.__name__, "exit_code": error.exit_code}
+    click.echo(json_text(body))
+    sys.exit(0 if error is None else error.exit_code)
+
+
+def _require_whole(verdict: Verdict) -> None:
+    """Refuse to call a recording with gaps replayed: what comes after the first was not looked at."""
+    from rtctl.errors import RecordingError
+
+    if verdict.stopped:
+        raise RecordingError(f"stopped early, after {verdict.ticks} ticks: {verdict.stopped}")
 
 
 def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json: bool) -> None:
     from hw.motion import name as own_name
     from hw.motion import unit
+    from rtctl.errors import RecordingError
     from rtctl.recording.compare import compare, numbers, plot_comparison
     from rtctl.rig_file.config import load
 
@@ -97,17 +114,14 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
     if plot is not None:
         plot_comparison(comparison, plot, (reader.about.get("config_file", "recorded"), config.name))
     if as_json:
-        click.echo(
-            json_text({"ticks": comparison.verdict.ticks, "stopped": comparison.verdict.stopped, **found})
-        )
-        return
+        verdict = comparison.verdict
+        body = {"ticks": verdict.ticks, "stopped": verdict.stopped, **found}
+        _one_object(body, RecordingError if verdict.stopped else None)
     active = found.pop("active_s")
     click.echo(
         f"{comparison.verdict.ticks} ticks; ACTIVE {active['recorded']:.3f} s, with {config.name} "
         f"{active['other']:.3f} s"
     )
-    if comparison.verdict.stopped:
-        click.echo(f"stopped early: {comparison.verdict.stopped}")
     # each once, in the order of the axes
     units = " or ".join(dict.fromkeys(unit("N m", motion) for motion in reader.motions))
     click.echo(f"{f'RMS, {units}':<24}{'axis':<10}{'recorded':>12}{'other':>12}{'difference':>12}")
@@ -119,3 +133,4 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
         "the motion and the hand are the recorded ones: a rig that had felt these torques would have moved "
         "otherwise"
     )
+    _require_whole(comparison.verdict)

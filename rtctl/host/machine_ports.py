@@ -9,7 +9,7 @@ import stat
 from collections.abc import Iterator
 from pathlib import Path
 
-from hw.device_holders import holders
+from hw.device_holders import holders, is_other_end
 from hw.outside import real
 from rtctl.host.machine_line import Line, text
 
@@ -92,6 +92,9 @@ def _group(gid: int) -> str:
 
 def _held(root: Path, label: str, port: str) -> Iterator[Line]:
     for pid, command in holders(port, root):
+        if is_other_end(pid, port, root):  # it keeps our end open, too: closing it would be a hang-up
+            yield Line(label, "ok", f"{port} is no wire: {command} (pid {pid}) plays the device")
+            continue
         who = f"{port} is held by {command} (pid {pid})"
         if "rtctl" in command:
             fix = (

@@ -62,9 +62,10 @@ class SafeStop:
                 import_module(module)
 
     def tell(self) -> None:
-        """Tell every actuator at once, as far as that works without opening it. Quick; never raises."""
+        """Tell every actuator, as far as that works without opening it. Quick; never raises."""
         for _, backend in self._actuators:
-            backend.stop()
+            with contextlib.suppress(Exception):  # whatever one device's code does, the others are told
+                backend.stop()
 
     def now(self) -> list[Stopped]:
         """Stop every actuator. Never raises for a device; whoever else has it open is not asked.

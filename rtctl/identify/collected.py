@@ -22,6 +22,10 @@ class UnsteadyError(DataError):
     """A point that cannot be measured: it is left out, and the others go on."""
 
 
+FORGIVEN = 20
+"""So many tries of a point that a late host spoilt count for nothing; then the machine is too busy for it."""
+
+
 @dataclass
 class Collected:
     """Measurements of one point, and how many tries were thrown away."""
@@ -32,6 +36,8 @@ class Collected:
     """Those with the servos before this one."""
     in_vain: int = 0
     """Tries since the last one that gave something."""
+    forgiven: int = 0
+    """Tries that a late host spoilt."""
     servo: int = 0
     """How many other servos were tried."""
     ramps: list[Ramp] = field(default_factory=list)
@@ -46,8 +52,11 @@ class Collected:
         self.measurements.append(measurement)
         self.in_vain = 0
 
-    def discard(self) -> None:
-        """Count a try that gave nothing."""
+    def discard(self, *, late: bool = False) -> None:
+        """Count a try that gave nothing; `late`: not because of the joint, as the host was late meanwhile."""
+        if late and self.forgiven < FORGIVEN:
+            self.forgiven += 1
+            return
         self.discarded += 1
         self.in_vain += 1
 

@@ -26,15 +26,12 @@ LOOK_S = 0.05
 ACCELERATION_RAD_S2 = 10.0
 SPARE_S = 0.15
 """Time a host may be late in ending a motion; the planned travel leaves room for it."""
-REST_S = 0.3
-REST_PATIENCE_S = 5.0
+REST_S, REST_PATIENCE_S = 0.3, 5.0
 CREEP_RAD_S, CREEP_PATIENCE_S = 0.01, 30.0
 """On the flank of a detent that pulls about as much as friction holds a joint creeps no faster, for
 minutes."""
-HAND_PATIENCE_S = 60.0
-PAUSES = 10
-FOLLOW_S = 1.0
-JOG_CROSSING_S = 1.2
+HAND_PATIENCE_S, PAUSES = 60.0, 10
+FOLLOW_S, JOG_CROSSING_S = 1.0, 1.2
 SLIP_RAD = 0.02
 """Displacement that ends a ramp: well above what a joint creeps (6 mrad on the mock) before it breaks away.
 
@@ -76,6 +73,8 @@ class Motion:
     ripple, cogging, presliding_rad
         The gear's ripple, the cogging and the presliding length, as far as they were measured already.
         Cogging is taken off what is seen.
+    late
+        How often a host was later than the planned travel has room for.
     creeps
         A joint that creeps counts as one at rest: there is cogging, or nothing is known of it yet.
     notice
@@ -90,8 +89,7 @@ class Motion:
         self.ripple, self.cogging, self.presliding_rad = Ripple(), Cogging.none(), 0.0
         self.last: Any = None
         self.epoch: int | None = None
-        self.creeps = True
-        self._count = 0
+        self.creeps, self._count, self.late = True, 0, 0
 
     # -- what is
 
@@ -124,24 +122,29 @@ class Motion:
 
     def order(self, kind: Program, limit_s: float, **values: float) -> dict[str, float]:
         """Fields of a new program; `values` without the prefix `program_`."""
-        rig = self.rig
+        rig, v = self.rig, values.get("velocity_rad_s", 0.0)
+        # the guard is half a margin beyond what is planned; where a late host left the joint out there, a
+        # little behind it: the guard goes by a filtered velocity, which at rest may stay outward
+        half_rad = 0.5 * self.settings.margin_rad
+        low_rad, high_rad = self.low_rad - half_rad, self.high_rad + half_rad
+        if v > 0.0:
+            low_rad = min(low_rad, self.position_rad - 0.5 * half_rad)
+        elif v < 0.0:
+            high_rad = max(high_rad, self.position_rad + 0.5 * half_rad)
         self._count += 1
         fields = {
             "count": self._count,
             "kind": int(kind),
             "limit_ticks": round(limit_s / rig.period_s),
-            "velocity_rad_s": 0.0,
             "acceleration_rad_s2": self.acceleration_rad_s2,
             "stiffness_nm_rad": rig.stiffness_nm_rad,
             "damping_nms_rad": rig.damping_nms_rad,
             "alpha": rig.period_s / (rig.period_s + rig.filter_s),
             "torque_max_nm": rig.servo_max_nm,
-            "ramp_nm_s": 0.0,
-            "fast_nm": 0.0,
+            **dict.fromkeys(("velocity_rad_s", "ramp_nm_s", "fast_nm"), 0.0),
             "slip_rad": SLIP_RAD * rig.radian,
-            # the guard is half a margin beyond what is planned
-            "min_rad": max(rig.position_min_rad, self.low_rad - 0.5 * self.settings.margin_rad),
-            "max_rad": min(rig.position_max_rad, self.high_rad + 0.5 * self.settings.margin_rad),
+            "min_rad": max(rig.position_min_rad, low_rad),
+            "max_rad": min(rig.position_max_rad, high_rad),
             "hand_nm": rig.hand_limit_nm,
             "hand_zero_nm": self.hand_zero_nm,
             **values,
@@ -182,6 +185,7 @@ class Motion:
         while len(rows) == 0:  # a host that was quicker than the loop
             rows = yield Order(look_s=order.look_s)
         self.last = rows[-1]
+        self.late += len(rows) * self.rig.period_s > order.look_s + SPARE_S
         # the first: a stop since then voids all that is asked for
         self.epoch = int(rows["epoch"][0]) if self.epoch is None else self.epoch
         return rows
@@ -280,7 +284,7 @@ class Motion:
             flags = rows["program_flags"][:, self.rig.axis].astype(np.int64)
             ran = int(np.count_nonzero((flags & int(ProgramFlag.TRAVEL)) == 0))
             patience_s -= max(ran, 1) * self.rig.period_s
-            if patience_s < 0:
+            if patience_s < 0 and (goal - self.position_rad) * direction > 0:
                 raise DataError(
                     f"the joint does not follow: at {self.position_rad:.3f} rad it should have passed "
                     f"{goal:.3f}, with up to {self.rig.servo_max_nm:g} N m (90 % of torque_limit_nm); "

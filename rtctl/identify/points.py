@@ -7,13 +7,14 @@ from dataclasses import replace
 
 import numpy as np
 
-from rtctl.identify.collected import Collected, UnsteadyError
+from rtctl.identify.collected import FORGIVEN, Collected, UnsteadyError
 from rtctl.identify.measurement_order import Task
 from rtctl.identify.motion import LOOK_S, SLIP_RAD, SPARE_S, HandSeen, Motion, Order, Steps
 from rtctl.identify.places import HERE, Spot, go_on, spots
 from rtctl.identify.ripple import Ripple, measured
 from rtctl.identify.slip import slip
 from rtctl.identify.tick_readings import is_even, is_steady, measure, stood_still, stops_and_starts
+from rtctl.identify.ticks import before_the_guard
 from rtctl.identify.windows import Allowance, per_place, run_up_rad, window_s
 
 SETTLE_S, SETTLE_RAD = 2.0, 0.03
@@ -52,9 +53,11 @@ def look_for_ripple(motion: Motion, bias_nm: float) -> Steps[None]:
         return
     yield from settle(motion, direction * jog)
     rows = yield from motion.watch(math.floor(reach / period) * period / jog)
+    yield from motion.rest()
+    if len(rows := before_the_guard(rows, motion.rig.axis)) * motion.rig.period_s * jog < 2.0 * period:
+        return
     torque = rows["motor_torque_nm"][:, motion.rig.axis] - bias_nm
     motion.ripple = measured(rows["position_rad"][:, motion.rig.axis], torque, period)
-    yield from motion.rest()
 
 
 def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
@@ -99,7 +102,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
 def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
     """One run at one place: move on, become steady, take some measurements while travel is left."""
     settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
-    length_s = window_s(motion, speed)
+    length_s, late = window_s(motion, speed), motion.late
     left = settings.measurements - len(got.measurements)
     # so many at a place and then on: all of them at one place would be of that place
     wanted = min(left, per_place(motion))
@@ -108,6 +111,8 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     run = min(run_up_rad(motion, speed) + wanted * length_s * speed + SPARE_S * jog, travel)
     yield from go_on(motion, direction, spot, run, speed)
     steady = yield from settle(motion, direction * speed)
+    if motion.late > late and got.forgiven < FORGIVEN:
+        steady = False  # it ran on beyond the place: even places, and phases of a ripple, are what cancels
     before, share = len(got.measurements), Allowance.of(motion, speed).speed_share
     while (
         steady and wanted > 0 and motion.room_rad(direction) > motion.stopping_rad(speed) + length_s * speed
@@ -129,7 +134,7 @@ def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
         got.add(motion.cogging.noted(measurement))
         wanted -= 1
     if len(got.measurements) == before:  # not steady, or only when the travel was over
-        got.discard()
+        got.discard(late=motion.late > late)
         yield from motion.rest()
 
 
@@ -146,13 +151,14 @@ def collect(motion: Motion, task: Task, bias_nm: float) -> Steps[Collected]:
         A hand stays on the rig."""
     settings, rig = motion.settings, motion.rig
     got, pauses, before = Collected(slip_rad=SLIP_RAD * rig.radian), 0, -1
-    places = spots(motion, task)
+    places, spot, forgiven = spots(motion, task), HERE, 0
     part = slip if task.speed_rad_s == 0 else _run
     try:
         while len(got.measurements) < settings.measurements:
-            # nothing came of the last place: take all the travel there is
-            spot = HERE if len(got.measurements) == before else next(places)
-            before = len(got.measurements)
+            if got.forgiven == forgiven:  # else a late host spoilt the try: the same place again
+                # nothing came of the last place: take all the travel there is
+                spot = HERE if len(got.measurements) == before else next(places)
+            before, forgiven = len(got.measurements), got.forgiven
             got.starts.append(before)
             try:
                 yield from part(motion, task, got, spot, bias_nm)

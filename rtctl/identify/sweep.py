@@ -6,16 +6,20 @@ import math
 
 import numpy as np
 
+from rtctl.errors import DataError
 from rtctl.friction.points import POINTS_MAX
 from rtctl.identify.cogging import Cogging, cogging_of
 from rtctl.identify.motion import SPARE_S, HandSeen, Motion, Steps
 from rtctl.identify.place_rows import Row
 from rtctl.identify.places import make_room
 from rtctl.identify.points import settle
+from rtctl.identify.ticks import before_the_guard
 from rtctl.identify.windows import run_up_rad
 
 _PER_RIPPLE = 16
 _ROWS_LEAST = 512
+WHOLE_SHARE, TRIES = 0.8, 20
+"""A turn of which less was seen is made again, so many times at most."""
 SMOOTH_S = 0.02
 """The inertia is moved as the mean position over so long is."""
 
@@ -61,8 +65,9 @@ def look_for_cogging(motion: Motion) -> Steps[None]:
 def _one_way(motion: Motion, direction: int, speed_rad_s: float, *, steady: bool) -> Steps[np.ndarray]:
     before = run_up_rad(motion, speed_rad_s) + SPARE_S * speed_rad_s
     reach = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad - before)
-    pauses = 0
+    pauses = tries = 0
     while True:
+        tries += 1
         try:
             yield from make_room(motion, direction, reach + before)
             if steady:
@@ -70,9 +75,18 @@ def _one_way(motion: Motion, direction: int, speed_rad_s: float, *, steady: bool
             else:  # a joint that cogs has no steady torque to wait for, and a short travel no room to wait in
                 lead_rad = run_up_rad(motion, speed_rad_s) - motion.stopping_rad(speed_rad_s)
                 yield from motion.advance(direction * lead_rad, speed_rad_s)
-            ticks = yield from motion.watch(min(reach, motion.room_rad(direction)) / speed_rad_s)
+            count = round(min(reach, motion.room_rad(direction)) / speed_rad_s / motion.rig.period_s)
+            ticks = yield from motion.watch(count * motion.rig.period_s)
             yield from motion.rest()
-            return ticks
+            # what a late host let run on, or into the guard, is no turn at this speed
+            ticks = before_the_guard(ticks[: max(count, 0)], motion.rig.axis)
+            if len(ticks) * motion.rig.period_s * speed_rad_s > WHOLE_SHARE * reach:
+                return ticks
+            if tries == TRIES:
+                raise DataError(
+                    f"{TRIES} turns at {speed_rad_s:.3g} rad/s ran out of the travel: this program was late "
+                    "each time; leave more of the machine to it, or run it elsewhere"
+                )
         except HandSeen:
             pauses += 1
             yield from motion.wait_for_free_rig(pauses)

@@ -104,3 +104,9 @@ def mean_c(temperatures_c: np.ndarray) -> float | None:
     """Mean of what a thermometer showed, degrees C; None where there is none, which shows NaN."""
     mean = float(np.mean(temperatures_c))
     return mean if math.isfinite(mean) else None
+
+
+def before_the_guard(rows: np.ndarray, axis: int) -> np.ndarray:
+    """The ticks up to the first in which the joint was braked by a guard, as a late host leaves it to do."""
+    ended = rows["program_flags"][:, axis] != 0
+    return rows[: int(np.argmax(ended)) if ended.any() else len(rows)]

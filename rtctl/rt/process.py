@@ -18,7 +18,6 @@ import signal
 import socket
 import sys
 import time
-import traceback
 from collections.abc import Iterator
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -33,6 +32,7 @@ from hw.rig import compose
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, prepare, run_loop, warm_up
+from rtctl.rt.refusals import raised_by, story_of, words_of
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
@@ -94,10 +94,14 @@ def _open(backend: Backend | BackendError, members: list[Member], claims: Claims
             raise backend
         for member in members:
             claims.take(member.label, member.claims)
-        before = set(sys.modules)
-        backend.open()
-    except (BackendError, OSError) as error:  # OSError: of a driver that says nothing of its own
-        _say("ended", reason="device", detail=str(error))
+    except (BackendError, OSError) as error:
+        _say("ended", reason="device", detail=words_of(error))
+        return None
+    before = set(sys.modules)
+    if (refusal := raised_by(backend.open)) is not None:
+        if not isinstance(refusal, BackendError | OSError):  # a mistake: nobody knows what it has left
+            raised_by(backend.stop)
+        _say("ended", reason="device", detail=words_of(refusal))
         return None
     _say("opened", by=sorted(set(sys.modules) - before))
     return backend
@@ -164,6 +168,11 @@ def _proved(line: socket.socket) -> _Proved | None:
     return _Proved(order, members, made, Memory.attach(descriptors[0]))
 
 
+def _run(device: Replug, memory: Memory, clock: Clock, stop: Stop, *, waiver: bool) -> None:
+    with contextlib.closing(device):  # one that fails to close is told like one that fails to run
+        run_loop(device, memory, clock, stop, waiver=waiver)
+
+
 def main(line_fd: int) -> int:
     """Run one loop from order to end. Returns the exit status: 0 shut down, 1 anything else."""
     stop = _stopped_by_signals()
@@ -204,15 +213,13 @@ def main(line_fd: int) -> int:
         backend.close()
         _say("ended", reason="realtime", detail="real-time rights were refused")
         return 1
-    try:
-        with contextlib.closing(backend):  # one that fails to close is told like one that fails to run
-            run_loop(device, memory, clock, stop, waiver=not granted and not virtual)
-    except Exception as error:  # noqa: BLE001 - whatever it was, the actuator is stopped; say it and end
-        _say("ended", reason="error", detail=f"{type(error).__name__}: {error}", trace=traceback.format_exc())
+
+    error = raised_by(lambda: _run(device, memory, clock, stop, waiver=not granted and not virtual))
+    for fd in held:
+        os.close(fd)
+    if error is not None:
+        _say("ended", reason="error", detail=story_of(error))
         return 1
-    finally:
-        for fd in held:
-            os.close(fd)
     modules = sorted({name.partition(".")[0] for name in sys.modules})
     _say("ended", reason="shutdown" if stop.requests < 2 else "cut", detail="", modules=modules)
     return 0

@@ -3,7 +3,11 @@
 While it is gone every tick carries `LinkFault.LOST`, so the law cuts, latches LINK_LOST, and nothing is
 sent. Opening may take long: it is tried only then, when the rig is without torque anyway, and not in
 every tick. It is the backend's `open` that insists on the same device. What follows is the operator's:
-reset, then arm."""
+reset, then arm.
+
+A backend may come from outside. An OSError of a driver that has no words of its own is a loss, too. What
+`stop` raises at a loss, or `close` and `open` at an attempt, is told and ends nothing. Anything else out of
+`read` or `write` is a mistake of the backend and ends the loop, which stops the actuator."""
 
 from __future__ import annotations
 
@@ -18,8 +22,8 @@ from hw.interface import (
     CompiledCycle,
     CompiledCycleBackend,
     LinkFault,
-    LinkLost,
 )
+from rtctl.rt.refusals import raised_by, words_of
 
 _LOST = int(LinkFault.LOST)
 
@@ -28,7 +32,7 @@ REOPEN_TICKS = 500
 
 
 class Replug:
-    """A backend whose LinkLost is caught, shown to the law, and healed when the device is back.
+    """A backend whose loss is caught, shown to the law, and healed when the device is back.
 
     Parameters
     ----------
@@ -86,7 +90,7 @@ class Replug:
             return
         try:
             self._backend.read(tick)
-        except LinkLost as error:
+        except (BackendError, OSError) as error:
             self._lose(error)
             tick["link_faults"] = _LOST
 
@@ -95,7 +99,7 @@ class Replug:
         if not self._wait:
             try:
                 self._backend.write(tick)
-            except LinkLost as error:
+            except (BackendError, OSError) as error:
                 self._lose(error)
         self._listen(tick)
 
@@ -107,10 +111,10 @@ class Replug:
         """Release the device."""
         self._backend.close()
 
-    def _lose(self, error: LinkLost) -> None:
+    def _lose(self, error: Exception) -> None:
         self._wait = REOPEN_TICKS
-        self._backend.stop()  # whatever part of the rig can still be reached
-        self._say(f"lost: {error}")
+        refusal = raised_by(self._backend.stop)  # whatever part of the rig can still be reached
+        self._say(f"lost: {words_of(error)}" + (f"; not stopped: {words_of(refusal)}" if refusal else ""))
 
     def _found(self) -> bool:
         """Count down, then try to open the device again."""
@@ -118,16 +122,16 @@ class Replug:
         if self._wait:
             return False
         self._opening(True)
-        self._backend.close()  # else its port would be held, by this very process
-        try:
-            self._backend.open()
-        except (BackendError, OSError) as error:  # OSError: a driver has no words of its own
+        # closed, else its port would be held, by this very process; where that fails opening may still work
+        refused = raised_by(self._backend.close)
+        error = raised_by(self._backend.open)
+        self._opening(False)
+        if error is not None:
             self._wait = REOPEN_TICKS
-            self._say(f"not found again: {error}")
+            first = f"{words_of(refused)}, then " if refused else ""
+            self._say(f"not found again: {first}{words_of(error)}")
             return False
-        finally:
-            self._opening(False)
-        self._say("found again")
+        self._say("found again" + (f", though closing it failed: {words_of(refused)}" if refused else ""))
         return True
 
     def _say(self, text: str) -> None:

@@ -30,9 +30,9 @@ from rtctl.friction.logs.dynamics import (
     regress,
     smooth,
 )
-from rtctl.friction.logs.log_input import of_file
-from rtctl.friction.logs.log_points import checked
-from rtctl.friction.logs.logs import FrictionSamples, axis_log, friction_samples, level_points, pool
+from rtctl.friction.logs.log_input import aligned, of_file
+from rtctl.friction.logs.log_points import checked, read_in_time
+from rtctl.friction.logs.logs import FrictionSamples, friction_samples, level_points, pool
 from rtctl.friction.logs.regression import JointFit
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
@@ -96,8 +96,20 @@ class Learned:
 
 
 def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
-    """Read a log and take the friction out of its first axis."""
-    return _judged(axis_log(load_log(options, rig), rig), settings)
+    """Read a log and take the friction out of its first axis; its torque is put back as those of logs to
+    learn from.
+
+    Raises
+    ------
+    DataError
+        An unusable log, or one that is not plausible."""
+    recording, delay_s = load_log(options, rig), None
+    if recording.current_a is not None:
+        found = read_in_time(
+            [options], rig, cutoff_hz=settings.cutoff_hz, speed_min_rad_s=settings.speed_min_rad_s
+        )
+        delay_s = found.torque_delay_s
+    return _judged(aligned(recording, rig, delay_s), settings)
 
 
 def _judged(log: AxisLog, settings: Settings) -> Judged:
@@ -124,7 +136,7 @@ def learn(
 
     Raises
     ------
-    ConfigError, DeviceError, DataError
+    ConfigError, DataError
         A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails."""
     of_files = [of_file(options, file) for file in files]
     found = checked(of_files, rig, settings.cutoff_hz, settings.speed_min_rad_s)

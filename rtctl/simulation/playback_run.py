@@ -22,7 +22,7 @@ from hw.playback.reader import TORQUE_UNITS, Recording
 from hw.playback.reader import load as load_recording
 from rtctl.check.law_plan import build
 from rtctl.control.vocabulary import Fault, State
-from rtctl.errors import ConfigError, DataError, DeviceError
+from rtctl.errors import ConfigError, DataError
 from rtctl.rig_file.config import Config, LoadedConfig
 from rtctl.rt.clock import VirtualClock
 from rtctl.rt.loop import Stop, run_loop
@@ -36,11 +36,11 @@ SPARE_ROWS = 1000
 
 
 def load_log(options: Mapping[str, Any], rig: Rig) -> Recording:
-    """Read the log of validated options. Raises DeviceError for what the reader refuses."""
+    """Read the log of validated options. Raises DataError for what the reader refuses."""
     try:
         return load_recording(options, rig)
     except BackendError as error:
-        raise DeviceError(str(error)) from error
+        raise DataError(str(error)) from error
 
 
 def with_bias(options: Mapping[str, Any], rig: Rig, bias_nm: float) -> dict[str, Any]:
@@ -147,10 +147,9 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     ------
     ConfigError
         The rig is not a playback rig, or repeats its log for ever.
-    DeviceError
-        The log cannot be used.
     DataError
-        The rig never became ACTIVE, with the first fault's name where there was one."""
+        The log cannot be used; the rig never became ACTIVE, with the first fault's name where there was
+        one."""
     require_playback(loaded)
     if loaded.options.get("loop"):
         raise ConfigError(
@@ -161,7 +160,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     try:
         backend.open()
     except BackendError as error:
-        raise DeviceError(str(error)) from error
+        raise DataError(str(error)) from error
     # all of the log at once: nobody reads the ring while the loop runs in this very process
     memory = Memory.create(plan.n_axes, len(backend.recording or ()) + SPARE_ROWS, plan.period_ns)
     try:
@@ -169,7 +168,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
         run_loop(Operator(backend, memory, plan.command), memory, VirtualClock(), Stop())
         rows = RingReader(memory, from_start=True).read()
     except BackendError as error:
-        raise DeviceError(f"{loaded.options['file']}: {error}") from error
+        raise DataError(f"{loaded.options['file']}: {error}") from error
     finally:
         backend.close()
         memory.close()

@@ -261,7 +261,7 @@ SEEDS = (
     ),
     Seed(
         "what is left of a lost rig is not stopped", "rtctl/rt/replug.py",
-        "        self._backend.stop()  # whatever part of the rig can still be reached\n", "", REPLUG,
+        "raised_by(self._backend.stop)  # whatever", "None  # whatever", REPLUG,
     ),
     Seed(
         "a copy of a rig file with other devices keeps those of its origin", "rtctl/rig_file/config.py",

@@ -60,8 +60,8 @@ SEEDS = (
     Seed(
         "a device whose opening the system refuses ends the daemon",
         "rtctl/rt/replug.py",
-        "except (BackendError, OSError) as error:",
-        "except BackendError as error:",
+        "error = raised_by(self._backend.open)",
+        "error = self._backend.open()",
         ("tests/unit/rt/test_replug.py",),
     ),
     Seed(

@@ -151,9 +151,9 @@ SEEDS = (
     Seed(
         "a replay that differs prints two objects",
         "rtctl/cli/replay.py",
-        "        sys.exit(0 if verdict.first is None else ReplayDiffersError.exit_code)\n",
-        "        if verdict.first is None:\n            return\n",
-        (f"{ONE}::test_a_replay_that_differs_is_one_object",),
+        "    sys.exit(0 if error is None else error.exit_code)\n",
+        "    if error is not None:\n        raise error(error.__name__)\n    sys.exit(0)\n",
+        (f"{ONE}::test_a_replay_that_differs_or_stops_is_one_object",),
     ),
     Seed(
         "a motor that stays on is a stop",

@@ -12,7 +12,7 @@ from hw.interface import LinkFault
 from hw.playback.columns import read_table
 from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
-from rtctl.errors import ConfigError, DataError, DeviceError
+from rtctl.errors import ConfigError, DataError
 from rtctl.friction import artefact
 from rtctl.rig_file import config as rig_file
 from rtctl.simulation.playback_job import Job, run
@@ -23,11 +23,12 @@ INERTIA, COULOMB, BIAS = 4e-4, 0.03, 0.012
 SHIPPED = Path(__file__).parents[2] / "configs" / "playback.toml"
 
 
-def write_log(path, *, seconds=6.0, seed=1, jump_at=None, shift=0.0):
+def write_log(path, *, seconds=6.0, seed=1, jump_at=None, shift=0.0, late_s=0.0):
     t = np.arange(round(seconds * RATE_HZ)) / RATE_HZ
     w1, w2 = 2 * np.pi * 0.7, 2 * np.pi * 1.9
-    v = 0.8 * np.sin(w1 * t + shift) + 0.3 * np.sin(w2 * t)
-    a = 0.8 * w1 * np.cos(w1 * t + shift) + 0.3 * w2 * np.cos(w2 * t)
+    then = t - late_s  # the torque of a row
+    v = 0.8 * np.sin(w1 * then + shift) + 0.3 * np.sin(w2 * then)
+    a = 0.8 * w1 * np.cos(w1 * then + shift) + 0.3 * w2 * np.cos(w2 * then)
     x = -0.8 / w1 * np.cos(w1 * t + shift) - 0.3 / w2 * np.cos(w2 * t)
     if jump_at is not None:
         x = x + np.where(t >= jump_at, 5.0, 0.0)
@@ -212,11 +213,11 @@ def test_a_log_too_short_to_arm_is_refused(logs, tmp_path):
         run_log(rig_with(tmp_path, logs[1], None, end_s=0.3))
 
 
-def test_a_log_of_another_rate_is_a_device_error_naming_both_rates(logs, tmp_path):
+def test_a_log_of_another_rate_is_refused_with_both_rates(logs, tmp_path):
     path = tmp_path / "rig.toml"
     rig_with(tmp_path, logs[1], None)
     path.write_text(path.read_text().replace("rate_hz = 1000.0", "rate_hz = 2000.0"))
-    with pytest.raises(DeviceError, match=r"sampled at 1000 Hz.*runs at 2000 Hz"):
+    with pytest.raises(DataError, match=r"sampled at 1000 Hz.*runs at 2000 Hz"):
         run_log(rig_file.load(path))
 
 
@@ -225,7 +226,8 @@ def test_a_log_of_another_rate_is_a_device_error_naming_both_rates(logs, tmp_pat
     [
         ({"log": Path("absent.csv")}, ConfigError, "no file"),
         ({"fit_from": (Path("absent.csv"),)}, ConfigError, "no file"),
-        ({"position": {"column": "y"}}, DeviceError, "no column 'y'"),
+        ({"position": {"column": "y"}}, DataError, "no column 'y'"),
+        ({"position": {"column": "x", "scale": 1e6}}, DataError, "e+06 rad/s"),
         ({"hand_torque": None}, DataError, "no motor or hand torque"),
         ({"hand_torque": {"column": "minus_h"}}, DataError, "scale = -1"),
         ({"torque_limit_nm": 1e8}, ConfigError, "not a valid one"),
@@ -235,6 +237,14 @@ def test_what_cannot_be_reported_is_a_named_error(logs, change, error, said):
     with pytest.raises(error) as caught:
         run(job(logs, **change))
     assert said in str(caught.value) + " ".join(getattr(caught.value, "faults", ()))
+
+
+@pytest.mark.parametrize("late_s", [0.0, 0.5 / RATE_HZ])
+def test_a_log_is_judged_as_it_is_learned_from(logs, tmp_path, late_s):
+    free = write_log(tmp_path / "free.csv", late_s=late_s)
+    columns = {"hand_torque": None, "motor_torque": {"column": "minus_h", "scale": -1.0}}
+    told = run(job(logs, log=free, fit_from=(free,), **columns))
+    assert told["log"] == told["fit"]["logs"][0]
 
 
 def test_a_rig_file_of_another_kind_is_refused():

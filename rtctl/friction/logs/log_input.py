@@ -108,9 +108,8 @@ def read_log(
     least = SPAN_MIN_RAD * radian
     # a rest before the motion is no fault of a log, and would be refused as "hardly any motion"
     moving = [one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > least]
-    usual = ANY_LINEAR if rig.moves(0)[0] == "linear" else Limits()
     return tuple(
-        replace(_aligned(one, rig, torque_delay_s, limits or usual), radian=radian)
+        replace(aligned(one, rig, torque_delay_s, limits), radian=radian)
         # where nothing moves the longest is read all the same: its refusal says what is wrong with the file
         for one in moving or sorted(stretches, key=len)[-1:]
     )
@@ -145,8 +144,12 @@ def mend(
     return tuple(mended(rows).notes)
 
 
-def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limits: Limits) -> AxisLog:
-    """One stretch, checked, its motor torque put back by its delay."""
+def aligned(
+    recording: Recording, rig: Rig, torque_delay_s: float | None = None, limits: Limits | None = None
+) -> AxisLog:
+    """One stretch, checked, its motor torque put back by its delay; parameters and errors as of
+    `read_log`."""
+    limits = limits or (ANY_LINEAR if rig.moves(0)[0] == "linear" else Limits())
     log = axis_log(recording, rig)
     motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
     external = None if recording.hand_torque_nm is None else recording.hand_torque_nm[:, 0]
@@ -157,7 +160,7 @@ def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limit
         if signal is not None
         for one in plateaus(signal, f"{log.where}: {name}")
     )
-    step_nm = max(quantum(each) for each in (motor, external) if each is not None)
+    step_nm = max((quantum(each) for each in (motor, external) if each is not None), default=0.0)
     notes = (*log.notes, *plausible(recording, log, motor, limits))
     log = replace(log, notes=notes, plateaus=flat, torque_step_nm=step_nm)
     if motor is None:
@@ -165,11 +168,11 @@ def _aligned(recording: Recording, rig: Rig, torque_delay_s: float | None, limit
     # a value held over the period before its row is half a period old on average
     delay_s = 0.5 / log.rate_hz if torque_delay_s is None else torque_delay_s
     rest = log.torque_nm - motor
-    aligned = rest + advanced(motor, log.rate_hz, delay_s)
+    in_time = rest + advanced(motor, log.rate_hz, delay_s)
     # the hand's sensor was read at its row: only the motor's torque is put back
     both = rest if external is not None else None
     # behind these rows no torque is known: `advanced` repeats the last one there
-    return _without_ends(replace(log, torque_nm=aligned, external_nm=both), abs(round(delay_s * log.rate_hz)))
+    return _without_ends(replace(log, torque_nm=in_time, external_nm=both), abs(round(delay_s * log.rate_hz)))
 
 
 def require_different(logs: Sequence[AxisLog]) -> None:

@@ -24,16 +24,22 @@ def run(monkeypatch, *arguments):
     return program._exit_code()
 
 
-@pytest.mark.parametrize("differs", [False, True])
-def test_a_replay_that_differs_is_one_object(monkeypatch, capsys, tmp_path, differs):
+@pytest.mark.parametrize(
+    ("differs", "stopped", "said"),
+    [(False, "", 0), (True, "", 10), (False, "a gap", 14), (True, "a gap", 10)],
+)
+def test_a_replay_that_differs_or_stops_is_one_object(monkeypatch, capsys, tmp_path, differs, stopped, said):
     first = Difference(3, "torque_wanted_nm", 0, 1.0, float("nan")) if differs else None
     verdict = Verdict(ticks=5, span_s=1.0, took_s=1.0, first=first, differing={"torque_wanted_nm": 2})
+    verdict.stopped = stopped
     read = SimpleNamespace(about={}, parts=[tmp_path], missing_fields=list)
     monkeypatch.setattr(reader, "RecordingReader", lambda _parts: read)
     monkeypatch.setattr(replay, "Replay", lambda _reader: SimpleNamespace(check=lambda: verdict))
     code = run(monkeypatch, "replay", tmp_path / "a.mcap", "--json")
     told = json.loads(capsys.readouterr().out)
-    assert (code, told.get("exit_code", 0), told["ticks"]) == (10 if differs else 0,) * 2 + (5,)
+    assert (code, told.get("exit_code", 0), told["ticks"]) == (said, said, 5)
+    assert run(monkeypatch, "replay", tmp_path / "a.mcap") == said
+    assert "stopped early, after 5 ticks: a gap" in capsys.readouterr().err or said != 14
 
 
 def test_an_incident_whose_picture_cannot_be_drawn_is_one_object(monkeypatch, capsys, tmp_path):

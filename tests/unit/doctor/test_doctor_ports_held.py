@@ -5,6 +5,7 @@ import os
 import stat
 import subprocess
 import sys
+from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -70,6 +71,25 @@ def test_a_port_held_by_a_real_process_is_found_on_this_machine(tmp_path):
     os.close(slave)
     assert [pid for pid, _ in found] == [child.pid]
     assert "python" in found[0][1]
+
+
+@pytest.mark.parametrize("plays", [True, False])
+def test_who_plays_the_device_of_a_pseudo_terminal_is_not_to_be_ended(tmp_path, plays):
+    """As the simulators: both ends open, the host's under a link."""
+    master, slave = (-1, -1) if plays else os.openpty()
+    ends = "os.openpty()" if plays else f"(0, os.open({os.ttyname(slave)!r}, os.O_RDWR | os.O_NOCTTY))"
+    program = f"import os, time; ends = {ends}; print(os.ttyname(ends[1]), flush=True); time.sleep(60)"
+    with subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True) as child:
+        link = tmp_path / "board"
+        link.symlink_to(child.stdout.readline().strip())
+        first, held = machine_ports.serial_port(Path("/"), "device", str(link))
+        child.kill()
+    if not plays:
+        os.close(master)
+        os.close(slave)
+    assert (first.status, held.status) == ("ok", "ok" if plays else "fail")
+    assert f"(pid {child.pid})" in held.found
+    assert ("plays the device" in held.found, held.fix == "") == (plays, plays)
 
 
 def test_a_port_of_no_group_gets_a_rule_and_not_membership_of_roots_group(port, monkeypatch):

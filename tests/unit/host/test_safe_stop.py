@@ -84,6 +84,7 @@ def test_whatever_the_code_of_one_device_does_the_others_are_opened_and_stopped(
 
     first, second = MADE[-2:]
     monkeypatch.setattr(first, "open", broken)
+    monkeypatch.setattr(first, "stop", broken)
     bad, good = stop.now()
     assert second.calls == ["stop", "open", "stop", "close"]
     assert (bad.confirmed, good.confirmed) == (False, True)

@@ -87,7 +87,7 @@ def sensed(count, *, counts=0, milliamps=0, estop=0, fault=0):
 def opened(monkeypatch, answer=None, **more):
     options = {"bus": {"channel": "can0"}, "receive": [SENSED, FORCE], "send": [SENT], **more}
     backend = BoardBackend(BoardOptions.model_validate(options).model_dump(mode="json"), RIG)
-    bus = Bus(answer or (lambda n: [sensed(n)]))
+    bus = Bus(answer or (lambda n: [sensed(n // 5)]))  # opening sends five frames at a time, as a stop
     monkeypatch.setattr("hw.can.backend.open_bus", lambda _options: bus)
     backend.open()
     tick = new_ticks(1, 1)

@@ -114,8 +114,8 @@ def test_commands_are_scaled_cut_and_disabled_when_not_finite(
 
 
 def test_a_board_that_lost_the_first_question_is_asked_again(monkeypatch):
-    _backend, bus, _tick = opened(monkeypatch, lambda n: [sensed(n)] if n >= 3 else [])
-    assert 3 <= len(bus.sent) <= 5
+    _backend, bus, _tick = opened(monkeypatch, lambda n: [sensed(n)] if n >= 15 else [])
+    assert 15 <= len(bus.sent) <= 25
 
 
 def test_a_board_without_checksum_or_counter_that_only_measures(monkeypatch):

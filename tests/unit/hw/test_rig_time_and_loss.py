@@ -66,26 +66,28 @@ def test_a_slow_position_makes_the_tick_stale_not_fresh(monkeypatch):
     assert counts[7:17] == [2] * 10, "three in a row: stale for long enough to stop the rig"
 
 
-def lose():
-    raise LinkLost("unplugged")
-
-
+@pytest.mark.parametrize("kind", [LinkLost, OSError])
 @pytest.mark.parametrize("what", ["read", "write", "open"])
-def test_a_lost_link_names_the_device(what):
+def test_a_lost_link_names_the_device(what, kind):
     backend, drive, _ = drive_and_finger()
+
+    def lose():
+        raise kind("unplugged")
+
     drive.on = {what: lose}
     with pytest.raises(LinkLost, match="device 'drive': unplugged"):
         backend.open() if what == "open" else getattr(backend, what)(new_ticks())
 
 
-def test_when_one_cannot_be_opened_the_others_are_closed_again():
+@pytest.mark.parametrize("kind", [BackendError, ValueError])
+def test_when_one_cannot_be_opened_the_others_are_closed_again(kind):
     backend, drive, finger = drive_and_finger()
 
     def _refuse():
-        raise BackendError("no such port")
+        raise kind("no such port")
 
     finger.on = {"open": _refuse}
-    with pytest.raises(BackendError, match="device 'finger': no such port"):
+    with pytest.raises(kind, match="no such port" if kind is ValueError else "'finger': no such port"):
         backend.open()
     assert drive.calls == ["open", "close"]
 

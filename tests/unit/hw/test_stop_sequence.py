@@ -62,3 +62,22 @@ def test_a_stop_of_a_can_board_is_newer_from_a_process_that_never_heard_its_coun
     del bus.sent[:]
     backend.write(tick)
     assert newer([bus.sent[0][5] & 15], taken[-1], 16)
+
+
+@pytest.mark.parametrize("more", [{}, {"idle": [0] * 8}], ids=["zeros", "idle"])
+def test_a_can_board_that_heard_no_stop_obeys_the_commands_after_a_re_plug(monkeypatch, more):
+    fields = [{**field, "bits": 8} if field["channel"] == "counter" else field for field in SENT["field"]]
+    backend, bus, tick = opened(monkeypatch, send=[{**SENT, **more, "field": fields}])
+    tick["enabled"] = 1
+    for last in range(0, 256, 15):
+        while bus.sent[-1][5] != last or not bus.sent[-1][4]:
+            backend.write(tick)
+        backend.stop()  # what the loop does at a loss: nobody hears it
+        backend.close()
+        del bus.sent[:]
+        backend.open()
+        at_open = newer([frame[5] for frame in bus.sent if not more], last, 256)
+        assert at_open or more
+        del bus.sent[:]
+        backend.write(tick)
+        assert newer([bus.sent[0][5]], (at_open or [last])[-1], 256)

@@ -4,7 +4,7 @@ from click.testing import CliRunner
 from run_maker import CONFIGS, run, setup, write
 
 from rtctl.cli.replay import command as replay
-from rtctl.errors import ConfigError, DataError
+from rtctl.errors import ConfigError, DataError, RecordingError
 from rtctl.recording.compare import compare, numbers, plot_comparison
 from rtctl.recording.law_runner import CommandBook, LawRunner
 from rtctl.recording.limits import Limits
@@ -69,6 +69,10 @@ def test_it_stops_where_ticks_are_missing(tmp_path):
     verdict = Replay(RecordingReader(parts.files)).check()
     assert (verdict.ticks, verdict.first) == (1000, None)
     assert "missing" in verdict.stopped
+    with pytest.raises(RecordingError, match="stopped early, after 1000 ticks: ticks are missing"):
+        CliRunner().invoke(
+            replay, [str(parts.files[0]), "--config", str(CONFIGS / "mock.toml")], catch_exceptions=False
+        )
 
 
 def test_it_stops_where_a_command_is_unknown(tmp_path):

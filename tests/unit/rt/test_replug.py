@@ -6,6 +6,7 @@ import pytest
 from hw.claims import Claims
 from hw.interface import BackendError, CompiledBackend, LinkFault, LinkLost
 from rtctl.rt import process
+from rtctl.rt.refusals import raised_by, story_of
 from rtctl.rt.replug import REOPEN_TICKS, Replug
 from rtctl.tick import new_ticks
 
@@ -101,11 +102,54 @@ def test_it_is_looked_for_now_and_then_and_found(plugged, kind):
     assert said == ["lost: read: unplugged", "not found again: port is gone: plug it in", "found again"]
 
 
-def test_only_a_lost_link_is_caught(plugged):
+@pytest.mark.parametrize("method", ["read", "write"])
+def test_a_mistake_of_the_backend_is_not_caught(plugged, method):
     device, replug, _, tick = plugged
-    device.read = lambda _tick: 1 / 0
+    setattr(device, method, lambda _tick: 1 / 0)
     with pytest.raises(ZeroDivisionError):
-        replug.read(tick)
+        getattr(replug, method)(tick)
+
+
+def raising(error):
+    def call(*_):
+        raise error
+
+    return call
+
+
+@pytest.mark.parametrize("method", ["read", "write"])
+def test_what_the_system_refuses_a_driver_without_words_is_a_loss(plugged, method):
+    device, replug, said, tick = plugged
+    setattr(device, method, raising(OSError(5, "Input/output error")))
+    assert cycles(replug, tick, 2)[-1]
+    assert device.calls[-1] == "stop"
+    assert said == ["lost: [Errno 5] Input/output error"]
+
+
+ERRORS = [ValueError("bad"), OSError("bad"), MemoryError()]
+
+
+@pytest.mark.parametrize("error", ERRORS, ids=repr)
+def test_whatever_stop_and_close_and_open_raise_at_a_loss_is_told_and_ends_nothing(plugged, error):
+    device, replug, said, tick = plugged
+    words = {OSError: "bad", ValueError: "ValueError: bad", MemoryError: "MemoryError"}[type(error)]
+    device.there, device.absent, device.refusal = False, 1, error
+    device.stop = device.close = raising(error)
+    assert all(cycles(replug, tick, REOPEN_TICKS + 1))
+    assert said == [f"lost: read: unplugged; not stopped: {words}", f"not found again: {words}, then {words}"]
+    assert not cycles(replug, tick, REOPEN_TICKS)[-1]
+    assert said[2:] == [f"found again, though closing it failed: {words}"]
+
+
+def test_a_stop_that_fails_does_not_hide_why_there_was_one():
+    def run():
+        try:
+            raise ValueError("first")
+        finally:
+            raising(OSError("second"))()
+
+    assert story_of(raised_by(run)) == "ValueError: first; then second"
+    assert raised_by(lambda: 0) is None
 
 
 def test_a_device_whose_opening_the_system_refuses_is_told_at_the_start(monkeypatch):
@@ -114,6 +158,18 @@ def test_a_device_whose_opening_the_system_refuses_is_told_at_the_start(monkeypa
     monkeypatch.setattr(process, "_say", lambda what, **more: said.append((what, more)))
     assert process._open(device, [], Claims()) is None
     assert said == [("ended", {"reason": "device", "detail": "[Errno 13] Permission denied: '/dev/ttyUSB0'"})]
+
+
+@pytest.mark.parametrize("error", [ValueError("bad"), MemoryError()], ids=repr)
+def test_a_device_whose_opening_fails_by_a_mistake_is_stopped_and_told_at_the_start(monkeypatch, error):
+    device, said = Device(), []
+    device.absent, device.refusal = 1, error
+    monkeypatch.setattr(process, "_say", lambda what, **more: said.append((what, more)))
+    assert process._open(device, [], Claims()) is None
+    assert device.calls == ["open", "stop"]
+    assert said == [
+        ("ended", {"reason": "device", "detail": f"{type(error).__name__}: {error}".rstrip(": ")})
+    ]
 
 
 def test_it_compiles_what_the_device_has_to_compile():
