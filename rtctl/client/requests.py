@@ -69,8 +69,8 @@ class Requester:
             if code in NEWER:
                 text += (
                     f"; spelled right, {op!r} is asked in the words of a later version than the daemon's: "
+                    "start the daemon anew"
                 )
-                text += "start the daemon anew"
             raise RefusedError(code, text)
         return reply
 

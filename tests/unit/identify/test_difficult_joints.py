@@ -23,6 +23,8 @@ from rtctl.identify.tick_readings import is_even, is_steady
 from rtctl.rig_file.config import load
 from rtctl.simulation.friction_truth import true_friction_nm
 
+pytestmark = pytest.mark.compiled  # some take minutes as plain Python
+
 HARD = replace(
     SMALL, train_levels=6, test_levels=0, measurements=20, spots=20, speed_min_rad_s=0.0079, lower_levels=2
 )
