@@ -92,7 +92,7 @@ SEEDS = (
         "rtctl/identify/collected.py",
         "        self.measurements.clear()\n",
         "",
-        ("tests/unit/identify/test_light_joint.py",),
+        (f"{LIGHT}::test_what_passes_where_most_jumps_is_no_sample_of_the_friction",),
     ),
     Seed(
         "few fast speeds leave the viscous slope to the Stribeck peak",
