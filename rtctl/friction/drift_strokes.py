@@ -34,8 +34,9 @@ MOTION_FACTOR = 2.0
 hardly leaves the presliding, shows little sliding, and a window of sliding alone would reach minutes back, to
 before a change. Where none ended for so long, nothing is known of the present."""
 
-KEPT_STROKES = 16
-"""So many of the newest are not forgotten for that while strokes still end: fewer tell nothing."""
+KEPT_STROKES = 6
+"""So many of the newest of each direction are not forgotten for that while strokes still end: fewer tell
+nothing."""
 
 # bristles that follow a steep curve late read 2 to 10 % too much (decision 0075)
 LATE_SHARE = 0.03
@@ -134,7 +135,9 @@ class Strokes:
             newest_first = np.cumsum(self.table[::-1, 1])[::-1]
             # by motion and not by time: a joint that rests overnight has not changed its friction by it
             kept = self._moved - self._ended < MOTION_FACTOR * self._most_rows
-            kept[-KEPT_STROKES:] = True
+            forward = unpacked(self.table)[0][:, 0, 1] > 0.0
+            for way in (forward, ~forward):
+                kept[np.flatnonzero(way)[-KEPT_STROKES:]] = True
             # the stroke that crosses it stays whole
             kept &= newest_first - self.table[:, 1] < self._most_rows
             self.table, self._ended = self.table[kept], self._ended[kept]

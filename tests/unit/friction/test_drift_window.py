@@ -9,7 +9,7 @@ from test_drift import RATE_HZ, arrays, watch
 
 from rtctl.friction.drift_deployed import deployed
 from rtctl.friction.drift_sliding import Rows
-from rtctl.friction.drift_strokes import COLUMNS, KEPT_STROKES, Strokes
+from rtctl.friction.drift_strokes import COLUMNS, KEPT_STROKES, Strokes, unpacked
 from rtctl.friction.drift_watch import RigWatch
 from rtctl.friction.load import Load
 from rtctl.rig_file.friction_tables import DriftTable
@@ -28,13 +28,22 @@ def test_sliding_that_is_rare_in_the_motion_is_forgotten_with_the_motion():
             kept.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, moved)
     assert strokes[5].rows == 200
     assert strokes[60].rows < 200  # two windows of motion: 400 rows of it, and never fewer than these
-    assert len(strokes[60].table) == len(strokes[500].table) == KEPT_STROKES
+    assert len(strokes[60].table) == len(strokes[500].table) == 2 * KEPT_STROKES
     again = Strokes(200)
     again.take_up(strokes[5].table)
     v = np.full(5, 0.3)
     for k in range(3):
         again.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, 300)
-    assert len(again.table) == KEPT_STROKES
+    assert len(again.table) == 2 * KEPT_STROKES
+
+
+def test_strokes_of_the_direction_that_slides_seldom_are_kept_too():
+    by, seldom = deployed(*arrays(), 0), Strokes(200)
+    for k in range(80):
+        v = np.full(5, 0.3 if k % 4 else -0.3)
+        seldom.add(Rows(0 * v, v, 0 * v, np.sign(v) * by.dry_nm(v), 0 * v, np.full(5, k)), by, 500)
+    forward = unpacked(seldom.table)[0][:, 0, 1] > 0.0
+    assert forward.sum() == (~forward).sum() == KEPT_STROKES
 
 
 def test_a_joint_that_hardly_slides_is_told_of_a_tenth_within_a_minute_of_motion():
