@@ -124,7 +124,7 @@ class Motion:
         """Fields of a new program; `values` without the prefix `program_`."""
         rig, v = self.rig, values.get("velocity_rad_s", 0.0)
         # the guard is half a margin beyond what is planned; where a late host left the joint out there, a
-        # little behind it: the guard goes by a filtered velocity, which at rest may stay outward
+        # little behind it: an encoder that flickers there goes outward at times
         half_rad = 0.5 * self.settings.margin_rad
         low_rad, high_rad = self.low_rad - half_rad, self.high_rad + half_rad
         if v > 0.0:

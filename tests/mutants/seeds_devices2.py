@@ -42,4 +42,24 @@ SEEDS = (
         "if spoken == PROTOCOL_VERSION:",
         ("tests/unit/test_client.py",),
     ),
+    Seed(
+        "a joint beyond its travel that comes back is braked by the filter of its velocity",
+        "rtctl/control/program.py",
+        "way * s.program_velocity_rad_s[axis] > 0.0 and way * moved > 0.0",
+        "way * s.program_velocity_rad_s[axis] > 0.0",
+        (
+            "tests/unit/control/test_program.py"
+            "::test_a_joint_beyond_its_travel_that_comes_back_or_rests_is_let_back",
+        ),
+    ),
+    Seed(
+        "a joint at rest beyond its travel is sent further out",
+        "rtctl/control/program.py",
+        "goes or (kind == _SERVO and way * c.program_velocity_rad_s[axis] > 0.0)",
+        "goes",
+        (
+            "tests/unit/control/test_program.py"
+            "::test_a_joint_beyond_its_travel_is_neither_let_nor_sent_further_out",
+        ),
+    ),
 )
