@@ -192,8 +192,10 @@ def _friction(
     found = replace(found, factor_max=factor)
     beyond = found.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
+    # the friction is there whatever the law makes of it; what the law counts on is of the model that it has
+    known = model if loaded.model_in_use(axis) else None
     # never more than b: within presliding dry friction is a spring (2.8)
-    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, model)
+    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, known)
 
 
 def _uncancelled(b: float, joint: Joint) -> float:

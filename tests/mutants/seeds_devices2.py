@@ -62,4 +62,11 @@ SEEDS = (
             "::test_a_joint_beyond_its_travel_is_neither_let_nor_sent_further_out",
         ),
     ),
+    Seed(
+        "without compensation the check counts on the friction of a model that the law has not got",
+        "rtctl/check/stability_report.py",
+        "known = model if loaded.model_in_use(axis) else None",
+        "known = model",
+        ("tests/unit/cli/test_check_friction.py::test_the_proof_counts_on_what_the_law_counts_on",),
+    ),
 )
