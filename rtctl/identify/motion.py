@@ -12,9 +12,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rtctl.control.vocabulary import Fault, Program, ProgramFlag, State
+from rtctl.control.vocabulary import Program, ProgramFlag, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.identify.cogging import Cogging
+from rtctl.identify.ended import what_ended
 from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import Rig, Settings
 from rtctl.tick import joined
@@ -162,13 +163,7 @@ class Motion:
             The program was ended by the force sensor."""
         rows = yield from self.see_any(order)
         if int(self.last["state"]) != State.ACTIVE:
-            # the first: what follows a fault is often its consequence; a rig back in IDLE has forgotten it
-            latched = rows["fault_first"][rows["fault_first"] >= 0]
-            cause = Fault(1 << int(latched[0])).name if len(latched) else "a stop"
-            raise FaultError(
-                f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; "
-                "remove the cause and start again (what was measured is kept: --resume)"
-            )
+            raise FaultError(f"the motion was ended by {what_ended(rows, self.last)}")
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             self.hand_seen_nm = float(self._hand_nm(rows).max())
             raise HandSeen

@@ -65,8 +65,8 @@ SEEDS = (
     Seed(
         "without compensation the check counts on the friction of a model that the law has not got",
         "rtctl/check/stability_report.py",
-        "known = model if loaded.model_in_use(axis) else None",
-        "known = model",
-        ("tests/unit/cli/test_check_friction.py::test_the_proof_counts_on_what_the_law_counts_on",),
+        "sure = guarantee(axis, model if loaded.model_in_use(axis) else None)",
+        "sure = guarantee(axis, model)",
+        ("tests/unit/test_plan_arrays.py::test_the_proof_counts_on_what_the_law_counts_on",),
     ),
 )
