@@ -16,6 +16,13 @@ def what_ended(rows: np.ndarray, last: np.void) -> str:
     tick."""
     # the first: what follows a fault is often its consequence; a rig back in IDLE has forgotten it
     latched = rows["fault_first"][rows["fault_first"] >= 0]
-    fault = Fault(1 << int(latched[0])) if len(latched) else None
-    name, text = (fault.name, ROW[fault].text) if fault else ("a stop", STOPPED)
+    name, text = first_fault(int(latched[0])) if len(latched) else ("a stop", STOPPED)
     return f"{name}: the rig went to {State(int(last['state'])).name}; {text}. {AGAIN}"
+
+
+def first_fault(number: int) -> tuple[str, str]:
+    """Name and text of the fault whose bit is `number`, a tick's `fault_first`; empty where there is none."""
+    if number < 0:
+        return "", ""
+    fault = Fault(1 << number)
+    return fault.name or "", ROW[fault].text

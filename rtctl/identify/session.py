@@ -13,7 +13,7 @@ from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.friction.presliding import presliding
 from rtctl.identify.bias import Bias, read_bias
 from rtctl.identify.collected import Collected, UnsteadyError
-from rtctl.identify.ended import what_ended
+from rtctl.identify.ended import first_fault, what_ended
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.place_rows import Row
@@ -222,7 +222,8 @@ def arm(motion: Motion) -> Steps[None]:
         rows = yield from motion.see_any(Order(look_s=0.2, arm_in=motion.epoch if idle else None))
         if int(motion.last["state"]) in (State.FAULT, State.ESTOP, State.LOCKOUT):
             raise FaultError(
-                f"the rig went to {state_and_cause(motion.last)} while it armed; remove the cause "
+                f"the rig went to {state_and_cause(motion.last)} while it armed: "
+                f"{first_fault(int(motion.last['fault_first']))[1]}; remove the cause "
                 "(rtctl events, rtctl doctor) and start again"
             )
         if int(motion.last["epoch"]) != motion.epoch:
