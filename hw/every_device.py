@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import threading
 import time
 from collections.abc import Callable, Sequence
+
+from hw.refusals import raised_by
 
 # the stop of the last device must not wait for the first one that hangs
 STOP_TIMEOUT_S = 0.1
@@ -16,24 +17,26 @@ _STACK_BYTES = 256 * 1024
 starts."""
 
 
-def reach_all(actions: Sequence[Callable[[], None]]) -> None:
-    """Call all at once and wait a moment: none can keep the others from being called."""
+def reach_all(actions: Sequence[Callable[[], None]]) -> list[Exception | None]:
+    """Call all at once and wait a moment: none can keep the others from being called.
 
-    def _quietly(action: Callable[[], None]) -> None:
-        with contextlib.suppress(Exception):  # whatever one device does, the others are stopped
-            action()
+    Returns what each raised, in their order; None where it raised nothing, or has not come back."""
+    raised: list[Exception | None] = [None] * len(actions)
+
+    def _quietly(number: int) -> None:
+        raised[number] = raised_by(actions[number])
 
     # of the whole process: put back below, whatever happens
     before = threading.stack_size(_STACK_BYTES)
     waiting = []
     try:
-        for action in actions:
+        for number in range(len(actions)):
             # daemon: a stop that hangs for ever must not keep the process from ending
-            thread = threading.Thread(target=_quietly, args=(action,), daemon=True)
+            thread = threading.Thread(target=_quietly, args=(number,), daemon=True)
             try:
                 thread.start()
             except RuntimeError:  # no more threads: one after the other is better than not at all
-                _quietly(action)
+                _quietly(number)
             else:
                 waiting.append(thread)
     finally:
@@ -42,3 +45,4 @@ def reach_all(actions: Sequence[Callable[[], None]]) -> None:
     deadline = time.monotonic() + STOP_TIMEOUT_S
     for thread in waiting:
         thread.join(max(deadline - time.monotonic(), 0.0))
+    return raised

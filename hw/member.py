@@ -41,6 +41,11 @@ class Member:
     budget_ns: int = 0
     claims: tuple[str, ...] = ()
 
+    @property
+    def place(self) -> str:
+        """Names the device, with its axes as a rig file counts them: `device[1] 'finger' (axis[0])`."""
+        return f"{self.label} ({', '.join(f'axis[{axis}]' for axis in self.axes)})"
+
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Member:
         """Back from JSON."""

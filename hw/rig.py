@@ -14,52 +14,19 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from hw import registry
 from hw.channels import READ_ORDER
 from hw.every_device import reach_all
-from hw.interface import (
-    CHANNEL_FIELDS,
-    OPTIONAL_FIELDS,
-    Backend,
-    BackendError,
-    CompiledBackend,
-    CountingBackend,
-    LinkFault,
-    LinkLost,
-    Rig,
-    SpeakingBackend,
-    Words,
-)
+from hw.interface import Backend, BackendError, CountingBackend, LinkFault, Rig
 from hw.member import Member
-from hw.rig_words import Exchange, device_dtype, subset
+from hw.refusals import words_of
+from hw.rig_device import Device, Said, words_of_device
+from hw.rig_words import subset
 
-REST_TICKS = 2
-"""Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale
-sample."""
-
-SLOW_READS = 3
-SLOW_REST_TICKS = 10
-"""After this many overruns in a row a device rests so long: its sample goes stale."""
-
-_OVER_BUDGET, _LOST = int(LinkFault.OVER_BUDGET), int(LinkFault.LOST)
-# older than any sample may be, and far from the end of 64 bits however long it ages
-_NEVER = 1 << 40
-
-
-@dataclass(frozen=True)
-class Said:
-    """What one device of a rig says: its words, bits of `LinkFault` it shows, and whether its sample is too
-    old."""
-
-    label: str
-    axes: tuple[int, ...]
-    faults: int
-    stale: bool
-    words: tuple[Words, ...] = ()
+_OVER_BUDGET = int(LinkFault.OVER_BUDGET)
 
 
 def said(backend: Backend, members: Sequence[Member], tick: np.ndarray, *, stale: bool) -> list[Said]:
@@ -69,11 +36,7 @@ def said(backend: Backend, members: Sequence[Member], tick: np.ndarray, *, stale
     if isinstance(backend, Composite):
         return backend.said()
     first = members[0]
-    return [Said(first.label, first.axes, int(tick["link_faults"][0]), stale, _words(backend))]
-
-
-def _words(backend: Backend) -> tuple[Words, ...]:
-    return tuple(backend.words()) if isinstance(backend, SpeakingBackend) else ()
+    return [Said(first.label, first.axes, int(tick["link_faults"][0]), stale, words_of_device(backend))]
 
 
 def compose(members: Sequence[Member], rig: Rig) -> Backend:
@@ -84,106 +47,13 @@ def compose(members: Sequence[Member], rig: Rig) -> Backend:
     # no copy of a tick, no clock: a rig of one device pays nothing for composition
     if len(members) == 1 and whole and first.max_age_ticks == 0:
         return made[0]
-    return Composite([_Device(member, backend) for member, backend in zip(members, made, strict=True)])
-
-
-class _Device:
-    """One member at work: its backend, its own tick, its freshness."""
-
-    def __init__(self, member: Member, backend: Backend) -> None:
-        self.member, self.backend = member, backend
-        self.budget_ns, self.max_age_ticks = member.budget_ns, member.max_age_ticks
-        self._read: Callable[..., None] = backend.read
-        self._write: Callable[..., None] = backend.write
-        self.provides = frozenset(member.channels) & backend.provides
-        self.consumes = frozenset(member.channels) & backend.consumes
-        # nothing has come: it must not look like a sample of this cycle
-        self.age = _NEVER
-        self.rest = self.overruns = self.overruns_in_a_row = 0
-        self.tick: np.ndarray | None = None
-
-    def bind(self, tick: np.ndarray) -> None:
-        """Prepare the exchange with `tick`; the device's own tick stays the same one."""
-        if self.tick is None:
-            self.tick = np.zeros(1, device_dtype(tick.dtype, len(self.member.axes)))
-            for name in OPTIONAL_FIELDS:
-                self.tick[name] = np.nan
-        fields = [CHANNEL_FIELDS[channel] for channel in sorted(self.provides)]
-        exchange = Exchange(tick, self.tick, self.member.axes, fields, commanded=bool(self.consumes))
-        self.deliver, self._lead_in, self._command = exchange.deliver, exchange.lead_in, exchange.command
-        self._words, self._sample_count = exchange.words, exchange.sample_count
-        self._link_faults, self._estop = exchange.link_faults, exchange.estop
-
-    def read(self, elapsed: int) -> int:
-        """Read the device and see whether there is a new sample. Returns bits of `LinkFault`.
-
-        Raises
-        ------
-        BackendError
-            Naming the device."""
-        words, count = self._words, self._sample_count
-        # its own tick keeps the count: a device that is opened anew may begin at any number
-        before = words[count]
-        self._lead_in()
-        try:
-            self._read(self.tick)
-        except (BackendError, OSError) as error:
-            raise self._named(error) from error
-        # more, not other: a count that falls is a device that was powered anew, and no new sample
-        self.age = 0 if words[count] > before else self.age + elapsed
-        return int(words[self._link_faults])
-
-    def over(self, spent_ns: int) -> bool:
-        """True when the reading took longer than its budget; the device then rests."""
-        if spent_ns <= self.budget_ns:
-            self.overruns_in_a_row = 0
-            return False
-        self.overruns += 1
-        self.overruns_in_a_row += 1
-        slow = self.overruns_in_a_row >= SLOW_READS
-        # as long as the overrun lasted, at most two cycles: the others get back what it took
-        self.rest = SLOW_REST_TICKS if slow else min(spent_ns // self.budget_ns, REST_TICKS)
-        return True
-
-    def write(self) -> None:
-        """Send the device its part of the command. Raises BackendError naming it."""
-        self._command()
-        try:
-            self._write(self.tick)
-        except (BackendError, OSError) as error:
-            raise self._named(error) from error
-
-    def open(self) -> None:
-        """Acquire the device; nothing from before is fresh any more. Raises BackendError naming it."""
-        self.age, self.rest, self.overruns_in_a_row = _NEVER, 0, 0
-        try:
-            self.backend.open()
-        except (BackendError, OSError) as error:
-            raise self._named(error) from error
-
-    def _named(self, error: BackendError | OSError) -> BackendError:
-        if self.tick is not None:
-            self._words[self._link_faults] = _LOST  # until it is read again: `said` then names it
-        # OSError: of a driver that has no words of its own
-        kind = type(error) if isinstance(error, BackendError) else LinkLost
-        return kind(f"{self.member.label}: {error}")
-
-    def said(self) -> Said:
-        """What it says after this cycle."""
-        faults = 0 if self.tick is None else int(self._words[self._link_faults])
-        stale = bool(self.provides) and self.age > max(self.max_age_ticks, REST_TICKS)
-        return Said(self.member.label, self.member.axes, faults, stale, _words(self.backend))
-
-    @property
-    def stopped(self) -> bool:
-        """Whether its emergency stop input is pressed."""
-        return bool(self._words[self._estop])
+    return Composite([Device(member, backend) for member, backend in zip(members, made, strict=True)])
 
 
 class Composite:
     """Several devices as one backend. Made by `compose`."""
 
-    def __init__(self, devices: Sequence[_Device]) -> None:
+    def __init__(self, devices: Sequence[Device]) -> None:
         self._devices = sorted(devices, key=_rank)
         self._sensors = [device for device in self._devices if device.provides]
         self._stops = [device for device in self._devices if "estop" in device.provides]
@@ -199,15 +69,14 @@ class Composite:
             for device in self._devices:
                 device.open()
         except Exception:  # whatever it was: the others are not left open
-            self.close()
+            reach_all([device.backend.close for device in self._devices])
             raise
 
     def warm_up(self, tick: np.ndarray) -> None:
         """Have the devices compile (or load) what they call, for their own ticks; changes nothing."""
         self._bind(tick)
         for device in self._devices:
-            if isinstance(device.backend, CompiledBackend) and device.tick is not None:
-                device.backend.warm_up(device.tick)
+            device.warm_up()
 
     def _bind(self, tick: np.ndarray) -> None:
         for device in self._devices:
@@ -269,13 +138,20 @@ class Composite:
             device.write()
 
     def stop(self) -> None:
-        """Stop every device at once, actuators too when a sensor raises or hangs. Never raises."""
+        """Stop every device at once, actuators too when a sensor raises or hangs; then raise BackendError
+        naming those that raised: one of them may not be stopped."""
         # all: a device of which the rig takes the position alone may have a power stage, too
-        reach_all([device.backend.stop for device in self._devices])
+        self._reach([device.backend.stop for device in self._devices])
 
     def close(self) -> None:
-        """Release every device. Never raises."""
-        reach_all([device.backend.close for device in self._devices])
+        """Release every device; then as `stop`."""
+        self._reach([device.backend.close for device in self._devices])
+
+    def _reach(self, actions: Sequence[Callable[[], None]]) -> None:
+        raised = zip(self._devices, reach_all(actions), strict=True)
+        failed = [f"{device.member.label}: {words_of(error)}" for device, error in raised if error]
+        if failed:
+            raise BackendError("; ".join(failed))
 
     def said(self) -> list[Said]:
         """What every device says after this cycle."""
@@ -291,6 +167,6 @@ class Composite:
         return out
 
 
-def _rank(device: _Device) -> int:
+def _rank(device: Device) -> int:
     ranks = [READ_ORDER.index(channel) for channel in device.provides if channel in READ_ORDER]
     return min(ranks, default=len(READ_ORDER))

@@ -132,8 +132,8 @@ def build(loaded: LoadedConfig) -> Plan:
 
 def _load_model(loaded: LoadedConfig, axis: AxisTable) -> FrictionModel | None:
     """The friction model that an axis uses, or None."""
-    path = loaded.model_path(axis)
-    if path is None or axis.friction.policy == "off":
+    path = loaded.model_in_use(axis)
+    if path is None:
         return None
     model = artefact.load(path)
     artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)

@@ -188,12 +188,12 @@ def _friction(
     artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)
     count = 2 * math.pi / axis.counts_of_turn
     axis, factor = largest_feedforward(axis, model, loaded.config.period_s)
-    found = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
-    found = replace(found, factor_max=factor)
-    beyond = found.beyond_damping_nms_rad
+    plain = friction_figures(model, path, axis, loaded.config.period_s, count, late.between)
+    found, beyond = replace(plain, factor_max=factor), plain.beyond_damping_nms_rad
     secant = min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond)
+    sure = guarantee(axis, model if loaded.model_in_use(axis) else None)  # what the law counts on
     # never more than b: within presliding dry friction is a spring (2.8)
-    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, guarantee(axis, model)
+    return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, sure
 
 
 def _uncancelled(b: float, joint: Joint) -> float:
@@ -296,5 +296,5 @@ def _empty_account(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float]
 
 
 def _environment_stiffness(axis: AxisTable) -> float | None:
-    springy = Environment[axis.environment.kind.upper()] in using(STIFFNESS)
-    return axis.environment.stiffness_nm_rad if springy else None
+    shown = axis.environment
+    return shown.stiffness_nm_rad if Environment[shown.kind.upper()] in using(STIFFNESS) else None

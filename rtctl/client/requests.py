@@ -12,6 +12,7 @@ import zmq
 
 from rtctl.client.connection import Connection
 from rtctl.errors import ClientError, NoReplyError, RefusedError
+from rtctl.wire.protocol import PROTOCOL_VERSION
 
 Reply = dict[str, Any]
 
@@ -44,7 +45,9 @@ class Requester:
         RefusedError
             The daemon refused, with code and reason."""
         identity = next(self._ids)
-        meant = {} if self._rig is None else {"rig": self._rig}
+        meant: dict[str, object] = {} if self._rig is None else {"rig": self._rig}
+        # a request without it is of version 1: daemons of then refuse keys that they do not know
+        meant |= {"protocol": PROTOCOL_VERSION} if PROTOCOL_VERSION > 1 else {}
         payload: bytes = msgpack.packb({"id": identity, "op": op, **meant, **values}, default=_plain)
         # before the socket is made: connecting counts, too
         deadline = time.monotonic() + timeout_s
@@ -61,6 +64,7 @@ class Requester:
                 f"no reply to {op!r} from {self._endpoint} within {timeout_s:g} s: no daemon runs this rig, "
                 "or it is busy, or it does not know this client's key; start one with: rtctl run CONFIG"
             )
+        _require_version(reply, op)
         if self._rig is None and isinstance(reply.get("rig"), str):
             self._rig = reply["rig"]
         if not reply.get("ok"):
@@ -98,6 +102,21 @@ class Requester:
             if reply.get("id") == identity:
                 return reply
         return None
+
+
+def _require_version(reply: Reply, op: str) -> None:
+    """Raise RefusedError where a daemon of another protocol answered; whatever it is, it takes a `stop`."""
+    spoken = reply.get("protocol", 1)
+    if spoken == PROTOCOL_VERSION or (op == "stop" and reply.get("ok")):
+        return
+    older = "this client" if isinstance(spoken, int) and spoken > PROTOCOL_VERSION else "the daemon"
+    done = "it may have done" if reply.get("ok") else "it has not done"
+    raise RefusedError(
+        "wrong_protocol",
+        f"the daemon speaks protocol {spoken!r:.20}, this client {PROTOCOL_VERSION}, and {done} what {op!r} "
+        f"asks here: install the newer version of rtctl for {older}, too"
+        + (", and start it anew" if older == "the daemon" else ""),
+    )
 
 
 def _plain(value: object) -> object:

@@ -134,17 +134,31 @@ def _trackable(s: Record, c: Record, p: Record, axis: int) -> bool:
 
 
 @compiled
+def _outward(s: Record, c: Record, axis: int, way: float) -> bool:
+    """Whether a joint beyond its travel is sent further out (`way` is 1 or -1), or goes there.
+
+    It goes there by both the filtered velocity and the newest sample. The filter alone points outward for a
+    while after the joint has turned back, and at rest for ever; a sample alone is noise. While the filter
+    points outward no reading gets past the first one beyond: that takes a sample outward, which trips."""
+    kind = s.program_kind[axis]
+    if kind == _RAMP:  # a joint that still sticks has no velocity
+        return way * c.program_ramp_nm_s[axis] > 0.0
+    moved = s.position_rad[axis] - s.position_before_rad[axis]
+    goes = way * s.program_velocity_rad_s[axis] > 0.0 and way * moved > 0.0
+    return goes or (kind == _SERVO and way * c.program_velocity_rad_s[axis] > 0.0)
+
+
+@compiled
 def _tripped(t: Record, s: Record, c: Record, axis: int) -> int:
     """Guards that end the program now, as `ProgramFlag` bits."""
     flags = 0
     # not: a torque that is NaN trips it
     if not abs(t.hand_torque_nm[axis] - c.program_hand_zero_nm[axis]) <= c.program_hand_nm[axis]:
         flags |= _HAND
-    x, v = s.position_rad[axis], s.program_velocity_rad_s[axis]
-    # outside the travel the way back stays open
-    # a joint that still sticks has no v
-    outward = c.program_ramp_nm_s[axis] if s.program_kind[axis] == _RAMP else v
-    if (x <= c.program_min_rad[axis] and outward < 0.0) or (x >= c.program_max_rad[axis] and outward > 0.0):
+    x = s.position_rad[axis]
+    if (x <= c.program_min_rad[axis] and _outward(s, c, axis, -1.0)) or (
+        x >= c.program_max_rad[axis] and _outward(s, c, axis, 1.0)
+    ):
         flags |= _TRAVEL
     if s.program_ticks[axis] >= c.program_limit_ticks[axis]:
         flags |= _DONE

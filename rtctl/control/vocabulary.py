@@ -163,7 +163,7 @@ def state_and_cause(tick: Mapping[str, Any]) -> str:
     state, first, now = State(int(tick["state"])).name, int(tick["fault_first"]), Fault(int(tick["faults"]))
     if first >= 0:
         return f"{state} by {Fault(1 << first).name}"
-    return f"{state}, faults {now!r}" if now else state
+    return f"{state}, faults {now.name}" if now else state
 
 
 class Reaction(IntEnum):

@@ -78,8 +78,8 @@ def advise(loaded: LoadedConfig) -> list[Advice]:
         A friction model that cannot be believed, or is of another rig."""
     found = []
     for axis in loaded.config.axis:
-        path = loaded.model_path(axis)
-        if path is None or axis.friction.policy == "off":
+        path = loaded.model_in_use(axis)
+        if path is None:
             continue
         model = artefact.load(path)
         artefact.require_rig(model, loaded.config.rig.name, path, axis.motion)

@@ -105,6 +105,7 @@ class LoopProcess:
 
         `log_readers` are modules whose `register` teaches it to read logs that `hw` does not know."""
         self.ended: dict[str, Any] | None = None
+        self._file = loaded.path
         self.grants: list[dict[str, Any]] = []
         self.ready = False
         self.opened_by: list[str] = []
@@ -237,7 +238,7 @@ class LoopProcess:
             )
         if self.ended["reason"] not in ("shutdown", "cut"):  # `cut` is a second Ctrl-C, which was asked for
             error = _ERRORS.get(self.ended["reason"], LoopDiedError)
-            raise error(f"{self.ended['reason']}: {self.ended['detail']}")
+            raise error(f"{self.ended['reason']}: {self._file}: {self.ended['detail']}")
 
     def terminate(self) -> None:
         """Ask it to ramp down."""

@@ -21,7 +21,6 @@ from hw.interface import (
     WHOLE_RIG_CHANNELS,
     AskedBackend,
     Backend,
-    BackendError,
     CompiledBackend,
     CountingBackend,
     LinkFault,
@@ -29,6 +28,7 @@ from hw.interface import (
 )
 from hw.member import Member
 from hw.motion import unit
+from hw.refusals import raised_by, words_of
 from hw.rig_words import subset
 from rtctl.errors import ConfigError
 from rtctl.host.probe_force_zero import Tare
@@ -74,16 +74,22 @@ class DeviceProbe:
     def open(self) -> None:
         """Acquire the device; a failure is kept in `error`. To open a drive is to disarm it: never one that
         is driven."""
-        try:
-            self._claims.take(self.member.label, self.member.claims)
-            self.backend.open()
-        except BackendError as error:
-            self.error = str(error)
-            return
+        self._works(self._acquire)
+        self._began_ns = self._fresh_ns = time.monotonic_ns()
+
+    def _acquire(self) -> None:
+        self._claims.take(self.member.label, self.member.claims)
+        self.backend.open()
         if isinstance(self.backend, CompiledBackend):
             # now: compiled in the first cycle it would count as one slow reading
             self.backend.warm_up(self.tick)
-        self._began_ns = self._fresh_ns = time.monotonic_ns()
+
+    def _works(self, action: Callable[[], object]) -> bool:
+        """Do it; what the device, or a mistake in its code, raises is kept."""
+        error = raised_by(action)
+        if error is not None:
+            self.error = words_of(error)
+        return error is None
 
     def close(self) -> None:
         """Release the device."""
@@ -96,17 +102,17 @@ class DeviceProbe:
             return
         self.tick["tick"] = slot
         before, began = int(self.tick["sample_count"][0]), time.monotonic_ns()
-        try:
-            self.backend.read(self.tick)
-            ended = time.monotonic_ns()
-            if self._poll:
-                self.backend.write(self.tick)
-            elif isinstance(self.backend, AskedBackend):
-                self.backend.ask()
-        except BackendError as error:
-            self.error = str(error)
+        if not self._works(lambda: self.backend.read(self.tick)):
             return
-        self._note(fresh=int(self.tick["sample_count"][0]) > before, began=began, ended=ended)
+        ended = time.monotonic_ns()
+        if self._works(self._send):
+            self._note(fresh=int(self.tick["sample_count"][0]) > before, began=began, ended=ended)
+
+    def _send(self) -> None:
+        if self._poll:
+            self.backend.write(self.tick)
+        elif isinstance(self.backend, AskedBackend):
+            self.backend.ask()
 
     def _note(self, *, fresh: bool, began: int, ended: int) -> None:
         self._cycles += 1

@@ -12,8 +12,9 @@ from dataclasses import asdict, dataclass
 from importlib import import_module
 
 from hw import registry
-from hw.interface import Backend, BackendError
+from hw.interface import Backend
 from hw.member import Member
+from hw.refusals import raised_by, words_of
 from hw.rig_words import subset
 from rtctl.rig_file.config import LoadedConfig
 
@@ -77,12 +78,10 @@ class SafeStop:
 
 
 def _stop_opened(label: str, backend: Backend) -> Stopped:
-    try:
+    def steps() -> None:
         backend.open()
         backend.stop()
         backend.close()
-    except BackendError as error:
-        return Stopped(label, confirmed=False, detail=str(error))
-    except Exception as error:  # noqa: BLE001 - whatever one device's code does, the others are stopped
-        return Stopped(label, confirmed=False, detail=f"{type(error).__name__}: {error}")
-    return Stopped(label, confirmed=True, detail="")
+
+    error = raised_by(steps)  # whatever one device's code does, the others are stopped
+    return Stopped(label, confirmed=error is None, detail=words_of(error) if error else "")

@@ -12,9 +12,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from rtctl.control.vocabulary import Fault, Program, ProgramFlag, State
+from rtctl.control.vocabulary import Program, ProgramFlag, State
 from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.identify.cogging import Cogging
+from rtctl.identify.ended import what_ended
 from rtctl.identify.ripple import Ripple
 from rtctl.identify.settings import Rig, Settings
 from rtctl.tick import joined
@@ -124,7 +125,7 @@ class Motion:
         """Fields of a new program; `values` without the prefix `program_`."""
         rig, v = self.rig, values.get("velocity_rad_s", 0.0)
         # the guard is half a margin beyond what is planned; where a late host left the joint out there, a
-        # little behind it: the guard goes by a filtered velocity, which at rest may stay outward
+        # little behind it: an encoder that flickers there goes outward at times
         half_rad = 0.5 * self.settings.margin_rad
         low_rad, high_rad = self.low_rad - half_rad, self.high_rad + half_rad
         if v > 0.0:
@@ -162,13 +163,7 @@ class Motion:
             The program was ended by the force sensor."""
         rows = yield from self.see_any(order)
         if int(self.last["state"]) != State.ACTIVE:
-            # the first: what follows a fault is often its consequence; a rig back in IDLE has forgotten it
-            latched = rows["fault_first"][rows["fault_first"] >= 0]
-            cause = Fault(1 << int(latched[0])).name if len(latched) else "a stop"
-            raise FaultError(
-                f"the motion was ended by {cause}: the rig went to {State(int(self.last['state'])).name}; "
-                "remove the cause and start again (what was measured is kept: --resume)"
-            )
+            raise FaultError(f"the motion was ended by {what_ended(rows, self.last)}")
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             self.hand_seen_nm = float(self._hand_nm(rows).max())
             raise HandSeen

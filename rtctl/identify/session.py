@@ -13,6 +13,7 @@ from rtctl.errors import DataError, FaultError, HandOnRigError
 from rtctl.friction.presliding import presliding
 from rtctl.identify.bias import Bias, read_bias
 from rtctl.identify.collected import Collected, UnsteadyError
+from rtctl.identify.ended import first_fault, what_ended
 from rtctl.identify.measurement_order import Known, Task, remaining
 from rtctl.identify.motion import HandSeen, Motion, Order, Steps
 from rtctl.identify.place_rows import Row
@@ -221,13 +222,12 @@ def arm(motion: Motion) -> Steps[None]:
         rows = yield from motion.see_any(Order(look_s=0.2, arm_in=motion.epoch if idle else None))
         if int(motion.last["state"]) in (State.FAULT, State.ESTOP, State.LOCKOUT):
             raise FaultError(
-                f"the rig went to {state_and_cause(motion.last)} while it armed; remove the cause "
+                f"the rig went to {state_and_cause(motion.last)} while it armed: "
+                f"{first_fault(int(motion.last['fault_first']))[1]}; remove the cause "
                 "(rtctl events, rtctl doctor) and start again"
             )
         if int(motion.last["epoch"]) != motion.epoch:
-            raise FaultError(
-                f"the rig was stopped while it armed: state {state_and_cause(motion.last)}; start again"
-            )
+            raise FaultError(f"the rig was stopped while it armed by {what_ended(rows, motion.last)}")
         if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
             return
         waited_s += len(rows) * motion.rig.period_s

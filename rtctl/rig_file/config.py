@@ -244,6 +244,10 @@ class LoadedConfig(Table):
         """Absolute path of an axis' friction model, or None."""
         return real(self.path.parent / axis.friction.model) if axis.friction.model else None
 
+    def model_in_use(self, axis: AxisTable) -> Path | None:
+        """As `model_path`; None where the policy is off, too: the law has no model then."""
+        return None if axis.friction.policy == "off" else self.model_path(axis)
+
 
 def load(path: str | Path, script: str | Path | None = None) -> LoadedConfig:
     """Read and validate a rig file.

@@ -28,11 +28,11 @@ from hw import code_cache
 from hw.claims import Claims
 from hw.interface import Backend, BackendError, Rig
 from hw.member import Member
+from hw.refusals import DeviceMistakeError, mistake_of, raised_by, story_of, words_of
 from hw.rig import compose
 from rtctl.rt import early, realtime
 from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, prepare, run_loop, warm_up
-from rtctl.rt.refusals import raised_by, story_of, words_of
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
 from rtctl.rt.speech import Speech
@@ -101,10 +101,32 @@ def _open(backend: Backend | BackendError, members: list[Member], claims: Claims
     if (refusal := raised_by(backend.open)) is not None:
         if not isinstance(refusal, BackendError | OSError):  # a mistake: nobody knows what it has left
             raised_by(backend.stop)
+            refusal = mistake_of(_place(members), "open", refusal)
         _say("ended", reason="device", detail=words_of(refusal))
         return None
     _say("opened", by=sorted(set(sys.modules) - before))
     return backend
+
+
+def _place(members: list[Member]) -> str:
+    return " and ".join(member.place for member in members)
+
+
+def _released(device: Replug) -> Exception | None:
+    """Stop and close a device that is not going to be driven. Returns what it raised at that."""
+    refusal = raised_by(device.stop)
+    return raised_by(device.close) or refusal
+
+
+def _warmed_up(device: Replug, memory: Memory) -> bool:
+    """Whether all that the loop calls is compiled; a device whose code raises there is open, and released."""
+    if (refusal := raised_by(lambda: warm_up(memory, device))) is None:
+        return True
+    left = _released(device)
+    theirs = isinstance(refusal, BackendError | DeviceMistakeError) and not left
+    detail = words_of(refusal) + (f"; not stopped: {words_of(left)}" if left else "")
+    _say("ended", reason="device" if theirs else "error", detail=detail)
+    return False
 
 
 def _stopped_by_signals() -> Stop:
@@ -189,8 +211,9 @@ def main(line_fd: int) -> int:
     backend = _open(made, members, claims)
     if backend is None:
         return 1
-    device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen)
-    warm_up(memory, device)
+    device = Replug(backend, _note, _opening, Speech(backend, members, _words).listen, _place(members))
+    if not _warmed_up(device, memory):
+        return 1
     compile_s = time.monotonic() - began
     virtual = order["clock"] == "virtual"
     cores = len(os.sched_getaffinity(0))  # before this process keeps to one
@@ -209,9 +232,9 @@ def main(line_fd: int) -> int:
         VirtualClock(memory.header, lambda: stop.requests > 0) if virtual else WallClock(memory.early_ns)
     )
     if not granted and order["realtime"] == "require" and not virtual:
-        backend.stop()
-        backend.close()
-        _say("ended", reason="realtime", detail="real-time rights were refused")
+        left = _released(device)
+        more = f"; {words_of(left)}" if left else ""
+        _say("ended", reason="realtime", detail=f"real-time rights were refused{more}")
         return 1
 
     error = raised_by(lambda: _run(device, memory, clock, stop, waiver=not granted and not virtual))

@@ -7,7 +7,8 @@ reset, then arm.
 
 A backend may come from outside. An OSError of a driver that has no words of its own is a loss, too. What
 `stop` raises at a loss, or `close` and `open` at an attempt, is told and ends nothing. Anything else out of
-`read` or `write` is a mistake of the backend and ends the loop, which stops the actuator."""
+`read`, `write` or `warm_up` is a mistake of the backend, is told with the device's name, and ends the loop,
+which stops the actuator."""
 
 from __future__ import annotations
 
@@ -23,7 +24,7 @@ from hw.interface import (
     CompiledCycleBackend,
     LinkFault,
 )
-from rtctl.rt.refusals import raised_by, words_of
+from hw.refusals import mistake_of, raised_by, words_of
 
 _LOST = int(LinkFault.LOST)
 
@@ -45,7 +46,9 @@ class Replug:
         Called with True before each attempt to open the device, which may take seconds, and with False after
         it. Must not block.
     listen
-        Called with the tick after every `write` (`rtctl.rt.speech`). Must not block."""
+        Called with the tick after every `write` (`rtctl.rt.speech`). Must not block.
+    place
+        Names its devices where their code raises what it must not (`hw.member.Member.place`)."""
 
     def __init__(
         self,
@@ -53,8 +56,9 @@ class Replug:
         tell: Callable[[str], None] = lambda _text: None,
         opening: Callable[[bool], None] = lambda _begun: None,
         listen: Callable[[np.ndarray], None] = lambda _tick: None,
+        place: str = "the device",
     ) -> None:
-        self._backend, self._listen = backend, listen
+        self._backend, self._place, self._listen = backend, place, listen
         self._tell, self._opening = tell, opening
         self._said = ""
         self._wait = 0  # ticks until the next attempt to open; 0: the device is there
@@ -67,7 +71,8 @@ class Replug:
     def warm_up(self, tick: np.ndarray) -> None:
         """As the backend's own, where it has one."""
         if isinstance(self._backend, CompiledBackend):
-            self._backend.warm_up(tick)
+            backend = self._backend
+            self._called("warm_up", lambda: backend.warm_up(tick))
 
     @property
     def is_there(self) -> bool:
@@ -93,6 +98,8 @@ class Replug:
         except (BackendError, OSError) as error:
             self._lose(error)
             tick["link_faults"] = _LOST
+        except Exception as error:
+            raise mistake_of(self._place, "read", error) from error
 
     def write(self, tick: np.ndarray) -> None:
         """Send, unless there is nobody to send to; the next `read` says so."""
@@ -101,15 +108,26 @@ class Replug:
                 self._backend.write(tick)
             except (BackendError, OSError) as error:
                 self._lose(error)
+            except Exception as error:
+                raise mistake_of(self._place, "write", error) from error
         self._listen(tick)
 
     def stop(self) -> None:
-        """Make the actuator torque-free now. Never raises."""
-        self._backend.stop()
+        """Make the actuator torque-free now. Raises what the backend raises though it must not, with its
+        name."""
+        self._called("stop", self._backend.stop)
 
     def close(self) -> None:
-        """Release the device."""
-        self._backend.close()
+        """Release the device; raises as `stop` does."""
+        self._called("close", self._backend.close)
+
+    def _called(self, what: str, action: Callable[[], None]) -> None:
+        try:
+            action()
+        except (BackendError, OSError):
+            raise
+        except Exception as error:
+            raise mistake_of(self._place, what, error) from error
 
     def _lose(self, error: Exception) -> None:
         self._wait = REOPEN_TICKS

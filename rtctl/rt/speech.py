@@ -13,7 +13,8 @@ import numpy as np
 
 from hw.interface import Backend
 from hw.member import Member
-from hw.rig import Said, said
+from hw.rig import said
+from hw.rig_device import Said
 from rtctl.control.vocabulary import Fault
 
 EVERY_TICKS = 50

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,7 +33,7 @@ BOARD_HZ = 1000
 TIME_TO_LIVE_CYCLES = 50
 RATE_HZ = 200.0  # the time to live is 10 periods: more is refused, and 10 ms end too soon on a busy machine
 SIGNALS = (signal.SIGKILL, signal.SIGSEGV)
-PATIENCE_S = 60.0
+PATIENCE_S, LOOK_S = 60.0, 0.02
 MOST_LOST = 10
 MOST_DELAY_S = 0.05
 """Random time under torque before the signal: some fifty phases of the loop and of the host's batches."""
@@ -75,10 +75,12 @@ def _turns(
     draw, lost = random.Random(1), 0
     with tempfile.TemporaryDirectory(prefix="rtctl-") as folder:
         root = Path(folder)
-        with SimulatedBoard(root, "--rig", str(board_rig), "--rate-hz", str(BOARD_HZ)) as board:
+        with SimulatedBoard(
+            root, "--rig", str(board_alone(board_rig, root)), "--rate-hz", str(BOARD_HZ)
+        ) as board:
             with suppress(PermissionError):
                 os.sched_setscheduler(board.process.pid, os.SCHED_FIFO, os.sched_param(5))
-            rig = _rig_file(config, root, board.port)
+            rig = rig_file(config, root, board.port)
             while len(deaths) < kills and lost < kills + MOST_LOST:
                 death = _die(board, rig, root, SIGNALS[len(deaths) % 2], draw.uniform(0.0, MOST_DELAY_S))
                 if death is None:
@@ -106,20 +108,33 @@ def _rows(deaths: list[Death]) -> list[Row]:
     ]
 
 
-def _rig_file(config: Path, folder: Path, port: str) -> Path:
-    text = config.read_text()
-    for shipped, here in (
+def board_alone(config: Path, folder: Path) -> Path:
+    """Nobody holds the joint: a hand on it while a daemon tares is one that the next may not take for
+    zero.
+    """
+    return _changed(config, folder / "board.toml", (('kind = "sine"', 'kind = "none"'),))
+
+
+def rig_file(config: Path, folder: Path, port: str) -> Path:
+    """A rig whose torque lasts, on the board at `port`."""
+    changes = (
         ('"/tmp/rtctl-board"', f'"{port}"'),
         ("time_to_live_cycles = 20", f"time_to_live_cycles = {TIME_TO_LIVE_CYCLES}"),
         ("center_rad = 0.0", "center_rad = 0.5"),  # so that there is torque at rest
         ("rate_hz = 1000.0", f"rate_hz = {RATE_HZ}"),
         ("stiffness_nm_rad = 10.0", "stiffness_nm_rad = 2.0"),  # what the check lets pass at that rate
-    ):
+    )
+    return _changed(config, folder / "rig.toml", changes)
+
+
+def _changed(config: Path, path: Path, changes: Sequence[tuple[str, str]]) -> Path:
+    """The rig file `path`: `config` with `changes`, each of which applies once."""
+    text = config.read_text()
+    for shipped, here in changes:
         if text.count(shipped) != 1:
             msg = f"{config}: {shipped!r} is not there once"
             raise RtctlError(msg)
         text = text.replace(shipped, here)
-    path = folder / "rig.toml"
     path.write_text(text)
     load(path)
     return path
@@ -164,10 +179,11 @@ def _has_torque(board: SimulatedBoard, daemon: subprocess.Popen[str], folder: Pa
     """Arm until the motor has torque. False when the daemon has ended, as one does whose machine stood
     still.
     """
-    end = time.monotonic() + PATIENCE_S
+    end, why = time.monotonic() + PATIENCE_S, ""
     with RigClient("serial", runtime_dir=str(folder), timeout_s=1.0) as client:
         while time.monotonic() < end:
-            with suppress(ClientError):
+            time.sleep(LOOK_S)  # fewer requests than the gateway allows
+            try:
                 state = client.status()["state"]
                 if state == "ACTIVE" and np.any(board.observation.rows()[-1]["torque_nm"] != 0.0):
                     return True
@@ -175,7 +191,9 @@ def _has_torque(board: SimulatedBoard, daemon: subprocess.Popen[str], folder: Pa
                     client.arm(wait=False)
                 elif state == "FAULT":
                     client.reset()
+            except ClientError as error:
+                why = f": {error}"
             if daemon.poll() is not None:
                 return False
-    msg = f"no torque within {PATIENCE_S:g} s"
+    msg = f"no torque within {PATIENCE_S:g} s{why}"
     raise RtctlError(msg)

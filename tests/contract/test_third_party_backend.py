@@ -101,7 +101,7 @@ def test_one_that_fails_to_close_is_named_at_the_end(site, tmp_path):
     folder.mkdir(mode=0o700)
     shown = run("rtctl", "run", str(rig_file(tmp_path)), "--for", "0.2", "--runtime-dir", str(folder))
     assert shown.returncode == 9, shown.stderr
-    assert "error: RuntimeError: it hangs on" in shown.stderr
+    assert "rig.toml: device[0] 'board' (axis[0]): close: RuntimeError: it hangs on" in shown.stderr
     assert "without a word" not in shown.stderr
 
 

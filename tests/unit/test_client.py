@@ -8,7 +8,7 @@ import pytest
 import zmq
 from patience import until
 
-from rtctl.client import Fault, RigClient, State, lease, streams
+from rtctl.client import Fault, RigClient, State, lease, requests, streams
 from rtctl.client.connection import Connection
 from rtctl.client.requests import Requester
 from rtctl.client.samples import rig_state, tick_rows
@@ -93,6 +93,22 @@ def test_a_daemon_of_an_older_version_is_told_in_plain_words(code):
     with pytest.raises(RefusedError, match="'tick'") as told:
         asking.call("arm", 1.0, tick=7)
     assert ("start the daemon anew" in str(told.value)) == (code != "not_ready")
+
+
+@pytest.mark.parametrize(
+    ("mine", "theirs", "whose"),
+    [(1, 2, "this client"), (2, None, "the daemon"), (2, 1, "the daemon")],
+)
+def test_a_daemon_of_another_protocol_is_told_and_takes_a_stop(monkeypatch, mine, theirs, whose):
+    monkeypatch.setattr(requests, "PROTOCOL_VERSION", mine)
+    door = Door(**({} if theirs is None else {"protocol": theirs}))
+    asking = Requester(door)
+    told_of_both = rf"protocol {theirs or 1}, this client {mine}, .* for {whose}"
+    with pytest.raises(RefusedError, match=told_of_both) as told:
+        asking.call("arm", 1.0)
+    assert told.value.code == "wrong_protocol"
+    assert asking.call("stop", 1.0)["ok"]
+    assert [one.get("protocol") for one in door.asked] == [None if mine == 1 else mine] * 2
 
 
 def test_of_a_message_of_several_samples_each_is_as_old_as_when_it_is_handed_out(monkeypatch):

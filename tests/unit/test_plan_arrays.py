@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from rtctl.check import law_plan as plan
+from rtctl.check.stability_report import examine
 from rtctl.control.vocabulary import Environment, Policy
 from rtctl.errors import ModelError
+from rtctl.friction.guarantee import holds_flicker
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -60,6 +62,20 @@ def test_without_compensation_no_model_is_needed(tmp_path):
     built = plan.build(rig(tmp_path, ('policy = "hybrid"', 'policy = "off"')))
     assert built.params[0]["friction_policy"][0] == Policy.OFF
     assert not built.model["n_segments"].any()
+
+
+@pytest.mark.parametrize("policy", ["hybrid", "off"])
+def test_the_proof_counts_on_what_the_law_counts_on(tmp_path, policy):
+    """Without compensation the law has no model: the check counted on its friction all the same."""
+    loaded = rig(tmp_path, ('policy = "hybrid"', f'policy = "{policy}"'))
+    sure, params = examine(loaded).axes[0].guarantee, plan.build(loaded).params[0]
+    held = holds_flicker(loaded.config.axis[0], sure, 1.0)
+    assert (sure.floor_nm, sure.credited_rad, held) == (
+        params["friction_floor_nm"][0],
+        params["mass_rest_rad"][0],
+        params["flicker_held"][0] == 1.0,
+    )
+    assert held == (policy != "off")
 
 
 def test_a_model_of_another_rig_is_refused_with_both_names_and_the_remedy(tmp_path):

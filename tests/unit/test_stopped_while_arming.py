@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from rtctl.client import RigClient
-from rtctl.control.vocabulary import State
+from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import FaultError, RefusedError
 from rtctl.experiments.real_run import Comparison
 from rtctl.host.auto_arm import AutoArm
@@ -83,7 +83,14 @@ def test_an_experiment_on_the_rig_ends_when_it_is_stopped_before_it_began():
     assert host.armed_in == [0]
 
 
-def test_an_identification_ends_when_it_is_stopped_before_it_began():
+@pytest.mark.parametrize(
+    ("first", "told"),
+    [
+        (Fault.HOST_SILENT.bit_length() - 1, "armed by HOST_SILENT: .* see what else runs on the machine"),
+        (-1, "armed by a stop: the rig went to IDLE; somebody asked for it, or the host stood still"),
+    ],
+)
+def test_an_identification_ends_when_it_is_stopped_before_it_began(first, told):
     motion = Motion(SimpleNamespace(position_min_rad=-1, position_max_rad=1, period_s=1e-3), None)
     bias = motion.see_any(SimpleNamespace(look_s=0.1))
     next(bias)
@@ -92,5 +99,7 @@ def test_an_identification_ends_when_it_is_stopped_before_it_began():
     steps = arm(motion)
     assert next(steps).arm_in == 0
     assert steps.send(seen(State.ARMING, 0)).arm_in is None
-    with pytest.raises(FaultError, match="stopped while it armed"):
-        steps.send(seen(State.IDLE, 1))
+    rows = seen(State.IDLE, 1)
+    rows["fault_first"] = first
+    with pytest.raises(FaultError, match=told):
+        steps.send(rows)

@@ -29,7 +29,7 @@ from rtctl.wire.authenticator import Caller
 from rtctl.wire.encoding import encode
 from rtctl.wire.entrances import Access
 from rtctl.wire.long_messages import Frames, Message
-from rtctl.wire.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, Endpoints
+from rtctl.wire.protocol import CONNECTIONS, MAX_OUTSTANDING_REQUESTS, PROTOCOL_VERSION, Endpoints
 from rtctl.wire.sockets import user_id
 
 if TYPE_CHECKING:
@@ -247,6 +247,7 @@ class Gateway:
             "state": State(int(row["state"])).name,
             "epoch": int(row["epoch"]),
             "rig": self._rig.name,
+            "protocol": PROTOCOL_VERSION,
         }
         if isinstance(outcome, Refusal):
             self.counters.refused += 1

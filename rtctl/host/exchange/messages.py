@@ -15,7 +15,7 @@ import msgpack
 
 from rtctl.host.exchange.operations import OPERATIONS, Key, Operation
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
-from rtctl.wire.protocol import MAX_REQUEST_BYTES
+from rtctl.wire.protocol import MAX_REQUEST_BYTES, PROTOCOL_VERSION
 
 Id = int | str
 MAX_ID = 2**53
@@ -25,6 +25,8 @@ _MAX_TEXT = 64
 _MAX_KEYS = 16
 # as many axes as there may be (`tick.MOST_AXES`)
 _MAX_ITEMS = 8
+_OF_ALL = ("id", "op", "epoch", "rig", "protocol")
+"""Keys that every operation takes."""
 _LEASE_TEXT = re.compile(r"[0-9a-f]{16}")
 
 
@@ -72,8 +74,8 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
     Returns
     -------
     Request | Refusal
-        Codes of refusals: `too_large`, `malformed`, `unknown_op`, `unknown_key`, `missing_key`,
-        `wrong_type`, `wrong_rig`, `unknown_axis`, `out_of_bounds`."""
+        Codes of refusals: `too_large`, `malformed`, `wrong_protocol`, `unknown_op`, `unknown_key`,
+        `missing_key`, `wrong_type`, `wrong_rig`, `unknown_axis`, `out_of_bounds`."""
     identity: Id | None = None
     op: str | None = None
     try:
@@ -87,6 +89,7 @@ def decode(payload: bytes, rig: RigDescription) -> Request | Refusal:
                 "malformed",
                 f"id: an integer from 0 to 2^53 or a short text, not {_shown(message.get('id'))}",
             )
+        _require_version(message)  # first: what a later version asks may mean another thing, or nothing, here
         op, operation = _operation(message)
         epoch = _epoch(message, required=operation.needs_epoch)
         return Request(identity, op, epoch, _values(message, operation, rig))
@@ -100,6 +103,7 @@ def decode_target(payload: bytes, rig: RigDescription) -> Request | Refusal:
     `id` and `op` need not be there and mean nothing. Codes of refusals as for `decode`."""
     try:
         message = _unpack(payload)
+        _require_version(message)
         operation = OPERATIONS["target"]
         epoch = _epoch(message, required=True)
         return Request(0, "target", epoch, _values(message, operation, rig))
@@ -183,8 +187,8 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
     known = {key.name: key for key in operation.keys}
     _require_rig(message, rig)
     for name in message:
-        if name not in known and name not in ("id", "op", "epoch", "rig"):
-            allowed = ", ".join(known) or "none besides id, op, epoch, rig"
+        if name not in known and name not in _OF_ALL:
+            allowed = ", ".join(known) or f"none besides {', '.join(_OF_ALL)}"
             raise _RefuseError("unknown_key", f"{_shown(name)}; this operation takes: {allowed}")
     values: dict[str, Any] = {}
     for name, key in known.items():
@@ -194,6 +198,19 @@ def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) 
         elif key.required:
             raise _RefuseError("missing_key", f"{name}: {key.meaning}")
     return values
+
+
+def _require_version(message: dict[str, Any]) -> None:
+    """Refuse what is asked in the words of a later protocol; a request that names none is of this one."""
+    spoken = message.get("protocol", PROTOCOL_VERSION)
+    if not _is_integer(spoken):
+        raise _RefuseError("wrong_type", f"protocol: its version, an integer, not {_shown(spoken)}")
+    if spoken != PROTOCOL_VERSION:
+        raise _RefuseError(
+            "wrong_protocol",
+            f"the client speaks protocol {_shown(spoken)}, this daemon {PROTOCOL_VERSION}: install the same "
+            "version of rtctl at both ends, and start the daemon anew",
+        )
 
 
 def _require_rig(message: dict[str, Any], rig: RigDescription) -> None:

@@ -160,8 +160,8 @@ def describe_run(loaded: LoadedConfig, params: np.ndarray) -> RigDescription:
 
 
 def _trained_c(loaded: LoadedConfig, axis: AxisTable) -> tuple[float, float] | None:
-    path = loaded.model_path(axis)
-    if path is None or axis.friction.policy == "off":
+    path = loaded.model_in_use(axis)
+    if path is None:
         return None
     model = artefact.load(path)
     low, high = model.temperature_min_c, model.temperature_max_c

@@ -3,6 +3,7 @@
 import itertools
 import math
 
+import numpy as np
 import pytest
 from law_rig import Plant, T
 from program_rig import FIELDS, ask, coast, flags, kind
@@ -96,6 +97,52 @@ def test_the_end_of_travel_stops_the_way_out_and_leaves_the_way_back(rig):
     coast(ask(rig, Program.SERVO, velocity_rad_s=-1.0, max_rad=0.5), plant, 500)
     assert flags(rig) == ProgramFlag(0)
     assert plant.x < 0.3
+
+
+OUT = 0.01  # end of the travel in what follows
+
+
+def sent_out(rig):
+    """A joint that goes outward over the end of its travel, with a program that has ended there."""
+    ask(rig, Program.SERVO, velocity_rad_s=0.2, max_rad=OUT, alpha=0.05).run(1)
+    while flags(rig) == ProgramFlag(0):
+        rig.tick(rig.position + 2e-4)
+    assert flags(rig) is ProgramFlag.TRAVEL
+    for _ in range(5):  # it slides on
+        rig.tick(rig.position + 2e-4)
+
+
+@pytest.mark.parametrize("way", [-2e-4, 0.0])
+def test_a_joint_beyond_its_travel_that_comes_back_or_rests_is_let_back(rig, way):
+    """The filter still points outward as this is asked."""
+    sent_out(rig)
+    ask(rig, Program.SERVO, velocity_rad_s=-0.2, max_rad=OUT, alpha=0.05)
+    for _ in range(3):
+        rig.tick(rig.position + way)
+        assert flags(rig) == ProgramFlag(0)
+
+
+@pytest.mark.parametrize(("asked", "way"), [(-0.2, 2e-4), (0.0, 2e-4), (0.2, 0.0), (0.2, -2e-4)])
+def test_a_joint_beyond_its_travel_is_neither_let_nor_sent_further_out(rig, asked, way):
+    sent_out(rig)
+    ask(rig, Program.SERVO, velocity_rad_s=asked, max_rad=OUT, alpha=0.05)
+    rig.tick(rig.position + way)
+    assert flags(rig) is ProgramFlag.TRAVEL
+
+
+@pytest.mark.parametrize("step_rad", [2e-5, 2e-4, 2e-3])
+def test_no_reading_gets_past_the_first_one_beyond_however_it_flickers(rig, step_rad):
+    """With the filter outward, of an encoder of counts of .1 mrad and noise of three counts."""
+    rng, count, out, place = np.random.default_rng(8), 1e-4, 200 * step_rad, 0.0
+    ask(rig, Program.SERVO, velocity_rad_s=0.2, max_rad=out, alpha=0.05).run(1)
+    readings = []
+    while flags(rig) == ProgramFlag(0):
+        place += step_rad
+        rig.tick(round((place + 3 * count * rng.standard_normal()) / count) * count)
+        if rig.state["program_velocity_rad_s"][0] > 0.0:
+            readings.append(rig.position[0])
+    first = next(reading for reading in readings if reading >= out)
+    assert max(readings[:-1]) <= max(first, out)
 
 
 def test_a_program_ends_when_its_time_is_over(rig):

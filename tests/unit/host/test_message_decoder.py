@@ -8,6 +8,7 @@ from rtctl.host.exchange.messages import MAX_ID, Refusal, Request, decode, decod
 from rtctl.host.exchange.operations import OPERATIONS
 from rtctl.host.exchange.rig_description import AxisDescription, RigDescription
 from rtctl.wire.encoding import encode
+from rtctl.wire.protocol import PROTOCOL_VERSION
 
 TIGHT = {**BOUNDS, "position_rad": (-0.5, 0.5), "stiffness_nm_rad": (0.0, 1.0)}
 RIG = RigDescription("mock", (AxisDescription("base", BOUNDS), AxisDescription("tip", TIGHT)), 1000.0)
@@ -100,6 +101,19 @@ def test_what_is_meant_for_another_rig_is_refused_but_a_stop_counts():
     assert RIG.name in told
     refused("wrong_type", id=1, op="reset", rig=7)
     assert ask(id=1, op="stop", rig="other").op == "stop"
+
+
+def test_what_is_asked_in_a_later_protocol_is_refused_but_a_stop_counts():
+    assert ask(id=1, op="reset", protocol=PROTOCOL_VERSION).op == "reset"
+    told = refused("wrong_protocol", id=1, op="an operation to come", protocol=PROTOCOL_VERSION + 1).text
+    assert f"protocol {PROTOCOL_VERSION + 1}, this daemon {PROTOCOL_VERSION}:" in told
+    refused("wrong_type", id=1, op="reset", protocol=1.0)
+    assert ask(id=1, op="stop", protocol=PROTOCOL_VERSION + 1).op == "stop"
+    aim = {"epoch": 1, "lease": "1b2c3d4e5f607182", "position_rad": [0.0] * RIG.n_axes}
+    told = decode_target(msgpack.packb({**aim, "protocol": PROTOCOL_VERSION + 1}), RIG)
+    assert isinstance(told, Refusal)
+    assert told.code == "wrong_protocol"
+    assert isinstance(decode_target(msgpack.packb({**aim, "protocol": PROTOCOL_VERSION}), RIG), Request)
 
 
 def test_booleans_are_no_numbers():

@@ -1,11 +1,14 @@
 """Several devices as one backend: time budgets, lost links, and a stop that reaches all."""
 
+import re
 import threading
 
+import numpy as np
 import pytest
-from rig_fakes import DRIVE, MADE, drive_and_finger, known, member, read, rig
+from rig_fakes import DRIVE, MADE, Fake, drive_and_finger, known, member, read, rig
 
-from hw.interface import BackendError, LinkFault, LinkLost
+from hw.interface import BackendError, LinkFault, LinkLost, Words
+from hw.refusals import DeviceMistakeError
 from hw.rig import compose
 from rtctl.tick import new_ticks
 
@@ -79,6 +82,22 @@ def test_a_lost_link_names_the_device(what, kind):
         backend.open() if what == "open" else getattr(backend, what)(new_ticks())
 
 
+@pytest.mark.parametrize("what", ["read", "write", "open", "warm_up"])
+def test_a_mistake_names_the_device_its_axes_and_what_it_was_doing(what, monkeypatch):
+    monkeypatch.setattr(Fake, "warm_up", lambda self, _tick: self._called("warm_up"), raising=False)
+    backend = compose([member("drive", DRIVE, ["torque"]), member("tip", ["force"], axes=(1,))], rig(2))
+    MADE["drive"].on = {what: lambda: np.zeros(2) + np.zeros(3)}
+    told = re.escape(f"device 'drive' (axis[0]): {what}: ValueError: operands could not be broadcast")
+    with pytest.raises(DeviceMistakeError, match=told):
+        backend.open() if what == "open" else getattr(backend, what)(new_ticks(1, 2))
+
+
+def test_words_that_raise_are_words():
+    backend, drive, _ = drive_and_finger()
+    drive.words = lambda: 1 / 0
+    assert backend.said()[0].words == (Words("words: ZeroDivisionError: division by zero"),)
+
+
 @pytest.mark.parametrize("kind", [BackendError, ValueError])
 def test_when_one_cannot_be_opened_the_others_are_closed_again(kind):
     backend, drive, finger = drive_and_finger()
@@ -87,7 +106,8 @@ def test_when_one_cannot_be_opened_the_others_are_closed_again(kind):
         raise kind("no such port")
 
     finger.on = {"open": _refuse}
-    with pytest.raises(kind, match="no such port" if kind is ValueError else "'finger': no such port"):
+    named = DeviceMistakeError if kind is ValueError else kind
+    with pytest.raises(named, match=r"'finger'.*: no such port"):
         backend.open()
     assert drive.calls == ["open", "close"]
 
@@ -102,7 +122,8 @@ def test_stop_and_close_reach_every_device_though_one_raises_and_one_hangs(what,
     MADE["a"].on = {what: lambda: forever.wait(60)}
     MADE["b"].on = {what: lambda: 1 / 0}
     MADE["drive"].on = {what: reached.set}
-    getattr(backend, what)()
+    with pytest.raises(BackendError, match=r"^device 'b': ZeroDivisionError: division by zero$"):
+        getattr(backend, what)()
     assert reached.wait(60)
     forever.set()
 

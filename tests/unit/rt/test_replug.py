@@ -5,9 +5,10 @@ import pytest
 
 from hw.claims import Claims
 from hw.interface import BackendError, CompiledBackend, LinkFault, LinkLost
+from hw.refusals import DeviceMistakeError, raised_by, story_of
 from rtctl.rt import process
-from rtctl.rt.refusals import raised_by, story_of
 from rtctl.rt.replug import REOPEN_TICKS, Replug
+from rtctl.rt.shared_memory import Memory
 from rtctl.tick import new_ticks
 
 
@@ -106,7 +107,9 @@ def test_it_is_looked_for_now_and_then_and_found(plugged, kind):
 def test_a_mistake_of_the_backend_is_not_caught(plugged, method):
     device, replug, _, tick = plugged
     setattr(device, method, lambda _tick: 1 / 0)
-    with pytest.raises(ZeroDivisionError):
+    with pytest.raises(
+        DeviceMistakeError, match=f"^the device: {method}: ZeroDivisionError: division by zero$"
+    ):
         getattr(replug, method)(tick)
 
 
@@ -168,8 +171,24 @@ def test_a_device_whose_opening_fails_by_a_mistake_is_stopped_and_told_at_the_st
     assert process._open(device, [], Claims()) is None
     assert device.calls == ["open", "stop"]
     assert said == [
-        ("ended", {"reason": "device", "detail": f"{type(error).__name__}: {error}".rstrip(": ")})
+        ("ended", {"reason": "device", "detail": f": open: {type(error).__name__}: {error}".rstrip(": ")})
     ]
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_device_whose_warm_up_raises_is_stopped_closed_and_told(monkeypatch, stops):
+    device, said = Device(), []
+    device.warm_up = raising(TypeError("no such type"))
+    if not stops:
+        device.stop = raising(ValueError("bad"))
+    monkeypatch.setattr(process, "_say", lambda what, **more: said.append((what, more)))
+    memory = Memory.create(1, 8, 1_000_000)
+    assert not process._warmed_up(Replug(device, place="device[0] 'mine' (axis[0])"), memory)
+    memory.close()
+    assert device.calls == (["stop", "close"] if stops else ["close"])
+    detail = "device[0] 'mine' (axis[0]): warm_up: TypeError: no such type"
+    more = "" if stops else "; not stopped: device[0] 'mine' (axis[0]): stop: ValueError: bad"
+    assert said == [("ended", {"reason": "device" if stops else "error", "detail": detail + more})]
 
 
 def test_it_compiles_what_the_device_has_to_compile():

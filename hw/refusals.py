@@ -7,6 +7,10 @@ from collections.abc import Callable
 from hw.interface import BackendError
 
 
+class DeviceMistakeError(Exception):
+    """What the code of a device raised and must not; the text names the device, its axes and the method."""
+
+
 def raised_by(action: Callable[[], object]) -> Exception | None:
     """What `action` raised; None where it did not. Only for what must go on, or end in words, whatever that
     was."""
@@ -20,9 +24,16 @@ def raised_by(action: Callable[[], object]) -> Exception | None:
 def words_of(error: BaseException) -> str:
     """An error in one line: what a device or the system says speaks for itself, any other names its kind."""
     text = str(error)
-    if isinstance(error, BackendError | OSError) and text:
+    if isinstance(error, BackendError | DeviceMistakeError | OSError) and text:
         return text
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
+def mistake_of(place: str, doing: str, error: Exception) -> DeviceMistakeError:
+    """What a device's code raised and must not, with its name; one that has a name keeps it."""
+    if isinstance(error, DeviceMistakeError):
+        return error
+    return DeviceMistakeError(f"{place}: {doing}: {words_of(error)}")
 
 
 def story_of(error: BaseException) -> str:
