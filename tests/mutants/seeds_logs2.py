@@ -1,9 +1,10 @@
-"""Seeded bugs in what was left over of logs: copies, causes that are not the true ones, refusals by chance."""
+"""Seeded bugs in what was left over of logs: copies, causes that were not the true ones, chance."""
 
 from __future__ import annotations
 
 from seed import Seed
 
+CAUSES = "tests/unit/friction/test_true_causes.py"
 COPIES = "tests/unit/friction/test_copied_rows.py"
 
 SEEDS = (
@@ -27,5 +28,19 @@ SEEDS = (
         "kept = [part.at(mine) for part, mine in zip(parts, fresh, strict=True)]",
         "kept = list(parts)",
         (f"{COPIES}::test_rows_of_points_that_are_in_two_files_are_counted_once",),
+    ),
+    Seed(
+        "a torque that is not proportional makes a fine position too coarse",
+        "rtctl/friction/logs/log_checks.py",
+        "< 0.5 * short:",
+        "< -1.0:",
+        (f"{CAUSES}::test_a_fine_position_is_not_called_coarse_where_the_torque_is_not_proportional",),
+    ),
+    Seed(
+        "what coarse steps leave over is a hand",
+        "rtctl/friction/logs/left_over.py",
+        "** 2 > STEPS_SHARE * plain.rest**2",
+        "** 2 > 1e9 * plain.rest**2",
+        (f"{CAUSES}::test_what_the_steps_of_a_position_leave_over_is_told_as_theirs",),
     ),
 )

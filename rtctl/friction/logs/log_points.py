@@ -13,7 +13,7 @@ from hw.interface import Rig
 from rtctl.errors import DataError, of_file
 from rtctl.friction.logs.copied_rows import counted_once
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
-from rtctl.friction.logs.log_checks import coarseness, diagnose, external_of
+from rtctl.friction.logs.log_checks import diagnose, external_of, with_coarseness
 from rtctl.friction.logs.log_input import (
     Gearing,
     of_one_radian,
@@ -151,7 +151,7 @@ def _signals_of(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, slowest_rad
             found.append(of_stretches(stretches, cutoff_hz, slowest_rad_s))
     pool = without_waves(pooled(found), logs, slowest_rad_s)
     step_nm = max(one.torque_step_nm for stretches in logs for one in stretches)
-    return replace(pool, inertia_short=coarseness(logs, pool, slowest_rad_s), torque_step_nm=step_nm)
+    return replace(with_coarseness(logs, pool, slowest_rad_s), torque_step_nm=step_nm)
 
 
 def settled(
