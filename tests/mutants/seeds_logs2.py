@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 CAUSES = "tests/unit/friction/test_true_causes.py"
+CHANCE = "tests/unit/friction/test_judged_by_chance.py"
 COPIES = "tests/unit/friction/test_copied_rows.py"
 
 SEEDS = (
@@ -42,5 +43,19 @@ SEEDS = (
         "** 2 > STEPS_SHARE * plain.rest**2",
         "** 2 > 1e9 * plain.rest**2",
         (f"{CAUSES}::test_what_the_steps_of_a_position_leave_over_is_told_as_theirs",),
+    ),
+    Seed(
+        "a tenth of the points outside refuses a session of five",
+        "rtctl/friction/learn/report_judge.py",
+        "float(likely.min(initial=points))",
+        "0.0",
+        (CHANCE,),
+    ),
+    Seed(
+        "a joint at rest has 1e-240 rad/s",
+        "rtctl/friction/points.py",
+        "np.where(speed > AT_REST * speed.max(initial=0.0), velocity_rad_s, 0.0)",
+        "velocity_rad_s",
+        (f"{CHANCE}::test_a_joint_that_comes_to_rest_has_points_at_rest",),
     ),
 )
