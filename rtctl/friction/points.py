@@ -23,6 +23,9 @@ LEVEL_WIDTH = 1.03
 AGAINST_FEW = 0.1
 """Share of the rows with friction against the motion up to which these rows are wrong, and not the rest."""
 
+AT_REST = 1e-12
+"""Share of the greatest speed up to which a joint is at rest."""
+
 POINTS_MAX = 2000
 """Most points of one direction: the regression's time grows with their square. Average before."""
 
@@ -60,7 +63,7 @@ class FrictionPoints:
         """Points from rows of (velocity, friction, direction, std, count), in the units above."""
         table = np.array([tuple(row) for row in rows], dtype=float).reshape(-1, 5)
         velocity, friction, direction, std, count = table.T
-        return cls(velocity, friction, direction, std, count, source, sha256, told(columns or {}))
+        return cls(_still(velocity), friction, direction, std, count, source, sha256, told(columns or {}))
 
     @classmethod
     def from_signed(
@@ -105,7 +108,9 @@ class FrictionPoints:
             for row in np.flatnonzero(wrong)[:1]:
                 numbers = {"given": given[row], "velocity": velocity_rad_s[row], "torque": torque_nm[row]}
                 raise DataError(f"{where(int(row))}: {text.format(**numbers, direction=direction[row])}")
-        return cls(velocity_rad_s, np.abs(torque_nm), direction, std, count, source, sha256, told(rest))
+        return cls(
+            _still(velocity_rad_s), np.abs(torque_nm), direction, std, count, source, sha256, told(rest)
+        )
 
     @property
     def time_s(self) -> np.ndarray | None:
@@ -135,6 +140,13 @@ class FrictionPoints:
         """(speed rad/s, friction N m) of one direction, by rising speed."""
         rows = self.rows_of(direction)
         return np.abs(self.velocity_rad_s[rows]), self.friction_nm[rows]
+
+
+def _still(velocity_rad_s: np.ndarray) -> np.ndarray:
+    """Velocities, 0 where they are none beside the greatest: the last rows of a simulated joint that comes to
+    rest have 1e-240 rad/s, whose square is none, and no cell of a table is as narrow."""
+    speed = np.abs(velocity_rad_s)
+    return np.where(speed > AT_REST * speed.max(initial=0.0), velocity_rad_s, 0.0)
 
 
 def _remedy(against: np.ndarray, direction: np.ndarray) -> str:

@@ -61,6 +61,16 @@ class Plateau:
 
 
 @dataclass(frozen=True)
+class Recorded:
+    """Rows of a whole file as they were recorded: s after its first row (None without stamps), the position
+    (n,), and what else was mapped by its name."""
+
+    time_s: np.ndarray | None
+    place: np.ndarray
+    beside: dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
 class AxisLog:
     """One axis of a log: arrays of one length on an even grid; `torque_nm` is motor plus hand torque.
 
@@ -71,7 +81,8 @@ class AxisLog:
     (`rtctl.friction.logs.log_input`); `step_rad` is the step of the recorded position, 0 where not known;
     `plateaus` are those of its torques, as recorded; `settle_rad` is the travel behind a turn over which its
     bristles bend, 0 where that is not longer than usual; `unsaid` are columns of whose unit the file says
-    nothing; `torque_step_nm` is the largest step of its torques as recorded."""
+    nothing; `torque_step_nm` is the largest step of its torques as recorded; `recorded` is its whole
+    file."""
 
     rate_hz: float
     position_rad: np.ndarray
@@ -88,6 +99,7 @@ class AxisLog:
     settle_rad: float = 0.0
     unsaid: tuple[str, ...] = ()
     torque_step_nm: float = 0.0
+    recorded: Recorded | None = None
 
     @property
     def where(self) -> str:

@@ -32,6 +32,10 @@ PAIRS_LEAST = 30
 NOISE_SHARE = 0.2
 """Smallest share of what is left over, by power, that is called no noise."""
 
+STEPS_SHARE = 0.5
+"""Share of what is left over, by power, from which on it is of the steps of the position, which make as much
+of an acceleration times the inertia."""
+
 NORMAL = 1.4826
 """RMS of noise against the median of its size."""
 
@@ -87,8 +91,9 @@ def bounds(balance: Balance, rest: float) -> dict[str, float]:
     return found
 
 
-def told(balance: Balance) -> tuple[str, ...]:
-    """The warning that what is left over is no noise, where it may have moved a parameter much."""
+def told(balance: Balance, step_rad: float) -> tuple[str, ...]:
+    """The warning that what is left over is no noise, where it may have moved a parameter much; or that it is
+    what the steps of the position, `step_rad`, leave over."""
     rest = no_noise(balance)
     share, off = rest / balance.spread, bounds(balance, rest)
     much = {name: by for name, by in off.items() if share > SMOOTH_LEAST and by > MOST_OFF[name]}
@@ -99,8 +104,15 @@ def told(balance: Balance) -> tuple[str, ...]:
     named = ", ".join(
         f"{name} by {100 * by:.0f} %" if by < 1 else f"{name} wholly" for name, by in much.items()
     )
+    source, plain = balance.signals.source, balance.fit()
+    if (plain.inertia * balance.signals.steps_rad_s2) ** 2 > STEPS_SHARE * plain.rest**2:
+        return (
+            f"{source}: column position: too coarse: steps of {step_rad:.3g} rad leave {100 * share:.2g} % "
+            f"of the torque over, and may have moved the parameters, {named}; record more digits, a velocity "
+            "too, or lower --cutoff-hz",
+        )
     return (
-        f"{balance.signals.source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand "
+        f"{source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand "
         "or another torque that is not mapped, an elastic shaft, play, a command that the drive cut off at "
         "a limit of its own, counts that are lost, friction that "
         "varies with the place or is not Coulomb + viscous): what looks like it may have gone into the "

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -28,6 +29,8 @@ LOWER_CUTOFF = 0.4
 BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
 """Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up
 to twice what the steps of slow motion make."""
+
+TOO_COARSE = "column position: too coarse"
 
 FEW_LEVELS = 0.01
 """Step of a position without a velocity, share of its range, that is told whatever it makes of the
@@ -61,8 +64,9 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     coarse = _coarse_position(logs, signals)
     held = held_still(balance)
     # a cause with a name explains what is left over; the bound is for causes that have none (decision 0044)
+    step_rad = max(step_of(one) for stretches in logs for one in stretches)
     found = diagnosed(balance, (*noted, *held)) or (
-        *left_over.told(balance),
+        *(one for one in left_over.told(balance, step_rad) if not (coarse and TOO_COARSE in one)),
         # a curve through the values of a slower device is smooth, and that is told
         *(() if any("it is of a slower" in note for note in noted) else smoothed(balance, logs)),
     )
@@ -88,9 +92,11 @@ def external_of(
     return in_place_of_torque(logs, lambda one: np.asarray(one.external_nm), cutoff_hz, speed_min_rad_s)
 
 
-def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float) -> float:
-    """Share by which the steps of the position make the inertia too small, for the acceleration drowns in
-    them; 0 to 1.
+def with_coarseness(
+    logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float
+) -> Regressors:
+    """The signals with the acceleration that the steps of the position make, and the share by which it, or
+    what else is uneven in a position, makes the inertia too small, for the acceleration drowns in it.
 
     Notes
     -----
@@ -99,17 +105,23 @@ def coarseness(logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min
     measured. Of a recorded velocity the steps of the position make no acceleration."""
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
-        return 0.0
+        return signals
     balance = Balance.of(signals)
     # what is uneven otherwise than by its steps (an interpolating encoder) shows only against a lower cut-off
     short = _gained_by_lower_cutoff(logs, balance, speed_min_rad_s)
     if any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches):
-        return short
+        return replace(signals, inertia_short=short)
     coarse = [[rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
     again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
-    noise = (again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding]
+    steps = float((again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding].std())
+    signals = replace(signals, steps_rad_s2=steps)
+    return replace(signals, inertia_short=max(short, _short_by_steps(signals, balance)))
+
+
+def _short_by_steps(signals: Regressors, balance: Balance) -> float:
     # against the acceleration that no other column has: the inertia is learned from that part alone
-    return max(short, min(1.0, float(noise.var()) / max(float(balance.own_acceleration().var()), 1e-300)))
+    own = max(float(balance.own_acceleration().var()), 1e-300)
+    return min(1.0, signals.steps_rad_s2**2 / own)
 
 
 def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> None:
@@ -131,10 +143,18 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         return _few_levels(logs, signals)
     each = [one for stretches in logs for one in stretches]
     step = max(step_of(one) for one in each)
+    if _short_by_steps(signals, Balance.of(signals)) < 0.5 * short:
+        lower_hz = LOWER_CUTOFF * signals.cutoff_hz
+        return [
+            f"{signals.source}: the inertia is {100 * short:.0f} % smaller than with a cut-off of "
+            f"{lower_hz:.3g} Hz, and not by the steps of the position ({step:.1g} rad): noise of position or "
+            "velocity (play that rattles, an encoder that interpolates), an elastic shaft, or a torque that "
+            f"is filtered, echoes or is not proportional; try --cutoff-hz {lower_hz:.3g}, move more briskly"
+        ]
     text = (
-        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad, or what else is uneven in "
-        f"it (play that rattles, an encoder that interpolates), make the inertia {100 * short:.0f} % too "
-        "small, or more; record more digits, a velocity too, move more briskly, or lower --cutoff-hz"
+        f"{signals.source}: column position: too coarse: steps of {step:.3g} rad make the inertia "
+        f"{100 * short:.0f} % too small, or more; record more digits, a velocity too, move more briskly, or "
+        "lower --cutoff-hz"
     )
     lost = any(step_of(one) > COARSE_STEP * np.ptp(one.position_rad) for one in each)
     if lost and short > BIAS_REFUSED:

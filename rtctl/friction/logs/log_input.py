@@ -18,7 +18,7 @@ from hw.playback.quantum import quantum
 from hw.playback.reader import Recording, load_stretches
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction.logs.clipping import plateaus
-from rtctl.friction.logs.dynamics import AxisLog
+from rtctl.friction.logs.dynamics import AxisLog, Recorded
 from rtctl.friction.logs.logs import FrictionSamples, axis_log
 from rtctl.friction.logs.plausibility import ANY_LINEAR, Limits, largest_speed, plausible
 from rtctl.friction.logs.regression import JointFit, offset_rows
@@ -99,8 +99,19 @@ def read_log(
     the ends of the log is cut off. A stretch in which nothing moves, or nearly empty, is left out if there
     are others."""
     rig = gearing.rig() if isinstance(gearing, Gearing) else gearing
+    recorded: list[Recorded] = []
+
+    def mended_rows(
+        path: Path, time_s: np.ndarray | None, position: np.ndarray, beside: dict[str, np.ndarray]
+    ) -> tuple[str, ...]:
+        # before anything is mended: a curve through held values differs from one copy to the next
+        since_s = None if time_s is None else time_s - time_s[0]
+        columns = {name: column[:, 0].copy() for name, column in beside.items()}
+        recorded.append(Recorded(since_s, position[:, 0].copy(), columns))
+        return mend(path, time_s, position, beside)
+
     try:
-        stretches = load_stretches(options, rig, mend)
+        stretches = load_stretches(options, rig, mended_rows)
     except BackendError as error:
         raise DataError(str(error)) from error
     # by all stretches: each with its own would have rows of one log judged by two thresholds
@@ -109,7 +120,7 @@ def read_log(
     # a rest before the motion is no fault of a log, and would be refused as "hardly any motion"
     moving = [one for one in stretches if len(one) >= STRETCH_MIN_ROWS and np.ptp(one.position_rad) > least]
     return tuple(
-        replace(aligned(one, rig, torque_delay_s, limits), radian=radian)
+        replace(aligned(one, rig, torque_delay_s, limits), radian=radian, recorded=recorded[0])
         # where nothing moves the longest is read all the same: its refusal says what is wrong with the file
         for one in moving or sorted(stretches, key=len)[-1:]
     )

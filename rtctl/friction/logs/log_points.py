@@ -11,8 +11,9 @@ from typing import Any
 
 from hw.interface import Rig
 from rtctl.errors import DataError, of_file
+from rtctl.friction.logs.copied_rows import counted_once
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
-from rtctl.friction.logs.log_checks import coarseness, diagnose, external_of
+from rtctl.friction.logs.log_checks import diagnose, external_of, with_coarseness
 from rtctl.friction.logs.log_input import (
     Gearing,
     of_one_radian,
@@ -105,31 +106,23 @@ def read_in_time(
                 found.append(read_log(each, gearing, delay_s, limits))
         return tuple(of_one_radian(found))
 
-    def signals_of(logs: Sequence[Sequence[AxisLog]]) -> Regressors:
-        found = []
-        for stretches in logs:
-            with of_file(Path(stretches[0].source)):
-                found.append(of_stretches(stretches, cutoff, slowest))
-        pool = without_waves(pooled(found), logs, slowest)
-        step_nm = max(one.torque_step_nm for stretches in logs for one in stretches)
-        return replace(pool, inertia_short=coarseness(logs, pool, slowest), torque_step_nm=step_nm)
-
     def looked_at(
         logs: tuple[tuple[AxisLog, ...], ...],
     ) -> tuple[tuple[tuple[AxisLog, ...], ...], Regressors, Presliding | None]:
         # before the rows are chosen: which of them slide goes by it (decision 0080)
         bent = presliding_of_logs([one for stretches in logs for one in stretches], cutoff, slowest)
         long = settled(logs, bent)
-        signals = signals_of(long)
+        signals = _signals_of(long, cutoff, slowest)
         # strokes shorter than these bristles: rows that still bend a little are better than none
         if long is not logs and not signals.enough():
-            return logs, signals_of(logs), bent
+            return logs, _signals_of(logs, cutoff, slowest), bent
         return long, signals, bent
 
     logs = read(torque_delay_s)
     parts = [stretches[0] for stretches in logs]
     require_different(parts)
     cutoff = cutoff_for(parts, cutoff_hz)
+    logs, copied = counted_once(logs, cutoff)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     logs, signals, bent = looked_at(logs)
     taken: tuple[str, ...] = ()
@@ -140,13 +133,25 @@ def read_in_time(
     if late_s < half_s:
         torque_delay_s, taken = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
         # anew from the file: a torque that was shifted twice would be smoothed twice
-        logs, signals, bent = looked_at(read(late_s))
+        logs, signals, bent = looked_at(counted_once(read(late_s), cutoff)[0])
     held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
     unknown = (*untold, *unseen, *below_the_slowest(signals))
-    return InTime(logs, signals, cutoff, slowest, torque_delay_s, (*told, *off), taken, unknown, bent)
+    return InTime(
+        logs, signals, cutoff, slowest, torque_delay_s, (*copied, *told, *off), taken, unknown, bent
+    )
+
+
+def _signals_of(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, slowest_rad_s: float) -> Regressors:
+    found = []
+    for stretches in logs:
+        with of_file(Path(stretches[0].source)):
+            found.append(of_stretches(stretches, cutoff_hz, slowest_rad_s))
+    pool = without_waves(pooled(found), logs, slowest_rad_s)
+    step_nm = max(one.torque_step_nm for stretches in logs for one in stretches)
+    return replace(with_coarseness(logs, pool, slowest_rad_s), torque_step_nm=step_nm)
 
 
 def settled(

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -67,6 +67,16 @@ def file_sha256(path: Path) -> str:
     """Checksum of a file, hex."""
     with path.open("rb") as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def files_sha256(files: Sequence[Path]) -> str:
+    """Checksum of several files together, hex. Raises DataError for one that is given twice."""
+    digests = [file_sha256(file) for file in files]
+    for digest in digests:
+        if digests.count(digest) > 1:
+            first, second, *_ = (file for file, each in zip(files, digests, strict=True) if each == digest)
+            raise DataError(f"{second}: the same as {first}; give each file once")
+    return digests[0] if len(files) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
 def axis_log(

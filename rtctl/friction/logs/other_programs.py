@@ -3,7 +3,6 @@ speed."""
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -28,7 +27,8 @@ from hw.playback.quantum import quantum
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError, of_file
-from rtctl.friction.logs.logs import FrictionSamples, file_sha256, level_points
+from rtctl.friction.logs.copied_rows import COPIED_ROWS, fresh_rows
+from rtctl.friction.logs.logs import FrictionSamples, files_sha256, level_points
 from rtctl.friction.point_columns import COLUMNS
 from rtctl.friction.points import FrictionPoints
 
@@ -133,10 +133,12 @@ def read_mapped(
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
     notes: list[str] = []
+    if average != "none":
+        parts, notes = _counted_once(files, parts)
     if len(files) == 1 and columns.log is None and average != "file":
         _part_where_time_starts_over(files[0], parts[0], notes)
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
-    sha256 = _checksum(files)
+    sha256 = files_sha256(files)
     if average == "file":
         found = []
         for file, part in zip(files, parts, strict=True):
@@ -149,14 +151,18 @@ def read_mapped(
     else:
         whole = _together(parts)
         points = FrictionPoints.from_signed(
-            whole.velocity,
-            whole.torque,
-            source,
-            sha256,
-            whole.columns,
-            lambda row: f"{source}: row {row + 1}",
+            whole.velocity, whole.torque, source, sha256, whole.columns, lambda k: f"{source}: row {k + 1}"
         )
     return replace(points, motion=motion), notes
+
+
+def _counted_once(files: Sequence[Path], parts: Sequence[_Signals]) -> tuple[list[_Signals], list[str]]:
+    """The signals without rows that are others again, and what is to be said."""
+    tables = [np.column_stack([part.velocity, part.torque]) for part in parts]
+    still = [np.zeros(len(part.velocity)) for part in parts]
+    fresh, told = fresh_rows(tables, still, [str(file) for file in files], COPIED_ROWS)
+    kept = [part.at(mine) for part, mine in zip(parts, fresh, strict=True)]
+    return kept, [f"{told}: counted once"] if told else []
 
 
 def _columns(tables: Mapping[str, Any]) -> Columns:
@@ -187,6 +193,11 @@ class _Signals:
     velocity: np.ndarray
     torque: np.ndarray
     columns: dict[str, np.ndarray]
+
+    def at(self, rows: np.ndarray) -> _Signals:
+        """Some of the rows."""
+        beside = {name: column[rows] for name, column in self.columns.items()}
+        return _Signals(self.velocity[rows], self.torque[rows], beside)
 
 
 def units_of(motion: str, lead_m: float) -> dict[str, Mapping[str, float]]:
@@ -244,10 +255,9 @@ def _together(parts: Sequence[_Signals]) -> _Signals:
 def _moving(parts: Sequence[_Signals], source: str, sha256: str) -> FrictionSamples:
     """Rows of all files at which the joint moves."""
     whole = _together(parts)
-    moving = whole.velocity != 0
-    beside = {name: column[moving] for name, column in whole.columns.items()}
-    still = np.zeros(int(moving.sum()))
-    return FrictionSamples(still, whole.velocity[moving], whole.torque[moving], source, sha256, beside)
+    whole = whole.at(whole.velocity != 0)
+    still = np.zeros(len(whole.velocity))
+    return FrictionSamples(still, whole.velocity, whole.torque, source, sha256, whole.columns)
 
 
 def _part_where_time_starts_over(file: Path, part: _Signals, notes: list[str]) -> None:
@@ -287,12 +297,3 @@ def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[floa
         )
     beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
     return (mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))), beside
-
-
-def _checksum(files: Sequence[Path]) -> str:
-    digests = [file_sha256(file) for file in files]
-    for digest in digests:
-        if digests.count(digest) > 1:
-            first, second, *_ = (file for file, each in zip(files, digests, strict=True) if each == digest)
-            raise DataError(f"{second}: the same as {first}; give each file once")
-    return digests[0] if len(files) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()

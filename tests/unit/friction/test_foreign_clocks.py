@@ -2,11 +2,12 @@
 torque that is truly late or early is told.
 """
 
+import math
 from dataclasses import replace
 
 import pytest
 from dirty_logs import OFF
-from foreign_clocks import BOUC_WEN, ENDS, KARNOPP, MEASURED, TANH, Loop, drawn, identified
+from foreign_clocks import BOUC_WEN, ENDS, KARNOPP, MEASURED, TANH, Loop, drawn, identified, written
 
 pytestmark = pytest.mark.compiled
 
@@ -52,6 +53,11 @@ def test_how_the_torque_was_taken_stands_beside_the_warnings(tmp_path):
     _, _, found, _ = identified(SOUND["a joint, each row begins a command"], tmp_path)
     (taken,) = found["taken"]
     assert "the command that each row begins" in taken
+
+
+def test_a_program_of_slow_strokes_has_no_friction_to_be_right_about():
+    truth = written(drawn(17)).truth
+    assert math.isnan(truth["coulomb_nm"])
 
 
 @pytest.mark.parametrize("name", DELAYED)

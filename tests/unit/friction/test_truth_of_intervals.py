@@ -13,7 +13,7 @@ from dirty_logs import said_by
 from rtctl.cli.fit import command as fit_command
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.intervals import covariance, telling_blocks
-from rtctl.friction.logs.log_checks import coarseness, diagnose
+from rtctl.friction.logs.log_checks import diagnose, with_coarseness
 from rtctl.friction.logs.other_readings import doubts
 from rtctl.friction.logs.regression import joint_fit, taken_late
 from rtctl.friction.logs.regressors import regressors
@@ -83,12 +83,12 @@ def test_an_encoder_that_is_coarse_for_its_motion_is_told_however_far_it_turned(
         torque = 0.5 * (torque[:-1] + torque[1:])
     log = log_of(counted, torque, 1000.0, step_rad=step)
     signals = regressors(log)
-    signals = replace(signals, inertia_short=coarseness([[log]], signals, 0.03))
+    signals = with_coarseness([[log]], signals, 0.03)
     assert joint_fit(signals).symmetric.parameters["inertia_kgm2"].value < 0.7 * J
     assert signals.inertia_short > 0.3
     assert [said for said in diagnose([[log]], signals) if "too coarse" in said]
     fine = log_of(x, torque_of(v, a, noise=0.001), 1000.0)
-    assert coarseness([[fine]], regressors(fine), 0.03) < 0.02
+    assert with_coarseness([[fine]], regressors(fine), 0.03).inertia_short < 0.02
 
 
 def test_a_current_measured_with_the_position_is_known_where_it_is_surely_not_held():
