@@ -90,6 +90,12 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
             "it; hang weights on the joint",
         )
     fold, block = _folds(points, kept, way_of(points, folds))
+    # a fold of all of them would be learned from nothing
+    if len(np.unique(fold)) < 2:
+        raise DataError(
+            f"{points.source}: points with a load are of one {way_of(points, folds)} alone, and none is left "
+            "to judge by; measure the load in every session"
+        )
     rungs = tuple(_rung(rung, rows, fold, block) for rung in RUNGS)
     best = min(rungs, key=lambda one: one.rmse_nm)
     # the first: `RUNGS` begins with the plainest

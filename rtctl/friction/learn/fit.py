@@ -25,7 +25,7 @@ from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points import FrictionPoints, level_starts, levels_of
 
 EPSILON_NM = 0.005
-"""Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
+"""Default half width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
 
 EPSILON_SHARE = 0.02  # 5 mN m of a joint of 4 mN m erred by 13 % (decision 0091)
 """Share of the largest friction that the tube is where that is less than `EPSILON_NM`: a tube wider than the

@@ -33,9 +33,11 @@ _BEYOND = "stribeck_speed_beyond_range"
 class FormulaFit:
     """A fitted formula.
 
-    `covariance` follows the order of `curve.parameters`, squared units; a parameter on its bound (0) has
-    zero there; it is infinite where the points cannot separate them. `standard_error` is the root of its
-    diagonal. `peak_p_value` is the chance of points as peaked as these if friction were Coulomb + viscous."""
+    `covariance` follows the order of `curve.parameters`, squared units; it is infinite where the points
+    cannot separate them. A straight formula's parameter on its bound (0) has zero there; with a peak the
+    search ends a hair above its bounds, and all count as free: errors are then too large, not too small.
+    `standard_error` is the root of its diagonal. `peak_p_value` is the chance of points as peaked as these if
+    friction were Coulomb + viscous."""
 
     curve: Curve
     covariance: np.ndarray

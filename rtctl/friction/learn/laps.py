@@ -54,7 +54,9 @@ def period_s(time_s: np.ndarray, signals: np.ndarray) -> float | None:
     n = len(t)
     # an even grid: the correlation goes by steps, stamps may not
     grid = np.linspace(t[0], t[-1], n)
-    found = [_alike(np.interp(grid, t, signal[order]), n // LAPS_MIN) for signal in signals]
+    # the lag of a lap of just so many, and one more: a maximum is told by what comes behind it
+    lags = n // LAPS_MIN + 2
+    found = [_alike(np.interp(grid, t, signal[order]), lags) for signal in signals]
     # the worst of them: a position that repeats while the speed does not is another motion
     alike = np.min(found, axis=0)
     # every slow signal is like itself a step later: a lap is a maximum after it was unlike

@@ -107,7 +107,7 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
         text = next(text for rest, text in (*refusals, *doubts) if rest <= ALIKE * least)
         raise DataError("; besides: ".join([f"{source}: {text}", *noted]))
     told = [text for rest, text in doubts if rest <= ALIKE * least]
-    warnings = [f"{source}: {text}" for text in (*told, *_over_time(balance, plain, ALIKE * least))]
+    warnings = [f"{source}: {text}" for text in (*told, *_over_time(balance, ALIKE * least))]
     left = plain.rest / balance.spread
     if left > UNEXPLAINED_SHARE:
         raise DataError(
@@ -223,7 +223,7 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
     )
 
 
-def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
+def _over_time(balance: Balance, most: float) -> list[str]:
     """Parts of each log whose friction or inertia differ, where they leave at most `most` over."""
     told = []
     for k, source in enumerate(balance.signals.sources):

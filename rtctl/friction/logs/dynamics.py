@@ -20,6 +20,7 @@ import numpy as np
 from hw.jit import JIT_DISABLED
 from rtctl.control.jit import compiled
 from rtctl.errors import DataError
+from rtctl.friction.logs.signal_shift import derivatives
 
 CUTOFF_HZ = 20.0
 """Default low-pass: hand motion lies below it, structural vibration and encoder steps above."""
@@ -213,7 +214,6 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     -----
     Central differences of the filtered position. One period of the cut-off is dropped at each end, where
     the filter does not know what came before."""
-    # one-sided differences at both ends are of half the order, and two of them follow each other
     edge = rows_of_a_period(log, cutoff_hz)
     n = len(log.position_rad)
     least = STRETCH_PERIODS * edge
@@ -222,8 +222,8 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
             f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {least} are needed"
         )
     step = 1.0 / log.rate_hz
-    velocity = np.gradient(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)
-    acceleration = np.gradient(velocity, step)
+    # of five points: three, twice, made the inertia of a log of 100 Hz 3 % too large at 5 Hz
+    velocity, acceleration = derivatives(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)
     # every signal by the same slice: rows of one instant stay rows
     kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
     return Motion(

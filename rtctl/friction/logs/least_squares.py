@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.logs.dynamics import RANK_TOLERANCE
 from rtctl.friction.logs.even_motion import TooEvenError
 from rtctl.friction.logs.intervals import Estimate, covariance, estimates, telling_blocks, time_blocks
 from rtctl.friction.logs.offsets import OffsetColumns
@@ -92,7 +91,7 @@ def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.nd
     singular = np.linalg.svd(scaled, compute_uv=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     # too even is said by what is missing, where that is known: slow rows are easier to record than a motion
-    if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
+    if condition <= CONDITION_MAX:
         return condition
     few = few_slow(signals)
     if few:

@@ -191,12 +191,12 @@ def checked(
     options: Sequence[Mapping[str, Any]],
     gearing: Gearing | Rig,
     cutoff_hz: float | None = None,
-    speed_min_rad_s: float = SPEED_MIN_RAD_S,
+    speed_min_rad_s: float | None = None,
 ) -> Checked:
     """Read logs (validated options of the reader, one axis each) and look for all that makes their friction
     wrong.
 
-    `cutoff_hz` None: what suits their rates.
+    `cutoff_hz` and `speed_min_rad_s` as of `read_in_time`.
 
     Raises
     ------

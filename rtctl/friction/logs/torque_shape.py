@@ -16,6 +16,7 @@ import numpy as np
 
 from rtctl.friction.logs.intervals import covariance, time_blocks
 from rtctl.friction.logs.offsets import offset_columns
+from rtctl.friction.logs.other_readings import PEAK_SHARE
 from rtctl.friction.logs.regressors import Regressors
 
 SURELY, SURELY_BESIDE = 4.0, 3.0  # a share of .2 leaves over less than noise (decision 0063)
@@ -53,9 +54,6 @@ OWN_LEAST = 1e-3
 
 ROUNDS = 6
 """Times that a column is made anew of what is wanted with it."""
-
-PEAK_SHARE = 0.25
-"""As `other_readings.PEAK_SHARE`: the peak of friction that is tried beside."""
 
 
 @dataclass(frozen=True)
