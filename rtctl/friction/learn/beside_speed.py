@@ -80,6 +80,8 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
     rows, kept = rows_of(points)
     if len(kept) < ROWS_MIN:
         return LoadVerdict(0.0, reason=f"{len(kept)} points with a load, at least {ROWS_MIN} are needed")
+    # along the motion: a weight that hangs on the joint helps one way and hinders the other, and so spans
+    # twice its torque
     span_nm = float(np.ptp(rows.outside_nm))
     size_nm = float(np.sqrt(np.mean(rows.friction_nm**2)))
     # coefficients of a load that hardly changed are noise over noise, however many points there are
@@ -105,11 +107,14 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
 
 def _folds(points: FrictionPoints, kept: np.ndarray, way: str) -> tuple[np.ndarray, np.ndarray]:
     """Fold and block of each row that is kept."""
+    # units of all points, and only then those with a load: numbers of speeds must not change with what has
+    # one
     unit = units_of(points, way)[kept]
     if way != "speed":
         return shared_out(unit), unit
     fold = np.full(len(points.direction), TRAINS)
     for direction in (1, -1):
+        # direction by direction: each has a slowest and a fastest speed of its own, which train always
         fold[points.rows_of(direction)] = folds_of(points, (direction,), way)
     return fold[kept], unit
 
@@ -123,6 +128,7 @@ def _rung(rung: str, rows: Rows, fold: np.ndarray, block: np.ndarray) -> LoadRun
     judged = fold != TRAINS
     rmse = float(np.sqrt(np.mean(errors[judged] ** 2)))
     doubt = certainty.doubt(errors[judged], block[judged])
+    # told are the numbers of all points: the folds only said how well a form does on what it has not seen
     return LoadRung(load_terms.fit_terms(rung, rows), rmse, doubt)
 
 

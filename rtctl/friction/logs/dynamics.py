@@ -214,6 +214,7 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     -----
     Central differences of the filtered position. One period of the cut-off is dropped at each end, where
     the filter does not know what came before."""
+    # behind one period nothing of what the filter made up beyond the ends is left to see
     edge = rows_of_a_period(log, cutoff_hz)
     n = len(log.position_rad)
     least = STRETCH_PERIODS * edge
@@ -255,6 +256,7 @@ def regress(motion: Motion, speed_min_rad_s: float = SPEED_MIN_RAD_S, source: st
     torque = motion.torque_nm[moving]
     # columns of one size: the rank then is that of the motion, not of rad/s beside rad/s^2
     scale = np.sqrt((matrix**2).mean(axis=0))
+    # the rank and not a condition number: whoever calls it has no interval by which a poor one would show
     solution, _, rank, _ = np.linalg.lstsq(
         matrix / np.where(scale > 0, scale, 1.0), torque, rcond=RANK_TOLERANCE
     )

@@ -70,9 +70,12 @@ def solve(
     residual = torque - scaled @ solution
     own, drift = np.split(scaled, [len(columns)], axis=1)
     # what a column shares with the drift tells nothing of its parameter (Frisch, Waugh and Lovell)
+    # drift and waves are solved for with the rest above; only the intervals are of what is a column's own
     own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
     error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
     telling = telling_blocks(own, block)
+    # the fewer of both: slow columns use blocks up, and a column may be told by few of them (docs/theory.md
+    # 9.7)
     freedom = [
         min(offset.freedom(name, signals.log[rows], block), blocks - 1)
         for name, blocks in zip(columns, telling, strict=False)

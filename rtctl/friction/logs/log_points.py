@@ -136,11 +136,13 @@ def read_in_time(
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
     # the lateness is read off a torque put back by half a period, which is what most drives record
     half_s = 0.5 / parts[0].rate_hz
+    # a delay that was asked for, or a log without a motor, has nothing to be found
     late_s = taken_late(signals, half_s) if torque_delay_s is None and driven else half_s
     if late_s < half_s:
         torque_delay_s, taken = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
         # anew from the file: a torque that was shifted twice would be smoothed twice
         logs, signals, bent = looked_at(read(late_s))
+    # what of half a period is a guess: a doubt where the log did not tell it (`other_readings`)
     held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
@@ -223,6 +225,7 @@ def points_of_logs(
     ConfigError, DataError
         What `rtctl identify --log` refuses."""
     found = checked([options_of(file, columns, None) for file in files], gearing)
+    # of the checksums: no file is read once more
     digests = "".join(stretches[0].sha256 for stretches in found.logs)
     sha256 = hashlib.sha256(digests.encode()).hexdigest()
     return level_points(samples(found.signals, found.fit, sha256, remove_offset=True)), found.warnings

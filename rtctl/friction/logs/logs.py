@@ -176,6 +176,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
         speed, friction = np.abs(samples.velocity_rad_s[chosen]), direction * samples.friction_nm[chosen]
         own = part[chosen]
         beside = {name: column[chosen] for name, column in samples.columns.items()}
+        # `LEVELS_MAX` whatever is asked for: a machine's time grows with the square of its points
         for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX)):
             # the median, since a spike or a bump in some rows is no friction of this speed
             value = float(np.median(friction[level]))
@@ -211,6 +212,8 @@ def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
     not its spread."""
     v = speed - speed.mean()
     slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
+    # a level of fast speeds is wide, and friction rises across it: as spread that would be noise which is
+    # none
     rest = friction - friction.mean() - slope * v
     # the line took two degrees of freedom; a level has `SAMPLES_PER_LEVEL` rows at least
     return float(np.sqrt(rest @ rest / (len(rest) - 2)))
@@ -263,6 +266,7 @@ def pool(parts: list[FrictionSamples]) -> FrictionSamples:
         return parts[0]
     # a column that one of the logs lacks would be half empty, and levels average over logs
     names = set.intersection(*(set(part.columns) for part in parts))
+    # sorted: sets have no order, and a file of points must come out alike each time
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in sorted(names)}
     numbers = [np.full(len(part.time_s), float(k)) for k, part in enumerate(parts)]
     return FrictionSamples(
