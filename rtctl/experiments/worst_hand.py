@@ -54,6 +54,7 @@ def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.nda
 
     modes = len(w2)
     ground = inertia * w2[0] * math.prod(w2[1:] / p2)
+    # residues of the partial fractions, positive since resonances and poles take turns
     springs = [
         inertia * (w2[0] - one) / -one * (w2[n + 1] - one) * _ratio(w2[1:], p2, n) for n, one in enumerate(p2)
     ]

@@ -70,6 +70,8 @@ def over_ticks(
         first_s = now_s if first_s is None else first_s
         if now_s - first_s < next_s:
             continue
+        # from now on, and not from when it was due: after a pause of the recording there is one entry and not
+        # many
         next_s = now_s - first_s + STEP_S
         for name, axis in watched:
             # a history of what stands still would look like one that was measured again and again

@@ -136,7 +136,6 @@ def read_in_time(
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
     # the lateness is read off a torque put back by half a period, which is what most drives record
     half_s = 0.5 / parts[0].rate_hz
-    # a delay that was asked for, or a log without a motor, has nothing to be found
     late_s = taken_late(signals, half_s) if torque_delay_s is None and driven else half_s
     if late_s < half_s:
         torque_delay_s, taken = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)

@@ -147,6 +147,7 @@ def regressors(
         torque = advanced(torque, rate, torque_delay_s)
     ends = edge + abs(round(torque_delay_s * rate))
     kept = slice(ends, n - ends, max(1, edge // SAMPLES_PER_CUTOFF))
+    # in short strokes a share of the range, or no row of them would slide
     settle_rad = max(
         min(SETTLE_RAD * log.radian, SETTLE_SHARE * span), min(log.settle_rad, SETTLE_MOST_SHARE * span)
     )
@@ -291,5 +292,6 @@ def _sliding(x: np.ndarray, v: np.ndarray, settle_rad: float, speed_min: float, 
     begins = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     run = np.cumsum(np.isin(np.arange(len(v)), begins)) - 1
     good = (np.abs(x - x[begins][run]) >= settle_rad) & (np.abs(v) >= speed_min)
+    # a row is kept where none within reach is not good: the filter has mixed it with these
     wide = np.convolve(~good, np.ones(2 * reach + 1), mode="same")
     return np.asarray(wide < 0.5)

@@ -157,6 +157,7 @@ class PlainBalance:
     def of(self, column: np.ndarray, more: np.ndarray | None = None) -> Effect:
         """The effect of a column (n,); `more` beside the usual others."""
         others = self.others if more is None else np.hstack([self.others, more])
+        # twice: alone it may be there because of what bends a balance anyway, beside that it may be hidden
         value, error, rest = self.coefficient(column)
         beside, beside_error, _ = self.coefficient(column, others)
         before = self.coefficient(np.zeros(len(column)))[2]  # a column of nothing takes nothing off
@@ -181,6 +182,7 @@ class PlainBalance:
         """A scale that falls with the torque: its coefficient is the share of the largest that is missing."""
 
         def column(u: np.ndarray, _: float) -> np.ndarray:
+            # of what is wanted where rows are used: a spike of the acceleration elsewhere is no torque
             largest = max(float(np.quantile(np.abs(u[self.rows]), 0.99)), 1e-300)
             return np.asarray(-(u**3) / largest**2)  # minus: c > 0 is a torque that falls short
 

@@ -55,6 +55,7 @@ class TurningPart:
 def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> TurningPart | None:
     """One stretch made ready; None when it is too short or not finite."""
     rate, n = log.rate_hz, len(log.position_rad)
+    # four rows at least: both derivatives reach two rows to either side
     edge = max(4, round(rate / cutoff_hz))
     if n < 10 * edge or not (np.isfinite(log.position_rad).all() and np.isfinite(log.torque_nm).all()):
         return None
@@ -68,6 +69,7 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
     kept = window >= speed_min_rad_s / cutoff_hz
     # two periods: the acceleration is a derivative of a derivative of what the filter made up at an end
     kept[: 2 * edge] = kept[n - 2 * edge :] = False
+    # of the filtered velocity: an encoder at rest turns back with every flicker of a count
     turned = np.flatnonzero(np.diff(np.sign(velocity)) != 0)
     if not kept.any():
         return None

@@ -58,6 +58,7 @@ def without_waves(
     columns = everywhere[signals.sliding]
     with_waves = balance.fit(added=columns)
     # cogging is of the place and not of the direction; what turns with it is friction by place
+    # fitted anew each way, with all of the balance: friction that differs is not to look like waves that do
     ways = [balance.fit(added=columns, rows=balance.velocity * way > 0).added for way in (1, -1)]
     apart, size = (float(np.hypot(*each)) for each in (ways[0][:2] - ways[1][:2], with_waves.added[:2]))
     if with_waves.rest > TAKEN_RATIO * plain.rest or apart > ALIKE * size:
@@ -80,6 +81,7 @@ def _strongest(balance: Balance, travel: float) -> float:
     """Number of waves over the travel that explain most of what is left over, to a hundredth."""
     rest, share = balance.residual(), (balance.position - balance.position.min()) / travel
     cells = np.bincount(np.minimum((CELLS * share).astype(int), CELLS - 1), rest, CELLS)
+    # padded to four times its length: a pitch between two whole numbers of waves would fall through
     power = np.abs(np.fft.rfft(cells, TRIES_A_WAVE * CELLS))[: WAVES_MOST * TRIES_A_WAVE]
     # a spring, gravity and the drift of an offset are there
     power[: WAVES_LEAST * TRIES_A_WAVE] = 0.0
