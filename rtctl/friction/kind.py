@@ -2,13 +2,13 @@
 parameters, grid, document.
 
 Everything else (ladder, fit, compiler, report, model file, documents) asks a kind through this interface and
-knows no kind by name: a new one is a file of this folder and a row of `table`.
+knows no kind by name: a new one is a file of this folder and a row of `kind_table`.
 
 | symbol | meaning |
 |---|---|
 | v | speed, abs(velocity), rad/s, >= 0; arrays of any shape |
 | v_i, beta_i, b | support vectors (rad/s), dual coefficients and intercept (N m) of a sum of kernels |
-| c | the curve: `curve.Curve`, the numbers that were learned |"""
+| c | the curve: `kind_curve.Curve`, the numbers that were learned |"""
 
 from __future__ import annotations
 

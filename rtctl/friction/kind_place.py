@@ -37,7 +37,7 @@ class PlaceKernel:
     """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`),
     `share` and `decay`.
 
-    `unit_rad_s` is the speed that counts as 1 (`spline.UNIT`)."""
+    `unit_rad_s` is the speed that counts as 1 (`kind_spline.UNIT`)."""
 
     period_rad: float
     orders: int

@@ -47,6 +47,13 @@ SEEDS = (
         (f"{FRICTION}load.py::test_a_load_that_one_session_alone_has_is_not_judged_by_it",),
     ),
     Seed(
+        "a loop that runs off the numbers has no growth, and a maximum passes it over",
+        "rtctl/experiments/worst_hand.py",
+        "    return float(last / half) if last < np.inf else np.inf\n",
+        "    return float(last / half)\n",
+        ("tests/unit/experiments/test_positioning.py::test_a_loop_that_runs_off_the_numbers_grows",),
+    ),
+    Seed(
         "an acceleration of three points makes the inertia of a slow log too large",
         "rtctl/friction/logs/dynamics.py",
         "derivatives(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)",

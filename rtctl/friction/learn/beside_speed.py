@@ -1,5 +1,5 @@
-"""Whether friction depends on load, judged by what was held out. Judged, not deployed: the law goes by speed
-and place alone."""
+"""Whether friction depends on load, judged by what was held out. What the law is given of it, where that is
+asked for, is made in `unloaded`."""
 
 from __future__ import annotations
 
