@@ -69,10 +69,8 @@ def file_sha256(path: Path) -> str:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
-def axis_log(
-    recording: Recording, rig: Rig, axis: int = 0, use: Literal["both", "motor", "hand"] = "both"
-) -> AxisLog:
-    """Torque and position of one axis of a recording.
+def axis_log(recording: Recording, rig: Rig, use: Literal["both", "motor", "hand"] = "both") -> AxisLog:
+    """Torque and position of the first axis of a recording.
 
     Parameters
     ----------
@@ -85,13 +83,13 @@ def axis_log(
         The recording maps none of the torques asked for, or force columns only."""
     torques = []
     if use != "hand" and recording.current_a is not None:
-        per_ampere = rig.gear_ratio[axis] * rig.gear_efficiency[axis] * rig.torque_constant_nm_a[axis]
-        torques.append(recording.current_a[:, axis] * per_ampere)
+        per_ampere = rig.gear_ratio[0] * rig.gear_efficiency[0] * rig.torque_constant_nm_a[0]
+        torques.append(recording.current_a[:, 0] * per_ampere)
     if use != "motor" and recording.hand_torque_nm is not None:
-        torques.append(recording.hand_torque_nm[:, axis])
+        torques.append(recording.hand_torque_nm[:, 0])
     # a force at the handle turns the joint by its lever, given as three parts in the sensor's axes
     if use != "motor" and recording.force_n is not None:
-        torques.append(recording.force_n @ rig.lever_m[axis])
+        torques.append(recording.force_n @ rig.lever_m[0])
     if not torques:
         wanted = {"both": "motor or hand", "motor": "motor", "hand": "hand"}[use]
         raise DataError(
@@ -99,14 +97,14 @@ def axis_log(
         )
     return AxisLog(
         rate_hz=recording.rate_hz,
-        position_rad=recording.position_rad[:, axis],
+        position_rad=recording.position_rad[:, 0],
         torque_nm=np.sum(torques, axis=0),
         source=str(recording.path),
         sha256=file_sha256(recording.path),
-        velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
+        velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, 0],
         start_s=recording.start_s,
         notes=recording.notes,
-        step_rad=recording.steps_rad[axis] if recording.steps_rad else 0.0,
+        step_rad=recording.steps_rad[0] if recording.steps_rad else 0.0,
         unsaid=recording.unsaid,
     )
 
