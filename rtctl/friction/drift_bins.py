@@ -64,7 +64,7 @@ class Binning:
             return Bins(number, *values)
         starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
         # all axes of a bin or none: they share its number, and a rig is usable as a whole
-        # NaN counts as a tick that says nothing: a mean with it in would be one
+        # NaN counts as a tick that says nothing: the mean of its bin would be NaN
         whole = np.add.reduceat((usable & np.isfinite(values).all(axis=(0, 2))).astype(int), starts)
         kept = whole == self.stride
         with np.errstate(invalid="ignore", over="ignore"):  # in bins that are not kept

@@ -43,7 +43,7 @@ def raise_break_away(points: Sequence[dict[str, Any]], known: Sequence[Known]) -
         ramp_nm = float(point.setdefault("ramp_nm", point["friction_torque_nm"]))
         held = held_nm(known, point["direction"])
         wanted = held if held > (1.0 + RAISED_SHARE) * abs(ramp_nm) else abs(ramp_nm)
-        # of the ramps' own torque each time, so that it may come back when a later point says otherwise
+        # against what stands there now, which an earlier call may have raised: the ramps' own is kept apart
         factor = wanted / abs(float(point["friction_torque_nm"]))
         for name in RAISED:
             if point.get(name) is not None:

@@ -159,7 +159,6 @@ def _of_plateau(balance: Balance, log: int, plateau: Plateau) -> _Top | None:
 def _at_top(balance: Balance, column: np.ndarray, side: float) -> _Top | None:
     signal = side * (column - float(np.median(column)))
     # noise on a torque that was cut off goes beyond its limit in a few rows
-    # 200 rows of a log of 40,000 may be beyond it
     top = float(np.quantile(signal, 0.995))
     return _compared(balance, column, side, signal > AT_TOP * top, top)
 

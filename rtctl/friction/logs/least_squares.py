@@ -74,8 +74,7 @@ def solve(
     own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
     error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
     telling = telling_blocks(own, block)
-    # the fewer of both: slow columns use blocks up, and a column may be told by few of them (docs/theory.md
-    # 9.7)
+    # the fewer of both: slow columns use blocks up, and few blocks may tell a column (docs/theory.md 9.7)
     freedom = [
         min(offset.freedom(name, signals.log[rows], block), blocks - 1)
         for name, blocks in zip(columns, telling, strict=False)
