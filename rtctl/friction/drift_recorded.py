@@ -55,7 +55,8 @@ def over_ticks(
     watched = [(name, axis) for name, axis in zip(names, watch.axes, strict=True) if axis is not None]
     if not watched:
         raise DataError(
-            "no axis of this recording has a friction model and a force sensor: there is nothing to compare"
+            "no axis of this recording has a friction model and a force sensor: there is nothing to compare; "
+            "give a recording of a rig that has both"
         )
     history: dict[str, list[dict[str, Any]]] = {name: [] for name, _ in watched}
     seen: dict[str, Estimate | None] = {name: None for name, _ in watched}

@@ -13,13 +13,13 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.kind_harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
+from rtctl.friction.learn.hold_out import FOLDS
 from rtctl.friction.learn.in_step import chance, peak
 
 # doubled, then halved between two: seven fits and at most four more, where every number would be 33
 COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 """How many harmonics are tried first; then those between the fewest that will do and the next fewer."""
 
-FOLDS = 5
 # 2.5 to the shortest wave (`ORDER_MAX`): with longer ones a whole wave would be held out at once, and nothing
 # beside it would tell its phase
 _BLOCKS = 320

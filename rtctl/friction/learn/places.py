@@ -22,7 +22,7 @@ from rtctl.friction.kind_spline import UNIT
 from rtctl.friction.learn.bands import of_errors, with_band
 from rtctl.friction.learn.fit import describe_branch
 from rtctl.friction.learn.grids import unit_of
-from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed
+from rtctl.friction.learn.hold_out import FOLDS, TRAINS, folds_by_speed
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points import POINTS_MAX, FrictionPoints, level_starts
 
@@ -35,7 +35,6 @@ DECAY = 0.7
 RIDGES = (1e-4, 1e-3, 1e-2)
 """Tried: how much smoothness counts against the squares of the errors."""
 
-FOLDS = 5
 _SECTORS = 20
 """Sectors of a turn; every fifth that has rows is held out together, at every speed and in every turn."""
 

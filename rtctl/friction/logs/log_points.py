@@ -11,7 +11,7 @@ from typing import Any
 
 from hw.interface import Rig
 from rtctl.errors import DataError, of_file
-from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, SPEED_MIN_RAD_S, AxisLog
 from rtctl.friction.logs.log_checks import coarseness, diagnose, external_of
 from rtctl.friction.logs.log_input import (
     Gearing,
@@ -38,9 +38,6 @@ from rtctl.friction.presliding import Presliding
 SETTLE_LENGTHS = 5.0
 """Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's
 do."""
-
-SPEED_MIN_RAD_S = 0.03
-"""Slower rows are left out, times what stands for a radian of the axis."""
 
 MEASURED_TOGETHER = (
     "the motor torque was measured at the instants of the position, and is taken so: put back by half a "

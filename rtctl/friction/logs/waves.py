@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.balance_faults import LEFT_LEAST
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
 from rtctl.friction.logs.regressors import Regressors
@@ -25,9 +26,6 @@ TRIES_A_WAVE = 4
 # cogging of a pitch made masses 11 to 51 % too large and was told as two clocks (decision 0131)
 TAKEN_RATIO = 0.7
 """Share of what is left over, RMS, to which it must fall with the waves."""
-
-LEFT_LEAST = 0.025
-"""Share of the torque left over below which none are sought."""
 
 CELLS = 4096
 """Cells of the travel in which they are sought first: twenty of the shortest wave."""
@@ -49,6 +47,7 @@ def without_waves(
     if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
         return signals  # the fit itself says what is missing
     plain, travel = balance.fit(), float(np.ptp(balance.position))
+    # as of any cause that a balance is asked for: friction that is not quite Coulomb + viscous leaves as much
     if plain.rest <= LEFT_LEAST * balance.spread or not travel > 0:
         return signals
     per_travel = _strongest(balance, travel)
