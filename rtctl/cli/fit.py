@@ -46,7 +46,7 @@ _POSITIVE = Number(min=0, min_open=True, max=1e9)
     "--epsilon",
     "epsilon_nm",
     type=_POSITIVE,
-    help="width of the epsilon tube, N m; default 0.005, of friction below 0.25 a 50th of the largest",
+    help="half width of the epsilon tube, N m; default 0.005, of friction below 0.25 a 50th of the largest",
 )
 @click.option(
     "--fade",

@@ -16,10 +16,12 @@ LIGHT_DAMPING = 0.4
 MASSES = (0.5, 1.0, 2.5)
 """Virtual masses felt, shares of the joint's inertia."""
 SPRINGS_NM_RAD = (10.0, 50.0, 200.0, 500.0, 1000.0, 2000.0)
+# fifty times the stiffest spring: behind any coupling here it is felt as the coupling alone
 WALL_NM_RAD = 1e5
 DAMPING_SHARES = (0.0, 0.2, 0.4, 0.6, 0.8)
 """Shares of the joint's damping: b_c of a coupling; and b_v above `LIGHT_DAMPING` of it, five times as
 much."""
+# past 14 Hz the watch takes the motion for a contact that rings: the picture is to show that, too
 HZ = tuple(float(one) for one in np.geomspace(1.0, 30.0, 9))
 FELT_WITHIN = 0.05
 """On a rigid joint that hardly rubs; on any other twice that."""
@@ -91,6 +93,7 @@ def contact_sentence(touched: Mapping[str, Mapping[str, Contact]]) -> str:
     """The stiffest spring that each display renders within a tenth, and what rang, by the table."""
     parts = []
     for name, worlds in touched.items():
+        # within a tenth and calm: a spring that rings is rendered by its mean alone
         right = [
             worlds[f"spring of {k:g}"].calm
             and abs(worlds[f"spring of {k:g}"].stiffness_nm_rad / k - 1) <= 0.1

@@ -108,6 +108,7 @@ def hold(simulation: Simulation, stiffness_nm_rad: float, damping_nms_rad: float
 
 def fit_mass(speed_rad_s: np.ndarray, hand_nm: np.ndarray, period_s: float) -> tuple[float, float]:
     """Mass, kg m^2, and damping, N m s/rad, of tau = m dv/dt + b v, by least squares."""
+    # true speed of the simulation, every tick: three points err by .02 % at 5 Hz
     parts = np.stack([np.gradient(speed_rad_s, period_s), speed_rad_s], axis=1)
     (mass, damping), *_ = np.linalg.lstsq(parts, hand_nm, rcond=None)
     return float(mass), float(damping)

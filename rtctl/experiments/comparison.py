@@ -38,6 +38,8 @@ def outcome(
     words: Words, shown: Figures, order: Order, compared: list[Compared], found: Found, pictures: Part
 ) -> Outcome:
     """The page of an experiment: is the best support-vector model better than none, and than each formula."""
+    # the best by the very figure that it is judged by: of three machines that is a little luck, and the page
+    # names which
     best = positioning.best_svr(found, "PD", words.key, compared)
     target = Target(
         f"{words.name}: {words.target} with the best SVR ({best}) less than with none (PD)",

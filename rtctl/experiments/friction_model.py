@@ -50,6 +50,7 @@ def _tests(order: Order) -> list[FrictionPoints]:
     import joblib
 
     first = int(order.loaded.options.get("seed", 0)) + 1  # not the training points' own noise
+    # one after the other, so that a page can be made anew: no seed is drawn
     seeds = range(first, first + order.seeds)
     found: list[FrictionPoints] = []
     order.progress(0.3, "measuring other points")

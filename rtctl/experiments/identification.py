@@ -121,6 +121,7 @@ def run(order: Order) -> Outcome:
 
     first = int(order.loaded.options.get("seed", 0))
     seeds = [first + k for k in range(order.seeds)]
+    # in the order of the seeds, whichever worker was first
     found: list[list[dict[str, Any]]] = []
     order.progress(0.0, "identifying")
     with workers("loky", min(len(seeds), joblib.cpu_count())) as pool:

@@ -25,6 +25,7 @@ def free_motion(order: Order) -> Outcome:
     ConfigError."""
     _require(order, "free")
     runs = real_run.compare(order)
+    # free motion should cost nothing: all of the torque is what friction and inertia ask for
     wanted = {name: np.zeros(len(one["time_ns"])) for name, one in runs.items()}
     title = f"Free motion on rig {order.loaded.config.rig.name}"
     return _outcome(order, "free-motion", title, runs, wanted, "torque of the hand")

@@ -81,6 +81,7 @@ def judge(case: Case, run: Followed) -> dict[str, float]:
         "settling_s": settled if len(outside) == 0 or outside[-1] + 1 < len(share) else float("nan"),
         # a response that never came so far has none, and no negative one
         "overshoot": max(float(share.max()) - 1, 0.0),
+        # sizes of the errors, not their mean: a joint that hunts about its goal has none of the latter
         "steady_error_rad": float(np.mean(np.abs(step - run.position_rad[-round(REST_S / period_s) :]))),
         "effort_nm": rms(run.torque_nm),
     }

@@ -65,8 +65,11 @@ def follow(
         # held at its bound: against the limit of the torque it would wind up, and overshoot by all of it
         integral = min(max(integral, -g.integral_max_nm), g.integral_max_nm)
         wanted = g.kp_nm_rad * error + integral + g.kd_nms_rad * (v_r - v) + g.inertia_kgm2 * a_r
+        # toward the reference where that moves, toward the error where it stands (`control.position`)
         wanted += friction_toward(model[0], g.friction_gain, v_r, v, error, g.error_rad)
         limit = p.torque_limit_nm[0]
+        # the law's own gate: a controller that only works without rate and limit would win here and not on a
+        # rig
         sent, _ = gate_torque(
             wanted, sent, v, limit, limit, p.torque_rate_nm[0], p.velocity_limit_rad_s[0], True
         )

@@ -286,7 +286,7 @@ def _home(motion: Motion, cases: Sequence[Case]) -> float:
     if least > most:
         raise DataError(
             f"the travel in reach ({motion.low_rad:.3f} to {motion.high_rad:.3f} rad) is too short for "
-            f"references from {low:g} to {high:g} rad"
+            f"references from {low:g} to {high:g} rad; move the joint towards the middle of its travel"
         )
     return min(max(motion.position_rad, least), most)
 

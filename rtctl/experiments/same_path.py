@@ -49,6 +49,7 @@ def compare(order: Order, motion: Motion) -> dict[str, Way]:
     """Reduction by the rig file's compensation and difference of the paths, for each of `WAYS`."""
     found = {}
     for name, change in WAYS.items():
+        # off and on of one seed side by side: the noise and the place are the same in both
         pair = tuple(Variant(name, compensation, change) for compensation in (0.0, 1.0))
 
         def once(order: Order, seed: int, pair: tuple[Variant, ...] = pair) -> tuple[float, float]:

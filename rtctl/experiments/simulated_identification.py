@@ -25,6 +25,7 @@ def drive(
     ------
     KeyboardInterrupt
         Ctrl-C, after the simulated rig was stopped like a real one. Errors of the procedure likewise."""
+    # help would be measured as friction that is not there
     simulation.command["compensation"] = 0.0
     try:
         order = next(steps)
@@ -47,6 +48,7 @@ def _follow(simulation: Simulation, order: Order, axis: int) -> np.ndarray:
         command["seq"] += 1
     if order.arm_in is not None:
         command["arm_count"] += 1
+        # the epoch that the procedure saw: a stop since then voids the request, as on a rig
         command["epoch"] = order.arm_in
         command["seq"] += 1
     # shorter than asked is allowed: the procedure counts ticks

@@ -40,5 +40,6 @@ def scale(loaded: LoadedConfig, reach_rad: float, speed_rad_s: float = 0.0) -> f
     factor = own("reach_rad", 1.0, axis.motion)
     left = [USED_SHARE * min(up, down) / reach_rad]
     if speed_rad_s > 0:
+        # a motion that met the velocity limit would be one of the gate, and not of the controller
         left.append(USED_SHARE * axis.velocity_limit_rad_s / speed_rad_s)
     return min(factor, *left)  # place and speed by one factor: periods stay

@@ -91,6 +91,7 @@ def _measure(order: Order, seed: int, variant: Variant) -> Run:
     return virtual.measure(order.loaded, seed, PUSH, Variant(variant.name, variant.compensation, change))
 
 
+# from the true angle, not the encoder's: what is desired is a spring, and no measurement of one
 def _desired(run: Run) -> np.ndarray:
     """Torque the hand should need, from the true angle: k (theta - theta0), N m."""
     centre = float(run.simulation.command["environment_center_rad"][0, 0])
@@ -100,6 +101,7 @@ def _desired(run: Run) -> np.ndarray:
 
 def _figures(run: Run) -> dict[str, float]:
     desired = _desired(run)
+    # the true torque of the hand: a sensor's noise is felt by nobody
     error = run.truth["hand_torque_nm"][:, 0] - desired
     return {
         "error_rms_nm": rms(error),

@@ -69,4 +69,5 @@ def rms(values: np.ndarray) -> float:
 
 def reduction(without: np.ndarray, with_it: np.ndarray) -> Estimate:
     """How much smaller the second is than the first, 0 to 1, run by run: both had the same seed."""
+    # the mean of ratios and not the ratio of means: each seed has a hand of its own, and counts once
     return estimate(1.0 - np.asarray(with_it, dtype=float) / np.asarray(without, dtype=float))

@@ -63,6 +63,7 @@ def worst(order: Order, variant: Variant) -> Still:
 def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, damping: float) -> Still:
     """One hand: the fast sine, then still; figures of the time from `SETTLE_S` on, true."""
     simulation = virtual.make(loaded, seed)
+    # moved first: bristles, mass and observer are then as motion leaves them, and not as they were made
     FAST_SINE.on(loaded).apply(simulation)
     p = simulation.plant_params
     p["hand_stiffness_nm_rad"] = sizes.own("stiffness_nm_rad", stiffness, simulation.motion)
@@ -77,6 +78,7 @@ def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, da
     truth = simulation.truth
     # the first step, too: else its work is missing
     steps_rad = np.diff(truth["position_rad"][:, 0], prepend=start_rad)
+    # the largest of the running sum: what the hand got in between and gave back moved it all the same
     given_j = -np.cumsum(truth["hand_torque_nm"][:, 0] * steps_rad)
     stopped = bool(np.any(trace["state"] != State.ACTIVE))
     return Still(rms(truth["velocity_rad_s"][:, 0]), float(given_j.max()), stopped)

@@ -16,6 +16,7 @@ from rtctl.experiments.statistics import rms
 from rtctl.friction.learn.report_page import Picture
 
 TITLE = "Tracking"
+# triangles of a fifth of the nominal joint's Stribeck speed, .1 rad/s, of that speed, and of five times it
 SINE_RAD, SINES_HZ = 0.3, (0.1, 0.25, 0.5, 1.0)
 TRIANGLE_RAD, TRIANGLES_RAD_S = 0.15, (0.02, 0.1, 0.5)
 DRAWN_HZ, DRAWN_RAD_S = 0.25, 0.1
@@ -76,6 +77,8 @@ def _triangle(order: Order, speed_rad_s: float, amplitude_rad: float) -> Case:
     phase = (t / quarter_s) % 4
     up = (phase < 1) | (phase >= 3)
     place = np.where(phase < 1, phase, np.where(phase < 3, 2 - phase, phase - 4))
+    # no acceleration is fed at the corners, where it would be without bounds: every controller errs there
+    # alike
     velocity = np.where(up, speed_rad_s, -speed_rad_s)
     reference = np.column_stack([amplitude_rad * place, velocity, np.zeros(len(t))])
     return Case(_triangle_name(order, speed_rad_s), reference, Shape.TRIANGLE, amplitude_rad, speed_rad_s)

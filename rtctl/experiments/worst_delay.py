@@ -24,6 +24,7 @@ from rtctl.experiments.worst_hand import Hand, network
 UNSTABLE = 1e-7
 """A pole this far outside the unit circle counts: the lossless elements lie on it."""
 
+# hundredths above the proven stiffness, where the first unstable one is to be told; below it none should be
 SEARCHED = (0.25, 0.5, 0.75, 0.9, 0.95, *(1 + 0.01 * k for k in range(31)))
 """Shares of the proven stiffness that are tried, rising."""
 
@@ -48,6 +49,7 @@ def folded_hand(inertia: float, damping: float, T: float, theta: float, modes: i
         In (0, pi/2), rad."""
     w, around = 2 * theta / T, 2 * math.pi / T
     resonances = np.sort([abs(w + n * around) for n in range(-modes, modes + 1)])[:modes]
+    # any place between two resonances makes a lossless hand
     between = 0.5 * (resonances[:-1] + resonances[1:])
     return network(inertia, damping, T, resonances**2, between**2)
 
@@ -80,6 +82,7 @@ def largest_pole(hand: Hand, k_c: float, b_c: float, T: float, delay: int, envir
     loop[first] += velocity
     for i in range(1, filter_states):
         loop[first + i, first + i - 1] = 1.0
+    # without a delay the torque is felt in its own step, and with one it waits in a row of states
     if delay == 0:
         loop[:n] += np.outer(hand.push, -torque)
     else:

@@ -54,6 +54,7 @@ def network(inertia: float, damping: float, T: float, w2: np.ndarray, p2: np.nda
 
     modes = len(w2)
     ground = inertia * w2[0] * math.prod(w2[1:] / p2)
+    # residues of the partial fractions, positive since resonances and poles take turns
     springs = [
         inertia * (w2[0] - one) / -one * (w2[n + 1] - one) * _ratio(w2[1:], p2, n) for n, one in enumerate(p2)
     ]
@@ -121,7 +122,7 @@ def growth(
     ticks: int,
     start_rad_s: float,
 ) -> float:
-    """Energy after `ticks` over that after half of them, run in time.
+    """Energy after `ticks` over that after half of them, run in time; infinite beyond all numbers.
 
     Starts bent, at the speed `start_rad_s` would be a quarter of the first resonance later: a motion that
     began at full speed would be sampled at its zeros only."""
@@ -135,7 +136,9 @@ def growth(
         if k == ticks // 2:
             half = np.dot(q, q)
         q = np.dot(step, q) + push * torque
-    return float(np.dot(q, q) / half)
+    # a loop that has run off the numbers grows: inf/inf would be no figure, and a maximum passes NaN over
+    last = np.dot(q, q)
+    return float(last / half) if last < np.inf else np.inf
 
 
 @compiled
@@ -159,7 +162,7 @@ def peak_with_friction(
 
     `step` and `push` are those of a `parts`-th of a tick. Dry friction holds the joint where it can, and
     never turns it; its compensation has the sign of the last tick's motion, so it is late by a tick at every
-    turn. 0 / 0 counts as 0."""
+    turn. 0 / 0 counts as 0, an energy beyond all numbers as infinite."""
     q = np.zeros(len(angle))
     q[0] = start_rad_s / speed[1]
     before, first, second = np.dot(angle, q), 0.0, 0.0
@@ -175,6 +178,8 @@ def peak_with_friction(
             dry = min(friction_nm, stops) * (1.0 if v > 0.0 else -1.0)
             q = np.dot(step, q) + push * (held - dry)
         energy = np.dot(q, q)
+        if not energy < np.inf:
+            return np.inf
         # peaks, not ends: a late sign hunts about rest, and its energy at one tick says nothing of the next
         if k < ticks // 2:
             first = max(first, energy)

@@ -16,9 +16,10 @@ class Band:
     """Half width about the curve, N m, by regions of speed: region i lies below `edges_rad_s[i]`, the last
     above them all.
 
-    `way` of `learn.hold_out.WAYS` says what was held out together, `units` how many of them, `errors` how
-    many held-out errors the widths are from, both directions together. `slowest_rad_s` is the slowest speed
-    there is a point of: what the curve is below it nothing was learned of, and the band says nothing of."""
+    `way`, of `learn.hold_out.WAYS` or "place", says what was held out together, `units` how many of them,
+    `errors` how many held-out errors the widths are from, both directions together. `slowest_rad_s` is the
+    slowest speed there is a point of: what the curve is below it nothing was learned of, and the band says
+    nothing of."""
 
     edges_rad_s: tuple[float, ...]
     half_width_nm: tuple[float, ...]

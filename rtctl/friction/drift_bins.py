@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+# 13 bins to a period of the watch's low-pass (`drift_sliding.CUTOFF_HZ`)
 RATE_HZ = 200.0
 """Bins a second, or the loop's rate where that is lower."""
 
@@ -63,6 +64,7 @@ class Binning:
             return Bins(number, *values)
         starts = np.flatnonzero(np.diff(number, prepend=number[0] - 1))
         # all axes of a bin or none: they share its number, and a rig is usable as a whole
+        # NaN counts as a tick that says nothing: the mean of its bin would be NaN
         whole = np.add.reduceat((usable & np.isfinite(values).all(axis=(0, 2))).astype(int), starts)
         kept = whole == self.stride
         with np.errstate(invalid="ignore", over="ignore"):  # in bins that are not kept

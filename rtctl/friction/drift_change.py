@@ -70,6 +70,7 @@ def _changed(table: np.ndarray, newest: int, rate_hz: float) -> bool:
     # the two unknowns more come last: what was known of the others stays at its place
     n = of.shape[2]
     then = np.zeros((*of.shape[:2], 2))
+    # the same columns once more for the strokes of before alone: their coefficients are what changed
     then[:newest, 0, 0] = then[:newest, VISCOUS, 1] = 1.0
     of, moves = np.concatenate([of, then], axis=2), np.pad(moves, ((0, 0), (0, 2)))
     # viscous friction may be any: held at what was learned, its change would count as one of dry friction

@@ -64,6 +64,7 @@ class Deployed:
     def identity(self) -> str:
         """Checksum of all that the watched factor is relative to: another model or inertia, another
         checksum."""
+        # `repr`: the shortest text that is that very number
         facts = f"{self.inertia_kgm2!r} {self.presliding_rad!r}".encode()
         if self.place_shift_rad is not None:
             facts += f" {self.place_shift_rad!r}".encode()
@@ -153,6 +154,7 @@ class Deployed:
         for dry, viscous, most in self._taken_out:
             with np.errstate(divide="ignore", invalid="ignore"):  # `where` computes both of its sides
                 # viscous friction is not scaled: it is the dry part that the factor is of
+                # of either direction and any speed the largest: there the help exceeds friction first
                 found = max(found, float(np.nanmax(np.where(dry > 0, (share * most - viscous) / dry, 0.0))))
         return found
 
@@ -194,6 +196,7 @@ def deployed(params: np.ndarray, model: np.ndarray, axis: int) -> Deployed | Non
     return Deployed(
         model=one,
         inertia_kgm2=float(p["inertia_kgm2"][axis]),
+        # the law has the length that is credited, longer by that factor to be on the safe side
         presliding_rad=float(p["presliding_rad"][axis]) / LENGTH_FACTOR,
         doubt_nm=doubt_nm,
         sliding_doubt_nm=sliding_nm,
@@ -215,6 +218,7 @@ def _viscous_slope(model: np.ndarray, branch: int, curve: _Curve) -> float:
     v = np.linspace(SPEED_MIN_SHARE * top, top, _GRID)
     friction = _at(curve, v)
     upper = v >= _UPPER * top
+    # the median: a table's cells have slopes of their own, and a curve may end steeply
     slope = float(np.median(np.diff(friction[upper]) / np.diff(v[upper])))
     # a slope through all of the curve would leave nothing dry, and drift is told by what is
     most = float(((friction - _DRY_LEAST * friction.min()) / v).min())

@@ -19,6 +19,7 @@ def of_place(row: np.void, branch: int, speed: np.ndarray, position: np.ndarray)
         return found
     n = min(int(row["n_segments"][branch]), PLACE_SEGMENTS)
     knot = row["knot_rad_s"][branch][: n + 1]
+    # held at the ends of what was taught, as the law does
     u = np.clip(speed, knot[0], knot[n])
     j = np.clip(np.searchsorted(knot[:n], u, side="right") - 1, 0, n - 1)
     h = u - knot[j]

@@ -55,7 +55,8 @@ def over_ticks(
     watched = [(name, axis) for name, axis in zip(names, watch.axes, strict=True) if axis is not None]
     if not watched:
         raise DataError(
-            "no axis of this recording has a friction model and a force sensor: there is nothing to compare"
+            "no axis of this recording has a friction model and a force sensor: there is nothing to compare; "
+            "give a recording of a rig that has both"
         )
     history: dict[str, list[dict[str, Any]]] = {name: [] for name, _ in watched}
     seen: dict[str, Estimate | None] = {name: None for name, _ in watched}
@@ -70,6 +71,8 @@ def over_ticks(
         first_s = now_s if first_s is None else first_s
         if now_s - first_s < next_s:
             continue
+        # from now on, and not from when it was due: after a pause of the recording there is one entry and not
+        # many
         next_s = now_s - first_s + STEP_S
         for name, axis in watched:
             # a history of what stands still would look like one that was measured again and again

@@ -124,6 +124,7 @@ class Sliding:
         sign = np.sign(v)
         # a speed of exactly 0 is a sign of its own: a joint that rests begins a stroke when it goes on
         turns = sign != np.concatenate([[self._sign], sign[:-1]])
+        # numbers go on over calls: rows of one stroke may come in two of them
         numbers = self._stroke + np.cumsum(turns)
         starts = np.concatenate([[self._from], x[turns]])
         travel = np.abs(x - starts[numbers - self._stroke])

@@ -60,6 +60,7 @@ def restore(axis: AxisWatch, kept: object) -> bool:
 
 def _factor(kept: object) -> float:
     """The factor that the feed-forward went by; 1, as learned, unless a number was kept."""
+    # its bounds are those of the rig file as it is now: `take_up` holds it to them
     return kept if isinstance(kept, float) and math.isfinite(kept) else 1.0
 
 

@@ -103,6 +103,7 @@ class Strokes:
     def add(self, rows: Rows, by: Deployed, moved: int = 0) -> None:
         """Take the next rows, in order of time; `moved` rows of motion went by meanwhile, these among
         them."""
+        # before strokes are closed: they end at what has moved by now
         self._moved += moved
         if len(rows.velocity):
             self._take(settled(rows, by), by)
@@ -121,6 +122,7 @@ class Strokes:
                 self._close()
                 self._stroke = int(rows.stroke[stroke[0]])
             # rounded up, so that no piece is longer than the most
+            # pieces alike: one of 200 rows and a rest of 5 would be two witnesses of very different worth
             for piece in np.array_split(stroke, -(-len(stroke) // PIECE_ROWS)):
                 self._open += sums(z[piece], y[piece], rows.trust[piece])
                 if self._open[1] >= PIECE_ROWS:

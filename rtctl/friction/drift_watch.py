@@ -126,6 +126,7 @@ class RigWatch:
         # whole ticks to a bin; a loop below 200 Hz has bins of one
         stride = max(1, round(1.0 / (RATE_HZ * period_s)))
         self._binning = Binning(stride)
+        # a whole bin at least, where the loop is slower than two ticks a second
         self._block = max(stride, round(LOOK_S / period_s))
         self._batches: list[np.ndarray] = []
         self._ticks = 0
@@ -164,6 +165,7 @@ class RigWatch:
         # beside a fault a torque may not be what was sent, and a held sample is of another place
         usable = moving & (rows["faults"] == 0) & (rows["sample_age_ticks"] < FRESH_TICKS)
         torque = self._torque(rows)
+        # by the number of the tick: the host may have lost some on their way
         bins = self._binning(
             rows["tick"], usable, np.stack([rows["position_rad"], torque, rows["place_trust"]])
         )

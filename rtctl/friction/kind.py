@@ -2,13 +2,13 @@
 parameters, grid, document.
 
 Everything else (ladder, fit, compiler, report, model file, documents) asks a kind through this interface and
-knows no kind by name: a new one is a file of this folder and a row of `table`.
+knows no kind by name: a new one is a file of this folder and a row of `kind_table`.
 
 | symbol | meaning |
 |---|---|
 | v | speed, abs(velocity), rad/s, >= 0; arrays of any shape |
 | v_i, beta_i, b | support vectors (rad/s), dual coefficients and intercept (N m) of a sum of kernels |
-| c | the curve: `curve.Curve`, the numbers that were learned |"""
+| c | the curve: `kind_curve.Curve`, the numbers that were learned |"""
 
 from __future__ import annotations
 
@@ -97,6 +97,7 @@ class Kind(ABC):
 
     def too_fine(self, c: Curve, speed_max: float) -> str:
         """Which parameter of the curve asks for too many cells of a table, and what to do."""
+        # the smallest of its lengths is what cells have to resolve
         fine = min((p.name for p in self.parameters if p.positive), key=lambda name: c.parameters[name])
         what = f"{fine} = {c.parameters[fine]:.3g} is too small for a range of {speed_max:.3g} rad/s"
         other = "model" if self.is_formula else "kernel"
@@ -131,8 +132,10 @@ class Kernel(Kind):
 
     def rounding(self, c: Curve, speed_max: float) -> float:
         """See `Kind`."""
+        # no kernel here is larger between two speeds than at the largest one with itself
         top = np.array([max(speed_max, float(np.max(c.support_vectors, initial=0.0)))])
         largest = float(self.matrix(c.parameters, top, top)[0, 0])
+        # 8 eps sum|beta| k(v_max, v_max) of docs/theory.md 8.4
         spacing = 8 * float(np.finfo(float).eps)
         # duals of 1e4 cancel to .1 N m: what rounds is their size, not that of the sum
         return max(1e-12, spacing * float(np.abs(c.dual_coef).sum()) * largest)

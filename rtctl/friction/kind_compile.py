@@ -14,6 +14,7 @@ from rtctl.errors import ModelError
 from rtctl.friction.kind_cubic import PiecewiseCubic
 from rtctl.friction.kind_curve import Curve
 
+# far below the half percent that counts as equal (decision 0012): no check need know of it
 TOLERANCE_SHARE = 1e-6
 """Largest proved error of a table, share of the largest friction."""
 
@@ -62,6 +63,7 @@ def _within(table: PiecewiseCubic, speed_max: float) -> PiecewiseCubic:
     if kept.sum() == len(kept) or table.knots[-1] == speed_max:
         return table
     c0, c1, c2, c3 = table.coefficients[kept][-1]
+    # value and slope at the end, and straight on: a cubic that ran on would bend beyond the last point
     h = speed_max - table.knots[kept][-1]
     tail = [c0 + h * (c1 + h * (c2 + h * c3)), c1 + h * (2 * c2 + 3 * h * c3), 0.0, 0.0]
     return PiecewiseCubic(
@@ -105,6 +107,7 @@ def cell_bounds(curve: Curve, edges: np.ndarray) -> np.ndarray:
     )
     fourth = np.where(inside, np.inf, 0.0)  # no bound holds across a jump
     for k in range(_TAYLOR):
+        # at the middle: duals of both signs cancel there, as they do not in a sum of sizes
         fourth += r**k / math.factorial(k) * np.abs(curve.derivative(centre, 4 + k))
     beyond = np.minimum(curve.derivative_bound(4 + _TAYLOR, edges[:-1]), 1e300)
     fourth += r**_TAYLOR / math.factorial(_TAYLOR) * beyond
@@ -123,6 +126,7 @@ def _cells(curve: Curve, speed_max: float) -> np.ndarray:
         wide = cell_bounds(curve, edges) > tolerance
         if not wide.any():
             return edges
+        # the error goes by h^4: a cell that was halved is 16 times better, and needs no cleverer place
         edges = np.sort(np.append(edges, 0.5 * (edges[1:] + edges[:-1])[wide]))
         if len(edges) > MAX_SEGMENTS + 1:  # told here: halving a cell with no bound would never end
             raise ModelError(

@@ -67,6 +67,7 @@ class PiecewiseCubic:
         places = [speed_max, *self.knots[self.knots > 0]]
         ends = np.append(self.knots[1:], speed_max)
         for start, end, (c0, c1, c2, c3) in zip(self.knots, ends, self.coefficients, strict=True):
+            # (f - loss)' (start + h) = f - loss, multiplied out in h
             cubic = [2 * c3, 3 * c3 * start + c2, 2 * c2 * start, c1 * start - c0 + loss]
             roots = np.roots(np.array(cubic))
             # a double root comes out as a complex pair

@@ -1,7 +1,7 @@
 """Friction curves as learned, before compilation: values and derivatives of any order.
 
 A curve is a function of v = |velocity|, rad/s, v >= 0, in N m. What its numbers mean its kind knows
-(`table.KINDS`)."""
+(`kind_table.KINDS`)."""
 
 from __future__ import annotations
 

@@ -43,6 +43,7 @@ class Harmonics:
         per_rad = 2 * math.pi * self.orders / self.period_rad
         angle = np.asarray(position_rad, dtype=float)[..., None] * per_rad
         # numpy has the pi within
+        # a travel of a whole wave leaves nothing of it
         left = np.sinc(np.asarray(travel_rad, dtype=float)[..., None] * self.orders / self.period_rad)
         value: np.ndarray = (left * (self.cos * np.cos(angle) + self.sin * np.sin(angle))).sum(-1)
         return value
@@ -84,6 +85,7 @@ class Harmonics:
 
     def shifted(self, shift_rad: float) -> Harmonics:
         """A copy whose places are moved by `shift_rad`: tau_c(x - shift)."""
+        # each order turns by its own number of times the shift
         angle = 2 * math.pi * self.orders * shift_rad / self.period_rad
         c, s = np.cos(angle), np.sin(angle)
         return replace(self, cos=self.cos * c - self.sin * s, sin=self.cos * s + self.sin * c)

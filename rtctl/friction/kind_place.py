@@ -37,7 +37,7 @@ class PlaceKernel:
     """Kernel of place: `period_rad` (> 0) is one turn of whatever turns; `orders` H (0 to `PLACE_ORDERS`),
     `share` and `decay`.
 
-    `unit_rad_s` is the speed that counts as 1 (`spline.UNIT`)."""
+    `unit_rad_s` is the speed that counts as 1 (`kind_spline.UNIT`)."""
 
     period_rad: float
     orders: int
@@ -65,6 +65,7 @@ class PlaceKernel:
 
     def product(self, v: np.ndarray, x: np.ndarray, u: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Kernel of every pair of (speed, position), shape (n, m)."""
+        # a product: how far friction differs from place to place may change with speed
         value: np.ndarray = spline(v[:, None] / self.unit_rad_s, u[:, None] / self.unit_rad_s) * self.matrix(
             x, y
         )
@@ -109,6 +110,7 @@ class PlaceTables:
         """Bound of its slope over position at any of the speeds, N m/rad: 2 pi / period times sum of h
         |amplitude|."""
         waves = self.waves(speed)
+        # a wave of order h is nowhere steeper than h times its size, wherever the waves stand to each other
         sizes = np.hypot(waves[:, 0::2], waves[:, 1::2])
         if not self.orders:
             return 0.0
@@ -150,8 +152,10 @@ def compile_place(
         )
         raise ValueError(msg)
     # a cos and a sin of each order
+    # cos h (a - a_i) parted into the place of a look and that of the point, which goes into the dual
     turned = _basis(kernel.angle(x), kernel.orders) * np.repeat(kernel.weights, 2)
     tables = [
+        # without intercept: that is the curve's alone
         compile_spline(speeds, dual_coef * turned[:, i], 0.0, kernel.unit_rad_s)
         for i in range(2 * kernel.orders)
     ]

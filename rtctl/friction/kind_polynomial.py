@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from rtctl.friction.kind_curve import Curve
 
 DEGREES = (2.0, 3.0, 4.0, 5.0)
+# the bound of a table ends with the 12th derivative (`kind_compile`): of a higher degree that has no bound
 DEGREE_MAX = 12
 
 

@@ -49,4 +49,5 @@ class Rbf(Kernel):
     def derivative_bound(self, c: Curve, order: int, v: np.ndarray) -> np.ndarray:
         """See `Kind`."""
         scale = math.sqrt(2.0) * c.parameters["sigma_rad_s"]
+        # sizes of the duals, whose signs no bound may count on
         return np.full(v.shape, gaussian_bound(order) * float(np.abs(c.dual_coef).sum()) / scale**order)

@@ -48,6 +48,7 @@ def spline(X: np.ndarray, Y: np.ndarray) -> np.ndarray:
     Not scale invariant: speeds of a rotary axis are in rad/s, those of a linear one in `UNIT`."""
     out = np.ones((len(X), len(Y)))
     for u, v, m in _coordinates(X, Y):
+        # the integral of (u - t)(v - t) over t from 0 to m is u v m/2 - m^3/6, since m is one of the two
         out *= 1 + u * v * (1 + m / 2) - m**3 / 6
     return out
 
@@ -99,6 +100,7 @@ def compile_spline(
         msg = "support vectors must be finite and >= 0, dual coefficients and intercept finite"
         raise ValueError(msg)
     s0, s1 = math.fsum(beta), math.fsum(beta * (v / unit))  # duals are large and sum to nearly 0
+    # 0 is a knot in any case: the first piece begins at rest, whatever the slowest support vector is
     starts, where = np.unique(np.append(v, 0.0), return_inverse=True)
     jumps = np.zeros(len(starts))
     # `add.at`: equal support vectors, as of repeats, add up at one knot

@@ -25,6 +25,7 @@ class Coulomb(Formula):
     def exact(self, c: Curve) -> PiecewiseCubic:
         """See `Kind`."""
         at_0 = np.zeros(1)
+        # by value and slope: alike for the constant, which has no parameter for a slope
         c0, c1 = float(c(at_0)[0]), float(c.derivative(at_0, 1)[0])
         return PiecewiseCubic(np.zeros(1), np.array([[c0, c1, 0.0, 0.0]]))
 

@@ -18,6 +18,7 @@ _CRAMER = 1.0865
 
 def gaussian_derivative(y: np.ndarray, order: int) -> np.ndarray:
     """Derivative of `order` of exp(-y^2)."""
+    # Hermite polynomials of the physicists: those of y itself, not of sqrt(2) y
     value: np.ndarray = (-1) ** order * hermval(y, [0.0] * order + [1.0]) * np.exp(-(y**2))
     return value
 

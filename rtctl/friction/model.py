@@ -28,7 +28,7 @@ class Branch:
     `validation_max_error_nm` is the largest error on speeds held out of training, `train_...` on the
     training points. `friction_min_nm` is the least dry friction (curve minus `viscous_nms_rad` times
     speed) and `friction_max_nm` the largest value of the curve over 0..`speed_max_rad_s`. `kind` and
-    `parameters` are those of `curves.Curve`; `hyper_parameters` are what the training was given or found.
+    `parameters` are those of `kind_curve.Curve`; `hyper_parameters` are what the training was given or found.
     `place_spread_nm` is the largest shortfall of the friction below the curve at any place and speed that was
     visited, 0 or more; None where the points do not say. `test_max_error_nm` is the largest error on test
     points, `single_max_error_nm` the largest that a single measurement behind the points is expected to have;

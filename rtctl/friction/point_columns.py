@@ -33,7 +33,7 @@ VELOCITY, TORQUE, DIRECTION, STD, COUNT = (
     Column("std_nm", "N m", -1e6, 1e6, "spread of the measurements behind the point", blank=False),
     Column("count", "", -1e12, 1e12, "number of measurements behind the point", blank=False),
 )
-"""What every point has, known or not: fields of `measured.FrictionPoints`."""
+"""What every point has, known or not: fields of `points.FrictionPoints`."""
 
 BETWEEN = Column(
     "between_parts_nm",

@@ -36,6 +36,7 @@ def read_bias(motion: Motion) -> Steps[Bias]:
         parts.append(rows)
         seconds += max(len(rows), 1) * rig.period_s  # an end even where nothing comes
     rows = joined(parts)
+    # one for each block below
     if len(rows) < 8:
         raise FaultError("no fresh samples while the motor was off; check the device (rtctl monitor)")
     torque = rows["hand_torque_raw_nm"][:, rig.axis]

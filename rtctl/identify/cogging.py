@@ -96,6 +96,7 @@ def cogging_of(
     -------
     Cogging
         None where it is small beside the friction, or the ways have few places in common."""
+    # parts of a turn, whatever the travel: a cell is then as wide as a wave asks for
     way = turn_rad / CELLS
     there, back = (_means(*each, way, turn_rad if whole else math.inf) for each in (forward, backward))
     both = np.intersect1d(list(there), list(back))  # half a sum needs both ways at a place

@@ -55,6 +55,7 @@ class Dataset:
         self.folder, self.document = folder, document
         self._motion = str(document.get("motion", "rotary"))
         self.ticks = TickBlock(axis, round(1e9 * period_s), self._motion)
+        # asked before each task: a list of hundreds of points would be read through each time
         self._names = {point["name"] for point in document["points"]}
 
     @classmethod
@@ -227,6 +228,7 @@ class Dataset:
 
     def save(self) -> None:
         """Write the header and the points."""
+        # anew each time: a point may ask for a lower speed (`remaining`)
         self.document["complete"] = not self.left
         for use in ("train", "test"):
             write_whole(self.folder / f"points_{use}.csv", self._csv(use).encode())

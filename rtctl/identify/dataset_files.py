@@ -16,6 +16,7 @@ from rtctl.identify.settings import Settings
 
 SCHEMA = 1
 HEADER = "dataset.json"
+# 64 MB: a file from elsewhere must not fill the memory
 MOST_HEADER_BYTES = 1 << 26
 
 
@@ -48,6 +49,7 @@ def read_document(folder: Path) -> dict[str, Any]:
     keys = {"config_sha256", "rig", "simulated", "settings", "sessions", "points"}
     if not isinstance(document, dict) or document.get("schema") != SCHEMA or not keys <= document.keys():
         raise DataError(f"{path}: not a data set of schema {SCHEMA}; begin a new --out")
+    # only names of ours are turned back into those of a rotary axis
     known = {one.name for kind in (Settings, Point, Bias) for one in fields(kind)}
     told = rotary_named(document, str(document.get("motion", "rotary")), known)
     return dict(told) if isinstance(told, dict) else document

@@ -57,6 +57,7 @@ def speeds(settings: Settings) -> tuple[np.ndarray, np.ndarray]:
     gaps = n - 1
     # rounded up
     per_gap = -(-settings.test_levels // gaps) if settings.test_levels else 1
+    # between neighbours and never at one: a test point at a training speed would test nothing
     places = np.concatenate([gap + (np.arange(per_gap) + 1) / (per_gap + 1) for gap in range(gaps)])
     chosen = places[np.unique(np.round(np.linspace(0, len(places) - 1, settings.test_levels)).astype(int))]
     return train, np.exp(low + (high - low) * chosen / gaps)
@@ -73,6 +74,7 @@ def tasks(settings: Settings) -> list[Task]:
     # by the seed of the settings: a resumed identification goes on in the same order
     order = np.random.default_rng(settings.seed).permutation(len(runs))
     todo: list[tuple[Literal["train", "test"], float]] = [("train", 0.0), *(runs[i] for i in order)]
+    # directions next to each other: what drifts with time is alike in both
     pairs = [(use, speed, direction) for use, speed in todo for direction in (1, -1)]
     return [Task(number, use, direction, speed) for number, (use, speed, direction) in enumerate(pairs)]
 
@@ -113,5 +115,6 @@ def _still_rises(known: Sequence[Known], direction: int, lowest_rad_s: float) ->
     if not moving or moving[0][0] > (1 + 1e-9) * lowest_rad_s or moving[-1][0] < 2 * lowest_rad_s:
         return False
     speed, friction = np.array(moving).T
+    # twice, and not the next speed: that is 12 % above it by default, where friction hardly differs yet
     twice = float(np.interp(2 * lowest_rad_s, speed, friction))
     return bool(friction[0] - twice > BEND_SHARE * friction[0])

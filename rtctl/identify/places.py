@@ -61,6 +61,7 @@ def go_on(motion: Motion, direction: int, spot: Spot, run_rad: float, speed_rad_
             yield from make_room(motion, direction, motion.rig.turn_rad + run_rad)
         step = gap_to(motion, direction, spot.place_rad, passed_rad)
     else:
+        # a run at the jog speed or faster goes on far enough by itself
         step = min(spot.step_rad, max(0.0, travel - run_rad)) if speed_rad_s < pace else 0.0
         yield from make_room(motion, direction, step + run_rad)
         step = min(step, motion.room_rad(direction) - run_rad)
@@ -85,12 +86,14 @@ def spots(motion: Motion, task: Task) -> Iterator[Spot]:
     settings, speed = motion.settings, task.speed_rad_s
     # by point: one that is measured again meets the same places, whatever was measured before it
     random = np.random.default_rng([settings.seed, task.number])
+    # a break-away is one measurement, and each has a place of its own; a run takes several
     places = settings.measurements if speed == 0 else settings.spots
     run = 0.0
     if speed > 0:
         run = (2 * steady_s(motion, speed) + per_place(motion) * window_s(motion, speed)) * speed
     # half as much again: runs are never quite as long as planned
     turns = max(1, math.ceil(1.5 * run * places / motion.rig.turn_rad))
+    # of a short travel all there is: places there follow each other at random distances
     span = min(motion.rig.turn_rad, motion.high_rad - motion.low_rad)
     start = motion.position_rad
     phased = 0.0 < motion.ripple.period_rad <= span / places

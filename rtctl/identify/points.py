@@ -45,6 +45,7 @@ def look_for_ripple(motion: Motion, bias_nm: float) -> Steps[None]:
     if per_turn < RIPPLES_PER_TURN_MIN:
         return  # long periods are averaged by the places
     period, jog = motion.rig.turn_rad / per_turn, motion.jog_speed_rad_s()
+    # its period is known, its size not: what cannot be measured below counts as none
     motion.ripple = Ripple(period)
     direction = 1 if motion.room_rad(1) >= motion.room_rad(-1) else -1
     # some periods: a ripple differs from one to the next, and one alone would be taken for a line
@@ -65,6 +66,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
     rig, speed = motion.rig, abs(velocity_rad_s)
     direction = 1 if velocity_rad_s > 0 else -1
     allowed = Allowance.of(motion, speed)
+    # 16: two ticks to each of the eight blocks of `is_steady`
     window = max(16, round(allowed.window_s / rig.period_s))
     # a time and a travel: a servo settles over the one, bristles over the other
     patience = round((SETTLE_S + SETTLE_RAD * rig.radian / speed) / rig.period_s) + window
@@ -102,6 +104,7 @@ def settle(motion: Motion, velocity_rad_s: float) -> Steps[bool]:
 def _run(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float) -> Steps[None]:
     """One run at one place: move on, become steady, take some measurements while travel is left."""
     settings, rig, speed, direction = motion.settings, motion.rig, task.speed_rad_s, task.direction
+    # how often the host was late until now: what it spoils from here on is not the joint's doing
     length_s, late = window_s(motion, speed), motion.late
     left = settings.measurements - len(got.measurements)
     # so many at a place and then on: all of them at one place would be of that place

@@ -30,6 +30,7 @@ def held_nm(known: Sequence[Known], direction: int) -> float:
         for one in known
         if one.direction == direction and one.speed_rad_s > 0
     )
+    # two speeds: of one alone nobody knows whether friction falls or rises there
     return moving[0][1] if len(moving) > 1 and moving[0][1] > moving[1][1] else 0.0
 
 
@@ -42,6 +43,7 @@ def raise_break_away(points: Sequence[dict[str, Any]], known: Sequence[Known]) -
         ramp_nm = float(point.setdefault("ramp_nm", point["friction_torque_nm"]))
         held = held_nm(known, point["direction"])
         wanted = held if held > (1.0 + RAISED_SHARE) * abs(ramp_nm) else abs(ramp_nm)
+        # against what stands there now, which an earlier call may have raised: the ramps' own is kept apart
         factor = wanted / abs(float(point["friction_torque_nm"]))
         for name in RAISED:
             if point.get(name) is not None:

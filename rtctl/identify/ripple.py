@@ -39,6 +39,7 @@ class Ripple:
         """Most by which it can change the torque over a travel."""
         if self.period_rad <= 0.0:
             return 0.0
+        # from crest to trough at most, and over a short way no more than its slope makes
         return SURE * self.amplitude_nm * min(2.0, 2.0 * math.pi * travel_rad / self.period_rad)
 
     @property
@@ -53,6 +54,7 @@ class Ripple:
         if self.amplitude_nm <= 0.0:
             return None
         pair_s = 2.0 * self.period_rad / speed_rad_s
+        # pairs, since two halves are compared phase by phase
         whole_s = math.ceil(least_s / pair_s) * pair_s
         return whole_s if whole_s <= WHOLE_S else None
 

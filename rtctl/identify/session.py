@@ -196,6 +196,7 @@ def summarise(task: Task, got: Collected, began_s: float) -> Point:
         target_rad_s=task.direction * task.speed_rad_s,
         velocity_rad_s=float(column["velocity_rad_s"].mean()),
         friction_torque_nm=float(torque.mean()),
+        # 0 and not NaN: JSON has none; the count says that it is of one
         std_nm=float(torque.std(ddof=1)) if len(torque) > 1 else 0.0,
         count=len(torque),
         discarded=got.discarded,

@@ -36,6 +36,7 @@ def slip(motion: Motion, task: Task, got: Collected, spot: Spot, bias_nm: float)
     """One break-away: move on in the direction of the ramp, rest, ramp until the joint slips."""
     rig, settings, direction = motion.rig, motion.settings, task.direction
     jog = motion.jog_speed_rad_s()
+    # room to be braked in behind the slip, and half of the margin beyond that
     travel, stop = motion.high_rad - motion.low_rad, motion.stopping_rad(jog) + 0.5 * settings.margin_rad
     yield from go_on(motion, direction, spot, min(stop, 0.5 * travel), 0.0)
     yield from motion.rest()

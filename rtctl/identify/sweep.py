@@ -54,6 +54,7 @@ def look_for_cogging(motion: Motion) -> Steps[None]:
         moves_nm = rig.inertia_kgm2 * np.gradient(np.gradient(smooth, rig.period_s), rig.period_s)
         cut = slice(n // 2, n // 2 + len(smooth))
         ways.append((x[cut], ticks["motor_torque_nm"][cut, rig.axis] - moves_nm))
+    # a hundredth may be missing: of a turn that is nearly whole the ends of the table join
     whole = min(float(np.ptp(x)) for x, _ in ways) >= 0.99 * rig.turn_rad
     motion.cogging = cogging_of(ways[0], ways[1], rig.turn_rad, whole)
     motion.creeps = motion.cogging.matters

@@ -179,12 +179,13 @@ def measure(rows: np.ndarray, axis: int, period_s: float, inertia_kgm2: float, b
     Notes
     -----
     friction = motor torque - bias - J a, with velocity and acceleration from the parabola that fits the
-    positions best. J a is small when the motion is steady, and has no error of its own worth naming.
-    Slots that the loop left out are time that passed all the same."""
+    positions best. J a is small when the motion is steady, and has no error of its own worth naming."""
     position = rows["position_rad"][:, axis]
     # by slots, not rows: what was left out passed all the same
     t = (rows["tick"] - np.mean(rows["tick"])) * period_s
     square = t * t - np.mean(t * t)
+    # slots that were left out make the times lopsided: without this a speed looks like an acceleration
+    square -= t * (t @ square / (t @ t))
     velocity = float(t @ position / (t @ t))
     acceleration = 2.0 * float(square @ position / (square @ square))
     torque = float(np.mean(rows["motor_torque_nm"][:, axis])) - bias_nm - inertia_kgm2 * acceleration

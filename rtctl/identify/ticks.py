@@ -108,5 +108,6 @@ def mean_c(temperatures_c: np.ndarray) -> float | None:
 
 def before_the_guard(rows: np.ndarray, axis: int) -> np.ndarray:
     """The ticks up to the first in which the joint was braked by a guard, as a late host leaves it to do."""
+    # any flag: whichever guard it was, the joint is braked from there on
     ended = rows["program_flags"][:, axis] != 0
     return rows[: int(np.argmax(ended)) if ended.any() else len(rows)]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 from rtctl.identify.motion import LOOK_S, SPARE_S, Motion
 
+# one count is then a twelfth of the way; less, and the speed of a window is the encoder's
 COUNTS_PER_WINDOW = 12
 WINDOW_MAX_S = 2.0
 STEADY_RAD, STEADY_MIN_S, STEADY_MAX_S = 0.004, 0.1, 1.0
@@ -52,6 +53,7 @@ def window_s(motion: Motion, speed_rad_s: float) -> float:
 
     Those of one place together are whole periods of the gear's ripple where they are long enough for one."""
     wanted = max(motion.settings.window_s, COUNTS_PER_WINDOW * motion.rig.count_rad / speed_rad_s)
+    # before the bounds: of a travel that is too short for whole periods the places have to average
     wanted = motion.ripple.whole_window_s(wanted, per_place(motion), speed_rad_s)
     room = motion.high_rad - motion.low_rad - run_up_rad(motion, speed_rad_s)
     return min(wanted, WINDOW_MAX_S, max(0.5 * room / speed_rad_s, 0.02))

@@ -15,6 +15,7 @@ from hw.simulators.mock_options import MockOptions
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.regression import joint_fit
 from rtctl.friction.logs.regressors import regressors
+from rtctl.friction.logs.signal_shift import advanced
 from rtctl.tick import new_ticks
 
 RATE_HZ = 200.0
@@ -52,10 +53,15 @@ def driven(delay_ticks, seconds=25.0):
     return position, PER_AMPERE * measured, PER_AMPERE * command
 
 
+def in_time(position, torque, periods):
+    """The log with its torque put back by so many periods, as a log that is read."""
+    put_back, ends = advanced(torque, RATE_HZ, periods / RATE_HZ), 4
+    return AxisLog(RATE_HZ, position[ends:-ends], put_back[ends:-ends], "mock", "0")
+
+
 def errors(position, torque, periods):
     """Relative error of each parameter, the torque taken as late by so many periods."""
-    log = AxisLog(RATE_HZ, position, torque, "mock", "0")
-    found = joint_fit(regressors(log, torque_delay_s=periods / RATE_HZ)).symmetric.parameters
+    found = joint_fit(regressors(in_time(position, torque, periods))).symmetric.parameters
     return {name: found[name].value / truth - 1 for name, truth in TRUTH.items()}
 
 
@@ -73,8 +79,7 @@ def test_a_measured_current_is_half_a_period_late_whatever_the_drive_delays(dela
 def test_the_delay_left_in_a_log_is_found_and_said(periods):
     """Measured: 2.52, .013 and -2.48 ms of 2.5, 0 and -2.5."""
     position, measured, _ = driven(0)
-    log = AxisLog(RATE_HZ, position, measured, "mock", "0")
-    fit = joint_fit(regressors(log, torque_delay_s=periods / RATE_HZ))
+    fit = joint_fit(regressors(in_time(position, measured, periods)))
     left_s = (0.5 - periods) / RATE_HZ
     assert fit.remaining_delay_s.value == pytest.approx(left_s, abs=5e-5)
     assert any("the torque looks 2." in text for text in fit.warnings) is (periods != 0.5)

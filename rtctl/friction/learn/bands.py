@@ -61,6 +61,7 @@ def band_of(
     Band or None
         None where it cannot be learned without each of the units held out: nothing is known of a session
         then."""
+    # sessions before all else, even where the ladder was held out by speed: the band is for another session
     way = way_of(points, folds)
     sides = [search.side(points, direction, break_away_weight, way) for _, direction in candidates]
     # with all effort: a band of machines that stopped early would be of curves that nobody deploys
@@ -87,6 +88,8 @@ def held_out(
     """What was held out of all sides, and the direction of each error, +1 or -1, (n,). `apart`: with what
     levels of one log differ by between its stretches; whole logs held out differ as logs do."""
     rows = [_rows(points, data)[data.fold != TRAINS] for data in sides]
+    # whole logs differ by what their stretches do already; the levels of one log do not, and would look too
+    # good (decision 0098)
     errors_nm = [
         _with_parts(points, data, score.errors) if apart else score.errors
         for data, score in zip(sides, scores, strict=True)
@@ -190,6 +193,7 @@ def of_errors(
     known = count >= REGION_MIN // 2  # equal speeds may leave a region nearly empty
     scale = np.where(known, np.sqrt(squares / np.maximum(count, 1)), whole)
     scale = np.maximum(scale, np.finfo(float).tiny)  # errors of 0 are divided by it
+    # n + 1: the error that is to come may have any rank among those that are here, each as likely
     rank = math.ceil((n + 1) * LEVEL)
     # one quantile for all regions: a twentieth of twenty errors is one, which says little
     quantile = float(np.sort(size / scale[region])[min(rank, n) - 1])

@@ -1,5 +1,5 @@
-"""Whether friction depends on load, judged by what was held out. Judged, not deployed: the law goes by speed
-and place alone."""
+"""Whether friction depends on load, judged by what was held out. What the law is given of it, where that is
+asked for, is made in `unloaded`."""
 
 from __future__ import annotations
 
@@ -80,6 +80,8 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
     rows, kept = rows_of(points)
     if len(kept) < ROWS_MIN:
         return LoadVerdict(0.0, reason=f"{len(kept)} points with a load, at least {ROWS_MIN} are needed")
+    # along the motion: a weight that hangs on the joint helps one way and hinders the other, and so spans
+    # twice its torque
     span_nm = float(np.ptp(rows.outside_nm))
     size_nm = float(np.sqrt(np.mean(rows.friction_nm**2)))
     # coefficients of a load that hardly changed are noise over noise, however many points there are
@@ -90,6 +92,12 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
             "it; hang weights on the joint",
         )
     fold, block = _folds(points, kept, way_of(points, folds))
+    # a fold of all of them would be learned from nothing
+    if len(np.unique(fold)) < 2:
+        raise DataError(
+            f"{points.source}: points with a load are of one {way_of(points, folds)} alone, and none is left "
+            "to judge by; measure the load in every session"
+        )
     rungs = tuple(_rung(rung, rows, fold, block) for rung in RUNGS)
     best = min(rungs, key=lambda one: one.rmse_nm)
     # the first: `RUNGS` begins with the plainest
@@ -99,11 +107,14 @@ def judge_load(points: FrictionPoints, folds: str) -> LoadVerdict:
 
 def _folds(points: FrictionPoints, kept: np.ndarray, way: str) -> tuple[np.ndarray, np.ndarray]:
     """Fold and block of each row that is kept."""
+    # units of all points, and only then those with a load: numbers of speeds must not change with what has
+    # one
     unit = units_of(points, way)[kept]
     if way != "speed":
         return shared_out(unit), unit
     fold = np.full(len(points.direction), TRAINS)
     for direction in (1, -1):
+        # direction by direction: each has a slowest and a fastest speed of its own, which train always
         fold[points.rows_of(direction)] = folds_of(points, (direction,), way)
     return fold[kept], unit
 
@@ -117,6 +128,7 @@ def _rung(rung: str, rows: Rows, fold: np.ndarray, block: np.ndarray) -> LoadRun
     judged = fold != TRAINS
     rmse = float(np.sqrt(np.mean(errors[judged] ** 2)))
     doubt = certainty.doubt(errors[judged], block[judged])
+    # told are the numbers of all points: the folds only said how well a form does on what it has not seen
     return LoadRung(load_terms.fit_terms(rung, rows), rmse, doubt)
 
 

@@ -74,6 +74,8 @@ def another_session(errors: np.ndarray, blocks: np.ndarray, directions: np.ndarr
         return 0.0
     shared, own = _parted(errors, blocks, directions)
     side = 0.5 * (1 + level)
+    # the shared part is known by as few numbers as there are sessions, the own one by all errors: so
+    # Student's for one and the normal quantile for the other
     others, own_ones = float(t.ppf(side, max(n_blocks - 1, FREEDOM_MIN))), float(norm.ppf(side))
     return math.sqrt(others**2 * shared + own_ones**2 * own)
 
@@ -106,6 +108,8 @@ def next_session(
 def _parted(errors: np.ndarray, blocks: np.ndarray, directions: np.ndarray) -> tuple[float, float]:
     """Mean square of `errors` in two parts: what blocks share in a direction, and what is each error's
     own."""
+    # in each direction by itself: a zero that moved is on the other side in the other one, and over both
+    # nothing of it is left (decision 0123)
     _, half, count = np.unique([blocks, directions], axis=1, return_inverse=True, return_counts=True)
     mean = np.bincount(half, errors) / count
     # what chance alone makes of a mean of so many: the rest of its square is shared

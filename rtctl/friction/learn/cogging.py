@@ -13,12 +13,15 @@ import numpy as np
 
 from rtctl.errors import DataError
 from rtctl.friction.kind_harmonics import ORDER_MAX, ORDERS_MOST, Harmonics
+from rtctl.friction.learn.hold_out import FOLDS
 from rtctl.friction.learn.in_step import chance, peak
 
+# doubled, then halved between two: seven fits and at most four more, where every number would be 33
 COUNTS = (0, 1, 2, 4, 8, 16, ORDERS_MOST)
 """How many harmonics are tried first; then those between the fewest that will do and the next fewer."""
 
-FOLDS = 5
+# 2.5 to the shortest wave (`ORDER_MAX`): with longer ones a whole wave would be held out at once, and nothing
+# beside it would tell its phase
 _BLOCKS = 320
 """Most stretches of a period, each shorter than the shortest wave; every fifth is held out together, in every
 turn."""
@@ -26,10 +29,13 @@ turn."""
 _RIDGE = 1e-12
 """Keeps waves that the places cannot tell apart finite; share of the mean square."""
 
+# where the noise of a sweep is larger than the waves not even the same joint is told (decision 0150)
 FIT_SHARE = 0.5
 """A part that explains less than this share of what is seen does not fit, and nothing is compensated with
 it."""
 
+# with both bounds frozen, of 87 sweeps of another joint with as large waves 2 fitted by chance and 12 by
+# `OFF_MOST` (decision 0150)
 CHANCE_MOST = 0.01
 """Nor does one whose waves fall into step by a shift as well as they do by chance more often than this,"""
 
@@ -90,6 +96,8 @@ class Shift:
 
 def _solve(design: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Least squares by the normal equations: its columns are waves, all of one size."""
+    # squares of the design square its condition, too; waves at even places are orthogonal and have none to
+    # speak of
     square = design.T @ design
     square[np.diag_indices_from(square)] += (
         _RIDGE * max(float(np.trace(square)), 1e-300) / max(len(square), 1)
@@ -197,6 +205,8 @@ def _held_out(
     squares = {n: np.zeros(len(x)) for n in counts}
     for k in np.unique(fold):
         held = fold == k
+        # chosen anew by what trains: orders that held-out places had a vote in would look better than they
+        # are
         ranked = _ranked(x[~held], tau[~held], levels[~held], period_rad, places)
         for n in counts:
             design = np.hstack([levels, _waves(x, period_rad, ranked[:n])])
@@ -236,6 +246,8 @@ def find_shift(part: Harmonics, sweep: Sweep, friction_period_rad: float | None 
     seen, _, scatter = _regress(x, tau, levels, part.period_rad, part.orders)
     # as e^(-i n a): a shift then turns each harmonic by n times itself
     then, now = part.cos - 1j * part.sin, seen.cos - 1j * seen.sin
+    # by waves and not row by row: a circular correlation of rows would ask for even places, which no sweep
+    # has
     share = peak(then * np.conj(now), part.orders)
     moved = part.shifted(share * part.period_rad)
     rest = tau + moved(x)

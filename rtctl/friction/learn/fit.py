@@ -25,7 +25,7 @@ from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
 from rtctl.friction.points import FrictionPoints, level_starts, levels_of
 
 EPSILON_NM = 0.005
-"""Default width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
+"""Default half width of the epsilon tube, N m: about the noise of an averaged point of the shipped joint."""
 
 EPSILON_SHARE = 0.02  # 5 mN m of a joint of 4 mN m erred by 13 % (decision 0091)
 """Share of the largest friction that the tube is where that is less than `EPSILON_NM`: a tube wider than the
@@ -104,6 +104,7 @@ def viscous_slope(speed: np.ndarray, friction_nm: np.ndarray) -> float:
     of the range, where the Stribeck part has died out; an outlier cannot tilt it. With fewer than 4 such
     speeds it is between the 4 fastest, so that few speeds do not make damping, which is left to the device,
     look like dry friction, which is compensated. A falling curve has no viscous part: 0."""
+    # four speeds at least: with fewer nothing was called viscous, and all of the friction dry (decision 0069)
     upper = speed >= min(0.5 * speed.max(), level_starts(speed)[-4:][0])
     v, f = speed[upper], friction_nm[upper]
     i, j = np.triu_indices(len(v), 1)
@@ -146,6 +147,7 @@ def fit_branch(
         for value in ([size * one for one in C_LIST] if c is None else (c,))
     }
     rmse = {value: float(np.sqrt(np.mean(errors**2))) for value, errors in tried.items()}
+    # C goes by tens: the smaller one is the smoother curve, with duals that cancel less
     chosen = min(value for value in tried if rmse[value] <= 1.02 * min(rmse.values()))
     return describe_branch(
         train(speed, friction_nm, chosen, epsilon_nm, unit),

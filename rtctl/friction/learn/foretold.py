@@ -54,6 +54,7 @@ def foretold(candidates: Sequence[tuple[Candidate, Side]]) -> Foretold | None:
             kept = data.session < at
             # kernels go anywhere beyond their points: no model is used there, hence none is blamed
             held = (data.session == at) & (data.speed <= data.speed[kept].max())
+            # C and tube in the scale of what was known then: those of later sessions are not known beforehand
             scaled = in_scale_of(one, data.speed, data.friction_nm, kept, data.session)
             try:
                 trained = train(scaled, data.speed[kept], data.learned_nm(kept), data.weight[kept])
@@ -79,6 +80,7 @@ def next_nm(held: Foretold, directions: np.ndarray, ahead: Foretold | None) -> t
     """Between what the RMS error of the next session lies in `SHARE` of all cases, N m: by sessions held out,
     each error in its direction (+1 or -1); where `ahead` errs more, as many times larger, as the band is."""
     low, high = certainty.next_session(held.error_nm, held.block, directions, SHARE)
+    # the band's factor: both are to say the same of a friction that wears
     times = 1.0 if ahead is None or held.rmse_nm <= 0 else max(1.0, ahead.rmse_nm / held.rmse_nm)
     return times * low, times * high
 

@@ -15,9 +15,11 @@ from rtctl.friction.kind_curve import Curve
 from rtctl.friction.kind_table import FORMULAS
 from rtctl.friction.points import level_starts
 
+# geared joints have .02 to .2 rad/s; a grid over the measured range alone may have none of these
 STRIBECK_STARTS_RAD_S = (0.05, 0.1, 0.2)
 """Stribeck speeds first tried; a grid over the measured range follows."""
 
+# neighbours are then 1.4 apart for speeds of 1 to 400, nearer than a peak is wide
 _STARTS = 25
 _BELOW_MIN = 2
 """Fewest different speeds at or below v_s without which a peak is a guess."""
@@ -33,9 +35,11 @@ _BEYOND = "stribeck_speed_beyond_range"
 class FormulaFit:
     """A fitted formula.
 
-    `covariance` follows the order of `curve.parameters`, squared units; a parameter on its bound (0) has
-    zero there; it is infinite where the points cannot separate them. `standard_error` is the root of its
-    diagonal. `peak_p_value` is the chance of points as peaked as these if friction were Coulomb + viscous."""
+    `covariance` follows the order of `curve.parameters`, squared units; it is infinite where the points
+    cannot separate them. A straight formula's parameter on its bound (0) has zero there; with a peak the
+    search ends a hair above its bounds, and all count as free: errors are then too large, not too small.
+    `standard_error` is the root of its diagonal. `peak_p_value` is the chance of points as peaked as these if
+    friction were Coulomb + viscous."""
 
     curve: Curve
     covariance: np.ndarray
@@ -51,6 +55,8 @@ class FormulaFit:
     def peak_nm(self) -> tuple[float, float]:
         """Stribeck peak F_s - F_c and its standard error, N m."""
         p, c = self.curve.parameters, self.covariance
+        # of the difference: F_c and F_s lean on the same points, and each by itself may be known far worse
+        # than what parts them
         variance = c[0, 0] + c[2, 2] - 2 * c[0, 2] if np.isfinite(c).all() else np.inf
         return p["breakaway_nm"] - p["coulomb_nm"], float(np.sqrt(variance))
 
@@ -219,6 +225,7 @@ def _fit_stribeck(
     slowest = float(np.min(speed[speed > 0], initial=top))
     tried = []
     # a peak may lie below the slowest point or bend over all: both are refused later, and by their numbers
+    # beyond the range on both sides: a v_s that ends there is how a peak shows that it is not in the points
     for v_s in (*STRIBECK_STARTS_RAD_S, *np.geomspace(0.3 * slowest, 3 * top, _STARTS)):
         design = _linear_design(formula, speed, float(v_s)) * root[:, None]
         values = _bounded(design, friction_nm * root)

@@ -31,6 +31,8 @@ class Gram:
     @classmethod
     def of(cls, kind: str, parameters: Mapping[str, float], speed: np.ndarray) -> Gram:
         """Kernel matrix of these speeds (rad/s, (n,)), and its factor if they are many."""
+        # whole, although the factor is what is trained on: the sum of kernels that is deployed is held
+        # against it
         matrix = KERNELS[kind].matrix(parameters, speed, speed)
         return cls(matrix, pivoted(matrix, COARSE) if len(speed) >= MANY else None)
 
@@ -55,6 +57,7 @@ def pivoted(matrix: np.ndarray, tolerance: float) -> np.ndarray:
             break
         column = matrix[:, at] - columns[:, :rank] @ columns[at, :rank]
         columns[:, rank] = column / np.sqrt(left[at])
+        # rounding may leave less than nothing: such a point is never the largest, and is no pivot any more
         left -= columns[:, rank] ** 2
     else:
         rank = len(matrix)

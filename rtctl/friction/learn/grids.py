@@ -75,6 +75,8 @@ def _noise_nm(*columns: bytes) -> float:
     if not len(size):
         size = _second_differences(speed, friction_nm)
     # two points show none
+    # the median size of normal numbers is .6745 of their deviation; a median, since one bad point is in three
+    # differences
     return max(float(np.median(size)) / 0.6745 if len(size) else 0.0, 1e-3 * float(friction_nm.max()))
 
 
@@ -156,6 +158,7 @@ def candidates(
     machine, kind = family.split("-")
     top = float(friction_nm.max())
     unit = unit_nm(speed, friction_nm, session)
+    # nu is a share of the points and knows no unit; an epsilon is a torque and goes by their noise
     tubes = NU if machine == "nu" else tuple(unit * factor for factor in EPSILON)
     kernel = KERNELS[kind]
     scaled = {UNIT: unit_rad_s} if UNIT in kernel.names and unit_rad_s != 1.0 else {}

@@ -16,6 +16,7 @@ from rtctl.errors import DataError
 from rtctl.friction.learn.laps import laps_of
 from rtctl.friction.points import FrictionPoints, level_starts, levels_of
 
+# ten, or one speed at a time, change no error by a tenth (decision 0037)
 FOLDS = 5
 TRAINS = -1
 """Fold of points that always train."""
@@ -118,6 +119,7 @@ def _complete(points: FrictionPoints, name: str) -> bool:
 
 def several_logs(points: FrictionPoints) -> bool:
     """Whether there are logs to hold out, each with both directions: sessions."""
+    # a row of no session would have to train always, and vouch for its own session where that is held out
     if not _complete(points, "log"):
         return False
     numbers = [set(points.columns["log"][points.direction == direction]) for direction in (1, -1)]
@@ -129,6 +131,7 @@ def _stretches(time_s: np.ndarray) -> np.ndarray:
     """`FOLDS` times `STRETCHES` stretches of time, of equally many samples."""
     order = np.argsort(time_s, kind="stable")
     units = np.empty(len(time_s), dtype=int)
+    # four to each fold of `folds_by_time`, wholly: a block that two folds share would be no block of either
     units[order] = np.arange(len(time_s)) * FOLDS * STRETCHES // len(time_s)
     return units
 
@@ -141,6 +144,8 @@ def folds_of(points: FrictionPoints, directions: tuple[int, ...], way: str) -> n
     rows = np.concatenate([points.rows_of(direction) for direction in directions])
     speed = np.abs(points.velocity_rad_s[rows])
     if way == "speed":
+        # levels of all points, those that are left out, too: leaving one out must not move the folds of the
+        # others (decision 0046)
         every = np.abs(points.velocity_rad_s[np.isin(points.direction, directions)])
         return folds_by_speed(speed, levels=level_starts(every))
     units = units_of(points, way)

@@ -13,6 +13,7 @@ import numpy as np
 _SHIFTS = 4096
 """Shifts of a period that are tried: 32 of the shortest wave."""
 
+# a chance of one in a hundred is then told to a third of itself
 _DRAWS = 1000
 """Random phases that the chance is counted of."""
 
@@ -21,6 +22,8 @@ def peak(waves: np.ndarray, orders: np.ndarray) -> float:
     """Shift of the best match, share of the period, -.5 to .5; between the grid's by Newton's steps on its
     slope."""
     at = float(np.argmax(_matches(waves[None], orders)[0])) / _SHIFTS
+    # between two shifts of the grid the match is nearly a parabola: few steps are needed, and none is longer
+    # than the grid's
     for _ in range(8):
         terms = np.exp(-2j * math.pi * at * orders) * waves
         slope, bend = np.real(-1j * orders @ terms), np.real(-(orders**2) @ terms)

@@ -22,6 +22,7 @@ _STEPS = 40
 _GAP = 1e-7
 """Complementarity at which a solution is one, share of the objective."""
 
+# what reaches a bound has no room for the next step; a hair of the way is left to it
 _BACK = 0.995
 """Share of the way to the nearest bound that a step goes."""
 
@@ -114,9 +115,12 @@ def _solved(
     wanted = np.array([0.0, total])[: len(equations)]
     cost = np.concatenate([tube - friction_nm, tube + friction_nm])
     scale = max(float(np.abs(friction_nm).max()), 1e-300)
+    # alpha and alpha* have the same bound; a point is never in need of both
     upper = np.concatenate([bound, bound])
+    # away from both bounds, where the first step has room
     x = 0.1 * upper if nu is None else 0.5 * nu * upper  # of nu: where its equation holds already
     at = _Iterate(np.stack([x, upper - x, 0 * x + scale, 0 * x + scale]), np.zeros(len(equations)))
+    # k(v, v): by how much a point's own dual moves the curve at its own speed
     reach = np.tile((factor**2).sum(axis=1), 2)
     beta, converged = np.zeros(n), False
     for _ in range(_STEPS):
@@ -152,6 +156,7 @@ def _better(
 
     n = len(factor)
     inside, prices = at.parts[:2], at.parts[2:]
+    # 1/theta of docs/theory.md 8.2: the nearer a part is to a bound that holds it, the less it moves
     easy = 1.0 / (prices / inside).sum(axis=0)
     weighed = factor * np.sqrt(easy[:n] + easy[n:])[:, None]
     small = weighed.T @ weighed
@@ -184,6 +189,7 @@ def _better(
 
     products = inside * prices
     tried = step(-products)
+    # 2 (2 n) products, of which half belong to each bound
     mean = at.gap / (2 * len(off))
     left = at.stepped(at.furthest(tried), tried).gap / (2 * len(off))
     # Mehrotra's centring: the further the prediction gets, the less it is held in the middle

@@ -282,9 +282,9 @@ def learn(
 
 
 def _weight(ladder: Ladder) -> float:
-    # 1 of every point but break-away, whose weight it then is; without break-away nothing has a weight
-    data = ladder.sides[0]
-    return float(np.max(data.weight))
+    # of any side: break-away may have been measured in one direction alone
+    of_rest = [data.weight[data.speed == 0] for data in ladder.sides]
+    return float(next((weight[0] for weight in of_rest if len(weight)), 1.0))
 
 
 def _branch(score: Score, data: Side, speed: np.ndarray, friction_nm: np.ndarray) -> Branch:

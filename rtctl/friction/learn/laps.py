@@ -29,6 +29,7 @@ def laps_of(points: FrictionPoints) -> np.ndarray | None:
     period = period_s(time_s, np.stack([position, points.velocity_rad_s]))
     if period is None:
         return None
+    # from the first row on: where a lap begins does not matter, only that its repeat begins as late
     laps: np.ndarray = ((time_s - time_s.min()) / period).astype(int)
     last = int(np.ptp(time_s) / period + 0.5) - 1
     laps[laps > last] = last  # a few samples more are no lap
@@ -54,7 +55,9 @@ def period_s(time_s: np.ndarray, signals: np.ndarray) -> float | None:
     n = len(t)
     # an even grid: the correlation goes by steps, stamps may not
     grid = np.linspace(t[0], t[-1], n)
-    found = [_alike(np.interp(grid, t, signal[order]), n // LAPS_MIN) for signal in signals]
+    # the lag of a lap of just so many, and one more: a maximum is told by what comes behind it
+    lags = n // LAPS_MIN + 2
+    found = [_alike(np.interp(grid, t, signal[order]), lags) for signal in signals]
     # the worst of them: a position that repeats while the speed does not is another motion
     alike = np.min(found, axis=0)
     # every slow signal is like itself a step later: a lap is a maximum after it was unlike
@@ -77,6 +80,8 @@ def _alike(signal: np.ndarray, lags: int) -> np.ndarray:
     product = np.fft.irfft(spectrum * spectrum.conj())[:lags]
     power = np.concatenate([[0.0], np.cumsum(x**2)])
     k = np.arange(lags)
+    # by the power of the parts that overlap: by that of the whole a long lag would look unlike whatever the
+    # motion
     size = np.sqrt(power[n - k] * (power[n] - power[k]))
     found: np.ndarray = np.divide(product, size, out=np.zeros(lags), where=size > 0)
     return found

@@ -132,6 +132,7 @@ def slopes(values: np.ndarray, rows: Rows) -> np.ndarray:
     _, _, peak, k_e, k_m, p_e, p_m, q_e, q_m, v_s, power, second, v_2, backward = values
     e, m, v = rows.outside_nm, rows.motor_nm, rows.speed
     drives, driven = _squares(rows)
+    # of a size |.|: where the two torques cancel it has no slope, and the sign there is 0
     level, top = np.sign(k_e * e - k_m * m), np.sign(p_e * e - p_m * m)
     peak_nm = peak + np.abs(p_e * e - p_m * m) + q_e * drives + q_m * driven
     none = np.zeros_like(v)
@@ -188,6 +189,7 @@ def fit_terms(rung: str, rows: Rows) -> Terms:
 
     def whole(part: np.ndarray) -> np.ndarray:
         values = np.zeros(len(NAMES))
+        # any speed will do, but 0, which is divided by
         values[-2] = 1.0  # the second speed, where its share is nil
         values[free] = part
         return _shared(values) if rung in SHARED else values
@@ -223,6 +225,7 @@ def _shared(values: np.ndarray) -> np.ndarray:
     return out
 
 
+# the sum of squares has several valleys over the fall of the peak: the grid's best may lie beside the deepest
 STARTS = 3
 
 ENOUGH = 1e-6

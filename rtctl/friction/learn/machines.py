@@ -146,6 +146,7 @@ def _by_libsvm(
             machine.fit(gram.matrix, friction_nm, sample_weight=weight)
         except ValueError:  # scikit-learn: "the dual coefficients or intercepts are not finite"
             return None
+    # finite numbers are asked for once more: not every version of scikit-learn refuses others itself
     beta, intercept = machine.dual_coef_[0], float(machine.intercept_[0])
     if not (np.isfinite(beta).all() and np.isfinite(intercept)):
         return None
@@ -180,6 +181,8 @@ def _by_factor(
     while True:
         tube = {"nu": candidate.tube} if candidate.machine == "nu" else {"epsilon_nm": candidate.tube}
         found = interior.solve(factor, friction_nm, bound, **tube, tolerance_nm=tolerance_nm)
+        # r numbers that predict any row of the factor: held-out points then cost the rank, not the support
+        # vectors
         weights = factor.T @ found.beta
         if gram.matrix is None or np.abs(gram.matrix @ found.beta - factor @ weights).max() <= tolerance_nm:
             break

@@ -88,6 +88,7 @@ def generalisation(
         rows = rows[speed <= fastest[side]]
         for name, model in models.items():
             error = _predicted(model, points, rows) - points.friction_nm[rows]
+            # fold by fold and not as one mean: a rung that misses a fold is found by its count
             errors.setdefault(name, []).append(error)
             band = model.branches[0].band  # both directions share it
             if band is not None:

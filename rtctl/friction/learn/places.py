@@ -22,9 +22,9 @@ from rtctl.friction.kind_spline import UNIT
 from rtctl.friction.learn.bands import of_errors, with_band
 from rtctl.friction.learn.fit import describe_branch
 from rtctl.friction.learn.grids import unit_of
-from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed
+from rtctl.friction.learn.hold_out import FOLDS, TRAINS, folds_by_speed
 from rtctl.friction.model import Branch, FrictionModel, self_test_vectors
-from rtctl.friction.points import POINTS_MAX, FrictionPoints
+from rtctl.friction.points import POINTS_MAX, FrictionPoints, level_starts
 
 SHARES = (0.03, 0.3)
 """lambda tried: how far friction may differ from place to place."""
@@ -35,7 +35,6 @@ DECAY = 0.7
 RIDGES = (1e-4, 1e-3, 1e-2)
 """Tried: how much smoothness counts against the squares of the errors."""
 
-FOLDS = 5
 _SECTORS = 20
 """Sectors of a turn; every fifth that has rows is held out together, at every speed and in every turn."""
 
@@ -190,7 +189,7 @@ def _rungs(sides: list[_Side], period_rad: float, unit_rad_s: float) -> Iterator
 
 
 def _thinned(side: _Side, most: int) -> _Side:
-    """At most so many rows, drawn without a pattern; always the same."""
+    """So many rows, drawn without a pattern, always the same, and the slowest and the fastest."""
     rows = np.sort(np.random.default_rng(0).permutation(len(side.v))[:most])
     ends = [int(np.argmin(side.v)), int(np.argmax(side.v))]  # the range does not shrink
     rows = np.unique(np.append(rows, ends))
@@ -270,7 +269,8 @@ def _with_bands(
         return replace(after[0], band=about[0]), replace(after[1], band=about[1])
     few = [_thinned(side, _ROWS_OF_SEARCH) for side in sides]
     found = {"place": _errors(rung, few, [one.fold for one in few])}
-    if all(len(np.unique(one.v)) >= _SPEEDS_LEAST for one in few):
+    # by levels: each place has a mean speed of its own, which differs by noise
+    if all(len(level_starts(one.v)) >= _SPEEDS_LEAST for one in few):
         found["speed"] = _errors(rung, few, [folds_by_speed(one.v, FOLDS) for one in few])
     way = max(found, key=lambda way: float(np.mean(found[way][1] ** 2)))
     return with_band(after, of_errors(*found[way], way))

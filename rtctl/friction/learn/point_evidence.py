@@ -26,6 +26,7 @@ def with_evidence(
     """Return the model with what its points, and test points, know beside them; a length given by hand (rad)
     goes first."""
     # a person who gives a length knows something that the points do not
+    # no spread is known of it, and no ramps are counted
     found = Presliding(presliding_rad, None, 0) if presliding_rad is not None else presliding_of(points)
     spreads = place_spread_nm(model, points)
     forward, backward = (
@@ -42,6 +43,7 @@ def with_evidence(
         for branch, spread, direction in zip(model.branches, spreads, (1, -1), strict=True)
     )
     doubt_nm = max((zero_doubt_nm(one) for one in (points, test) if one), default=0.0)
+    # both directions get all of it: which of them has less friction is what a zero in doubt does not tell
     branches = (_with_zero_in_doubt(forward, doubt_nm), _with_zero_in_doubt(backward, doubt_nm))
     return replace(with_presliding(model, found), branches=branches)
 
@@ -94,6 +96,7 @@ def single_max_error_nm(branch: Branch, points: FrictionPoints, direction: int) 
     told = (speed <= branch.speed_max_rad_s) & np.isfinite(std) & (count > 1)
     if not told.any():
         return None
+    # n/(n + 1): the share of all numbers below which the largest of n lies on average
     largest = np.array([NormalDist().inv_cdf(n / (n + 1)) for n in count[told]])
     error = np.abs(branch.magnitude(speed[told]) - friction[told])
     return float((error + largest * std[told]).max())

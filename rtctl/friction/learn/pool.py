@@ -23,6 +23,7 @@ def workers(backend: str, n_jobs: int) -> Iterator[Any]:
     import joblib
 
     with contextlib.ExitStack() as stack:
+        # first: joblib's dask backend takes the client that is there, and begins none
         if backend == "dask":
             _enter_dask(stack, n_jobs if n_jobs > 0 else joblib.cpu_count())
         stack.enter_context(joblib.parallel_config(backend=backend, n_jobs=n_jobs))
@@ -39,6 +40,7 @@ def _enter_dask(stack: contextlib.ExitStack, n_workers: int) -> None:
     cluster: Any = LocalCluster
     address = dask.config.get("scheduler-address", None)
     try:
+        # a cluster that the caller opened goes before any other: it is the one that was meant
         get_client()
     except ValueError:  # no client yet
         if not address:

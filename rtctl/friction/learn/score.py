@@ -51,6 +51,7 @@ class Score:
     @property
     def compared_nm(self) -> float:
         """Root mean square of `compared`; infinite when the candidate failed."""
+        # infinite and not NaN: a minimum over candidates passes it by
         return float("inf") if self.failed else float(np.sqrt(np.mean(self.compared**2)))
 
     @property

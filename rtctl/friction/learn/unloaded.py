@@ -41,6 +41,7 @@ def load_of(points: FrictionPoints, verdict: LoadVerdict) -> Load:
     weaker = min(1.0, terms.value("backward"))
     load = Load(
         **{name: weaker * terms.value(name) for name in COEFFICIENTS},
+        # without a peak nothing falls, and any speed will do but 0, which is divided by
         stribeck_rad_s=terms.value("stribeck_rad_s") if peaked else 1.0,
         stribeck_power=terms.value("stribeck_power") if peaked else 1.0,
         most_nm=most_nm,
@@ -69,9 +70,12 @@ def without_load(points: FrictionPoints, load: Load) -> FrictionPoints:
         )
     rows, kept = rows_of(points)
     added = load.added_nm(rows.speed, rows.outside_nm, rows.motor_nm)
+    # heavy points are left out and not put right: an error of the load's form would be most of what is left
+    # of them
     light = added <= LIGHT * rows.friction_nm
     chosen, off = kept[light], np.zeros(len(points.friction_nm))
     off[chosen] = added[light]
+    # back in the order of the file: `rows_of` had them by speed
     chosen.sort()
     columns = {name: column[chosen] for name, column in points.columns.items()}
     return replace(

@@ -81,6 +81,8 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
         )
         return Warmth(span, middle, reason=reason)
     backward = points.direction[kept] < 0
+    # the learned curve says only what is dry and what viscous; the level is fitted anew beside the
+    # temperature (decision 0146)
     curve = np.where(backward, model.branches[1].magnitude(speed), model.branches[0].magnitude(speed))
     slope = np.array([branch.viscous_nms_rad for branch in model.branches])[backward.astype(int)]
     dry, viscous = curve - slope * speed, slope * speed
@@ -102,6 +104,7 @@ _CAUTION = {
 
 def _curve(speed: np.ndarray, backward: np.ndarray) -> list[np.ndarray]:
     """Columns of a curve of each direction: level, slope, and what fades from three speeds on."""
+    # by ratio: nobody knows beforehand where in the range a peak falls, and mostly it is near its slow end
     low, high = float(speed[speed > 0].min()), float(speed.max())
     shapes = [np.ones(len(speed)), speed / high]
     shapes += [np.exp(-speed / (low * (high / low) ** bend)) for bend in BENDS]
@@ -139,6 +142,7 @@ def _regress(
     squares = np.array([columns[rows].T @ columns[rows] for rows in blocks])
     scores = np.array([columns[rows].T @ rest[rows] for rows in blocks])
     without = np.eye(len(found)) - inverse @ squares
+    # without a session that alone tells a column nothing is left of it: `without` is singular then
     alone = len(blocks) >= SESSIONS_MIN and np.linalg.cond(without).max() < 1 / TOLD_BY
     answer = []
     for k in range(told):
@@ -149,6 +153,7 @@ def _regress(
             shared = np.einsum("gpq,gq->gp", squares, left_out)
             alike = np.diag(np.einsum("gp,gp->g", left_out, shared)) - shared @ inverse @ shared.T
             freedom = np.trace(alike) ** 2 / np.sum(alike**2)
+            # halved, so that twice the error told is 95 % however few the sessions are
             student = t.ppf(norm.cdf(2), max(freedom, 1.0)) / 2
             error = student * np.sqrt(moved @ moved * inverse[k, k] / np.trace(alike))
         answer.append((float(found[k] / scale[k]), float(error / scale[k])))

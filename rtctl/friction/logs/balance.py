@@ -90,6 +90,8 @@ class Balance:
         """RMS of the velocity."""
         return float(np.sqrt(np.mean(self.velocity**2)))
 
+    # as `fit`, but of the rows themselves: what is left over is looked at row by row, and not only by its
+    # size
     def residual(self) -> np.ndarray:
         """What the plain fit leaves over on each row, N m."""
         matrix = np.hstack([self.motion, self.nuisance])
@@ -118,6 +120,8 @@ class Balance:
         others."""
         own = self.own_acceleration()
         found = self.fit()
+        # rows a tenth of a period apart repeat each other: counted one by one the error would be less than
+        # half of what it is
         free = max(len(own) / ROWS_ALIKE, 1.0)
         return found.inertia, found.rest / max(float(own.std()) * np.sqrt(free), 1e-300)
 
@@ -136,6 +140,8 @@ class Balance:
         wanted = (self.torque if torque is None else torque)[rows]
         scale = np.sqrt((matrix**2).mean(axis=0))
         scale[scale == 0] = 1.0
+        # a direction that is not told gets nothing, instead of a refusal: a part of a log may have columns
+        # alike
         found = np.linalg.lstsq(matrix / scale, wanted, rcond=1e-9)[0] / scale
         rest = wanted - matrix @ found
         k = 3 + more.shape[1]

@@ -55,6 +55,7 @@ DOUBTFUL_SHARE, UNEXPLAINED_SHARE = 0.3, 0.5
 """Share of the torque about its mean, RMS, that the motion does not explain: worth a word, and refused. Sound
 logs have .02 to .25."""
 
+# three is the least of which a median says what is usual, and so which part is the other one
 PARTS, PART_ROWS = 3, 150
 """Parts of a log that are compared, and fewest rows of one."""
 
@@ -88,6 +89,7 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
     """
     plain, source = balance.fit(), balance.signals.source
     refusals, doubts, least = [], [], plain.rest
+    # the plainest mistakes first: of causes that leave as little over the first is told (`ALIKE`)
     searched = (_velocity_as_position, _weight, high_passed, delayed, _position, lost_counts, changed_within)
     for find in searched if plain.rest > LEFT_LEAST * balance.spread else ():
         found = find(balance, plain)
@@ -104,10 +106,12 @@ def diagnosed(balance: Balance, noted: Sequence[str] = ()) -> tuple[str, ...]:
         elif (ratio <= TOLD_RATIO and change >= TOLD_CHANGE) or (ratio <= PLAIN_RATIO and much):
             doubts.append((other.rest, text))
     if refusals and min(refusals)[0] <= ALIKE * least:
+        # a refusal's words before a doubt's, even where the doubt leaves a little less over: it is why
+        # nothing is given out
         text = next(text for rest, text in (*refusals, *doubts) if rest <= ALIKE * least)
         raise DataError("; besides: ".join([f"{source}: {text}", *noted]))
     told = [text for rest, text in doubts if rest <= ALIKE * least]
-    warnings = [f"{source}: {text}" for text in (*told, *_over_time(balance, plain, ALIKE * least))]
+    warnings = [f"{source}: {text}" for text in (*told, *_over_time(balance, ALIKE * least))]
     left = plain.rest / balance.spread
     if left > UNEXPLAINED_SHARE:
         raise DataError(
@@ -155,6 +159,7 @@ def _weight(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
         return None
     motor, external = balance.torque - balance.external, balance.external
     # the smaller gets the weight: of the larger nearly all of the torque would be its own noise
+    # by what varies: a constant in either is an offset of the balance, and says nothing of its unit
     smaller_is_motor = motor.std() < external.std()
     small, large = (motor, external) if smaller_is_motor else (external, motor)
     if small.std() == 0:
@@ -167,6 +172,8 @@ def _weight(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
         return None  # of a torque that adds little the weight is mostly noise
     text = _weight_text(names, weight, other)
     # what was fitted is in the unit of the larger torque: back to that of the smaller
+    # of a weight below 1 the larger torque is taken for the one in N m, and the parameters are of that
+    # already
     unit = max(abs(weight), 1.0)
     return text, Fit(
         other.inertia / unit, other.viscous / unit, other.coulomb / unit, other.added, other.rest / unit
@@ -223,7 +230,7 @@ def _position(balance: Balance, _plain: Fit) -> tuple[str, Fit] | None:
     )
 
 
-def _over_time(balance: Balance, plain: Fit, most: float) -> list[str]:
+def _over_time(balance: Balance, most: float) -> list[str]:
     """Parts of each log whose friction or inertia differ, where they leave at most `most` over."""
     told = []
     for k, source in enumerate(balance.signals.sources):

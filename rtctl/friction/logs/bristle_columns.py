@@ -21,6 +21,7 @@ def lugre_bristle(path_rad: np.ndarray, length_rad: float) -> np.ndarray:
     for row in range(1, len(path_rad)):
         dx = path_rad[row] - path_rad[row - 1]
         end = np.sign(dx)
+        # the exact step of ds/dx, however long: Euler's would overshoot the end in a quick stroke
         found[row] = end + (found[row - 1] - end) * np.exp(-abs(dx) / length_rad)
     return found
 
@@ -71,6 +72,7 @@ def by_acceleration(which: float, part: TurningPart, _none: float = 0.0) -> np.n
     direction = (
         stop_operator(part.path_rad, SHORTEST_RAD * part.radian) if which else np.sign(part.motion[:, 1])
     )
+    # the acceleration along the motion: above 0 while the speed rises, whichever way it goes
     change = direction * part.motion[:, 0]  # of abs(v), rad/s^2
     beside = [direction * change * peak for peak in part.peaks]
     return np.hstack([plain, part.smoothed(beside)])

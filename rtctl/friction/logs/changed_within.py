@@ -10,6 +10,7 @@ import numpy as np
 
 from rtctl.friction.logs.balance import Balance, Fit
 
+# 33 fits, to a ninety-second of the log, in place of one fit for each row
 TRIED, FINER = 24, 9
 """Times that are tried, and those between the best and its neighbours."""
 
@@ -72,6 +73,8 @@ def _changed_between(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     joints = [replace(fit, inertia=j, viscous=b, coulomb=c) for j, b, c in each.tolist()]
     if not all(one.is_joint(balance.speed) for one in joints):
         return None
+    # friction may differ from session to session of one joint; of what is moved only the inertia says that it
+    # is another
     inertias = each[:, 0]
     if inertias.max() < LOADED * inertias.min() or not inertias.max() < FACTOR_MOST * inertias.min():
         return None
@@ -130,6 +133,7 @@ def _what(balance: Balance, row: int) -> tuple[str, Fit]:
         return f"the zero of the torque, by {zero.added[0]:.3g} N m,", zero
     before = np.array([whole.inertia, whole.viscous, whole.coulomb])
     wanted = (balance.motion @ before)[:, None]
+    # what the balance wants, and not the record: the noise of that would explain itself
     torque = balance.fit(added=since * np.column_stack([wanted, np.ones(len(wanted))]))
     if torque.rest < ALIKE * whole.rest:
         return (

@@ -57,6 +57,7 @@ def plateaus(signal: np.ndarray, where: str) -> tuple[Plateau, ...]:
     """Runs of equal largest or smallest values of a torque (N m) that otherwise changes from row to row."""
     if len(np.unique(signal)) < LEVELS_MIN:
         return ()  # a coarse or resting signal repeats its extremes by nature
+    # how long a value stands that is no extreme: what the column does anyway
     between = (signal > signal.min()) & (signal < signal.max())
     held = longest_run((np.diff(signal) == 0) & between[1:])[1]
     # as long everywhere: a torque of a slower bus
@@ -188,9 +189,12 @@ def _compared(
     spread = covariance(matrix[below], rest[below], blocks, 0)
     mean = matrix[at_top].mean(axis=0)
     beyond = wanted > BEYOND_TOP * top
+    # by what is wanted: rows chosen by the record would be those whose noise points up
     near = wanted > AT_TOP * top
     slope = float(np.polyfit(wanted[near], signal[near], 1)[0]) if near.sum() > RUN else 1.0
     bottom = float(np.quantile(signal, 0.005))
+    # all rows and both ends, so that a fit of small torques that went wrong elsewhere does not pass for
+    # clipping
     cut = float(np.sqrt(np.mean((signal - np.clip(wanted, bottom, top)) ** 2)))
     return _Top(
         level_nm=side * top + middle,

@@ -96,6 +96,7 @@ def read_set(one: DataSet, folder: Path) -> tuple[FrictionPoints, tuple[str, ...
             raise ConfigError(
                 f"set {one.name!r}: columns.{unknown[0]}: no role of a log; one of {', '.join(ROLES)}"
             )
+        # the words of the command line: a description and `--column` then say the same
         mapped = {ROLES[role]: table for role, table in one.columns.items()}
         points, notes = _readable(files, lambda some: points_of_logs(some, mapped, Gearing()))
     kept, left_out = without_outliers(points)

@@ -21,7 +21,9 @@ def dead_band(torque: np.ndarray, where: str) -> tuple[str, ...]:
     turns = np.flatnonzero(still[1:] != still[:-1])
     if still.mean() < SHARE or len(turns) < ENTRIES:
         return ()
+    # of the two rows at an edge one is 0: the larger tells from how far it came
     near = np.maximum(size[turns], size[turns + 1]) < NEAR * float(np.quantile(size, 0.95))
+    # a coarse torque stands on its next steps as often as on 0; a dead band leaves them empty
     next_ones = np.isin(size, np.unique(size)[1:3])
     if near.mean() < NEAR_SHARE or next_ones.sum() > LIKE_OTHERS * still.sum():
         return ()

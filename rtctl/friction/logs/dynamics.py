@@ -20,6 +20,7 @@ import numpy as np
 from hw.jit import JIT_DISABLED
 from rtctl.control.jit import compiled
 from rtctl.errors import DataError
+from rtctl.friction.logs.signal_shift import derivatives
 
 CUTOFF_HZ = 20.0
 """Default low-pass: hand motion lies below it, structural vibration and encoder steps above."""
@@ -225,7 +226,7 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
     -----
     Central differences of the filtered position. One period of the cut-off is dropped at each end, where
     the filter does not know what came before."""
-    # one-sided differences at both ends are of half the order, and two of them follow each other
+    # behind one period nothing of what the filter made up beyond the ends is left to see
     edge = rows_of_a_period(log, cutoff_hz)
     n = len(log.position_rad)
     least = STRETCH_PERIODS * edge
@@ -234,8 +235,8 @@ def differentiate(log: AxisLog, cutoff_hz: float = CUTOFF_HZ) -> Motion:
             f"{log.source}: {n} samples are too few for a cut-off of {cutoff_hz:g} Hz; {least} are needed"
         )
     step = 1.0 / log.rate_hz
-    velocity = np.gradient(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)
-    acceleration = np.gradient(velocity, step)
+    # of five points: three, twice, made the inertia of a log of 100 Hz 3 % too large at 5 Hz
+    velocity, acceleration = derivatives(smooth(log.position_rad, log.rate_hz, cutoff_hz), step)
     # every signal by the same slice: rows of one instant stay rows
     kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
     return Motion(
@@ -267,6 +268,7 @@ def regress(motion: Motion, speed_min_rad_s: float = SPEED_MIN_RAD_S, source: st
     torque = motion.torque_nm[moving]
     # columns of one size: the rank then is that of the motion, not of rad/s beside rad/s^2
     scale = np.sqrt((matrix**2).mean(axis=0))
+    # the rank and not a condition number: whoever calls it has no interval by which a poor one would show
     solution, _, rank, _ = np.linalg.lstsq(
         matrix / np.where(scale > 0, scale, 1.0), torque, rcond=RANK_TOLERANCE
     )

@@ -56,9 +56,12 @@ def told_apart(signals: Regressors, columns: Mapping[str, np.ndarray]) -> tuple[
 def largest_inertia(signals: Regressors, friction: float) -> float:
     """The most an inertia can be: the torque that there was, and `friction` (N m), moved it at its turns,
     (largest torque + friction)/largest acceleration."""
+    # about the median, since a zero that is off moves nothing; all rows, since it is the turns that
+    # accelerate
     torque = np.abs(signals.torque_nm - np.median(signals.torque_nm))
     acceleration = np.abs(signals.acceleration_rad_s2)
     # friction adds to the motor where the joint brakes, so that both may have moved it
+    # quantiles: one spike of the acceleration would bound the inertia far below what it is
     return (float(np.quantile(torque, 0.99)) + friction) / max(float(np.quantile(acceleration, 0.99)), 1e-12)
 
 

@@ -33,6 +33,7 @@ def held_still(balance: Balance) -> tuple[str, ...]:
     # log by log: the end of one and the begin of the next are no stand
     runs = [longest_run(held & (signals.log == k)) for k in range(len(signals.sources))]
     begin, rows = max(runs, key=lambda run: run[1])
+    # rows of the thinned signals: their step is that of the filter, not of the log
     stood_s = rows * float(np.median(np.diff(signals.time_s)))
     if stood_s < STANDS_S:
         return ()

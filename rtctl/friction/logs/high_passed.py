@@ -20,9 +20,11 @@ GAP = 3.5
 
 def high_passed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The corner of a high-pass of the only torque that leaves least over."""
+    # of two torques one may be AC-coupled and one not: the integral of their sum is then nobody's column
     if balance.external is not None:
         return None
     column = _integral(balance.signals)[balance.signals.sliding]
+    # minus: m = u - w int m, so that the coefficient is the corner itself, rad/s
     other = balance.fit(added=-column[:, None])
     corner = float(other.added[0])
     if not (corner > 0 and other.inertia > 0 and other.coulomb > 0):

@@ -114,6 +114,7 @@ def covariance(X: np.ndarray, residual: np.ndarray, block: np.ndarray, slow_colu
     changes = np.empty((blocks, X.shape[1]))
     for k in range(blocks):
         mine = X[block == k] @ half
+        # the leverage along each axis: 1 where this block alone tells that direction
         share, axes = np.linalg.eigh(mine.T @ mine)
         grown = axes / np.sqrt(np.maximum(1 - share, LEAST_LEFT)) @ axes.T
         changes[k] = half @ (grown @ (mine.T @ residual[block == k]))

@@ -45,6 +45,8 @@ def late(balance: Balance, first_s: float, last_s: float, every: int = 1) -> np.
 def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The delay of the torque that leaves least over; two clocks where these leave far less."""
     # one decomposition serves all delays: the motion is the same, the torque alone is read elsewhere
+    # every fifth row: rows so near to each other say the same, and there are hundreds of delays to try
+    # (decision 0070)
     basis = np.linalg.qr(np.hstack([balance.motion, balance.nuisance])[::ROWS_ALIKE])[0]
 
     def left(first_s: float, last_s: float) -> float:
@@ -58,10 +60,12 @@ def delayed(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     delay = float(min(finer, key=lambda each: left(each, each)))  # as fine as two clocks are looked for
     # a balance that one delay mends is not searched for two, which could only leave less
     if tried[best] > CLOCKS_LEAVE * balance.spread:
+        # two numbers more always leave less over: they must leave far less (`CLOCKS_BETTER`)
         first_s, last_s = _clocks(left)
         two = balance.fit(torque=late(balance, first_s, last_s))
         if left(first_s, last_s) < CLOCKS_BETTER * left(delay, delay) and _sound(two):
             return _two_clocks(balance, plain, two, first_s, last_s), two
+    # an end of what is tried is no minimum
     if best in (0, len(delays) - 1):
         # no time explains it best: friction that builds up over a travel looks the later the more
         return None

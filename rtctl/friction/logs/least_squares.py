@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rtctl.friction.logs.dynamics import RANK_TOLERANCE
 from rtctl.friction.logs.even_motion import TooEvenError
 from rtctl.friction.logs.intervals import Estimate, covariance, estimates, telling_blocks, time_blocks
 from rtctl.friction.logs.offsets import OffsetColumns
@@ -71,9 +70,11 @@ def solve(
     residual = torque - scaled @ solution
     own, drift = np.split(scaled, [len(columns)], axis=1)
     # what a column shares with the drift tells nothing of its parameter (Frisch, Waugh and Lovell)
+    # drift and waves are solved for with the rest above; only the intervals are of what is a column's own
     own = own - drift @ np.linalg.lstsq(drift, own, rcond=None)[0]
     error = np.sqrt(np.diag(covariance(own, residual, block, len(offset.owner)))) / scale[: len(columns)]
     telling = telling_blocks(own, block)
+    # the fewer of both: slow columns use blocks up, and few blocks may tell a column (docs/theory.md 9.7)
     freedom = [
         min(offset.freedom(name, signals.log[rows], block), blocks - 1)
         for name, blocks in zip(columns, telling, strict=False)
@@ -92,7 +93,7 @@ def _condition(signals: Regressors, scaled: np.ndarray, columns: dict[str, np.nd
     singular = np.linalg.svd(scaled, compute_uv=False)
     condition = float(singular[0] / singular[-1]) if singular[-1] > 0 else np.inf
     # too even is said by what is missing, where that is known: slow rows are easier to record than a motion
-    if condition <= min(CONDITION_MAX, 1 / RANK_TOLERANCE):
+    if condition <= CONDITION_MAX:
         return condition
     few = few_slow(signals)
     if few:

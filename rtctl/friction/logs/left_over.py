@@ -87,6 +87,7 @@ def bounds(balance: Balance, rest: float) -> dict[str, float]:
         column = balance.motion[:, k]
         # only by what no other column has can a hidden torque move this parameter
         own = column - others @ np.linalg.lstsq(others, column, rcond=1e-9)[0]
+        # Cauchy and Schwarz: no torque of that size moves the parameter further than one that is its column
         found[name] = rest / max(float(own.std()) * abs(value), 1e-300)
     return found
 

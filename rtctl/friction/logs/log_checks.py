@@ -156,6 +156,7 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         f"{100 * short:.0f} % too small, or more; record more digits, a velocity too, move more briskly, or "
         "lower --cutoff-hz"
     )
+    # digits that a logger cut off are worth a refusal, since they can be had; steps of an encoder cannot
     lost = any(step_of(one) > COARSE_STEP * np.ptp(one.position_rad) for one in each)
     if lost and short > BIAS_REFUSED:
         raise DataError(text)
@@ -185,6 +186,7 @@ def _gained_by_lower_cutoff(
     is far less, whatever makes it."""
     cutoff_hz = LOWER_CUTOFF * balance.signals.cutoff_hz
     try:
+        # as the signals were made: waves that stay at one cut-off alone would be a difference between the two
         lower = without_waves(
             pooled([of_stretches(stretches, cutoff_hz, speed_min_rad_s) for stretches in logs]),
             logs,

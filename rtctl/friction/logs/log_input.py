@@ -160,6 +160,7 @@ def aligned(
 ) -> AxisLog:
     """One stretch, checked, its motor torque put back by its delay; parameters and errors as of
     `read_log`."""
+    # without a rig file: m and N of a carriage have other usual sizes than rad and N m
     limits = limits or (ANY_LINEAR if rig.moves(0)[0] == "linear" else Limits())
     log = axis_log(recording, rig)
     motor = None if recording.current_a is None else axis_log(recording, rig, use="motor").torque_nm
@@ -195,6 +196,7 @@ def require_different(logs: Sequence[AxisLog]) -> None:
         Names both files."""
     first: dict[str, str] = {}
     for log in logs:
+        # by its bytes: the same log under two names would halve every interval's square
         if log.sha256 in first:
             raise DataError(f"{log.source}: the same log as {first[log.sha256]}; give each log once")
         first[log.sha256] = log.source
@@ -223,6 +225,7 @@ def samples(
     carry it as `zero_doubt_nm`."""
     found = fit.symmetric.parameters
     rows = signals.sliding
+    # viscous friction stays in: it is part of the curve that is learned of these points
     friction = signals.torque_nm - found["inertia_kgm2"].value * signals.acceleration_rad_s2
     if remove_offset:
         friction = friction - offset_rows(signals, fit)

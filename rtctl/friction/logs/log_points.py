@@ -12,7 +12,7 @@ from typing import Any
 from hw.interface import Rig
 from rtctl.errors import DataError, of_file
 from rtctl.friction.logs.copied_rows import counted_once
-from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
+from rtctl.friction.logs.dynamics import SAMPLES_MIN, SPEED_MIN_RAD_S, AxisLog
 from rtctl.friction.logs.log_checks import diagnose, external_of, with_coarseness
 from rtctl.friction.logs.log_input import (
     Gearing,
@@ -39,9 +39,6 @@ from rtctl.friction.presliding import Presliding
 SETTLE_LENGTHS = 5.0
 """Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's
 do."""
-
-SPEED_MIN_RAD_S = 0.03
-"""Slower rows are left out, times what stands for a radian of the axis."""
 
 MEASURED_TOGETHER = (
     "the motor torque was measured at the instants of the position, and is taken so: put back by half a "
@@ -134,6 +131,7 @@ def read_in_time(
         torque_delay_s, taken = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
         # anew from the file: a torque that was shifted twice would be smoothed twice
         logs, signals, bent = looked_at(counted_once(read(late_s), cutoff)[0])
+    # what of half a period is a guess: a doubt where the log did not tell it (`other_readings`)
     held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
@@ -196,12 +194,12 @@ def checked(
     options: Sequence[Mapping[str, Any]],
     gearing: Gearing | Rig,
     cutoff_hz: float | None = None,
-    speed_min_rad_s: float = SPEED_MIN_RAD_S,
+    speed_min_rad_s: float | None = None,
 ) -> Checked:
     """Read logs (validated options of the reader, one axis each) and look for all that makes their friction
     wrong.
 
-    `cutoff_hz` None: what suits their rates.
+    `cutoff_hz` and `speed_min_rad_s` as of `read_in_time`.
 
     Raises
     ------
@@ -228,6 +226,7 @@ def points_of_logs(
     ConfigError, DataError
         What `rtctl identify --log` refuses."""
     found = checked([options_of(file, columns, None) for file in files], gearing)
+    # of the checksums: no file is read once more
     digests = "".join(stretches[0].sha256 for stretches in found.logs)
     sha256 = hashlib.sha256(digests.encode()).hexdigest()
     return level_points(samples(found.signals, found.fit, sha256, remove_offset=True)), found.warnings

@@ -79,10 +79,8 @@ def files_sha256(files: Sequence[Path]) -> str:
     return digests[0] if len(files) == 1 else hashlib.sha256("".join(digests).encode()).hexdigest()
 
 
-def axis_log(
-    recording: Recording, rig: Rig, axis: int = 0, use: Literal["both", "motor", "hand"] = "both"
-) -> AxisLog:
-    """Torque and position of one axis of a recording.
+def axis_log(recording: Recording, rig: Rig, use: Literal["both", "motor", "hand"] = "both") -> AxisLog:
+    """Torque and position of the first axis of a recording.
 
     Parameters
     ----------
@@ -95,13 +93,13 @@ def axis_log(
         The recording maps none of the torques asked for, or force columns only."""
     torques = []
     if use != "hand" and recording.current_a is not None:
-        per_ampere = rig.gear_ratio[axis] * rig.gear_efficiency[axis] * rig.torque_constant_nm_a[axis]
-        torques.append(recording.current_a[:, axis] * per_ampere)
+        per_ampere = rig.gear_ratio[0] * rig.gear_efficiency[0] * rig.torque_constant_nm_a[0]
+        torques.append(recording.current_a[:, 0] * per_ampere)
     if use != "motor" and recording.hand_torque_nm is not None:
-        torques.append(recording.hand_torque_nm[:, axis])
+        torques.append(recording.hand_torque_nm[:, 0])
     # a force at the handle turns the joint by its lever, given as three parts in the sensor's axes
     if use != "motor" and recording.force_n is not None:
-        torques.append(recording.force_n @ rig.lever_m[axis])
+        torques.append(recording.force_n @ rig.lever_m[0])
     if not torques:
         wanted = {"both": "motor or hand", "motor": "motor", "hand": "hand"}[use]
         raise DataError(
@@ -109,14 +107,14 @@ def axis_log(
         )
     return AxisLog(
         rate_hz=recording.rate_hz,
-        position_rad=recording.position_rad[:, axis],
+        position_rad=recording.position_rad[:, 0],
         torque_nm=np.sum(torques, axis=0),
         source=str(recording.path),
         sha256=file_sha256(recording.path),
-        velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, axis],
+        velocity_rad_s=None if recording.velocity_rad_s is None else recording.velocity_rad_s[:, 0],
         start_s=recording.start_s,
         notes=recording.notes,
-        step_rad=recording.steps_rad[axis] if recording.steps_rad else 0.0,
+        step_rad=recording.steps_rad[0] if recording.steps_rad else 0.0,
         unsaid=recording.unsaid,
     )
 
@@ -186,6 +184,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
         speed, friction = np.abs(samples.velocity_rad_s[chosen]), direction * samples.friction_nm[chosen]
         own = part[chosen]
         beside = {name: column[chosen] for name, column in samples.columns.items()}
+        # `LEVELS_MAX` whatever is asked for: a machine's time grows with the square of its points
         for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX)):
             # the median, since a spike or a bump in some rows is no friction of this speed
             value = float(np.median(friction[level]))
@@ -221,6 +220,8 @@ def _spread(speed: np.ndarray, friction: np.ndarray) -> float:
     not its spread."""
     v = speed - speed.mean()
     slope = float(v @ friction) / float(v @ v) if v.any() else 0.0
+    # a level of fast speeds is wide, and friction rises across it: as spread that would be noise which is
+    # none
     rest = friction - friction.mean() - slope * v
     # the line took two degrees of freedom; a level has `SAMPLES_PER_LEVEL` rows at least
     return float(np.sqrt(rest @ rest / (len(rest) - 2)))
@@ -273,6 +274,7 @@ def pool(parts: list[FrictionSamples]) -> FrictionSamples:
         return parts[0]
     # a column that one of the logs lacks would be half empty, and levels average over logs
     names = set.intersection(*(set(part.columns) for part in parts))
+    # sorted: sets have no order, and a file of points must come out alike each time
     columns = {name: np.concatenate([part.columns[name] for part in parts]) for name in sorted(names)}
     numbers = [np.full(len(part.time_s), float(k)) for k, part in enumerate(parts)]
     return FrictionSamples(

@@ -19,11 +19,13 @@ def lost_counts(balance: Balance, plain: Fit) -> tuple[str, Fit] | None:
     """The motion read as quicker the faster it is: w = v (1 + k q), q = (v/V)^2, and so an acceleration a
     (1 + 3 k q)."""
     v, a = balance.velocity, balance.acceleration
+    # V of docs/theory.md 9.5; a quantile, since one spike of a velocity would make all the rest slow
     largest = max(float(np.quantile(np.abs(v), 0.99)), 1e-300)
     # 1 at most: beyond the quantile are spikes, which would bend everything
     q = np.minimum((v / largest) ** 2, 1.0)
 
     def read(share: float) -> Fit:
+        # by the chain rule: w = v + k v^3/V^2, so dw/dt = a (1 + 3 k q)
         return balance.fit(
             motion=np.column_stack([a * (1 + 3 * share * q), v * (1 + share * q), balance.direction])
         )

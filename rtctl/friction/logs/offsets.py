@@ -57,6 +57,7 @@ class OffsetColumns:
 
     def relative(self, sliding: np.ndarray) -> np.ndarray:
         """Offsets of the logs against their mean: (n, logs - 1), for a fit whose levels hold the mean."""
+        # without the first: the columns of all logs add up to a constant, which the levels have already
         return np.asarray(self.logs[:, 1:] - self.logs[sliding, 1:].mean(axis=0))
 
     def freedom(self, name: str, log: np.ndarray, block: np.ndarray) -> int:
@@ -110,6 +111,8 @@ def drift_beside_friction(signals: Regressors, offset: OffsetColumns, inertia_kg
     it."""
     rows = signals.sliding
     v = signals.velocity_rad_s[rows]
+    # drift first, since its coefficients alone are kept; offsets beside it, or their differences would be
+    # drift
     columns = [offset.drift[rows], offset.relative(rows)[rows]]
     for mine in (v > 0, v < 0):
         speed = np.abs(v[mine])

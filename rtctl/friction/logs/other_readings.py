@@ -172,6 +172,7 @@ def _readings(
     v, s, rows = signals.velocity_rad_s, signals.direction, signals.sliding
     turns = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     x = signals.position_rad
+    # travel since the turn, as `regressors` counts it
     since = np.abs(x - x[turns[np.searchsorted(turns, np.arange(len(v)), side="right") - 1]])
     usual = _peak_speed(signals)
     none = np.zeros(len(v))
@@ -222,5 +223,7 @@ def _solved(
     if more.shape[1] > 1:
         friction = [1, 2, *range(4, 3 + more.shape[1])]
         plain = np.column_stack([motion[rows][:, 1:], nuisance[rows]])
+        # as the plain balance would have told it: viscous and Coulomb friction of both readings are then of
+        # one kind
         values[1:] = np.linalg.lstsq(plain, matrix[:, friction] @ found[friction], rcond=1e-9)[0][:2]
     return values, scores

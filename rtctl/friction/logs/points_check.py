@@ -40,6 +40,7 @@ def doubtful_points(points: FrictionPoints, *, known: bool) -> list[str]:
     # only where both were measured: beyond, a branch would be held at its end
     shared = v[(v >= w[0]) & (v <= w[-1])]
     if len(shared):
+        # the median over speed: a peak that differs at one end is no zero that is off
         apart = float(np.median(np.interp(shared, v, f) - np.interp(shared, w, g)))
         share = abs(apart) / float(np.mean(np.concatenate([f, g])))
         if share > UNEQUAL:
@@ -63,6 +64,7 @@ def _doubtful_rows(points: FrictionPoints) -> list[str]:
     """Points given twice, friction of few digits, and points that scatter where nobody says by how much."""
     told = []
     pairs = np.column_stack([points.velocity_rad_s, points.friction_nm * points.direction])
+    # to the last digit: two runs at one speed differ somewhere, copies do not
     again = len(pairs) - len(np.unique(pairs, axis=0))
     if again >= REPEATS_LEAST:
         told.append(

@@ -25,6 +25,7 @@ from rtctl.friction.logs.dynamics import CUTOFF_HZ, SPEED_MIN_RAD_S, AxisLog
 from rtctl.friction.logs.turns import TurningPart, longest_length, made_ready, shortest_length, stop_operator
 from rtctl.friction.presliding import Presliding
 
+# 1.26 apart: a log tells a length to .7 to 1.45 times (docs/identify.md)
 PER_DECADE = 10
 """Lengths tried per decade."""
 
@@ -95,6 +96,7 @@ def _left(parts: Sequence[TurningPart], lengths_rad: np.ndarray) -> np.ndarray |
 
 def _friction(part: TurningPart, length_rad: float) -> np.ndarray:
     """Columns of friction in the kept rows: each direction, and the Stribeck peaks of both."""
+    # over the path as it was recorded: the low-pass blurs where it turned, and comes behind
     bent = stop_operator(part.path_rad, length_rad)
     columns = [np.maximum(bent, 0.0), np.minimum(bent, 0.0), *(bent * peak for peak in part.peaks)]
     return part.smoothed(columns)

@@ -18,6 +18,7 @@ BRISK = 0.99
 def is_turn(velocity: np.ndarray, begin: int, end: int, reach: int, bound: float) -> bool:
     """Whether the velocity changes for good there: a turn too quick for the running median."""
     before, after = velocity[max(0, begin - 2 * reach) : begin], velocity[end + 1 : end + 1 + 2 * reach]
+    # medians: rows of the turn itself are of neither side
     sides = float(np.median(before)), float(np.median(after))
     low, high = min(sides), max(sides)
     over = max(bound, OVERSHOOT * (high - low))
@@ -27,6 +28,7 @@ def is_turn(velocity: np.ndarray, begin: int, end: int, reach: int, bound: float
 
 def brisk_change(velocity: np.ndarray, outlier: np.ndarray) -> float:
     """How much the velocity changes from row to row where motion is brisk, and beside no outlier."""
+    # two rows to either side do not count: the jump itself is in their changes
     beside = np.convolve(outlier, np.ones(5), "same")[1:] > 0
     changes = np.abs(np.diff(velocity))[~beside]
     return float(np.quantile(changes, BRISK)) if len(changes) else 0.0
@@ -35,6 +37,7 @@ def brisk_change(velocity: np.ndarray, outlier: np.ndarray) -> float:
 def comes_gradually(velocity: np.ndarray, begin: int, end: int, brisk: float) -> bool:
     """Whether the velocity goes to the outlier and back as motion does: a jump is there from one row to the
     next, and gone."""
+    # two changes each way: motion is nearly as quick a row before, a jump comes from nothing
     before = np.abs(np.diff(velocity[begin - 2 : begin + 1]))
     after = np.abs(np.diff(velocity[end : end + 3]))[::-1]
     return all(last <= GRADUALLY * max(first, brisk) for first, last in (before, after))
@@ -45,6 +48,7 @@ def clusters(outlier: np.ndarray, reach: int) -> list[tuple[int, int]]:
     at = np.flatnonzero(outlier)
     if not len(at):
         return []
+    # outliers that are nearer than half a window have spoilt each other's median: they are one event
     breaks = np.flatnonzero(np.diff(at) > reach)
     firsts, lasts = at[np.concatenate([[0], breaks + 1])], at[np.concatenate([breaks, [len(at) - 1]])]
     return [(int(first), int(last)) for first, last in zip(firsts, lasts, strict=True)]

@@ -236,6 +236,8 @@ def _explained(
 def _shifted(recorded: np.ndarray, velocity: np.ndarray, rate_hz: float, inside: slice) -> _Read:
     """The velocity taken for late."""
     late_s, most_s = 0.0, 0.5 * (inside.stop - inside.start) / rate_hz
+    # again from where the last one came to: a first derivative tells a small delay, and a large one only
+    # nearly
     for _ in range(TRIES):
         ahead = advanced(recorded, rate_hz, late_s)
         (_, c, more), _ = _explained(ahead, velocity, rate_hz, inside)

@@ -87,6 +87,7 @@ def joint_fit(signals: Regressors) -> JointFit:
     # before the doubts: a motion that is so much earlier is one of the readings that make them
     late = _remaining_delay(signals, columns, offset)
     coulomb_nm = symmetric.parameters["coulomb_nm"].value
+    # by the Coulomb friction of the plain fit: half a step matters by its share of that
     cut, whole = of_whole_steps(signals, columns, offset, coulomb_nm)
     by = doubts(signals, late) + cut
     symmetric, per_direction = (
@@ -148,6 +149,7 @@ def _joint(
     told: tuple[str, ...],
 ) -> JointFit:
     both = speeds(signals)
+    # with the inertia that was found: only what is slow is asked for anew, beside a friction of any shape
     drift = drift_beside_friction(signals, offset, symmetric.parameters["inertia_kgm2"].value)
     offsets = tuple(offset.describe(drift, signals.sources, signals.sliding))
     # an even motion, or one sine, is told as that: more slow rows would part nothing
@@ -268,5 +270,7 @@ def _require_explained(fit: Regression, source: str) -> None:
 def offset_rows(signals: Regressors, fit: JointFit) -> np.ndarray:
     """Offset of every row of the signals that were fitted, its drift included, N m."""
     columns = offset_columns(signals)
+    # the level beside Coulomb + viscous friction, the drift beside a curve: a curve of each direction would
+    # have the level in it
     level = np.array([fit.symmetric.parameters[name].value for name in columns.names])
     return np.asarray(columns.logs @ level + columns.drift @ fit.drift_nm)

@@ -22,7 +22,7 @@ from rtctl.friction.logs.dynamics import (
     smooth,
 )
 from rtctl.friction.logs.recorded_velocity import aligned_velocity
-from rtctl.friction.logs.signal_shift import advanced, derivatives
+from rtctl.friction.logs.signal_shift import derivatives
 
 SETTLE_RAD, SETTLE_SHARE, SETTLE_MOST_SHARE = 0.01, 0.05, 0.25
 """Travel after a reversal before friction is that of sliding; its share of the range at most; most."""
@@ -116,7 +116,6 @@ def regressors(
     cutoff_hz: float = CUTOFF_HZ,
     speed_min_rad_s: float = SPEED_MIN_RAD_S,
     margin_periods: float | None = None,
-    torque_delay_s: float = 0.0,
 ) -> Regressors:
     """Filter every column and the torque by one zero-phase low-pass, and thin them out on the same instants.
 
@@ -124,8 +123,6 @@ def regressors(
     ----------
     margin_periods
         Periods of the cut-off left out beside a reversal; None: the usual, or fewer with a warning.
-    torque_delay_s
-        How late the torque is recorded against the position, s.
 
     Raises
     ------
@@ -144,10 +141,8 @@ def regressors(
     v, a, notes = _motion(log, x, cutoff_hz)
     jerk = derivatives(a, 1 / rate)[0]  # tells a torque that is late (docs/theory.md 9.5)
     direction = smooth(np.sign(v), rate, cutoff_hz)
-    if torque_delay_s:
-        torque = advanced(torque, rate, torque_delay_s)
-    ends = edge + abs(round(torque_delay_s * rate))
-    kept = slice(ends, n - ends, max(1, edge // SAMPLES_PER_CUTOFF))
+    kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
+    # in short strokes a share of the range, or no row of them would slide
     settle_rad = max(
         min(SETTLE_RAD * log.radian, SETTLE_SHARE * span), min(log.settle_rad, SETTLE_MOST_SHARE * span)
     )
@@ -292,5 +287,6 @@ def _sliding(x: np.ndarray, v: np.ndarray, settle_rad: float, speed_min: float, 
     begins = np.flatnonzero(np.diff(np.sign(v), prepend=np.sign(v[0]) + 1))
     run = np.cumsum(np.isin(np.arange(len(v)), begins)) - 1
     good = (np.abs(x - x[begins][run]) >= settle_rad) & (np.abs(v) >= speed_min)
+    # a row is kept where none within reach is not good: the filter has mixed it with these
     wide = np.convolve(~good, np.ones(2 * reach + 1), mode="same")
     return np.asarray(wide < 0.5)

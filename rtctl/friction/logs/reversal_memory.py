@@ -154,6 +154,7 @@ class TurnRows:
     def of(cls, parts: Sequence[TurningPart], turns: int) -> TurnRows:
         """Rows of the parts, which turn so many times in all."""
         total_s = sum(len(part.torque_nm) / part.rate_hz for part in parts)
+        # long enough for some turns, and short enough for some blocks; where both cannot be, for the blocks
         block_s = min(max(BLOCK_S, TURNS_PER_BLOCK * total_s / turns), total_s / BLOCKS_MIN)
         near, block, first = [], [], 0
         for part in parts:
@@ -208,6 +209,8 @@ class TurnRows:
         """Held-out residuals of a sum of stop operators: weights >= 0 by direction, the peaks on the operator
         of one length."""
         every = [np.concatenate([by_stop(part, length) for part in self.parts]) for length in lengths_rad]
+        # of one length: peaks of every length beside the operators themselves would be twice as many columns,
+        # nearly alike
         peaks = every[int(np.argmin(np.abs(lengths_rad - peaks_at_rad)))][:, 2:]
         free, bound = np.hstack([self.motion, peaks]), np.hstack([each[:, :2] for each in every])
         residual = np.empty(len(self.torque_nm))
@@ -230,6 +233,7 @@ def _bounded(bound: np.ndarray, free: np.ndarray, torque: np.ndarray) -> tuple[n
     from scipy.optimize import nnls
 
     scale = np.sqrt((free**2).mean(axis=0)) + np.finfo(float).tiny
+    # an orthonormal basis: normal equations would square the condition of peaks that are nearly alike
     base, _ = np.linalg.qr(free / scale)
     weights = nnls(bound - base @ (base.T @ bound), torque - base @ (base.T @ torque))[0]
     rest = np.linalg.lstsq(free / scale, torque - bound @ weights, rcond=1e-9)[0] / scale

@@ -62,9 +62,12 @@ def row_noise(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float) -> RowNoise:
             if n < STRETCH_PERIODS * edge:
                 continue  # it is left out of the balance, too
             kept = slice(edge, n - edge, max(1, edge // SAMPLES_PER_CUTOFF))
+            # one noise each: of one for both the balance would lose a part that no log loses
             white = rng.normal(size=(2, n))
             rows = [_of_position(log, cutoff_hz, white[0]), _like(log.torque_nm, white[1], log, cutoff_hz)]
             x, tau = smooth(np.stack(rows), log.rate_hz, cutoff_hz)
+            # derivatives of one noise, as in a log: velocity and acceleration of white noises apart would not
+            # belong together
             v, a = derivatives(x, 1 / log.rate_hz)
             if log.velocity_rad_s is not None:
                 v = smooth(_like(log.velocity_rad_s, white[0], log, cutoff_hz), log.rate_hz, cutoff_hz)
@@ -86,6 +89,7 @@ def _of_position(log: AxisLog, cutoff_hz: float, white: np.ndarray) -> np.ndarra
 def _like(column: np.ndarray, white: np.ndarray, log: AxisLog, cutoff_hz: float) -> np.ndarray:
     """As much white noise as the column has in the octave above the cut-off, where motion has hardly any;
     resampling takes noise away further up."""
+    # measured by the same two filters on both: what these leave of white noise need not be reckoned
     both = np.stack([column, white])
     above = smooth(both, log.rate_hz, 2 * cutoff_hz) - smooth(both, log.rate_hz, cutoff_hz)
     # of jumps (a reversal of friction) a median takes no notice

@@ -85,6 +85,7 @@ class Hold:
         """A smooth curve through the values when they were taken, at the times of the rows."""
         from scipy.interpolate import CubicSpline
 
+        # not beyond the first and the last value: a cubic goes anywhere there
         inside = (at >= self.taken[0]) & (at <= self.taken[-1])
         return np.where(inside, CubicSpline(self.taken, column[self.row])(at), column)
 
@@ -96,6 +97,7 @@ def require_one_axis(where: str, position_rad: np.ndarray) -> None:
     ------
     DataError
         Says how many, and what to do."""
+    # over one row, two rows, and so on: of n axes in turn the n-th is the first of the same axis
     moves = [float(np.median(np.abs(position_rad[n:] - position_rad[:-n]))) for n in range(1, AXES_MOST + 1)]
     # medians: some rows that were lost or doubled hide nothing
     axes = int(np.argmin(moves)) + 1
@@ -139,6 +141,7 @@ def drawn(column: np.ndarray, at: np.ndarray) -> Hold | None:
     if not bend.any():
         return None
     usual = float(np.quantile(bend, 0.99))
+    # by the bends where lines meet, and by the last digit, which bends every line a little
     bent = bend > max(STRAIGHT * usual, DIGITS * quantum(column))
     # a value between two rows bends the line in both of them
     changes = np.flatnonzero(bent & ~np.append(False, bent[:-1])) + 1

@@ -31,12 +31,15 @@ def smoothed(balance: Balance, logs: Sequence[Sequence[AxisLog]]) -> tuple[str, 
     signals, rows, plain = balance.signals, balance.signals.sliding, balance.fit()
     if plain.rest <= LEFT_LEAST * balance.spread:
         return ()
+    # all rows, sliding or not: a mean reaches over turns as it did in whatever program took it
     motion = np.column_stack([signals.acceleration_rad_s2, signals.velocity_rad_s, signals.direction])
     found = []
     for mean_s in MEANS_S:
         of_torque = balance.fit(motion=_mean(motion, signals.log, balance, mean_s)[rows])
         of_position = balance.fit(torque=_mean(signals.torque_nm, signals.log, balance, mean_s)[rows])
         found.append((of_torque.rest, mean_s, "torque", "position", of_torque))
+        # the other way round: a torque smoothed as the position was has its quick part taken off, and the
+        # inertia with it
         if of_position.inertia > INERTIA_LEAST * plain.inertia:
             found.append((of_position.rest, mean_s, "position", "torque", of_position))
     rest, mean_s, of, other, best = min(found, key=lambda each: each[0])
@@ -76,6 +79,7 @@ def _mean(column: np.ndarray, log: np.ndarray, balance: Balance, mean_s: float) 
     from scipy.ndimage import uniform_filter1d
 
     signals, found = balance.signals, np.empty_like(column)
+    # odd: a mean of an even number of rows is half a row late
     rows = max(3, round(mean_s / float(np.median(np.diff(signals.time_s)))) | 1)
     for k in range(len(signals.sources)):
         mine = log == k

@@ -41,6 +41,7 @@ def speeds(signals: Regressors) -> tuple[Speeds, Speeds]:
     """Speeds of the sliding rows, forwards and backwards."""
     v = signals.velocity_rad_s[signals.sliding]
     found = []
+    # each way by itself: strokes may be quick one way and slow the other
     for speed in (v[v > 0], -v[v < 0]):
         below = int((speed < STRIBECK_RAD_S * signals.radian).sum())
         found.append(Speeds(len(speed), float(speed.min()), float(speed.max()), below))

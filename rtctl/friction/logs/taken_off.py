@@ -98,12 +98,15 @@ def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
     plain = np.hstack([rows.motion, friction])
     scale = np.sqrt((plain**2).mean(axis=0)) + np.finfo(float).tiny
     both = np.column_stack([sign, rows.torque_nm])
+    # once for both (Frisch, Waugh and Lovell): the sign's coefficient is that of what no other column has
     shared = np.linalg.lstsq(plain / scale, both, rcond=1e-9)[0]
     own, rest = (both - plain / scale @ shared).T
     power = float(own @ own) + np.finfo(float).tiny
     value = float(own @ rest) / power
     left = rest - value * own
+    # by blocks of time: rows of one turn are one witness
     error = float(np.sqrt((np.bincount(rows.block, own * left) ** 2).sum())) / power
+    # beside the sign: what that takes goes off the bristles' friction
     levels = (shared[:, 1] - value * shared[:, 0]) / scale
     first = rows.motion.shape[1]
     return _Found(

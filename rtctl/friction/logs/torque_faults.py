@@ -150,6 +150,7 @@ def lost_sign(signal: np.ndarray, position: np.ndarray, where: str) -> list[str]
         Negative numbers became large ones; names what to take off."""
     top = float(np.abs(signal).max())
     turned = position - position[0]
+    # the way there and the way back, all strokes together: a short turn is no reason for another sign
     there_and_back = min(float(np.diff(turned).clip(0).sum()), float(-np.diff(turned).clip(None, 0).sum()))
     # a motion one way has a torque of one sign by right
     if signal.min() < 0 or not 0 < np.ptp(position) < 4 * there_and_back:
@@ -165,6 +166,7 @@ def lost_sign(signal: np.ndarray, position: np.ndarray, where: str) -> list[str]
             f"numbers were written without a sign; take {top + step:.6g} N m (a power of 2 of the counts: "
             "65536 of 16 bits) off those above"
         )
+    # gravity keeps a torque away from 0; a magnitude comes down to it at every turn
     if levels[0] > MAGNITUDE_SHARE * top:
         return []
     return [

@@ -16,6 +16,7 @@ import numpy as np
 
 from rtctl.friction.logs.intervals import covariance, time_blocks
 from rtctl.friction.logs.offsets import offset_columns
+from rtctl.friction.logs.other_readings import PEAK_SHARE
 from rtctl.friction.logs.regressors import Regressors
 
 SURELY, SURELY_BESIDE = 4.0, 3.0  # a share of .2 leaves over less than noise (decision 0063)
@@ -53,9 +54,6 @@ OWN_LEAST = 1e-3
 
 ROUNDS = 6
 """Times that a column is made anew of what is wanted with it."""
-
-PEAK_SHARE = 0.25
-"""As `other_readings.PEAK_SHARE`: the peak of friction that is tried beside."""
 
 
 @dataclass(frozen=True)
@@ -159,6 +157,7 @@ class PlainBalance:
     def of(self, column: np.ndarray, more: np.ndarray | None = None) -> Effect:
         """The effect of a column (n,); `more` beside the usual others."""
         others = self.others if more is None else np.hstack([self.others, more])
+        # twice: alone it may be there because of what bends a balance anyway, beside that it may be hidden
         value, error, rest = self.coefficient(column)
         beside, beside_error, _ = self.coefficient(column, others)
         before = self.coefficient(np.zeros(len(column)))[2]  # a column of nothing takes nothing off
@@ -183,6 +182,7 @@ class PlainBalance:
         """A scale that falls with the torque: its coefficient is the share of the largest that is missing."""
 
         def column(u: np.ndarray, _: float) -> np.ndarray:
+            # of what is wanted where rows are used: a spike of the acceleration elsewhere is no torque
             largest = max(float(np.quantile(np.abs(u[self.rows]), 0.99)), 1e-300)
             return np.asarray(-(u**3) / largest**2)  # minus: c > 0 is a torque that falls short
 

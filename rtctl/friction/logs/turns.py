@@ -11,6 +11,7 @@ import numpy as np
 from rtctl.control.feedforward import saturate
 from rtctl.control.jit import compiled
 from rtctl.friction.logs.dynamics import SAMPLES_PER_CUTOFF, AxisLog, smooth
+from rtctl.friction.logs.signal_shift import derivatives
 
 SHORTEST_RAD = 1e-5
 """Shortest length that is tried; below it a joint is one whose friction turns at once, for any hand."""
@@ -55,12 +56,13 @@ class TurningPart:
 def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> TurningPart | None:
     """One stretch made ready; None when it is too short or not finite."""
     rate, n = log.rate_hz, len(log.position_rad)
+    # four rows at least: the derivatives reach two rows to either side
     edge = max(4, round(rate / cutoff_hz))
     if n < 10 * edge or not (np.isfinite(log.position_rad).all() and np.isfinite(log.torque_nm).all()):
         return None
     position, torque = smooth(np.stack([log.position_rad, log.torque_nm]), rate, cutoff_hz)
-    velocity = np.gradient(position, 1 / rate)
-    acceleration = np.gradient(velocity, 1 / rate)
+    # of five points, as the balance has them: of three what is left near turns is a tenth more at 50 Hz
+    velocity, acceleration = derivatives(position, 1 / rate)
     # A joint that stands may hold any torque below break-away: it says nothing of a turn.
     travel = np.abs(np.diff(position, prepend=position[0]))
     # over a period of the cut-off, as what the filter blurs is
@@ -68,6 +70,7 @@ def made_ready(log: AxisLog, cutoff_hz: float, speed_min_rad_s: float) -> Turnin
     kept = window >= speed_min_rad_s / cutoff_hz
     # two periods: the acceleration is a derivative of a derivative of what the filter made up at an end
     kept[: 2 * edge] = kept[n - 2 * edge :] = False
+    # of the filtered velocity: an encoder at rest turns back with every flicker of a count
     turned = np.flatnonzero(np.diff(np.sign(velocity)) != 0)
     if not kept.any():
         return None

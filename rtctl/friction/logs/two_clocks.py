@@ -31,6 +31,7 @@ def two_clocks(signals: Regressors, columns: Columns, offset: OffsetColumns) -> 
     if len(signals.sources) != 1:
         return ""
     along = signals.time_s - signals.time_s[0]
+    # about the middle: the jerk's own coefficient is then the mean delay, and the two are hardly correlated
     along = along / max(float(along[-1]), 1e-12) - 0.5
     more = {
         "jerk": signals.jerk_rad_s3,

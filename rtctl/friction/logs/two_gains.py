@@ -18,6 +18,7 @@ LEAST = 0.05
 def of_two_gains(signals: Regressors) -> tuple[str, ...]:
     """The warning that a single torque is larger against the motion on one side of 0 than on the other."""
     plain = PlainBalance(signals)
+    # viscous friction that differs between the directions is |v|, which |u| resembles
     speed = np.abs(signals.velocity_rad_s)[:, None]
     found = plain.effect(lambda u, _: np.abs(u), speed)
     by_direction = plain.coefficient(np.zeros(len(speed)), speed)[2]

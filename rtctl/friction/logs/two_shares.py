@@ -62,6 +62,7 @@ def with_share_of_two(
     ]
     if not found:
         return signals, (), untold[:1]
+    # of both, the motor's and the hand's share: the column whose record leaves least over
     best = min(found, key=lambda one: one.recorded.rest)
     value, error = best.recorded.value, max(best.recorded.error, best.wanted.error)
     text = (
@@ -80,6 +81,7 @@ def _shares(plain: PlainBalance, external: np.ndarray, bend: Effect) -> Iterator
     for name, (motor, hand) in OF.items():
         recorded = plain.direction * (motor * np.abs(torque - external) + hand * np.abs(external))
         # the whole torque that is wanted, so that the other record is what is left of it
+        # offset and all: what is left of it for the other record must be that record, with its zero
         total = plain.balanced(recorded)
         wanted = plain.direction * (
             motor * np.abs(total - external) + hand * np.abs(total - torque + external)

@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from rtctl.friction.logs.balance import Balance
+from rtctl.friction.logs.balance_faults import LEFT_LEAST
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
 from rtctl.friction.logs.regressors import Regressors
@@ -25,9 +26,6 @@ TRIES_A_WAVE = 4
 # cogging of a pitch made masses 11 to 51 % too large and was told as two clocks (decision 0131)
 TAKEN_RATIO = 0.7
 """Share of what is left over, RMS, to which it must fall with the waves."""
-
-LEFT_LEAST = 0.025
-"""Share of the torque left over below which none are sought."""
 
 CELLS = 4096
 """Cells of the travel in which they are sought first: twenty of the shortest wave."""
@@ -49,6 +47,7 @@ def without_waves(
     if min(int((balance.velocity > 0).sum()), int((balance.velocity < 0).sum())) < SAMPLES_MIN:
         return signals  # the fit itself says what is missing
     plain, travel = balance.fit(), float(np.ptp(balance.position))
+    # as of any cause that a balance is asked for: friction that is not quite Coulomb + viscous leaves as much
     if plain.rest <= LEFT_LEAST * balance.spread or not travel > 0:
         return signals
     per_travel = _strongest(balance, travel)
@@ -58,6 +57,7 @@ def without_waves(
     columns = everywhere[signals.sliding]
     with_waves = balance.fit(added=columns)
     # cogging is of the place and not of the direction; what turns with it is friction by place
+    # fitted anew each way, with all of the balance: friction that differs is not to look like waves that do
     ways = [balance.fit(added=columns, rows=balance.velocity * way > 0).added for way in (1, -1)]
     apart, size = (float(np.hypot(*each)) for each in (ways[0][:2] - ways[1][:2], with_waves.added[:2]))
     if with_waves.rest > TAKEN_RATIO * plain.rest or apart > ALIKE * size:
@@ -80,6 +80,7 @@ def _strongest(balance: Balance, travel: float) -> float:
     """Number of waves over the travel that explain most of what is left over, to a hundredth."""
     rest, share = balance.residual(), (balance.position - balance.position.min()) / travel
     cells = np.bincount(np.minimum((CELLS * share).astype(int), CELLS - 1), rest, CELLS)
+    # padded to four times its length: a pitch between two whole numbers of waves would fall through
     power = np.abs(np.fft.rfft(cells, TRIES_A_WAVE * CELLS))[: WAVES_MOST * TRIES_A_WAVE]
     # a spring, gravity and the drift of an offset are there
     power[: WAVES_LEAST * TRIES_A_WAVE] = 0.0

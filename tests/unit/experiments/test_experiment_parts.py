@@ -8,6 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rtctl.control.records import new_records
 from rtctl.control.vocabulary import State
 from rtctl.errors import FaultError
 from rtctl.experiments import figures, report
@@ -16,6 +17,7 @@ from rtctl.experiments.real_run import FIELDS, Comparison, Phase
 from rtctl.experiments.report import Outcome, Part, Target
 from rtctl.experiments.seeds import over_seeds
 from rtctl.experiments.statistics import Estimate, estimate, reduction
+from rtctl.experiments.virtual import with_model_scaled
 from rtctl.friction.learn.report_page import Picture
 from rtctl.friction.learn.report_tables import Table
 from rtctl.rig_file.config import load
@@ -35,6 +37,13 @@ def test_one_run_has_no_interval_and_none_is_refused():
     assert estimate([2.0]) == Estimate(2.0, 0.0, 1)
     with pytest.raises(ValueError, match="no runs"):
         estimate([])
+
+
+def test_a_model_that_is_wrong_by_a_factor_is_so_at_every_place():
+    params, _, _, model = new_records(1)
+    model["coefficient"], model["place_coefficient"] = 0.25, 0.04
+    with_model_scaled(0.75)(SimpleNamespace(params=params, model=model))
+    np.testing.assert_allclose(model["place_coefficient"] / model["coefficient"][0, 0, 0, 0], 0.16)
 
 
 def test_a_reduction_is_paired_run_by_run():

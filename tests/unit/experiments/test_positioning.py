@@ -214,6 +214,13 @@ def test_in_time_the_same_hand_grows_above_its_edge_and_decays_below():
         assert (ratio > 1) is grows
 
 
+def test_a_loop_that_runs_off_the_numbers_grows():
+    hand, parts = worst_hand.worst(J, B, T, 3), worst_hand.worst(J, B, T, 2, 4)
+    known, cut = (vars(hand).values(), vars(parts).values())
+    assert worst_hand.growth(*known, 1e8, 0.01, T, 4000, 0.1) == math.inf
+    assert worst_hand.peak_with_friction(*cut, J, 0.25, 0.25, 1e8, 0.01, T, 4, 1000, 10.0) == math.inf
+
+
 def test_a_hand_conserves_energy_where_the_joint_has_no_damping():
     hand = worst_hand.worst(J, 0.0, T, 6)
     assert np.allclose(hand.step @ hand.step.T, np.eye(12), atol=1e-9)

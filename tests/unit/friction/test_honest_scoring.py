@@ -104,6 +104,7 @@ def test_laps_of_a_motion_that_repeats_itself_are_found_and_held_out_whole():
     fold, rows = folds_of(points, (1,), "lap"), points.rows_of(1)
     for lap in range(7):
         assert len(set(fold[(laps[rows] == lap) & (fold != TRAINS)])) == 1
+    assert laps_of(lapping(3)).max() == 2, "the fewest that show a repeat"
 
 
 def test_motion_that_does_not_repeat_itself_has_no_laps():

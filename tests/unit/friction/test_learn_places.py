@@ -144,6 +144,15 @@ def test_places_at_two_speeds_have_a_band_by_place():
     assert found.model.branches[0].band.way == "place"
 
 
+def test_speeds_that_differ_by_noise_alone_are_not_held_out_by_speed(learned):
+    points = measured(speeds=3)
+    draw = np.random.default_rng(3)
+    # as `rtctl identify` writes them: each place has the mean speed of its own run
+    own = points.velocity_rad_s * (1 + 1e-3 * draw.normal(size=len(points.direction)))
+    found = fit_places(learned.model, replace(points, velocity_rad_s=own), TURN, RIPPLE)
+    assert found.model.branches[0].band.way == "place"
+
+
 def means(learned, factor=1.0, places=7):
     """Points that are means over a few places, which are not even, with the scatter of their measurements."""
     rows = []

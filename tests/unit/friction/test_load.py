@@ -117,6 +117,17 @@ def test_points_that_do_not_span_load_say_so():
     assert "no column load_nm" in beside_speed.judge_load(without, "speed").reason
 
 
+def test_a_load_that_one_session_alone_has_is_not_judged_by_it():
+    points, _ = loaded_gear.points(plant("servo", "m3")[0], 3.0, 5.0, 3e-3, seed=2, speeds=10)
+    log = (np.arange(len(points.direction)) % 4 > 1).astype(float)
+    load_nm = np.where(log == 0, points.columns["load_nm"], np.nan)
+    one = replace(points, columns={**points.columns, "log": log, "load_nm": load_nm})
+    with pytest.raises(DataError, match="are of one log alone"):
+        beside_speed.judge_load(one, "speed")
+    told, _ = beside_speed.judge(fit_points(points, rig="mock", c=100.0), one, "speed")
+    assert "measure the load in every session" in told.reason
+
+
 def test_the_motor_that_is_known_goes_before_the_one_computed():
     values, load_nm, fastest = plant("servo", "m3")
     made, _ = loaded_gear.points(values, load_nm, fastest, 0.0, seed=5, speeds=4)

@@ -61,6 +61,16 @@ def test_inertia_viscous_and_dry_friction_come_out_as_put_in():
     assert found.rms_nm < 1.5e-3
 
 
+@pytest.mark.parametrize("hz", [3.0, 8.0])
+def test_the_inertia_of_a_log_of_a_low_rate_is_right_in_quick_motion(hz):
+    t, w, slow = np.arange(0, 30, 0.01), 2 * np.pi * hz, np.pi
+    x = 0.3 / hz * np.sin(w * t) + 0.1 * np.sin(slow * t)
+    v = 0.3 / hz * w * np.cos(w * t) + 0.1 * slow * np.cos(slow * t)
+    a = -0.3 / hz * w**2 * np.sin(w * t) - 0.1 * slow**2 * np.sin(slow * t)
+    found = regress(differentiate(AxisLog(100.0, x, INERTIA * a + VISCOUS * v, "slow.csv", "0" * 64)))
+    assert found.inertia_kgm2 == pytest.approx(INERTIA, rel=0.002)
+
+
 def test_the_velocity_has_no_delay_and_the_torque_passes_the_same_filter():
     log = synthetic(noise=0.0)
     motion = differentiate(log)

@@ -12,6 +12,7 @@ from rtctl.friction.kind_table import FAMILIES, KERNELS
 from rtctl.friction.learn import grids, ladder, search
 from rtctl.friction.learn.hold_out import TRAINS, folds_by_speed, folds_by_time
 from rtctl.friction.learn.machines import Candidate, train
+from rtctl.friction.points import FrictionPoints
 from tests.bench.choice import joint
 
 # ---- folds
@@ -84,6 +85,18 @@ def test_break_away_points_weigh_more():
         for w in (1.0, 20.0)
     ]
     assert off[1] < 0.5 * off[0]
+
+
+def test_break_away_of_one_direction_alone_weighs_as_much_in_what_is_deployed():
+    moving = V[1:]
+    own = [(way * v, 0.3, way, np.nan, np.nan) for v in moving for way in (1, -1)]
+    one = FrictionPoints.from_rows([*own, (0.0, 0.6, -1, np.nan, np.nan)], "one", "0" * 64)
+    asked = ladder.Options(
+        families=("coulomb",), symmetric="no", backend="sequential", n_jobs=1, break_away_weight=4.0
+    )
+    model = ladder.learn(one, ladder.ascend(one, asked), rig="mock")
+    learned = [float(branch.magnitude(np.array([1.0]))[0]) for branch in model.branches]
+    assert learned == pytest.approx([0.3, 0.3 + 4 * 0.3 / (len(moving) + 4)])
 
 
 def test_a_nu_machine_reports_the_tube_it_found():

@@ -122,6 +122,16 @@ def test_slots_left_out_are_time_that_passed():
     assert measure(few, 0, T, 0.012, 0.0).velocity_rad_s == pytest.approx(0.5, abs=2e-3)
 
 
+@pytest.mark.parametrize("late", [1, 8])
+def test_slots_left_out_near_one_end_of_a_window_make_no_acceleration_of_a_speed(late):
+    rows = ticks(np.zeros(100), 0.25)
+    rows["tick"][70:] += late
+    rows["position_rad"][:, 0] = 2.0 * T * (rows["tick"] - rows["tick"][0])
+    found = measure(rows, 0, T, 0.012, 0.0)
+    assert found.acceleration_rad_s2 == pytest.approx(0.0, abs=1e-6)
+    assert found.torque_nm == pytest.approx(0.25), "one slot made 14 % of it, eight all"
+
+
 def ramp(slip_at_s=4.0, slope=0.05, creep_rad_s=0.0005, sign=1):
     time = np.arange(5000) * T
     slipping = np.clip(time - slip_at_s, 0, None)
