@@ -20,6 +20,7 @@ from hw.can.fields import Buffer, Field, Unwrap
 from hw.can.load import Traffic
 from hw.can.names import emergency_name
 from hw.can.sample import Sample, Shaft
+from hw.can.silence import Silence
 from hw.can.steady_records import ENDLESS, LEAVES, NEVER, Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -113,8 +114,8 @@ class Cia402Axis:
         self._unwrap = Unwrap(32)
         self._armed = Armed(round(ARM_S / rig.period_s))
         # five heartbeats, which are in ms
-        self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
-        self._tick = self._silent_for = self._word = 0
+        self._beat = Silence(max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s)))
+        self._tick = self._word = 0
         self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
         self.identity = b""
 
@@ -167,16 +168,13 @@ class Cia402Axis:
         """See `Drive`. A fault is reset now and then, and a state that is new is answered."""
         if (self.state == FAULT and not self._armed.wanted) or self._armed.said is None:
             return 0
-        cycles = self._armed.spare
-        if self._silent_for <= self._heartbeat_ticks:
-            cycles = min(cycles, self._heartbeat_ticks - self._silent_for)
-        return cycles
+        return min(self._armed.spare, self._beat.spare)
 
     def pass_by(self, cycles: int) -> None:
         """See `Drive`."""
         self._armed.ticks += cycles
         self._tick += cycles
-        self._silent_for += cycles
+        self._beat.cycles += cycles
 
     def _on_feedback(self, buffer: Buffer, offset: int, length: int) -> None:
         if length != FEEDBACK.size:
@@ -202,7 +200,7 @@ class Cia402Axis:
     def _on_heartbeat(self, buffer: Buffer, offset: int, length: int) -> None:
         if length == 1:
             # bit 7 is the toggle of node guarding (CiA 301)
-            self.nmt, self._silent_for = buffer[offset] & 0x7F, 0
+            self.nmt, self._beat.cycles = buffer[offset] & 0x7F, 0
 
     def _on_emergency(self, buffer: Buffer, offset: int, length: int) -> None:
         if length >= 2:
@@ -252,7 +250,7 @@ class Cia402Axis:
         """Send this cycle's controlword and torque."""
         on = self._armed.order(enabled)
         self._tick += 1
-        self._silent_for += 1
+        self._beat.cycles += 1
         target = 0
         if on and self.state == ENABLED:
             torque_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere
@@ -266,7 +264,7 @@ class Cia402Axis:
         faults = 0
         if self.state == FAULT or self._armed.ill or self.nmt != OPERATIONAL:
             faults |= _DEVICE
-        if self._silent_for > self._heartbeat_ticks:
+        if self._beat.is_over_long:
             faults |= _LOST
         return faults
 
@@ -277,7 +275,7 @@ class Cia402Axis:
         )
 
     def stop(self, bus: Bus) -> None:
-        """Power stage off, torque 0. RPDO1 is event-driven for the controlword, SYNC follows all the same."""
+        """Power stage off, torque 0. The drive takes an RPDO over at a SYNC only, so one follows at once."""
         self._armed.order(False)
         self._set(SHUT_DOWN, 0)
         bus.send(self._command)

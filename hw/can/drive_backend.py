@@ -77,6 +77,8 @@ class DriveBackend(CanBackend):
             before = self.sample.needed
             self.drives.append(self.kind(table, options, rig, axis, self.sample))
             self._parts.append(self.sample.needed & ~before)  # of a whole sample
+        # what no frame has told yet is shown as not known before the first sample, too
+        self.taken.values[:] = self.sample.values
         self.provides = frozenset({"position", "current", *self.kind.measures(options)})
         self.consumes = frozenset({"current_command"})
         self._writers = [drive.write for drive in self.drives]

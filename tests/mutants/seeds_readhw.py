@@ -1,0 +1,32 @@
+"""Seeded bugs of devices on a bus or a line, as a strict reader found them."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+_HEAT = ("tests/unit/hw/test_can_odrive_frames.py",)
+
+SEEDS = (
+    Seed(
+        "the last temperature of an ODrive stands for ever",
+        "hw/can/odrive.py",
+        "if self._heat.is_over_long:",
+        "if False:",
+        _HEAT,
+    ),
+    Seed(
+        "before the first temperature of an ODrive its motor is cold",
+        "hw/can/odrive.py",
+        "            # none yet: 0 would be a motor that is cold, and may have all its torque\n"
+        "            sample.temperature_c[axis] = math.nan\n",
+        "",
+        _HEAT,
+    ),
+    Seed(
+        "what no frame has told yet is shown as 0 before the first sample",
+        "hw/can/drive_backend.py",
+        "        self.taken.values[:] = self.sample.values\n",
+        "",
+        _HEAT,
+    ),
+)
