@@ -3,6 +3,7 @@ only."""
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -85,6 +86,9 @@ class ReceivedFrameOptions(FrameOptions):
                 "a frame in parts needs select (what its first part begins with) and checksum: a lost part "
                 "must be noticed"
             )
+            raise ValueError(msg)
+        if self.counter is not None and self.counter.type == "float":
+            msg = f"counter of id 0x{self.id:x}: type uint or int, a count is a whole number"
             raise ValueError(msg)
         self._check([*self.field, *([self.counter] if self.counter else [])])
         have_room(self.select, self.on_wire[0])
@@ -191,14 +195,12 @@ class BoardOptions(BusUser):
 
     def _tell_apart(self) -> None:
         """Frames of one identifier must be of one length, and all but one selected."""
-        seen: dict[int, ReceivedFrameOptions] = {}
-        for frame in self.receive:
-            other = seen.setdefault(board.identifier(frame.model_dump()), frame)
-            if other is frame:
+        for one, other in combinations(self.receive, 2):
+            if (one.id, one.extended) != (other.id, other.extended):
                 continue
-            if (other.length, other.parts) != (frame.length, frame.parts):
-                msg = f"frames of id 0x{frame.id:x} have different lengths, {other.length} and {frame.length}"
+            if (one.length, one.parts) != (other.length, other.parts):
+                msg = f"frames of id 0x{one.id:x} have different lengths, {one.length} and {other.length}"
                 raise ValueError(msg)
-            if other.select == frame.select:
-                msg = f"id 0x{frame.id:x} is received twice: tell the frames apart by select"
+            if one.select == other.select:
+                msg = f"id 0x{one.id:x} is received twice: tell the frames apart by select"
                 raise ValueError(msg)

@@ -120,7 +120,7 @@ def configure(
         From the options, or else from object 6075; None: the drive shows its torque (6077) in place of its
         current.
     identity : bytes
-        Vendor, product and serial number (object 1018).
+        Vendor, product and serial number (object 1018); 0 for what the drive does not tell.
 
     Raises
     ------
@@ -141,8 +141,9 @@ def configure(
         remote.nmt.state = "PRE-OPERATIONAL"  # no PDO is sent or obeyed in this state (CiA 301)
         _take_down(sdo)
         torque_nm = _rated(sdo, node, table, "torque_nm", 0x6076)
-        # 1018: vendor, product, serial number; 3 is the revision
-        identity = struct.pack("<3I", *(sdo.read(0x1018, sub) for sub in (1, 2, 4)))
+        # 1018: vendor, product, serial number; 3 is the revision. Only the vendor is mandatory (CiA 301)
+        vendor, *rest = sdo.read(0x1018, 1), sdo.try_read(0x1018, 2), sdo.try_read(0x1018, 4)
+        identity = struct.pack("<3I", vendor, *(number or 0 for number in rest))
         _map(sdo, 0x1400, 0x1600, 0x200 + node, _RPDO)
         current = _map_feedback(sdo, node)
         current_a = _rated(sdo, node, table, "current_a", 0x6075) if current == _CURRENT else None

@@ -21,6 +21,7 @@ _ENTRY = {
     "wrap_at",
     "saturates",
     "limit",
+    "value",
     "required",
     "period_ms",
 }

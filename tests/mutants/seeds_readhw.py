@@ -6,6 +6,8 @@ from seed import Seed
 
 _HEAT = ("tests/unit/hw/test_can_odrive_frames.py",)
 
+_FILES = ("tests/unit/hw/test_can_configs.py",)
+
 SEEDS = (
     Seed(
         "the last temperature of an ODrive stands for ever",
@@ -28,5 +30,19 @@ SEEDS = (
         "        self.taken.values[:] = self.sample.values\n",
         "",
         _HEAT,
+    ),
+    Seed(
+        "a sent counter may be a signed number, which stands still at its end",
+        "hw/can/board_tables.py",
+        '(self.type, self.scale, self.offset) != ("uint", 1.0, 0.0)',
+        "self.scale != 1.0",
+        _FILES,
+    ),
+    Seed(
+        "of three frames of an identifier the last two may be alike",
+        "hw/can/board_options.py",
+        "combinations(self.receive, 2)",
+        "zip(self.receive[:1] * 32, self.receive[1:])",
+        _FILES,
     ),
 )
