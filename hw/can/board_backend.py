@@ -38,6 +38,7 @@ def traffic(options: Options, rate_hz: float) -> list[Traffic]:
     received = [
         (table, length, 1000.0 / table["period_ms"] if table["period_ms"] else rate_hz)
         for table in options["receive"]
+        # on the wire each part is a frame with a head of its own
         for length in table.get("parts") or (table["length"],)
     ]
     sent = [(table, table["length"], rate_hz) for table in options["send"]]

@@ -115,6 +115,7 @@ class ReceivedFrame:
             _chosen(make_field(entry, self._length), entry["value"]) for entry in table.get("select") or ()
         ]
         for k, (_, bits) in enumerate(self._words):
+            # a word of the board that is new is Python's: whether it drives decides what is sent (`Armed`)
             guards.append(Number(bits, wanted=lambda k=k: self._last_word(k), says=LEAVES))  # type: ignore[misc]
         counter, checksum = table["counter"], table["checksum"]
         return Frame(
@@ -152,9 +153,11 @@ class ReceivedFrame:
         at anew."""
         parts = self._parts
         assert parts is not None
+        # told here, since `add` cannot: for it such a part is only out of turn
         if length not in parts.lengths:
             self._sample.damaged()
         whole = parts.add(buffer, offset, length)
+        # not yet, or never: which of the two, the next part tells
         if whole is None:
             return
         if self._intact(whole, 0):
@@ -189,6 +192,7 @@ class ReceivedFrame:
             else:
                 target[axis] = value
         if self._words:
+            # raw, as compiled cycles compare them: a scaled number need not be the same bit for bit
             self._told = [word(buffer, offset) for word, _ in self._words]
         sample.fresh |= self.bit
 
@@ -198,6 +202,7 @@ class ReceivedFrame:
         checksum, byte, size = self._checksum
         data = bytes(buffer[offset : offset + self._length])
         found = int.from_bytes(data[byte : byte + size], "big")
+        # boards differ in where their checksum stands, and none sums up its own
         return bool(checksum(data[:byte] + data[byte + size :]) == found)
 
     def _flag(self, channel: str, value: float) -> None:
@@ -223,6 +228,7 @@ class Parts:
         """Take a part; the whole frame once it has all of them. A part of another length, or out of turn,
         ends it."""
         if length != self.lengths[self._n]:
+            # what came may be the first part of the next frame: it is looked at below
             self._n = 0
             if length != self.lengths[0]:
                 return None

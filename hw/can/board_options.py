@@ -81,6 +81,7 @@ class ReceivedFrameOptions(FrameOptions):
                 "its length"
             )
             raise ValueError(msg)
+        # no part says which one it is: only the first is told, and only a checksum sees that one was lost
         if self.parts and not (self.select and self.checksum):
             msg = (
                 "a frame in parts needs select (what its first part begins with) and checksum: a lost part "
@@ -113,6 +114,7 @@ class SentFrameOptions(FrameOptions):
             if data and len(data) != self.length:
                 msg = f"{name} has {len(data)} bytes, the frame {self.length}"
                 raise ValueError(msg)
+        # stopping sends zeros otherwise, which a drive that was switched on by bytes may not take for off
         if self.enter and not self.idle:
             msg = "enter needs idle: what switches a drive on needs what switches it off"
             raise ValueError(msg)
@@ -160,6 +162,7 @@ class BoardOptions(BusUser):
             receive, send = dbc.frames(path, data.get("signal", []), CHANNELS, COMMANDS)
         except BackendError as error:
             raise ValueError(str(error)) from error
+        # the loop process never reads the DBC: no cantools there, and no file that may have changed since
         rest = {key: value for key, value in data.items() if key not in ("dbc", "signal")}
         return {
             **rest,
@@ -174,6 +177,7 @@ class BoardOptions(BusUser):
         if twice:
             msg = f"given twice: {', '.join(f'{channel} of axis {axis}' for channel, axis in twice)}"
             raise ValueError(msg)
+        # `fresh == needed` would hold in every cycle where nothing is needed: old values as new samples
         if not any(frame.required for frame in self.receive):
             msg = "at least one received frame must be required: nothing else can make a sample fresh"
             raise ValueError(msg)
@@ -185,6 +189,7 @@ class BoardOptions(BusUser):
                 raise ValueError(msg)
         lengths = [length for frame in (*self.receive, *self.send) for length in frame.on_wire]
         lengths += [len(frame.data) for frame in (*self.start, *self.poll, *self.stop)]
+        # the bit that asked for a frame is another one's in CAN FD (ISO 11898-1)
         if self.bus.fd and any(frame.remote for frame in (*self.start, *self.poll, *self.stop)):
             msg = "CAN FD has no remote frames: ask by data, or bus.fd = false"
             raise ValueError(msg)
@@ -195,6 +200,7 @@ class BoardOptions(BusUser):
 
     def _tell_apart(self) -> None:
         """Frames of one identifier must be of one length, and all but one selected."""
+        # each with each: of three the last two may be alike
         for one, other in combinations(self.receive, 2):
             if (one.id, one.extended) != (other.id, other.extended):
                 continue

@@ -81,6 +81,7 @@ class DriveBackend(CanBackend):
         self.taken.values[:] = self.sample.values
         self.provides = frozenset({"position", "current", *self.kind.measures(options)})
         self.consumes = frozenset({"current_command"})
+        # bound once: no cycle looks a method up
         self._writers = [drive.write for drive in self.drives]
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
@@ -111,6 +112,7 @@ class DriveBackend(CanBackend):
         return [one for axis, drive in enumerate(self.drives) for one in drive.steady_commands(at + axis)]
 
     def _alike(self) -> int:
+        # the drive that needs Python first has the whole bus go back to it
         return min(drive.alike() for drive in self.drives)
 
     def pass_by(self, cycles: int) -> None:
