@@ -45,4 +45,14 @@ SEEDS = (
         "zip(self.receive[:1] * 32, self.receive[1:])",
         _FILES,
     ),
+    Seed(
+        "the frame that opening a force sensor has read is fresh behind a backlog",
+        "hw/force/serial_backend.py",
+        "            newest = None\n",
+        "",
+        (
+            "tests/contract/test_force_sensors.py"
+            "::test_the_frame_of_opening_is_not_fresh_behind_a_backlog",
+        ),
+    ),
 )
