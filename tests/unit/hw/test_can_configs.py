@@ -90,6 +90,12 @@ def test_a_dbc_becomes_plain_frames_that_need_the_file_no_more(tmp_path):
     assert backend.consumes == {"current_command"}
 
 
+def test_a_signal_of_a_dbc_is_sent_the_constant_that_it_is_given(tmp_path):
+    enable = {"channel": "constant", "message": "Command", "signal": "Enable", "value": 1.0}
+    (sent,) = board(tmp_path, [*SIGNALS[:3], enable]).send
+    assert [(field.channel, field.value) for field in sent.field][-1] == ("constant", 1.0)
+
+
 @pytest.mark.parametrize(
     ("unit", "shown"),
     [("rpm", "rpm"), ("1/min", "rpm"), ("deg/s", "deg/s"), ("rev/s", "turn/s"), ("counts/s", "count/s")],

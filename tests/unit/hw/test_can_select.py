@@ -81,13 +81,6 @@ def test_a_multiplexed_dbc_is_read_and_written_by_its_multiplexer(tmp_path):
     assert bus.sent == [struct.pack("<Bhxxxxx", 7, 250)]
 
 
-def test_a_signal_of_a_dbc_is_sent_the_constant_that_it_is_given(tmp_path):
-    order = {"channel": "constant", "message": "Command", "signal": "Order", "value": 9.0}
-    dumped = multiplexed(tmp_path, [*SIGNALS, order]).model_dump(mode="json")
-    found = [f["value"] for table in dumped["send"] for f in table["field"] if f["channel"] == "constant"]
-    assert found == [7.0, 9.0]  # the first: the multiplexer of the command
-
-
 def test_a_signal_of_several_multiplexer_values_is_refused_with_what_to_write(tmp_path):
     twice = {"channel": "estop", "message": "Status", "signal": "Twice"}
     with pytest.raises(ValueError, match=r"several values of Kind: \[3, 4\]; describe the frame as"):
