@@ -41,6 +41,7 @@ REST_TICKS = 2
 """Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale
 sample."""
 
+# one and two may be the machine: three in a row are the device
 SLOW_READS = 3
 SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""
@@ -184,9 +185,11 @@ class Composite:
     """Several devices as one backend. Made by `compose`."""
 
     def __init__(self, devices: Sequence[_Device]) -> None:
+        # stable: devices of one rank keep the order of the rig file
         self._devices = sorted(devices, key=_rank)
         self._sensors = [device for device in self._devices if device.provides]
         self._stops = [device for device in self._devices if "estop" in device.provides]
+        # by what it could be sent: one whose command the rig does not use is told zero, and disabled
         self._writers = [device for device in self._devices if device.backend.consumes]
         self.provides = frozenset().union(*(device.provides for device in devices))
         self.consumes = frozenset().union(*(device.consumes for device in devices))
