@@ -3,15 +3,17 @@ sample."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from hw.can.armed import Armed
+from hw.can.armed import UNBOUNDED, Armed
 from hw.can.board_map import factor, identifier, make_field, selector
 from hw.can.bus import Handler
 from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Field, Unwrap, decoder, raw_decoder, within
 from hw.can.fields import Sequence as Order
 from hw.can.sample import Sample
+from hw.can.silence import Silence
 from hw.can.steady_records import (
     CHOOSES,
     ENDLESS,
@@ -29,6 +31,9 @@ from hw.interface import Options, Rig
 
 ARM_S = 0.5
 """Longest time from `enable` to `enabled`, where the board tells it."""
+
+MAY_BE_MISSING = ("velocity", "temperature")
+"""Channels that are NaN where there is no sensor."""
 
 _PLACES = {"estop": ESTOP, "fault": FAULT}
 
@@ -63,6 +68,11 @@ class ReceivedFrame:
         self._tells = iter(self.armed)
         self._words: list[tuple[Callable[[Buffer, int], float], Field]] = []
         self._told: list[float] = [NEVER] * len(told)
+        self._silence: Silence | None = None
+        if table["period_ms"] and not table["required"]:
+            self._silence = Silence.of(1e-3 * table["period_ms"], rig.period_s)
+        # a sensor that is not there is known to everybody as NaN; nothing else can be said of the others
+        self._tells_more = any(field["channel"] not in MAY_BE_MISSING for field in table["field"])
         self._key, self._table = identifier(table), table
         self._numbers: list[Number] = []
         self.forget()
@@ -73,6 +83,8 @@ class ReceivedFrame:
         """A new connection begins: the order of frames, and parts. Where the joint stands is kept."""
         self._order = Order(self._counter_bits) if self._counter_bits else None
         self.fault = False
+        if self._silence is not None:
+            self._silence.cycles = 0
         for armed in self.armed:
             armed.order(False)
         if self._parts is not None:
@@ -107,8 +119,8 @@ class ReceivedFrame:
         return (lambda buffer, at: to_si * decode(buffer, at)), target, axis
 
     def steady(self) -> Frame:
-        """As compiled cycles read it; a frame that comes in parts is for Python."""
-        if self._parts is not None:
+        """As compiled cycles read it; one that comes in parts, or whose silence counts, is for Python."""
+        if self._parts is not None or self._silence is not None:
             return Frame(self._key, bit=self.bit)
         table = self._table
         guards = [
@@ -191,10 +203,37 @@ class ReceivedFrame:
                 target.saw(value != 0)
             else:
                 target[axis] = value
+        if self._silence is not None:
+            self._silence.cycles = 0
         if self._words:
             # raw, as compiled cycles compare them: a scaled number need not be the same bit for bit
             self._told = [word(buffer, offset) for word, _ in self._words]
         sample.fresh |= self.bit
+
+    def pass_by(self, cycles: int) -> None:
+        """So many cycles more since it came: numbers of a frame that comes no more are not known."""
+        if self._silence is None:
+            return
+        self._silence.cycles += cycles
+        if self._silence.is_over_long:
+            for _, target, axis in self._fields:
+                if any(target is self._sample.of[channel] for channel in MAY_BE_MISSING):
+                    target[axis] = math.nan
+
+    @property
+    def is_lost(self) -> bool:
+        """True while it is silent for too long and tells what may not be missing."""
+        return self._silence is not None and self._silence.is_over_long and self._tells_more
+
+    @property
+    def spare(self) -> int:
+        """Cycles that may pass before its silence changes anything."""
+        return UNBOUNDED if self._silence is None else self._silence.spare
+
+    @property
+    def lasting_fault(self) -> bool:
+        """Its fault flag, where compiled cycles do not know it."""
+        return self._silence is not None and self.fault
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
         if self._checksum is None:

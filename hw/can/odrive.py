@@ -26,7 +26,7 @@ from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
 from hw.can.odrive_firmware import NAMED_ERRORS, OLD, Version, decode_version, version_text
 from hw.can.odrive_frames import OdriveFrames
 from hw.can.sample import Sample, Shaft
-from hw.can.silence import Silence
+from hw.can.silence import Silence, longest_s
 from hw.can.steady_records import Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -36,9 +36,6 @@ ADDRESS_S = 0.2
 """Longest wait for the serial number."""
 VERSION_S, VERSION_ASKED = 0.05, 3
 """Longest wait for the firmware's version, and how often it is asked."""
-SILENT_TICKS, SILENT_BEATS = 20, 5
-"""The heartbeat and the temperature count as lost after the longer of so many cycles and so many of their
-periods."""
 RETRY_S = 0.1
 """While disarmed: a drive still in closed loop is told again, one with errors is asked to clear them."""
 
@@ -57,12 +54,11 @@ class OdriveAxis:
         beat_s = 1e-3 * float(options["heartbeat_ms"])
         # the state comes with a heartbeat: two may pass before it tells
         self._armed = Armed(round(ARM_S / rig.period_s) + round(2 * beat_s / rig.period_s))
-        self._silence_s = max(SILENT_TICKS * rig.period_s, SILENT_BEATS * beat_s)
-        self._beat = Silence(round(self._silence_s / rig.period_s))
+        self._silence_s = longest_s(beat_s, rig.period_s)
+        self._beat = Silence.of(beat_s, rig.period_s)
         self._heat: Silence | None = None
         if options.get("temperature_ms"):
-            periods_s = SILENT_BEATS * 1e-3 * float(options["temperature_ms"])
-            self._heat = Silence(max(SILENT_TICKS, round(periods_s / rig.period_s)))
+            self._heat = Silence.of(1e-3 * float(options["temperature_ms"]), rig.period_s)
             # none yet: 0 would be a motor that is cold, and may have all its torque
             sample.temperature_c[axis] = math.nan
         self._beat_ms = 1e3 * beat_s

@@ -8,6 +8,8 @@ _HEAT = ("tests/unit/hw/test_can_odrive_frames.py",)
 
 _FILES = ("tests/unit/hw/test_can_configs.py",)
 
+_BOARD = ("tests/unit/hw/test_can_board.py",)
+
 SEEDS = (
     Seed(
         "the last temperature of an ODrive stands for ever",
@@ -50,9 +52,27 @@ SEEDS = (
         "hw/force/serial_backend.py",
         "            newest = None\n",
         "",
-        (
-            "tests/contract/test_force_sensors.py"
-            "::test_the_frame_of_opening_is_not_fresh_behind_a_backlog",
-        ),
+        ("tests/contract/test_force_sensors.py::test_the_frame_of_opening_is_not_fresh_behind_a_backlog",),
+    ),
+    Seed(
+        "an emergency stop in a slow CAN frame that comes no more counts as released",
+        "hw/can/board_backend.py",
+        "return _LOST if any(frame.is_lost for frame in self._received) else 0",
+        "return 0",
+        _BOARD,
+    ),
+    Seed(
+        "the temperature of a slow CAN frame that comes no more stands for ever",
+        "hw/can/board_in.py",
+        "                    target[axis] = math.nan",
+        "                    pass",
+        _BOARD,
+    ),
+    Seed(
+        "compiled cycles take a slow CAN frame, whose silence they do not count",
+        "hw/can/board_in.py",
+        "if self._parts is not None or self._silence is not None:",
+        "if self._parts is not None:",
+        _BOARD,
     ),
 )
