@@ -54,7 +54,11 @@ class ReceivedFrameOptions(FrameOptions):
 
     required: bool = Field(True, description="a sample is fresh only with a new frame of this kind")
     period_ms: float | None = Field(
-        None, ge=0.05, le=1e5, description="how often it comes; default: every period"
+        None,
+        ge=0.05,
+        le=1e5,
+        description="how often it comes; default: every period. Given for one that is not required, its "
+        "silence counts",
     )
     counter: BitsOptions | None = Field(None, description="counts up with every frame: no older one is taken")
     select: tuple[SelectOptions, ...] = Field(

@@ -1,8 +1,8 @@
 """A fixed-length frame as data: sync bytes, numbers at offsets, a checksum. Compiled reading, writing,
 finding.
 
-`Layout` rows say where things are; `FieldPlan` rows say what the numbers mean. Both are made once, at
-start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run."""
+A record of `layout_dtype` says where things are, rows of `field_dtype` what the numbers mean. Both are made
+once, at start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run."""
 
 from __future__ import annotations
 
