@@ -9,6 +9,7 @@ from typing import Any
 
 from hw.can.armed import UNBOUNDED, Armed
 from hw.can.board_map import factor, identifier, make_field, selector
+from hw.can.board_parts import Parts
 from hw.can.bus import Handler
 from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Field, Unwrap, decoder, raw_decoder, within
 from hw.can.fields import Sequence as Order
@@ -118,9 +119,14 @@ class ReceivedFrame:
             return decode, target, axis
         return (lambda buffer, at: to_si * decode(buffer, at)), target, axis
 
+    @property
+    def _is_for_python(self) -> bool:
+        """Whether compiled cycles leave it to Python whenever it comes."""
+        return self._parts is not None or self._silence is not None
+
     def steady(self) -> Frame:
         """As compiled cycles read it; one that comes in parts, or whose silence counts, is for Python."""
-        if self._parts is not None or self._silence is not None:
+        if self._is_for_python:
             return Frame(self._key, bit=self.bit)
         table = self._table
         guards = [
@@ -232,8 +238,8 @@ class ReceivedFrame:
 
     @property
     def lasting_fault(self) -> bool:
-        """Its fault flag, where compiled cycles do not know it."""
-        return self._silence is not None and self.fault
+        """The fault flag of the frame, where compiled cycles do not know it."""
+        return self._is_for_python and self.fault
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
         if self._checksum is None:
@@ -249,38 +255,6 @@ class ReceivedFrame:
             self._sample.estop = int(value != 0)
         else:
             self.fault = value != 0
-
-
-class Parts:
-    """A frame that comes in several, all of one identifier: the first is told by its numbers, the others
-    follow it."""
-
-    def __init__(self, lengths: Sequence[int], begins: Callable[[Buffer, int], bool] | None) -> None:
-        self.lengths, self._begins = tuple(lengths), begins
-        self._data, self._n = bytearray(), 0
-
-    def forget(self) -> None:
-        """Drop what is there of a frame."""
-        self._n = 0
-
-    def add(self, buffer: Buffer, offset: int, length: int) -> bytearray | None:
-        """Take a part; the whole frame once it has all of them. A part of another length, or out of turn,
-        ends it."""
-        if length != self.lengths[self._n]:
-            # what came may be the first part of the next frame: it is looked at below
-            self._n = 0
-            if length != self.lengths[0]:
-                return None
-        if self._n == 0:
-            if self._begins is not None and not self._begins(buffer, offset):
-                return None
-            self._data = bytearray()
-        self._data += buffer[offset : offset + length]
-        self._n += 1
-        if self._n < len(self.lengths):
-            return None
-        self._n = 0
-        return self._data
 
 
 def _chosen(bits: Field, value: int) -> Number:

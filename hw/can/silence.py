@@ -27,7 +27,7 @@ class Silence:
 
     @classmethod
     def of(cls, every_s: float, period_s: float) -> Silence:
-        """Of something that comes every `every_s`, in a loop of this period."""
+        """The silence of something that comes every `every_s`, in a loop of this period."""
         return cls(round(longest_s(every_s, period_s) / period_s))
 
     def __init__(self, limit_cycles: int) -> None:

@@ -71,8 +71,8 @@ SEEDS = (
     Seed(
         "compiled cycles take a slow CAN frame, whose silence they do not count",
         "hw/can/board_in.py",
-        "if self._parts is not None or self._silence is not None:",
-        "if self._parts is not None:",
+        "return self._parts is not None or self._silence is not None",
+        "return self._parts is not None",
         _BOARD,
     ),
 )
