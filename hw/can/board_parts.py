@@ -25,6 +25,7 @@ class Parts:
         if length != self.lengths[self._n]:
             # what came may be the first part of the next frame: it is looked at below
             self._n = 0
+            # neither the next part nor a first one: whatever it is, a frame begins anew behind it
             if length != self.lengths[0]:
                 return None
         if self._n == 0:

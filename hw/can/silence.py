@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from hw.can.armed import UNBOUNDED
 
+# 20: a drive that lets go says so in its heartbeat, and torque that lags for as long is a fault by itself
 SILENT_TICKS, SILENT_PERIODS = 20, 5
 """What comes by a clock of its own counts as lost after the longer of so many cycles and so many of its
 periods."""
