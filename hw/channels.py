@@ -93,12 +93,14 @@ COMMAND_FIELDS = {"torque": "torque_applied_nm", "current_command": "current_com
 CHANNEL_FIELDS: dict[str, str] = {reading.name: reading.field for reading in READINGS} | COMMAND_FIELDS
 """Channel name -> the tick field that carries it."""
 
+# NaN, not 0: 0 would be a sensor that measures nothing, cold or at rest
 OPTIONAL_FIELDS = tuple(reading.field for reading in READINGS if reading.optional)
 """Measured fields that are NaN from the start and stay so in a rig without the sensor."""
 
 WHOLE_RIG_CHANNELS = frozenset(reading.name for reading in READINGS if reading.shape != "axis")
 """Channels with one value for the rig; the others have one per axis."""
 
+# position first: the law needs its motor's place more than anything else (hw.rig)
 READ_ORDER = tuple(reading.name for reading in sorted(READINGS, key=lambda reading: reading.rank))
 """Who is read first."""
 

@@ -58,6 +58,7 @@ class Claims:
             Another process has one of them; the text names that process."""
         end = time.monotonic() + patience_s
         while refused := self._try(names):
+            # anything else does not pass by waiting
             if refused[1].errno != errno.EADDRINUSE:
                 raise BackendError(f"{label}: cannot claim {refused[0]}: {refused[1].strerror}")
             if time.monotonic() > end:
@@ -110,6 +111,7 @@ def _listen(name: str) -> socket.socket:
 
 def _holder(name: str) -> str:
     """Who holds a claim, for a person."""
+    # the kernel tells who listens: the holder need not answer, and could not lie
     with contextlib.suppress(OSError), socket.socket(socket.AF_UNIX) as asking:
         asking.setblocking(False)  # where every place is taken it would wait for one
         asking.connect(_address(name))

@@ -102,6 +102,7 @@ class CodeCache(caching.FunctionCache):
         if not self.usable():
             return None
         numbas: Any = nrt
+        # loaded code may allocate: this much of Numba has to be ready in any case
         numbas.rtsys.initialize(target_context)
         before: Any = super()
         found = before._load_overload(sig, target_context)
@@ -131,6 +132,7 @@ def made_elsewhere(dispatcher: Any, program: str) -> None:  # noqa: ANN401 - its
     could not be made there, or not be kept, is made here."""
     kept: CodeCache = dispatcher._cache
     if kept.usable() and not Path(kept._cache_file._index_path).is_file():
+        # what it says belongs to nobody: whatever fails there is done here, and said here
         quiet: dict[str, Any] = dict.fromkeys(("stdin", "stdout", "stderr"), subprocess.DEVNULL)
         subprocess.run([sys.executable, "-c", program], check=False, **quiet)
 

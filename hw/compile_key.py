@@ -65,6 +65,7 @@ def module_key(file: Path, options: str = "", root: Path | None = None) -> str:
         `file`, or a module that it imports, cannot be read."""
     sources = covered(file, source_memo(root))
     told = [f"{versions()} {settings()} {options}"]
+    # sorted: found by following imports, in an order that depends on what was known already
     told += sorted(f"{source.name} {source.meaning}" for source in sources)
     tops = frozenset[str]().union(*(source.tops for source in sources))
     told += [f"{top} {_version(top)}" for top in sorted(tops.difference(PROJECT, _IN_VERSIONS))]
@@ -114,6 +115,7 @@ def covered(file: Path, memo: SourceMemo | None = None) -> set[Source]:
     """The module in `file` and every project module that it reaches through imports."""
     memo = memo or source_memo(None)
     found: dict[str, Source] = {}
+    # a list and no recursion: modules may import each other in a circle
     to_do = [str(file.resolve())]
     while to_do:
         path = to_do.pop()

@@ -35,6 +35,7 @@ def follow(value: float, period: float, state: np.ndarray) -> float:
     (ANGLE_STATE,), is changed in place."""
     if not math.isnan(state[0]):
         # a step of nearly a whole period is a start over, forwards or backwards
+        # counted in whole turns, not added up: a sum of periods would gather their rounding
         state[1] -= round((value - state[0]) / period)
     state[0] = value
     return float(value + state[1] * period)
@@ -42,7 +43,7 @@ def follow(value: float, period: float, state: np.ndarray) -> float:
 
 @compiled
 def wrap(count: int, bits: int) -> int:
-    """What a signed counter of `bits` bits (2 to 32) shows: `count` brought into [-2**(bits-1),
+    """What a signed counter of `bits` bits (2 to 62) shows: `count` brought into [-2**(bits-1),
     2**(bits-1))."""
     half = 1 << (bits - 1)
     # moved up by half and back: the mask alone would leave negative counts unsigned
@@ -58,7 +59,7 @@ def unwrap(raw: int, bits: int, state: np.ndarray) -> int:
     raw : int
         The reading, signed or unsigned: only its low `bits` bits count once started.
     bits : int
-        Width of the counter, 2 to 32.
+        Width of the counter, 2 to 62: the sums below stay within 64.
     state : array of int64, shape (ENCODER_STATE,)
         Zeros before the first reading; changed in place.
 

@@ -58,6 +58,7 @@ def _caller(returned: Any) -> Any:  # noqa: ANN401
             pointer = builder.inttoptr(target, conv.get_function_type(returned, of).as_pointer())
             given = _build.unpack_tuple(builder, packed)
             status, result = conv.call_function(builder, pointer, returned, of, given)
+            # an exception of the called function is the caller's, too: it must not go on with no result
             with _build.if_unlikely(builder, status.is_error):
                 conv.return_status_propagate(builder, status)
             return result

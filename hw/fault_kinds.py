@@ -121,6 +121,7 @@ def _readings() -> tuple[Kind, ...]:
 
 def _other_readings() -> Iterator[Kind]:
     """What any sensor may do: for channels without kinds of their own."""
+    # a channel that is added to the table of readings has these at once
     known = {kind.channel for kind in _readings()}
     for reading in QUANTITIES:
         channel, unit = Channel(reading.number), reading.unit

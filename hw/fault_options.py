@@ -66,6 +66,7 @@ class FaultOptions(Table):
             raise ValueError(_no_such_kind(channel, name))
         kind, value = KINDS[channel, name], table.get("value")
         if value is None:
+            # no size is meant by itself: whoever scripts a jump says how far
             if kind.default is None:
                 msg = f"value: {channel} {name} needs one, {kind.low:g} to {kind.high:g} {kind.unit}"
                 raise ValueError(msg)

@@ -26,6 +26,7 @@ def seed_words(seed: int) -> np.ndarray:
     for _ in range(4):
         # never four zeros, whatever the seed: a generator of zeros stays there
         z = (z + 0x9E3779B97F4A7C15) & mask
+        # mixed: neighbouring seeds would else give neighbouring states
         x = ((z ^ (z >> 30)) * 0xBF58476D1CE4E5B9) & mask
         x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & mask
         words.append(x ^ (x >> 31))

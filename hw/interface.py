@@ -24,6 +24,7 @@ from hw.channels import WHOLE_RIG_CHANNELS as WHOLE_RIG_CHANNELS
 class LinkFault(IntFlag):
     """Bits of `tick["link_faults"]`: what went wrong on the link in this cycle."""
 
+    # the bits stand in ticks and recordings: a number is never given to another meaning
     CHECKSUM = 1
     SEQUENCE = 2
     LOST = 4

@@ -58,6 +58,7 @@ def is_own(path: str | Path, *, folder: bool = False) -> bool:
         status = os.lstat(path)
     except OSError:
         return False
+    # a link is neither: it may lead into somebody else's folder by the time of the load
     kind = stat.S_ISDIR if folder else stat.S_ISREG
     return kind(status.st_mode) and status.st_uid == os.geteuid() and not status.st_mode & _WRITE
 

@@ -54,9 +54,11 @@ class Composite:
     """Several devices as one backend. Made by `compose`."""
 
     def __init__(self, devices: Sequence[Device]) -> None:
+        # stable: devices of one rank keep the order of the rig file
         self._devices = sorted(devices, key=_rank)
         self._sensors = [device for device in self._devices if device.provides]
         self._stops = [device for device in self._devices if "estop" in device.provides]
+        # by what it could be sent: one whose command the rig does not use is told zero, and disabled
         self._writers = [device for device in self._devices if device.backend.consumes]
         self.provides = frozenset().union(*(device.provides for device in devices))
         self.consumes = frozenset().union(*(device.consumes for device in devices))

@@ -26,6 +26,7 @@ REST_TICKS = 2
 """Most cycles a device rests after it overran its budget: one more and a lone hiccup would be a stale
 sample."""
 
+# one and two may be the machine: three in a row are the device
 SLOW_READS = 3
 SLOW_REST_TICKS = 10
 """After this many overruns in a row a device rests so long: its sample goes stale."""

@@ -76,6 +76,7 @@ def copier(pairs: Sequence[tuple[int, int]], source: np.ndarray, target: np.ndar
     """A call that copies words from one row to another: slices where they are adjacent, else by index."""
     # the fewest calls that do it: most devices serve all axes, and then it is one slice
     runs: list[list[int]] = []
+    # by the source: runs then come out whole, whatever the order of the axes
     for at, to in sorted(pairs):
         if runs and at == runs[-1][0] + runs[-1][2] and to == runs[-1][1] + runs[-1][2]:
             runs[-1][2] += 1
@@ -130,6 +131,7 @@ class Exchange:
     ) -> None:
         names = tick.dtype.names or ()
         lead = names[: names.index("sample_count")]
+        # a sensor sees the clock only: what the motors are sent is none of its business
         rest = [name for name in names if name not in _MEASURED] if commanded else lead
         rig_words, own_words = _words(tick), _words(own)
 

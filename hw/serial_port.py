@@ -90,6 +90,7 @@ class Port:
         """Open exclusively, raw, 8N1, without flow control. Raises BackendError with the remedy."""
         self.path, self.baud, self.fd, self.low_latency = path, baud, -1, False
         try:
+            # by pyserial, which knows the odd rates and exclusive access of each system; used without it
             self._serial = serial.Serial(path, baud, timeout=0, write_timeout=0, exclusive=True)
         except (serial.SerialException, ValueError, OSError) as error:
             raise _refusal(path, error) from error
@@ -106,8 +107,10 @@ class Port:
         settings[2] &= ~termios.HUPCL  # else each attempt to open again would reset boards that reset on DTR
         # 1: a read of 0 bytes then means a hang-up, and nothing else
         settings[6][termios.VMIN], settings[6][termios.VTIME] = 1, 0
+        # at once: TCSADRAIN would wait for bytes that a board which hangs never takes
         termios.tcsetattr(fd, termios.TCSANOW, settings)
         termios.tcflush(fd, termios.TCIOFLUSH)  # what stood there before the port was opened is old
+        # FTDI's driver collects for 16 ms otherwise, as its latency timer is set: sixteen cycles
         with contextlib.suppress(ValueError, OSError, NotImplementedError):
             self._serial.set_low_latency_mode(True)
             self.low_latency = True
@@ -122,6 +125,7 @@ class Port:
             return 0
         except OSError as error:
             raise self._lost(error) from error
+        # VMIN is 1: an empty port raises EAGAIN, so no bytes and no error is a line without another end
         if n == 0:
             raise LinkLost(f"serial port {self.path}: hung up; the board was unplugged or reset")
         return n
@@ -150,6 +154,7 @@ class Port:
         """Let the last packet leave (at most `DRAIN_S`) and release the port. Never raises."""
         if self.fd < 0:
             return
+        # a stop has thrown away what was before it: what leaves here is the stop
         _drain(self.fd)
         self.fd = -1
         with contextlib.suppress(OSError, serial.SerialException, termios.error):
@@ -186,6 +191,7 @@ def send_once(path: str, baud: int, packet: bytes) -> bool:
         # never the terminal that sends a SIGHUP; no wait for a carrier
         fd = os.open(path, os.O_RDWR | os.O_NOCTTY | os.O_NONBLOCK | os.O_CLOEXEC)
         try:
+            # a path may be any file by now: a stop packet is written into no log and no pipe
             if os.isatty(fd):
                 # a line that takes no settings may well have the right ones: the daemon's
                 with contextlib.suppress(OSError, termios.error):

@@ -57,6 +57,7 @@ class SourceMemo:
         if self._path is None or not self._new or not make_private(self._path.parent, levels=2):
             return
         self._new = False
+        # read again: another process may have written since this one began
         both = self._load() | self._asked
         told = json.dumps(self._asked if len(both) > MOST_ENTRIES else both).encode()
         # a name of this process' own, then renamed: two that save at once do not write into each other

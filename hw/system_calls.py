@@ -14,6 +14,7 @@ _numba: Any = numba  # these have no types
 _types: Any = types
 carray = _numba.carray
 
+# by symbol, as `rtctl.rt.clock` sleeps: a call through ctypes costs microseconds (decision 0003)
 _read: Any = types.ExternalFunction("read", types.intp(types.int32, types.voidptr, types.uintp))
 _write: Any = types.ExternalFunction("write", types.intp(types.int32, types.voidptr, types.uintp))
 _receive: Any = types.ExternalFunction(
@@ -48,6 +49,7 @@ def _must_wait() -> bool:
 @compiled
 def read_some(descriptor: int, into: np.ndarray) -> int:
     """Bytes read into `into` (uint8); 0 when none wait, `FAILED` where the line is hung up or broken."""
+    # one call: bounded, and a caller that wants more asks again
     n = _read(np.int32(descriptor), into.ctypes, len(into))
     if n > 0:
         return int(n)

@@ -36,6 +36,7 @@ def undefined_symbols(code: bytes) -> set[str]:
         raise ValueError(msg)
     (at,) = struct.unpack_from("<Q", code, 0x28)  # e_shoff
     (count,) = struct.unpack_from("<H", code, 0x3C)  # e_shnum
+    # raises ValueError where the file ends before it: nothing behind a damaged file is read
     sections = np.frombuffer(code, _SECTION, count, at)
     wanted: set[str] = set()
     for table in sections[sections["kind"] == _SYMBOL_TABLE]:

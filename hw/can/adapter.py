@@ -67,6 +67,7 @@ def _arguments(options: Options) -> dict[str, Any]:
     # udp_multicast sends CAN FD unless it is told not to
     if options["fd"] or options["interface"] == "udp_multicast":
         arguments["fd"] = options["fd"]
+    # last: what somebody writes into the rig file goes before what is set here
     return {**arguments, **options["arguments"]}
 
 
@@ -74,6 +75,7 @@ def _for_peer(message: Message, stamp_s: float, channel: str) -> Message:
     """A copy of a message, as a peer on python-can's in-process bus receives it.
 
     Its constructor looks at each argument, and `copy.deepcopy` for what is shared: six times as long."""
+    # every field that python-can reads: a message without one of them fails at the peer, not here
     copied: Message = object.__new__(type(message))
     copied.timestamp, copied.channel, copied.is_rx = stamp_s, channel, True
     copied.is_error_frame = copied.error_state_indicator = False
@@ -111,6 +113,7 @@ class AdapterBus:
         self._name = f"CAN {options['interface']} {options['channel']}"
         self._fd = bool(options["fd"])
         self._handlers: dict[int, Handler] = {}
+        # the one interface whose answers to what was sent come by the same way as frames
         self._chatty = options["interface"] == "slcan"
         self._unread_replies = 0
         self._errors = (can.CanError, OSError)
@@ -135,6 +138,7 @@ class AdapterBus:
         if interface == "virtual":
             inbox = self._bus.queue
             waiting: deque[Any] = inbox.queue
+            # `popleft` of a deque is whole by itself, and this bus is its only reader: no lock is needed
             if inbox.maxsize <= 0:  # nobody waits for room in it, so that a frame is taken without a lock
                 self._recv = lambda _timeout: (waiting.popleft(), False)
             if not self._bus.receive_own_messages and not self._bus.preserve_timestamps:
@@ -146,6 +150,7 @@ class AdapterBus:
         port = getattr(self._bus, name)
         port.timeout, port.write_timeout = REST_S, ROOM_S
         self._port = [port]
+        # whole frames only: asked for one that is there in part, `recv` would wait for the rest of it
         return lambda: int(port.in_waiting) // shortest
 
     def _send_to_peers(self, message: Message, timeout: float) -> None:
@@ -153,9 +158,11 @@ class AdapterBus:
         bus, stamp_s, full = self._bus, 1e-9 * time.time_ns(), False
         own, channel = bus.queue, bus.channel_id
         for peer in bus.channel:
+            # as python-can with `receive_own_messages` off, which is asked above
             if peer is own:
                 continue
             try:
+                # a copy for each: the sender changes the data of its frame in place in the next cycle
                 peer.put(_for_peer(message, stamp_s, channel), timeout=timeout)
             except queue.Full:
                 full = True
@@ -174,6 +181,7 @@ class AdapterBus:
         # slcan: each frame sent is acknowledged by a line that reads as None
         # one more than are due: a None beyond them says that nothing waits
         empties = self._unread_replies + 1 if self._chatty else 1
+        # damaged frames and empty looks count, too: a line of noise must not hold up the loop
         for _ in range(DRAIN_LIMIT):
             try:
                 if waiting is not None and not waiting():
@@ -185,6 +193,7 @@ class AdapterBus:
                 self.health.counts["damaged"] += 1
                 continue
             if message is None:
+                # where something told that a frame waits, None is one that the interface dropped: looked on
                 empties -= waiting is None
                 if empties <= 0:
                     self._unread_replies = 0
@@ -230,12 +239,14 @@ class AdapterBus:
                 return False
             self._send(frame.message, timeout=0)
         except self._errors as error:
+            # interfaces wrap the system's error, and its number stands in the one or the other
             cause = error.__cause__ or error
             code = getattr(error, "error_code", None) or getattr(cause, "errno", None)
             if code in _FULL or isinstance(cause, TimeoutError) or isinstance(error, self._too_late):
                 self.health.refused()
                 return False
             raise self._gone(error) from error
+        # not before: a frame that was refused is acknowledged by nobody
         self._unread_replies += 1
         if self.health.refused_in_a_row:
             self.health.taken()

@@ -59,6 +59,7 @@ class Armed:
     @property
     def spare(self) -> int:
         """Cycles that may pass, the drive saying nothing new, before anything here changes."""
+        # the one thing here that comes due by itself; all else waits for a word of the drive
         if self.wanted and not self.reached and not self.ill:
             return self._limit - self.ticks
         return UNBOUNDED

@@ -17,6 +17,7 @@ from hw.can.sample import Sample
 from hw.channels import COMMAND_FIELDS, QUANTITIES
 from hw.interface import CompiledCycle, LinkFault, LinkLost, Options, Rig
 
+# ten frames, the usual queue of an interface, are gone after 1.4 ms at 1 Mbit/s and 14 ms at 100 kbit/s
 STOP_S = 0.02
 """How long `stop` keeps trying when the queue of the interface is full."""
 
@@ -124,6 +125,7 @@ class CanBackend:
         """Forget what has queued up since `open`, and ask for a new sample."""
         bus = self._open_bus()
         self._take_back()
+        # compiling took seconds: what has queued up meanwhile is of no use, however much it is
         while not bus.receive():
             pass
         self.sample.fresh = self.sample.faults = 0
@@ -142,6 +144,7 @@ class CanBackend:
         # words of 8 bytes: every field of a tick is made of them
         self.command_words = {name: fields[of][1] // 8 for name, of in COMMAND_FIELDS.items()}
         self._take_back()
+        # `begin` would refuse it in every cycle: asked once, such a device costs nothing more
         if not is_possible(self.steady_frames()):
             return None
         self._steady = Steady(self, tick)

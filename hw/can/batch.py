@@ -68,6 +68,7 @@ class Batch:
         self._fd = ctypes.c_int(fd)
         self.address = ctypes.addressof(self._messages)
         self._where = ctypes.c_void_p(self.address)
+        # made once: a call makes no object but the number that it returns
         self._room, self._flags = ctypes.c_uint(FRAMES), ctypes.c_int(socket.MSG_DONTWAIT)
 
     def take(self) -> int:

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 from itertools import zip_longest
 from typing import Any
 
-from hw.can.armed import UNBOUNDED
 from hw.can.backend import CanBackend
-from hw.can.board_in import ReceivedFrame, handlers
+from hw.can.board_in import MAY_BE_MISSING, ReceivedFrame, handlers
 from hw.can.board_map import identifier, make_field
 from hw.can.board_out import SentFrame, fixed
 from hw.can.bus import Bus, Handler, wait_for
@@ -30,7 +29,7 @@ COMMANDS = ("current_command", "torque", "enable", "counter", "constant")
 OPEN_S, OPEN_ASKED = 1.0, 10
 """How long `open` waits for a first sample, and how often it asks: one lost frame is no missing board."""
 
-_DEVICE = int(LinkFault.DEVICE)
+_DEVICE, _LOST = int(LinkFault.DEVICE), int(LinkFault.LOST)
 
 
 def traffic(options: Options, rate_hz: float) -> list[Traffic]:
@@ -38,6 +37,7 @@ def traffic(options: Options, rate_hz: float) -> list[Traffic]:
     received = [
         (table, length, 1000.0 / table["period_ms"] if table["period_ms"] else rate_hz)
         for table in options["receive"]
+        # on the wire each part is a frame with a head of its own
         for length in table.get("parts") or (table["length"],)
     ]
     sent = [(table, table["length"], rate_hz) for table in options["send"]]
@@ -91,7 +91,7 @@ class BoardBackend(CanBackend):
         _require_every("torque or current_command", commanded or every, every)
         self.provides = frozenset(given.keys() - {"fault", "enabled"})
         self.consumes = frozenset(wanted.keys() & {"current_command", "torque"})
-        for name in ("velocity", "temperature"):
+        for name in MAY_BE_MISSING:
             # of an axis without this sensor; 0 would be a joint that stands, or a motor that is cold
             for sample in (self.sample, self.taken):
                 sample.of[name][:] = array("d", [math.nan] * rig.n_axes)
@@ -151,6 +151,8 @@ class BoardBackend(CanBackend):
     def send(self, bus: Bus, *, enabled: bool) -> None:
         """See CanBackend."""
         on = enabled
+        for received in self._received:
+            received.pass_by(1)
         for armed in self._armed:
             # order() counts the cycle: asked of each board, whatever the others say
             on = armed.order(enabled) and on
@@ -172,15 +174,21 @@ class BoardBackend(CanBackend):
     def _alike(self) -> int:
         if not all(frame.is_alike(self._on) for frame in self._sent):
             return 0
-        return min((armed.spare for armed in self._armed), default=UNBOUNDED)
+        return min([armed.spare for armed in self._armed] + [frame.spare for frame in self._received])
 
     def pass_by(self, cycles: int) -> None:
         """See CanBackend."""
         for armed in self._armed:
             armed.ticks += cycles
+        for frame in self._received:
+            frame.pass_by(cycles)
 
     def _lasting_faults(self) -> int:
-        return _DEVICE if any(armed.ill for armed in self._armed) else 0
+        ill = any(armed.ill for armed in self._armed) or any(frame.lasting_fault for frame in self._received)
+        return (_DEVICE if ill else 0) | self._silences()
+
+    def _silences(self) -> int:
+        return _LOST if any(frame.is_lost for frame in self._received) else 0
 
     def _stop(self, bus: Bus) -> None:
         for sent in self._sent:
@@ -189,18 +197,19 @@ class BoardBackend(CanBackend):
             bus.send(frame)
 
     def _device_faults(self) -> int:
+        faults = self._silences()
         for frame in self._received:
             if frame.fault:
-                return _DEVICE
+                return _DEVICE | faults
         for armed in self._armed:
             if armed.ill:
-                return _DEVICE
-        return 0
+                return _DEVICE | faults
+        return faults
 
     def words(self) -> list[Words]:
         """See `SpeakingBackend`: which frame carries the fault flag, and which frames have not come."""
         # a frame that comes and one that does not: both may be true of one board
         told = [f"{f.label} sets its fault flag" for f in self._received if f.fault]
         waiting = self.sample.needed & ~self.sample.fresh if self.silent_cycles else 0
-        told += [f"{f.label} does not come" for f in self._received if waiting & f.bit]
+        told += [f"{f.label} does not come" for f in self._received if waiting & f.bit or f.is_lost]
         return [Words(", ".join(told), self._device_faults(), bool(waiting))]

@@ -3,15 +3,18 @@ sample."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from hw.can.armed import Armed
+from hw.can.armed import UNBOUNDED, Armed
 from hw.can.board_map import factor, identifier, make_field, selector
+from hw.can.board_parts import Parts
 from hw.can.bus import Handler
 from hw.can.fields import CHECKSUM_BYTES, CHECKSUMS, Buffer, Field, Unwrap, decoder, raw_decoder, within
 from hw.can.fields import Sequence as Order
 from hw.can.sample import Sample
+from hw.can.silence import Silence
 from hw.can.steady_records import (
     CHOOSES,
     ENDLESS,
@@ -29,6 +32,9 @@ from hw.interface import Options, Rig
 
 ARM_S = 0.5
 """Longest time from `enable` to `enabled`, where the board tells it."""
+
+MAY_BE_MISSING = ("velocity", "temperature")
+"""Channels that are NaN where there is no sensor."""
 
 _PLACES = {"estop": ESTOP, "fault": FAULT}
 
@@ -63,6 +69,11 @@ class ReceivedFrame:
         self._tells = iter(self.armed)
         self._words: list[tuple[Callable[[Buffer, int], float], Field]] = []
         self._told: list[float] = [NEVER] * len(told)
+        self._silence: Silence | None = None
+        if table["period_ms"] and not table["required"]:
+            self._silence = Silence.of(1e-3 * table["period_ms"], rig.period_s)
+        # a sensor that is not there is known to everybody as NaN; nothing else can be said of the others
+        self._tells_more = any(field["channel"] not in MAY_BE_MISSING for field in table["field"])
         self._key, self._table = identifier(table), table
         self._numbers: list[Number] = []
         self.forget()
@@ -73,6 +84,8 @@ class ReceivedFrame:
         """A new connection begins: the order of frames, and parts. Where the joint stands is kept."""
         self._order = Order(self._counter_bits) if self._counter_bits else None
         self.fault = False
+        if self._silence is not None:
+            self._silence.cycles = 0
         for armed in self.armed:
             armed.order(False)
         if self._parts is not None:
@@ -106,15 +119,21 @@ class ReceivedFrame:
             return decode, target, axis
         return (lambda buffer, at: to_si * decode(buffer, at)), target, axis
 
+    @property
+    def _is_for_python(self) -> bool:
+        """Whether compiled cycles leave it to Python whenever it comes."""
+        return self._parts is not None or self._silence is not None
+
     def steady(self) -> Frame:
-        """As compiled cycles read it; a frame that comes in parts is for Python."""
-        if self._parts is not None:
+        """As compiled cycles read it; one that comes in parts, or whose silence counts, is for Python."""
+        if self._is_for_python:
             return Frame(self._key, bit=self.bit)
         table = self._table
         guards = [
             _chosen(make_field(entry, self._length), entry["value"]) for entry in table.get("select") or ()
         ]
         for k, (_, bits) in enumerate(self._words):
+            # a word of the board that is new is Python's: whether it drives decides what is sent (`Armed`)
             guards.append(Number(bits, wanted=lambda k=k: self._last_word(k), says=LEAVES))  # type: ignore[misc]
         counter, checksum = table["counter"], table["checksum"]
         return Frame(
@@ -152,9 +171,11 @@ class ReceivedFrame:
         at anew."""
         parts = self._parts
         assert parts is not None
+        # told here, since `add` cannot: for it such a part is only out of turn
         if length not in parts.lengths:
             self._sample.damaged()
         whole = parts.add(buffer, offset, length)
+        # not yet, or never: which of the two, the next part tells
         if whole is None:
             return
         if self._intact(whole, 0):
@@ -188,9 +209,37 @@ class ReceivedFrame:
                 target.saw(value != 0)
             else:
                 target[axis] = value
+        if self._silence is not None:
+            self._silence.cycles = 0
         if self._words:
+            # raw, as compiled cycles compare them: a scaled number need not be the same bit for bit
             self._told = [word(buffer, offset) for word, _ in self._words]
         sample.fresh |= self.bit
+
+    def pass_by(self, cycles: int) -> None:
+        """So many cycles more since it came: numbers of a frame that comes no more are not known."""
+        if self._silence is None:
+            return
+        self._silence.cycles += cycles
+        if self._silence.is_over_long:
+            for _, target, axis in self._fields:
+                if any(target is self._sample.of[channel] for channel in MAY_BE_MISSING):
+                    target[axis] = math.nan
+
+    @property
+    def is_lost(self) -> bool:
+        """True while it is silent for too long and tells what may not be missing."""
+        return self._silence is not None and self._silence.is_over_long and self._tells_more
+
+    @property
+    def spare(self) -> int:
+        """Cycles that may pass before its silence changes anything."""
+        return UNBOUNDED if self._silence is None else self._silence.spare
+
+    @property
+    def lasting_fault(self) -> bool:
+        """The fault flag of the frame, where compiled cycles do not know it."""
+        return self._is_for_python and self.fault
 
     def _intact(self, buffer: Buffer, offset: int) -> bool:
         if self._checksum is None:
@@ -198,6 +247,7 @@ class ReceivedFrame:
         checksum, byte, size = self._checksum
         data = bytes(buffer[offset : offset + self._length])
         found = int.from_bytes(data[byte : byte + size], "big")
+        # boards differ in where their checksum stands, and none sums up its own
         return bool(checksum(data[:byte] + data[byte + size :]) == found)
 
     def _flag(self, channel: str, value: float) -> None:
@@ -205,37 +255,6 @@ class ReceivedFrame:
             self._sample.estop = int(value != 0)
         else:
             self.fault = value != 0
-
-
-class Parts:
-    """A frame that comes in several, all of one identifier: the first is told by its numbers, the others
-    follow it."""
-
-    def __init__(self, lengths: Sequence[int], begins: Callable[[Buffer, int], bool] | None) -> None:
-        self.lengths, self._begins = tuple(lengths), begins
-        self._data, self._n = bytearray(), 0
-
-    def forget(self) -> None:
-        """Drop what is there of a frame."""
-        self._n = 0
-
-    def add(self, buffer: Buffer, offset: int, length: int) -> bytearray | None:
-        """Take a part; the whole frame once it has all of them. A part of another length, or out of turn,
-        ends it."""
-        if length != self.lengths[self._n]:
-            self._n = 0
-            if length != self.lengths[0]:
-                return None
-        if self._n == 0:
-            if self._begins is not None and not self._begins(buffer, offset):
-                return None
-            self._data = bytearray()
-        self._data += buffer[offset : offset + length]
-        self._n += 1
-        if self._n < len(self.lengths):
-            return None
-        self._n = 0
-        return self._data
 
 
 def _chosen(bits: Field, value: int) -> Number:

@@ -3,6 +3,7 @@ only."""
 
 from __future__ import annotations
 
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Self
 
@@ -53,7 +54,11 @@ class ReceivedFrameOptions(FrameOptions):
 
     required: bool = Field(True, description="a sample is fresh only with a new frame of this kind")
     period_ms: float | None = Field(
-        None, ge=0.05, le=1e5, description="how often it comes; default: every period"
+        None,
+        ge=0.05,
+        le=1e5,
+        description="how often it comes; default: every period. Given for one that is not required, its "
+        "silence counts",
     )
     counter: BitsOptions | None = Field(None, description="counts up with every frame: no older one is taken")
     select: tuple[SelectOptions, ...] = Field(
@@ -80,11 +85,15 @@ class ReceivedFrameOptions(FrameOptions):
                 "its length"
             )
             raise ValueError(msg)
+        # no part says which one it is: only the first is told, and only a checksum sees that one was lost
         if self.parts and not (self.select and self.checksum):
             msg = (
                 "a frame in parts needs select (what its first part begins with) and checksum: a lost part "
                 "must be noticed"
             )
+            raise ValueError(msg)
+        if self.counter is not None and self.counter.type == "float":
+            msg = f"counter of id 0x{self.id:x}: type uint or int, a count is a whole number"
             raise ValueError(msg)
         self._check([*self.field, *([self.counter] if self.counter else [])])
         have_room(self.select, self.on_wire[0])
@@ -109,6 +118,7 @@ class SentFrameOptions(FrameOptions):
             if data and len(data) != self.length:
                 msg = f"{name} has {len(data)} bytes, the frame {self.length}"
                 raise ValueError(msg)
+        # stopping sends zeros otherwise, which a drive that was switched on by bytes may not take for off
         if self.enter and not self.idle:
             msg = "enter needs idle: what switches a drive on needs what switches it off"
             raise ValueError(msg)
@@ -156,6 +166,7 @@ class BoardOptions(BusUser):
             receive, send = dbc.frames(path, data.get("signal", []), CHANNELS, COMMANDS)
         except BackendError as error:
             raise ValueError(str(error)) from error
+        # the loop process never reads the DBC: no cantools there, and no file that may have changed since
         rest = {key: value for key, value in data.items() if key not in ("dbc", "signal")}
         return {
             **rest,
@@ -170,6 +181,7 @@ class BoardOptions(BusUser):
         if twice:
             msg = f"given twice: {', '.join(f'{channel} of axis {axis}' for channel, axis in twice)}"
             raise ValueError(msg)
+        # `fresh == needed` would hold in every cycle where nothing is needed: old values as new samples
         if not any(frame.required for frame in self.receive):
             msg = "at least one received frame must be required: nothing else can make a sample fresh"
             raise ValueError(msg)
@@ -181,6 +193,7 @@ class BoardOptions(BusUser):
                 raise ValueError(msg)
         lengths = [length for frame in (*self.receive, *self.send) for length in frame.on_wire]
         lengths += [len(frame.data) for frame in (*self.start, *self.poll, *self.stop)]
+        # the bit that asked for a frame is another one's in CAN FD (ISO 11898-1)
         if self.bus.fd and any(frame.remote for frame in (*self.start, *self.poll, *self.stop)):
             msg = "CAN FD has no remote frames: ask by data, or bus.fd = false"
             raise ValueError(msg)
@@ -191,14 +204,13 @@ class BoardOptions(BusUser):
 
     def _tell_apart(self) -> None:
         """Frames of one identifier must be of one length, and all but one selected."""
-        seen: dict[int, ReceivedFrameOptions] = {}
-        for frame in self.receive:
-            other = seen.setdefault(board.identifier(frame.model_dump()), frame)
-            if other is frame:
+        # each with each: of three the last two may be alike
+        for one, other in combinations(self.receive, 2):
+            if (one.id, one.extended) != (other.id, other.extended):
                 continue
-            if (other.length, other.parts) != (frame.length, frame.parts):
-                msg = f"frames of id 0x{frame.id:x} have different lengths, {other.length} and {frame.length}"
+            if (one.length, one.parts) != (other.length, other.parts):
+                msg = f"frames of id 0x{one.id:x} have different lengths, {one.length} and {other.length}"
                 raise ValueError(msg)
-            if other.select == frame.select:
-                msg = f"id 0x{frame.id:x} is received twice: tell the frames apart by select"
+            if one.select == other.select:
+                msg = f"id 0x{one.id:x} is received twice: tell the frames apart by select"
                 raise ValueError(msg)

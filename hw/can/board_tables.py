@@ -104,8 +104,20 @@ class SentField(BitsOptions):
     @model_validator(mode="after")
     def _sensible(self) -> Self:
         _unit_of(self.channel, self.unit)
-        if self.channel in ("current_command", "torque") and self.scale and self.bits <= 64:
-            field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
+        # encoding saturates: a count of another kind would stand still at the end of its range
+        if self.channel == "counter" and (self.type, self.scale, self.offset) != ("uint", 1.0, 0.0):
+            msg = "counter: type uint, scale 1 and offset 0: it counts from 0 to the end of its bits"
+            raise ValueError(msg)
+        if not self.scale or (self.type == "float" and self.bits not in (32, 64)):
+            return self  # refused with the frame, whose length is known
+        field = Bits(self.bits, 0, self.bits, "little", self.type, self.scale, self.offset)
+        if self.channel == "enable" and to_raw(field, 1.0) == to_raw(field, 0.0):
+            msg = (
+                f"enable: {self.bits} bits of type {self.type} with this scale and offset say the same for "
+                "on and off; one bit is of type uint"
+            )
+            raise ValueError(msg)
+        if self.channel in ("current_command", "torque"):
             least = self.scale * to_raw(field, 0.0) + self.offset
             # no raw number may be 0 exactly (a range that is offset by half a step): one step off is near
             # enough

@@ -20,6 +20,7 @@ from hw.can.fields import Buffer, Field, Unwrap
 from hw.can.load import Traffic
 from hw.can.names import emergency_name
 from hw.can.sample import Sample, Shaft
+from hw.can.silence import Silence
 from hw.can.steady_records import ENDLESS, LEAVES, NEVER, Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -66,15 +67,18 @@ _NEXT = {SWITCH_ON_DISABLED: SHUT_DOWN, READY: SWITCH_ON, SWITCHED_ON: ENABLE, E
 
 def controlword(state: str, enabled: bool, tick: int) -> int:
     """What to send to a drive in `state` that shall be enabled, or not."""
+    # a fault is only ever reset while disarmed: a drive that came back while armed would have torque again
     if not enabled:
         if state == FAULT and tick % RESET_TICKS == 0:
             return FAULT_RESET
+        # the way out of quick stop that every drive has is by "switch on disabled" (CiA 402-2)
         return DISABLE_VOLTAGE if state in (FAULT, QUICK_STOP) else SHUT_DOWN
     return _NEXT.get(state, DISABLE_VOLTAGE)
 
 
 def per_mille(value: float, rated: float) -> int:
     """`value` as per mille of `rated`, saturated to 16 bits; NaN is 0."""
+    # 6071 and 6077 are per mille of 6076, 6078 of 6075 (CiA 402-2)
     share = 1000.0 * value / rated
     if share != share:  # NaN
         return 0
@@ -113,8 +117,8 @@ class Cia402Axis:
         self._unwrap = Unwrap(32)
         self._armed = Armed(round(ARM_S / rig.period_s))
         # five heartbeats, which are in ms
-        self._heartbeat_ticks = max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s))
-        self._tick = self._silent_for = self._word = 0
+        self._beat = Silence(max(1, round(5e-3 * options["heartbeat_ms"] / rig.period_s)))
+        self._tick = self._word = 0
         self.state, self.emergency, self.nmt = NOT_READY, 0, OPERATIONAL
         self.identity = b""
 
@@ -130,6 +134,7 @@ class Cia402Axis:
             HEARTBEAT + self.node: self._on_heartbeat,
             EMERGENCY + self.node: self._on_emergency,
         }
+        # not heard where it is not wanted: a drive that sends it all the same costs no cycle of Python
         if self._velocity_bit:
             found[TPDO2 + self.node] = self._on_velocity
         return found
@@ -165,18 +170,16 @@ class Cia402Axis:
 
     def alike(self) -> int:
         """See `Drive`. A fault is reset now and then, and a state that is new is answered."""
+        # FAULT_RESET goes out in one cycle of RESET_TICKS, which compiled cycles cannot count
         if (self.state == FAULT and not self._armed.wanted) or self._armed.said is None:
             return 0
-        cycles = self._armed.spare
-        if self._silent_for <= self._heartbeat_ticks:
-            cycles = min(cycles, self._heartbeat_ticks - self._silent_for)
-        return cycles
+        return min(self._armed.spare, self._beat.spare)
 
     def pass_by(self, cycles: int) -> None:
         """See `Drive`."""
         self._armed.ticks += cycles
         self._tick += cycles
-        self._silent_for += cycles
+        self._beat.cycles += cycles
 
     def _on_feedback(self, buffer: Buffer, offset: int, length: int) -> None:
         if length != FEEDBACK.size:
@@ -185,6 +188,7 @@ class Cia402Axis:
         statusword, counts, current = FEEDBACK.unpack_from(buffer, offset)
         self._word = statusword & 0x7F  # bits 0 to 6 tell the state (CiA 402-2)
         self.state = _STATES[self._word]
+        # before the numbers: whether the drive still drives is judged by the frame that they came with
         self._armed.saw(self.state == ENABLED)
         sample, shaft, axis = self._sample, self._shaft, self._axis
         sample.position_rad[axis] = self._unwrap(counts) * self._rad_per_count + shaft.offset_rad
@@ -202,7 +206,7 @@ class Cia402Axis:
     def _on_heartbeat(self, buffer: Buffer, offset: int, length: int) -> None:
         if length == 1:
             # bit 7 is the toggle of node guarding (CiA 301)
-            self.nmt, self._silent_for = buffer[offset] & 0x7F, 0
+            self.nmt, self._beat.cycles = buffer[offset] & 0x7F, 0
 
     def _on_emergency(self, buffer: Buffer, offset: int, length: int) -> None:
         if length >= 2:
@@ -214,13 +218,16 @@ class Cia402Axis:
 
         self._command = bus.outgoing(RPDO1 + self.node, COMMAND.size)
         self._sync = bus.outgoing(SYNC, 0)
+        # what the first RPDO says that the drive obeys, whatever was in it before a re-plug
         self._set(SHUT_DOWN, 0)
         found = configure(bus, self.node, self._table, self._options, self._period_s)
         self._torque_rated_nm, current_a, self.identity = found
         if current_a is None:  # its full scale is the current that gives the rated torque
             current_a = self._torque_rated_nm / abs(self._shaft.torque_per_ampere)
         self._current_rated_a = current_a
+        # a drive that is set up anew may count from elsewhere: who re-plugs it tares (decision 0007)
         self._unwrap = Unwrap(32)
+        # this drive alone: a TPDO of one that is set up already would be counted as its part of a sample
         bus.subscribe(self.handlers())
         start = bus.outgoing(NMT, 2)
         start.buffer[start.offset : start.offset + 2] = bytes([START, self.node])
@@ -252,8 +259,9 @@ class Cia402Axis:
         """Send this cycle's controlword and torque."""
         on = self._armed.order(enabled)
         self._tick += 1
-        self._silent_for += 1
+        self._beat.cycles += 1
         target = 0
+        # 0 on the way up: a torque that was sent before would act at once when the power stage closes
         if on and self.state == ENABLED:
             torque_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere
             target = per_mille(torque_nm, self._torque_rated_nm)
@@ -266,7 +274,7 @@ class Cia402Axis:
         faults = 0
         if self.state == FAULT or self._armed.ill or self.nmt != OPERATIONAL:
             faults |= _DEVICE
-        if self._silent_for > self._heartbeat_ticks:
+        if self._beat.is_over_long:
             faults |= _LOST
         return faults
 
@@ -277,7 +285,7 @@ class Cia402Axis:
         )
 
     def stop(self, bus: Bus) -> None:
-        """Power stage off, torque 0. RPDO1 is event-driven for the controlword, SYNC follows all the same."""
+        """Power stage off, torque 0. The drive takes an RPDO over at a SYNC only, so one follows at once."""
         self._armed.order(False)
         self._set(SHUT_DOWN, 0)
         bus.send(self._command)

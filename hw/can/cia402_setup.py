@@ -51,6 +51,7 @@ class SdoClient:
         self._node, self._number = node, number
         self._errors, self._aborted = (SdoError,), SdoAbortedError
         self._asked, self._answer = b"", 0
+        # canopen's own way in, which takes every answer for one to what was asked last
         network.unsubscribe(node.sdo.tx_cobid, node.sdo.on_response)
         network.subscribe(node.sdo.tx_cobid, self._hear)
 
@@ -100,6 +101,7 @@ class SdoClient:
             return None
 
     def _error(self, what: str, index: int, sub: int, error: Exception) -> BackendError:
+        # an abort is an answer: the drive is there. A time-out is none, and never passed over
         kind = RefusedError if isinstance(error, self._aborted) else BackendError
         return kind(
             f"cia402 node {self._number}: cannot {what} object {index:04X}:{sub:02X}: {error}; check power, "
@@ -120,7 +122,7 @@ def configure(
         From the options, or else from object 6075; None: the drive shows its torque (6077) in place of its
         current.
     identity : bytes
-        Vendor, product and serial number (object 1018).
+        Vendor, product and serial number (object 1018); 0 for what the drive does not tell.
 
     Raises
     ------
@@ -138,16 +140,20 @@ def configure(
         # canopen's own: .3 s, and one attempt
         remote.sdo.RESPONSE_TIMEOUT, remote.sdo.MAX_RETRIES = options["sdo_timeout_s"], SDO_ATTEMPTS
         sdo = SdoClient(network, remote, node)
+        # first of all: a strict drive changes no PDO while it is operational
         remote.nmt.state = "PRE-OPERATIONAL"  # no PDO is sent or obeyed in this state (CiA 301)
         _take_down(sdo)
         torque_nm = _rated(sdo, node, table, "torque_nm", 0x6076)
-        # 1018: vendor, product, serial number; 3 is the revision
-        identity = struct.pack("<3I", *(sdo.read(0x1018, sub) for sub in (1, 2, 4)))
+        # 1018: vendor, product, serial number; 3 is the revision. Only the vendor is mandatory (CiA 301)
+        vendor, *rest = sdo.read(0x1018, 1), sdo.try_read(0x1018, 2), sdo.try_read(0x1018, 4)
+        identity = struct.pack("<3I", vendor, *(number or 0 for number in rest))
         _map(sdo, 0x1400, 0x1600, 0x200 + node, _RPDO)
         current = _map_feedback(sdo, node)
+        # not asked for where the torque is mapped in place of the current: such a drive may not have 6075
         current_a = _rated(sdo, node, table, "current_a", 0x6075) if current == _CURRENT else None
         if table["velocity_units"]:
             _map(sdo, 0x1801, 0x1A01, 0x280 + node, _TPDO2)
+        # before it is operational: no drive may obey a torque whose host it does not watch
         _supervise(sdo, node, options)
         sdo.write(0x6060, 0, CYCLIC_SYNCHRONOUS_TORQUE, 1)
         _set_period(sdo, node, period_s)
@@ -190,11 +196,13 @@ def _map(sdo: SdoClient, communication: int, mapping: int, cob_id: int, objects:
     # a PDO that does not exist need not be switched off
     if not before & _OFF:
         sdo.write(communication, 1, _OFF | before, 4)
+    # entries may change only while the count is 0 (CiA 301, objects 1600 and 1A00)
     sdo.write(mapping, 0, 0, 1)
     for sub, entry in enumerate(objects, start=1):
         sdo.write(mapping, sub, entry, 4)
     sdo.write(mapping, 0, len(objects), 1)
     sdo.write(communication, 2, _SYNCHRONOUS, 1)
+    # off and with its new identifier first, then on: both at once is a change while it exists
     if _OFF | before != _OFF | wanted:
         sdo.write(communication, 1, _OFF | wanted, 4)
     sdo.write(communication, 1, wanted, 4)
@@ -220,6 +228,7 @@ def interpolation_time(period_s: float) -> tuple[int, int]:
     # the default of CiA 402 (object 60C2)
     best = (1, -3)  # 1 ms, where no exponent gives 1 to 255
     for exponent in (-3, -4, -5, -6):
+        # the value is an unsigned byte: 3.33 ms of 300 Hz are 33 of 0.1 ms
         value = round(period_s / 10.0**exponent)
         if not 1 <= value <= 255:
             continue
@@ -241,6 +250,7 @@ def _set_period(sdo: SdoClient, node: int, period_s: float) -> None:
         if all(sdo.try_write(0x60C2, sub, wanted[sub], 1) for sub in order):
             break
     shown = {sub: sdo.read(0x60C2, sub) & 0xFF for sub in wanted}
+    # read back: drives that take the write and keep their own period say so only when asked
     if shown != wanted:
         exponent = shown[2] - 0x100 if shown[2] & 0x80 else shown[2]
         raise BackendError(
@@ -273,6 +283,7 @@ def _supervise(sdo: SdoClient, node: int, options: Options) -> None:
     consumer = int(options["source"]) << 16 | int(options["time_to_live_ms"])
     sdo.write(0x1016, 1, consumer, 4)
     sdo.write(0x1017, 0, int(options["heartbeat_ms"]), 2)
+    # a drive that lets nothing be written may do what is wanted by itself: asked, not assumed
     if not sdo.try_write(0x6007, 0, 1, 2) and sdo.try_read(0x6007, 0) == _NO_ACTION:
         raise BackendError(
             f"cia402 node {node}: goes on as it is when the host's heartbeat ends (object 6007 is 0) and "

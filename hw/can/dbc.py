@@ -21,6 +21,7 @@ _ENTRY = {
     "wrap_at",
     "saturates",
     "limit",
+    "value",
     "required",
     "period_ms",
 }
@@ -76,6 +77,7 @@ def frames(
         signal = _signal(message, path, entry)
         chosen = _multiplexers(message, signal, path)
         key = way, message.name, tuple(value for _, value in chosen)
+        # signals of one message under one multiplexer value are one frame, in the order of the rig file
         table = tables.setdefault(key, _frame(message, chosen, way))
         table["field"].append(_field(signal, entry))
         if way == "receive":  # a frame is required unless none of its signals is
@@ -117,6 +119,7 @@ def _multiplexers(message: Message, signal: Signal, path: Path) -> list[tuple[Si
                 f"{signal.multiplexer_signal}: {signal.multiplexer_ids}; describe the frame as "
                 "[[device.options.receive]] with the select that is meant"
             )
+        # the multiplexer of a multiplexer, until one stands in every frame of the message
         value, signal = (
             int(signal.multiplexer_ids[0]),
             message.get_signal_by_name(str(signal.multiplexer_signal)),

@@ -77,8 +77,11 @@ class DriveBackend(CanBackend):
             before = self.sample.needed
             self.drives.append(self.kind(table, options, rig, axis, self.sample))
             self._parts.append(self.sample.needed & ~before)  # of a whole sample
+        # what no frame has told yet is shown as not known before the first sample, too
+        self.taken.values[:] = self.sample.values
         self.provides = frozenset({"position", "current", *self.kind.measures(options)})
         self.consumes = frozenset({"current_command"})
+        # bound once: no cycle looks a method up
         self._writers = [drive.write for drive in self.drives]
 
     def _set_up(self, bus: Bus) -> Mapping[int, Handler]:
@@ -109,6 +112,7 @@ class DriveBackend(CanBackend):
         return [one for axis, drive in enumerate(self.drives) for one in drive.steady_commands(at + axis)]
 
     def _alike(self) -> int:
+        # the drive that needs Python first has the whole bus go back to it
         return min(drive.alike() for drive in self.drives)
 
     def pass_by(self, cycles: int) -> None:

@@ -29,6 +29,7 @@ _STRUCT = {
     ("int", 8): "b", ("int", 16): "h", ("int", 32): "i", ("int", 64): "q",
     ("float", 32): "f", ("float", 64): "d",
 }  # fmt: skip
+# a value beyond would make `struct` raise in the loop, where encoding has to saturate
 _FLOAT_MAX = {32: 3.4028234663852886e38, 64: 1.7976931348623157e308}
 
 
@@ -59,6 +60,7 @@ class Field:
             raise BackendError(
                 f"field scale {self.scale} and offset {self.offset} must be finite, scale not 0"
             )
+        # of big endian fields the lowest bit may lie before the frame: a negative shift
         if self.start_bit < 0 or self.shift < 0 or self.shift + self.bits > 8 * self.length:
             raise BackendError(
                 f"field at start_bit {self.start_bit} with {self.bits} bits ({self.order} endian) "
@@ -71,6 +73,7 @@ class Field:
         if self.order == "little":
             return self.start_bit
         byte, bit = divmod(self.start_bit, 8)
+        # bytes count from the front, bits from the low end of theirs: the last byte is the integer's lowest
         # the highest bit is given: the lowest is `bits - 1` below it
         return 8 * (self.length - 1 - byte) + bit - self.bits + 1
 
@@ -86,6 +89,7 @@ class Field:
     def aligned(self) -> tuple[struct.Struct, int] | None:
         """Struct and first byte, for a field of whole bytes of a struct type."""
         code = _STRUCT.get((self.kind, self.bits))
+        # 24 bits, or a number that does not begin at a byte: there is no struct type for it
         if code is None or self.shift % 8:
             return None
         first = self.shift // 8
@@ -103,6 +107,7 @@ def byte_field(length: int, byte: int, bits: int, order: Order = "little", kind:
 def raw_decoder(field: Field) -> Decode:
     """Function that reads the raw value: an int, or the float itself."""
     packed = field.aligned()
+    # the usual case, for every frame: a struct call takes less than half of what shifting does
     if packed is not None:
         unpack_from, first = packed[0].unpack_from, packed[1]
         return lambda buffer, offset: unpack_from(buffer, offset + first)[0]
@@ -149,6 +154,7 @@ def within(field: Field) -> Decode:
 def to_raw(field: Field, value: float) -> float:
     """Raw value of a physical one: rounded for integers, saturated; NaN counts as physical 0."""
     low, high = field.raw_range
+    # physical 0 and not raw 0: with an offset a raw 0 is torque
     x = ((0.0 if value != value else value) - field.offset) / field.scale
     if x >= high:
         return high
@@ -171,6 +177,7 @@ def encoder(field: Field) -> Encode:
         raw = to_raw(field, value)
         whole = int.from_bytes(code.pack(raw), "little") if field.kind == "float" else int(raw)
         frame = int.from_bytes(buffer[offset : offset + length], order)
+        # read, changed, written: constants and other numbers share the bytes
         frame = frame & ~(mask << shift) | (whole & mask) << shift
         buffer[offset : offset + length] = frame.to_bytes(length, order)
 
@@ -231,6 +238,7 @@ class Sequence:
     def newer(self, count: int) -> bool:
         # the first frame has nothing to be newer than
         """True, and `count` remembered, if it lies within half the range after the last accepted one."""
+        # a counter that starts over is ahead by little, one that goes back by more than half
         ahead = 1 if self._last is None else (count - self._last) & self._mask
         if 0 < ahead <= self._half:
             self._last = count

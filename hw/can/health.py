@@ -23,7 +23,8 @@ WANTED = CONTROLLER | BUS_OFF | RESTARTED
 _PASSIVE, _ACTIVE, _WARNING, _OVERFLOW = 0x30, 0x40, 0x0C, 0x03
 """Bits of data byte 1 of a controller error frame: both directions of each."""
 
-# one is a busy moment; three cycles without a command are a motor that holds an old one
+# one is a busy moment; of a single drive three are three cycles in which its motor holds an old command.
+# Frames are counted, not cycles: of three drives on a bus one full cycle is enough
 REFUSED_LIMIT = 3
 
 _LOST = int(LinkFault.LOST)

@@ -46,19 +46,23 @@ def classic_bits(length: int, *, extended: bool = False, stuffed: bool = True) -
     """Bits of a classic frame with `length` data bytes and the pause after it; at worst, or with no stuff
     bit."""
     # bits that are stuffed; delimiters, acknowledge, end of frame and pause are not
+    # a remote frame is asked for with length 0: the same head, no data
     guarded = (54 if extended else 34) + 8 * length
     return guarded + 13 + ((guarded - 1) // 4 if stuffed else 0)
 
 
 def fd_bits(length: int, *, extended: bool = False) -> tuple[int, int]:
     """Worst-case bits of a CAN FD frame with `length` data bytes: at the nominal rate, at the data rate."""
+    # what is padded is on the wire, too
     length = fd_length(length)
     arbitration = 36 if extended else 17  # start of frame up to the bit-rate switch
     data = 1 + 4 + 8 * length  # error state, length code, data
     # beyond 16 bytes the longer polynomial of ISO 11898-1
     crc = 4 + (17 if length <= 16 else 21)  # stuff count and checksum
+    # one before the field and one behind every four of its bits, whatever they are (ISO 11898-1)
     fixed_stuff = 1 + (crc - 1) // 4
     nominal = arbitration + (arbitration - 1) // 4 + 1 + 1 + 7 + 3  # acknowledge, its delimiter, end, pause
+    # stuffed up to the checksum, which has its own; 1: its delimiter
     return nominal, data + data // 4 + crc + fixed_stuff + 1
 
 
@@ -97,6 +101,7 @@ def bus_load(frames: list[Traffic], bitrate: int, data_bitrate: int, period_s: f
 
 def fault(load: Load, bitrate: int, period_s: float, limit: float) -> str | None:
     """Why these frames must not be tried on this bus, with the numbers; None if they fit."""
+    # the share alone: a cycle whose frames do not fit into its period has a share above 1 already
     if load.share <= limit:
         return None
     return (

@@ -51,6 +51,7 @@ class MoteusAxis:
         self.node, self._axis, self._sample = int(table["node"]), axis, sample
         self._source = int(options["source"])
         self._shaft = Shaft(table, rig, axis)
+        # one for all: a moteus answers with everything in one frame
         self._bit = sample.need()
         self._ttl_s = 1e-3 * float(options["time_to_live_ms"])
         # the drive's own limit in each command, too: a damaged feed-forward torque would meet it
@@ -67,6 +68,7 @@ class MoteusAxis:
 
     def handlers(self) -> dict[int, Handler]:
         """What to do with this axis' frames."""
+        # both, for either kind of identifier may come; below id 8 they differ, from there on it is one
         return dict.fromkeys(reply_ids(self.node, self._source), self._on_reply)
 
     def steady_frames(self) -> list[Frame]:
@@ -90,6 +92,7 @@ class MoteusAxis:
             guards.append(Number(byte_field(size, byte, 8, kind="int"), wanted=wanted, says=LEAVES))
         return [
             Frame(key, size, [*map(replace, numbers)], [*map(replace, guards)], self._bit, leaves_length=True)
+            # a row each, numbers and guards too: a row of compiled cycles has one place in their tables
             for key in dict.fromkeys(reply_ids(self.node, self._source))
         ]
 
@@ -98,6 +101,7 @@ class MoteusAxis:
         armed, shaft = self._armed, self._shaft
         if not armed.wanted or armed.dropped:
             return [Command(self._stop)]
+        # the torque alone changes from cycle to cycle; mode, limits and life were written by `encode_command`
         bits = byte_field(self._command.length, TORQUE_AT, 32, kind="float")
         entry = Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)
         return [Command(self._command, [entry])]
@@ -134,6 +138,7 @@ class MoteusAxis:
         found = parse_reply(buffer[offset : offset + length])
         if found is None or SERIAL_NUMBER not in found:
             return False
+        # int32 in the reply: without the mask a high bit would be a negative number, which `I` refuses
         words = [int(found.get(SERIAL_NUMBER + k, 0)) & 0xFFFF_FFFF for k in range(3)]
         self.identity = struct.pack("<3I", *words)
         return True
@@ -151,8 +156,10 @@ class MoteusAxis:
         ask = bus.outgoing(to, 8)
         # 0x1B: read three int32; 0xA0 0x02: from register 0x120, the serial number, as varuint
         ask.buffer[ask.offset : ask.offset + 8] = bytes([0x1B, 0xA0, 0x02]).ljust(8, bytes([NOP]))
+        # once and no more: firmware that does not tell it is no fault, it is only not known again
         bus.send(ask)
         wait_for(bus, lambda: bool(self.identity), 0.2)
+        # stopped, and asked in one frame: a drive that somebody left in position mode lets go now
         bus.send(self._stop)
         if not wait_for(bus, lambda: bool(self._sample.fresh & self._bit), 1.0):
             raise BackendError(

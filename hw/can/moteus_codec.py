@@ -19,9 +19,11 @@ STOPPED, FAULT, POSITION, TIMEOUT = 0, 1, 10, 11
 SERIAL_NUMBER = 0x120
 NOP = 0x50
 
+# read n registers from r on: 11 = one int8, 1F = three float, 1D = one float
 QUERY = bytes([0x11, 0x00, 0x1F, 0x01, 0x1D, 0x04, 0x1D, 0x0E, 0x11, 0x0F])
 """Read: mode int8; position, velocity, torque f32; Q current f32; temperature f32; fault int8."""
 
+# write: 01 = one int8, 0C = float, its count in the byte behind
 COMMAND = bytes([0x01, 0x00, POSITION, 0x0C, 0x08, 0x20])
 """Mode, then eight floats from register 0x20."""
 COMMAND_FLOATS = struct.Struct("<8f")
@@ -139,6 +141,7 @@ def decode_reply(
     if found is None or not all(register in found for register in _REGISTERS):
         return None
     mode, position, velocity, current, temperature, fault = (found[register] for register in _REGISTERS)
+    # an integer register is in steps of its own (an int16 turn is 1e-4): taken as a float it would be wrong
     if not all(isinstance(value, float) for value in (position, velocity, current, temperature)):
         return None
     if not (isinstance(mode, int) and isinstance(fault, int)):

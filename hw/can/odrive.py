@@ -6,20 +6,17 @@ disarm   torque 0, Set_Axis_State 1"""
 
 from __future__ import annotations
 
-from typing import Any
+import math
 
 from hw.can import odrive_codec as codec
-from hw.can.armed import Armed
-from hw.can.bus import REMOTE, Bus, Handler, twice_within, wait_for
+from hw.can.armed import UNBOUNDED, Armed
+from hw.can.bus import Bus, Handler, twice_within, wait_for
 from hw.can.fields import Buffer, Field, byte_field
 from hw.can.names import ODRIVE_STATES, named
 from hw.can.odrive_codec import (
     CLOSED_LOOP,
     IDLE,
     PAIR,
-    TORQUE,
-    TWO_WORDS,
-    WORD,
     can_id,
     decode_heartbeat,
     decode_pair,
@@ -27,7 +24,9 @@ from hw.can.odrive_codec import (
 )
 from hw.can.odrive_firmware import ADDRESS as ADDRESS_SINCE
 from hw.can.odrive_firmware import NAMED_ERRORS, OLD, Version, decode_version, version_text
+from hw.can.odrive_frames import OdriveFrames
 from hw.can.sample import Sample, Shaft
+from hw.can.silence import Silence, longest_s
 from hw.can.steady_records import Command, Entry, Frame, Number
 from hw.interface import BackendError, LinkFault, Options, Rig
 
@@ -37,8 +36,6 @@ ADDRESS_S = 0.2
 """Longest wait for the serial number."""
 VERSION_S, VERSION_ASKED = 0.05, 3
 """Longest wait for the firmware's version, and how often it is asked."""
-SILENT_TICKS, SILENT_BEATS = 20, 5
-"""The heartbeat counts as lost after the longer of so many cycles and so many of its periods."""
 RETRY_S = 0.1
 """While disarmed: a drive still in closed loop is told again, one with errors is asked to clear them."""
 
@@ -54,16 +51,20 @@ class OdriveAxis:
         self._encoder_bit, self._iq_bit = sample.need(), sample.need()
         self._request = options["feedback"] == "request"
         self._remote = not options.get("bus", {}).get("fd")  # CAN FD has none: an empty frame asks there
-        self._has_temperature = bool(options.get("temperature_ms"))
         beat_s = 1e-3 * float(options["heartbeat_ms"])
         # the state comes with a heartbeat: two may pass before it tells
         self._armed = Armed(round(ARM_S / rig.period_s) + round(2 * beat_s / rig.period_s))
-        self._silence_s = max(SILENT_TICKS * rig.period_s, SILENT_BEATS * beat_s)
-        self._heartbeat_ticks = round(self._silence_s / rig.period_s)
+        self._silence_s = longest_s(beat_s, rig.period_s)
+        self._beat = Silence.of(beat_s, rig.period_s)
+        self._heat: Silence | None = None
+        if options.get("temperature_ms"):
+            self._heat = Silence.of(1e-3 * float(options["temperature_ms"]), rig.period_s)
+            # none yet: 0 would be a motor that is cold, and may have all its torque
+            sample.temperature_c[axis] = math.nan
         self._beat_ms = 1e3 * beat_s
         self._retry_ticks = max(1, round(RETRY_S / rig.period_s))
         self._on = False
-        self._silent_for = self._beats = 0
+        self._beats = 0
         self.error = self.state = 0
         self.identity: bytes = b""
         self.version: Version = NAMED_ERRORS
@@ -105,18 +106,17 @@ class OdriveAxis:
 
     def steady_commands(self, current_at: int) -> list[Command]:
         """See `Drive`."""
-        shaft, torque = self._shaft, Command(self._torque)
+        shaft, torque = self._shaft, Command(self._out.torque)
         if self._on and self.state == CLOSED_LOOP:
             bits = byte_field(4, 0, 32, kind="float")
             torque.entries = [Entry(bits, current_at, shaft.torque_per_ampere, shaft.current_max_a)]
-        asked = (self._ask_encoder, self._ask_iq) if self._request else ()
+        asked = (self._out.ask_encoder, self._out.ask_iq) if self._request else ()
         return [torque, *(Command(frame) for frame in asked)]
 
     def alike(self) -> int:
         """See `Drive`."""
         armed, cycles = self._armed, self._armed.spare
-        if self._silent_for <= self._heartbeat_ticks:
-            cycles = min(cycles, self._heartbeat_ticks - self._silent_for)
+        cycles = min(cycles, self._beat.spare, UNBOUNDED if self._heat is None else self._heat.spare)
         if not armed.wanted and (self.error or self.state == CLOSED_LOOP):  # said again soon
             cycles = min(cycles, self._retry_ticks - armed.ticks % self._retry_ticks - 1)
         return cycles if self._on == (armed.wanted and not armed.dropped) else 0
@@ -124,7 +124,9 @@ class OdriveAxis:
     def pass_by(self, cycles: int) -> None:
         """See `Drive`."""
         self._armed.ticks += cycles
-        self._silent_for += cycles
+        self._beat.cycles += cycles
+        if self._heat is not None:
+            self._heat.cycles += cycles
 
     def _on_encoder(self, buffer: Buffer, offset: int, length: int) -> None:
         if length != 8:
@@ -151,14 +153,15 @@ class OdriveAxis:
 
     def _on_temperature(self, buffer: Buffer, offset: int, length: int) -> None:
         pair = decode_pair(buffer, offset, length)
-        if pair is not None:
+        if pair is not None and self._heat is not None:
             self._sample.temperature_c[self._axis] = pair[1]
+            self._heat.cycles = 0
 
     def _on_heartbeat(self, buffer: Buffer, offset: int, length: int) -> None:
         beat = decode_heartbeat(buffer, offset, length)
         if beat is not None:
             self.error, self.state = beat
-            self._silent_for = 0
+            self._beat.cycles = 0
             self._beats += 1
             self._armed.saw(self.state == CLOSED_LOOP)
 
@@ -174,7 +177,7 @@ class OdriveAxis:
         self._make_frames(bus)
         self.identity, self.version, self._beats = b"", OLD, 0
         self.stop(bus)
-        for frame in (self._ask_version, self._mode, self._clear):
+        for frame in (self._out.ask_version, self._out.mode, self._out.clear):
             bus.send(frame)
         self._hear_beat(bus)
         self._learn(bus)
@@ -207,11 +210,11 @@ class OdriveAxis:
         for _ in range(VERSION_ASKED):
             if wait_for(bus, lambda: self.version != OLD, VERSION_S):
                 break
-            bus.send(self._ask_version)
+            bus.send(self._out.ask_version)
         if self.version >= ADDRESS_SINCE:
-            bus.send(self._ask_address)
+            bus.send(self._out.ask_address)
             wait_for(bus, lambda: bool(self.identity), ADDRESS_S)
-        if self._has_temperature and self.version < NAMED_ERRORS:
+        if self._heat is not None and self.version < NAMED_ERRORS:
             raise BackendError(
                 f"odrive node {self.node}: firmware {version_text(self.version)} sends no temperature, "
                 "another value has its command: temperature_ms = 0 in [device.options]"
@@ -220,69 +223,61 @@ class OdriveAxis:
     def prime(self, bus: Bus) -> None:
         """Ask for feedback where the drive does not send it by itself."""
         if self._request:
-            bus.send(self._ask_encoder)
-            bus.send(self._ask_iq)
+            bus.send(self._out.ask_encoder)
+            bus.send(self._out.ask_iq)
 
     def _heard(self) -> bool:
         both = self._encoder_bit | self._iq_bit
         return self._sample.fresh & both == both
 
     def _make_frames(self, bus: Bus) -> None:
-        def _frame(command: int, length: int, *, ask: bool = False) -> Any:  # noqa: ANN401 - the bus's own Outgoing
-            return bus.outgoing(can_id(self.node, command) | (REMOTE if ask and self._remote else 0), length)
-
-        self._torque = _frame(codec.SET_INPUT_TORQUE, 4)
-        self._state = _frame(codec.SET_AXIS_STATE, 4)
-        self._mode = _frame(codec.SET_CONTROLLER_MODE, 8)
-        TWO_WORDS.pack_into(self._mode.buffer, self._mode.offset, codec.TORQUE_CONTROL, codec.PASS_THROUGH)
-        self._clear = _frame(codec.CLEAR_ERRORS, 1)
-        self._ask_encoder, self._ask_iq = (_frame(c, 0, ask=True) for c in (codec.GET_ENCODER, codec.GET_IQ))
-        self._ask_address, self._ask_version = (
-            _frame(c, 0, ask=True) for c in (codec.ADDRESS, codec.GET_VERSION)
-        )
-
-    def _request_state(self, bus: Bus, state: int) -> None:
-        WORD.pack_into(self._state.buffer, self._state.offset, state)
-        bus.send(self._state)
+        self._out = OdriveFrames(bus, self.node, remote=self._remote)
 
     def write(self, bus: Bus, current_a: float, enabled: bool) -> None:
         """Send this cycle's torque; arm or disarm when `enabled` changes."""
         on = self._armed.order(enabled)
         if on != self._on:
             self._switch(bus, on)
-        self._silent_for += 1
-        torque = self._torque
+        self._age()
         driving = on and self.state == CLOSED_LOOP
         wanted_nm = self._shaft.limited(current_a) * self._shaft.torque_per_ampere if driving else 0.0
-        TORQUE.pack_into(torque.buffer, torque.offset, wanted_nm)
-        bus.send(torque)
+        self._out.send_torque(bus, wanted_nm)
         if not enabled and self._armed.ticks % self._retry_ticks == 0:
             self._quieten(bus)
         if self._request:
-            bus.send(self._ask_encoder)
-            bus.send(self._ask_iq)
+            bus.send(self._out.ask_encoder)
+            bus.send(self._out.ask_iq)
+
+    def _age(self) -> None:
+        """One cycle more since heartbeat and temperature came."""
+        self._beat.cycles += 1
+        if self._heat is not None:
+            self._heat.cycles += 1
+            # no part of a sample: its silence would leave the last one standing, cool, while the motor heats
+            if self._heat.is_over_long:
+                self._sample.temperature_c[self._axis] = math.nan
 
     def _switch(self, bus: Bus, on: bool) -> None:
         self._on = on
         if on:
             self.state = 0  # what it said before is no answer to this
-            bus.send(self._mode)
-            bus.send(self._clear)
-        self._request_state(bus, CLOSED_LOOP if on else IDLE)
+            bus.send(self._out.mode)
+            bus.send(self._out.clear)
+        self._out.send_state(bus, CLOSED_LOOP if on else IDLE)
 
     def _quieten(self, bus: Bus) -> None:
         """Disarmed: what the drive should have heard is said again."""
         if self.state == CLOSED_LOOP:
-            self._request_state(bus, IDLE)
+            self._out.send_state(bus, IDLE)
         if self.error:
-            bus.send(self._clear)
+            bus.send(self._out.clear)
 
     def link_faults(self) -> int:
         """DEVICE: an error, out of closed loop again, or never in it; LOST: no heartbeat."""
         faults = 0
         if self.error or self._armed.ill:
             faults |= _DEVICE
-        if self._silent_for > self._heartbeat_ticks:
+        if self._beat.is_over_long:
             faults |= _LOST
         return faults
 
@@ -295,6 +290,5 @@ class OdriveAxis:
     def stop(self, bus: Bus) -> None:
         """Torque 0 and idle."""
         self._on = self._armed.order(False)
-        TORQUE.pack_into(self._torque.buffer, self._torque.offset, 0.0)
-        bus.send(self._torque)
-        self._request_state(bus, IDLE)
+        self._out.send_torque(bus, 0.0)
+        self._out.send_state(bus, IDLE)

@@ -80,6 +80,7 @@ class RawBus:
         except OSError as error:
             self._socket.close()
             raise BackendError(_text(channel, error)) from error
+        # the descriptor stays the same one for as long as this bus lives
         self._batch, self._send = Batch(self._socket.fileno()), self._socket.send
         self._kept, self._error = (0, 0), 0
 
@@ -103,6 +104,7 @@ class RawBus:
 
     def use(self, batch: Batch) -> None:
         """See `SteadyBus`."""
+        # the buffer is the compiled cycles' own: frames that they have not decoded are found there
         batch.aim(self._socket.fileno())
         self._batch = batch
 
@@ -124,6 +126,7 @@ class RawBus:
         # SO_ERROR is cleared by whoever reads it; compiled code has read it
         if self._error:  # told once, to compiled code
             raise OSError(self._error, os.strerror(self._error))
+        # those first, in their order: newer ones of the kernel would be overtaken by them
         kept, self._kept = self._kept, (0, 0)
         return kept if kept[0] < kept[1] else (0, self._batch.take())
 
@@ -205,6 +208,7 @@ class RawBus:
 
     def close(self) -> None:
         """Close the socket."""
+        # before the socket: a number that is another file's by now must not be read from
         self._batch.close()
         self._socket.close()
         self._lost = self._lost or f"CAN interface {self._channel}: closed"
@@ -213,6 +217,7 @@ class RawBus:
 def _is_up(sock: socket.socket, channel: str) -> bool:
     import fcntl
 
+    # the kernel's struct is 40 bytes on 64 bits: `fcntl.ioctl` hands it a buffer of its own, of 1024
     request = struct.pack("16sh14x", channel.encode(), 0)  # struct ifreq: name, flags
     flags: int = struct.unpack_from("16xh", fcntl.ioctl(sock.fileno(), 0x8913, request))[0]  # SIOCGIFFLAGS
     return bool(flags & 1)

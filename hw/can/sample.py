@@ -38,6 +38,7 @@ class Sample:
 
     def __init__(self, n_axes: int) -> None:
         many = [places(reading.name, n_axes) for reading in QUANTITIES]
+        # one row: compiled cycles write it by place, Python by name, and taking a sample is one copy
         self.values: Any = memoryview(array("d", bytes(8 * sum(many))))
         """All of the numbers below, one after the other."""
         ends = list(accumulate(many))

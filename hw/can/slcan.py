@@ -35,6 +35,7 @@ RATES = {
 ARGUMENTS = frozenset({"tty_baudrate", "sleep_after_open", "timeout"})
 """Arguments of python-can's adapter that are accepted here; `timeout` is accepted and has no effect."""
 
+# as struct can_frame: compiled cycles then know one layout, whichever way a frame came
 HEAD = struct.Struct("=IB3x")
 """What lies before the data of a frame as the kernel's CAN has it."""
 
@@ -106,11 +107,13 @@ class SlcanBus:
         self._left, self._lost = b"", ""
         self._cut = self._belled = False
         self._kept = 0, 0
+        # 115200 is what python-can takes; adapters with USB of their own ignore it
         self._port = Port(self._options["channel"], int(arguments.get("tty_baudrate", 115200)))
         # Arduino boards reset when DTR rises at opening, and hear nothing for a second or two
         time.sleep(float(arguments.get("sleep_after_open", 0.0)))
         rate = self._options["bitrate"]
         try:
+            # refused before anything is sent: S0 to S8 are all the rates that the protocol has
             if rate not in RATES:
                 raise BackendError(f"{self._name}: bitrate {rate} is none of {sorted(RATES)}")
             # closed first: the bit rate of an open channel cannot be changed (LAWICEL: BELL)
@@ -162,6 +165,7 @@ class SlcanBus:
             handler = self._handlers.get(can_id)
             if handler is not None:
                 handler(self._batch.buffer, at + HEAD.size, length)
+        # what compiled code could not read as a frame: it may be whole lines by now, or a refusal
         if self._left:
             self._take(b"")
 
@@ -231,10 +235,12 @@ class SlcanBus:
         cut = self._cut or (self.health.refused_in_a_row and not self._belled)
         begin = "\r" if cut else ""
         try:
+            # one write for head, data and end: a line in two writes may be cut between them
             sent = self._port.write(f"{begin}{frame.head}{frame.buffer.hex().upper()}\r".encode())
         except LinkLost as error:
             self._lost = f"{self._name}: {error}"
             raise
+        # the adapter holds a part of the line: an end of line goes before the next one
         self._cut = not sent
         if not sent:
             self.health.refused()

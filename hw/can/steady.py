@@ -62,6 +62,7 @@ def is_possible(frames: Sequence[Frame]) -> bool:
     counters = [frame.counter for frame in frames if frame.counter is not None]
     if len(frames) > FRAMES_MAX or len(numbers) + len(counters) > FIELDS_MAX:
         return False
+    # no sample would ever be whole: Python would have each cycle, and handing over would cost it only more
     if any(frame.bit and not frame.numbers for frame in frames):
         return False
     guards = [one.bits for frame in frames for one in frame.guards]

@@ -45,6 +45,7 @@ def raw_bits(data: np.ndarray, at: int, f: np.record) -> int:
     64 bits."""
     first, skip = f.shift >> 3, f.shift & 7
     found = np.uint64(0)
+    # byte by byte: Numba knows no integer of 512 bits, which a frame of CAN FD would be
     for j in range((skip + f.bits + 7) >> 3):
         byte = np.uint64(data[at + (f.length - 1 - first - j if f.big else first + j)])
         found |= byte >> np.uint64(skip) if j == 0 else byte << np.uint64(8 * j - skip)
@@ -56,6 +57,7 @@ def _whole(found: int, f: np.record) -> int:
     """Signed or unsigned number of these bits, as 64 signed bits."""
     if f.kind == UINT:
         return np.int64(found)  # type: ignore[return-value]
+    # not by a mask and a subtraction: the widest number has no bit above its sign
     spare = np.uint64(64 - f.bits)
     # up and down again: the sign fills the bits above
     return np.int64(np.uint64(found) << spare) >> np.int64(spare)  # type: ignore[return-value]
@@ -82,6 +84,7 @@ def value_of(data: np.ndarray, at: int, f: np.record) -> float:
         count = unwrap(_whole(raw_bits(data, at, f), f), f.bits, f.encoder)
         return float(f.factor * f.scale * count + f.factor * f.offset)
     value = raw_number(data, at, f)
+    # before the scale: the ends of its range are the device's, in steps
     if f.inside and not f.low < value < f.high:
         return math.nan
     if f.scale != 1.0 or f.offset != 0.0:
@@ -89,6 +92,7 @@ def value_of(data: np.ndarray, at: int, f: np.record) -> float:
     value = f.factor * value
     if f.way != ROUND:
         return float(value)
+    # `follow` would keep it as the last angle, and be wrong by turns from then on
     if not math.isfinite(value) or beyond(value, f.period, f.angle):
         return math.nan
     return follow(value, f.period, f.angle)
@@ -157,6 +161,7 @@ def take(
     scratch: np.ndarray,
 ) -> None:
     """Decode one frame; a damaged, repeated or not finite one changes nothing but counters."""
+    # another frame of this identifier: neither damage nor news. 0 is CHOOSES
     if length == r.length and _guarded(data, at, r, numbers, 0):
         return
     if length != r.length or not _intact(data, at, r):
@@ -169,6 +174,7 @@ def take(
         return
     for k in range(r.first, r.end):
         scratch[k] = value_of(data, at, numbers[k])
+        # none of the frame's numbers is kept: what came with one that is none is not trusted either
         if not math.isfinite(scratch[k]):
             bus.not_finite += 1
             return
@@ -206,6 +212,7 @@ def _put_bits(data: np.ndarray, at: int, f: np.record, bits: int) -> None:
         else:
             back = np.uint64(8 * j - skip)
             part, mask = value >> back, np.uint64(f.mask) >> back
+        # of the number's own bits only: the byte may be shared with a constant or another command
         kept = np.uint64(data[k]) & ~mask
         data[k] = np.uint8((kept | part) & np.uint64(0xFF))
 
@@ -213,6 +220,7 @@ def _put_bits(data: np.ndarray, at: int, f: np.record, bits: int) -> None:
 @compiled
 def put_number(data: np.ndarray, at: int, f: np.record, value: float) -> None:
     """Write a command: cut, turned into what stands on the wire, saturated. One that is not finite is 0."""
+    # cut in SI before any scale, as Python does: the limit is of the motor, not of the wire
     wanted = min(max(value, -f.limit), f.limit) if math.isfinite(value) else 0.0
     raw = (f.before * (f.factor * wanted) - f.offset) / f.scale
     raw = min(max(raw, f.low), f.high)
@@ -244,6 +252,7 @@ def put(data: np.ndarray, at: int, r: np.record, numbers: np.ndarray, words: np.
         f = numbers[k]
         put_number(data, at, f, words[int(f.place)] if f.place >= 0 else 0.0)
     if r.counter >= 0:
+        # with the frame that has it: `idle` bytes, which may go out in its place, have no count
         count = (r.count + 1) % r.modulus
         r.count = count
         put_number(data, at, numbers[r.counter], float(count))

@@ -47,6 +47,7 @@ def _serve(
     while b.at < b.n:
         head = b.at * STRIDE
         key, length, data = _key(inbox, head), int(inbox[head + 4]), head + DATA_AT
+        # the state of the controller decides over everything: Python has the rules (`hw.can.health`)
         if key & ERROR:
             return False
         # before any is decoded: a frame that is left to Python must not count twice
@@ -56,6 +57,7 @@ def _serve(
         for k in range(b.frames):
             if frames[k].key == key:
                 take(inbox, data, length, frames[k], numbers, b, values, scratch)
+        # after all tables have had it: what is left for Python begins with the frame that it has to see
         b.at += 1
     return True
 
@@ -75,9 +77,11 @@ def _from_socket(
         if n == FAILED:
             b.error = last_error()
             return _PYTHON
+        # said before they are looked at: leaving in the middle keeps those that follow
         b.at, b.n = 0, n
         if not _serve(b, inbox, frames, numbers, values, scratch):
             return _PYTHON
+        # one call less: a batch that is not full has found the end of the queue
         if n < FRAMES:
             return _DRAINED
     return _MORE
@@ -97,11 +101,13 @@ def _from_line(
     from `b.begin` on.
 
     One read takes all that the kernel's line discipline holds; where that was full, more waits behind it."""
+    # to the front of the chunk: behind it there is then room for all that a read can bring
     for k in range(b.left):  # the beginning of a line, left by the cycle before
         chunk[k] = chunk[b.begin + k]
     n, begin = read_some(b.fd, chunk[b.left :]), 0
     end = b.left + max(n, 0)
     while True:
+        # kept up to date at each step: whoever takes the device back finds the bytes that nobody has read
         b.begin, b.left = begin, end - begin
         used, is_frame = next_line(chunk, begin, end - begin, inbox)
         if used < 0 or n == FAILED:
@@ -146,6 +152,7 @@ def read_cycle(
     # what was left waiting is of this cycle at best: for the next one its age is not known either
     b.slot = slot - UNKNOWN_AGE_TICKS if drained == _MORE else slot
     faults = b.faults | b.standing_faults
+    # boards that tell a fault by a flag: it stands until a frame says otherwise, not for one cycle
     for k in range(b.frames):
         if frames[k].fault:
             faults |= _DEVICE
@@ -183,6 +190,7 @@ def write_cycle(
     b = bus[0]
     if b.on != ON or b.passed >= b.budget or words[b.enabled_at] != b.enabled:
         return 1
+    # all before the first is sent: a board that got half of a cycle's commands would be out of step
     for k in range(b.commands):
         if not is_writable(commands[k], entries, floats):
             return 1
@@ -197,6 +205,7 @@ def write_cycle(
         if r.outcome == FAILED:
             b.error = last_error()
             return 1
+        # the other frames still go out; what it means for the bus, Python counts in the next cycle
         if r.outcome == 0:
             b.on = TOLD
     b.passed += 1

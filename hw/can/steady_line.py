@@ -18,6 +18,7 @@ def _nibble(byte: int) -> int:
     """Value of a hexadecimal digit, -1 for anything else."""
     if _ZERO <= byte < 58:
         return byte - _ZERO
+    # the lower-case letter of either: both are taken, as by `hw.can.slcan`
     small = byte | 32
     return small - 87 if 97 <= small <= 102 else -1  # 87: `a` is 10
 
@@ -48,11 +49,14 @@ def _parsed(chunk: np.ndarray, at: int, size: int, frame: np.ndarray) -> bool:
     if kind != _STANDARD and kind != _EXTENDED_DATA:
         return False
     digits = 3 if kind == _STANDARD else 8
+    # before its digits are read: a short line ends in the middle of the next one
     if size < digits + 2:
         return False
     key, length = _number(chunk, at + 1, digits), int(chunk[at + digits + 1]) - _ZERO
+    # exactly: with a time stamp it is four longer, and `hw.can.slcan` knows that
     if not 0 <= length <= 8 or size != digits + 2 + 2 * length:
         return False
+    # three digits can say 0xFFF, which no standard frame has: it is noise
     if not 0 <= key <= (0x7FF if kind == _STANDARD else 0x1FFF_FFFF):
         return False
     for k in range(length):

@@ -60,8 +60,8 @@ class RdtBackend:
 
     def _reset(self) -> None:
         self._sample.forget()
+        # below every number of 32 bits: nothing has come yet
         self._number = -1
-        # -1 is below every number of 32 bits: nothing has come yet
         self._behind = False
         self._begun = False  # no sample was shown yet: what came while others were opened is not missed
         self._heard_ns = self._asked_ns = 0
@@ -88,8 +88,8 @@ class RdtBackend:
             raise BackendError(f"{self._name}: {error.strerror}: is the network up?") from error
         self._reset()
         self._socket = made
-        self._heard_ns = time.monotonic_ns()
         # silence counts from here on, not from the start of the machine
+        self._heard_ns = time.monotonic_ns()
         self._ask(self._heard_ns)
         if self._open_timeout_s and not self._first(made):
             self.close()
@@ -125,7 +125,6 @@ class RdtBackend:
         if self._socket is None:
             raise LinkLost(f"{self._name}: not open")
         before = self._malformed
-        # a datagram of another length is no record: somebody else's, or cut off on its way
         newest, drained = self._drain(self._socket)
         # what was left waiting is of this cycle at best: nothing of the next one is known to be new
         behind, self._behind = self._behind, not drained
@@ -136,7 +135,8 @@ class RdtBackend:
             if drained and not behind:
                 faults |= self._sample.take(newest)
                 self._begun = True
-        # whatever came counts as heard, a record that is older too: the sensor lives, and its sample ages
+        # an older record is not heard: a sensor that was switched off and on counts from the beginning, and
+        # is taken anew only once it counts as lost
         elif now_ns - self._heard_ns > self._lost_after_ns:
             faults |= _LOST
             self._number = -1  # after a restart the sensor counts from the beginning
@@ -155,6 +155,7 @@ class RdtBackend:
                 return newest, True
             except OSError:  # refused: nobody listens there just now; silence tells
                 return newest, True
+            # no record: somebody else's, or cut off on its way
             if n != rdt.LENGTH:
                 self._malformed += 1
                 continue

@@ -58,6 +58,7 @@ class ForceSample:
             return _DEVICE
         self._force = _product(self._rows, reading.force)
         if self._moment_rows is not None:
+            # with the force of the same record: lever and pull are of one instant
             self._moment = _product(self._moment_rows, reading.moment)
         self.count += 1
         return 0

@@ -86,7 +86,8 @@ class SerialSensor:
             # a sensor may be powered by the rig itself, later: with 0 its silence shows as a stale sample
             if self._open_timeout_s:
                 self._first(self._port)
-        except BackendError:
+        # Ctrl-C in the wait for a sensor, too: a port that stays locked keeps the next start out
+        except BaseException:
             self.close()
             raise
 
@@ -123,6 +124,8 @@ class SerialSensor:
         if full or behind:
             # before the first sample nobody was there to read
             self._overflows += full and self._sample.count > 0
+            # the frame of opening, too: so much has come since that it is of no age that is known
+            newest = None
             frames.forget()
         elif n:
             damaged = frames.damaged

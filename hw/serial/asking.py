@@ -44,6 +44,7 @@ def await_first(
             asked = now
             for packet in questions:
                 port.write(packet)
+        # no longer than to the next question
         select.select([port.fd], [], [], min(end - now, ASK_AGAIN_S))
         n = port.read_into(views)
         seen += n
@@ -92,12 +93,15 @@ def switched(
         # again where the line had no room: a drive that was never switched on would ignore every command
         entering = bool(enter) and entered and (not before or (entering and refused))
         cut = end if refused else b""
+        # a command of zeros would do, but a drive that is switched by bytes may need to be told off by bytes
         if idle and not entered:
             if before:
                 send()  # not sent: what it keeps of the board is to know that the host has disabled it
             return _put(poll, _put(cut + idle))
         if entering:
+            # in place of the first command, which a drive that is not on yet would drop
             return _put(poll, _put(cut + enter))
+        # one write for both: the board hears its question right behind the command that it answers
         return _put(poll, send())
 
     return _send

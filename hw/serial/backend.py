@@ -43,6 +43,7 @@ class SerialCore:
         self.chunk = np.zeros(CHUNK, np.uint8)
         self.packet = np.zeros(PACKET_MAX, np.uint8)
         self._packet_bytes = self.packet.data
+        # sizes go through arrays that stay the same: compiled calls are bound to them once (decision 0004)
         self.meta = np.zeros(2, np.int64)
         self._size = self.meta.data
         self._wire = records(np.zeros(1, PORT))
@@ -93,6 +94,7 @@ class SerialCore:
         port = Port(self._path, self._baud)
         _ = self._stop_bytes  # compiled now, not when it is needed
         self._forget()
+        # what the last connection could not send is no fault of this one
         self._wire["unsent_in_row"] = self._wire["full"] = self._wire["behind"] = 0
         try:
             self._greet(port)
@@ -155,6 +157,7 @@ class SerialCore:
     def _catch_up(self, port: Port, receive: Callable[[], int]) -> None:
         """Take in a backlog up to its last chunk; that one is left to the caller."""
         size = self._size
+        # the end of a chunk is no end of what waits: judged after the last one only
         size[1] = MORE
         for _ in range(CHUNKS_PER_READ - 1):
             receive()  # with size[1] = MORE: taken in, and nothing of it shown

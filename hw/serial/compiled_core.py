@@ -21,6 +21,7 @@ BACKLOG = CHUNK // 2
 """From this many bytes on the loop has stood still, or the board floods it. The kernel keeps the oldest
 4095 bytes and drops the newest, so the last packet of a backlog may be of any age."""
 
+# 16 ms at 1 kHz: the law has cut for a stale sample after 3, so nothing is lost by being sure
 RESTART_PACKETS = 16
 """So many samples in a row from before the last one: the board has started over, its position is void."""
 
@@ -68,5 +69,6 @@ def write_cycle(port: np.ndarray, packet: np.ndarray, send_arguments: tuple[np.n
         # in a row only: one full line in a while is a hiccup of USB
         p.unsent_in_row = 0
         return 0
+    # -1 is no full line: Python writes again and has the words for it
     p.full = 1 if sent == 0 else 0
     return 1

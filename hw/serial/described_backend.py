@@ -49,6 +49,7 @@ class DescribedBackend(SerialCore):
                 require_every_axis(self.fields, TARGETS[channel], rig.n_axes, "sample")
         self._has_identity = Target.IDENTITY in self.fields["target"]
         self._wanted = options["identity"]
+        # else every board would be refused when it answers, for an identity of 0
         if self._wanted is not None and not self._has_identity:
             raise BackendError(
                 "serial-described: identity is given, but the sample has no field of that channel"
@@ -117,6 +118,7 @@ class DescribedBackend(SerialCore):
     def stop(self) -> None:
         """See `SerialCore.stop`. Commands after it count on from its last number."""
         super().stop()
+        # the board has seen that number: a command with a smaller one would be older to it
         if self._stopped_at is not None:
             self.link["command_sequence"] = self._stopped_at
 
@@ -197,6 +199,7 @@ class DescribedBackend(SerialCore):
         )
         if seen is not None:
             raise BackendError(self._silence(seen))
+        # both: boards of one make may have no number, and adapters of one make may have none either
         found = (int(self.link["identity"][0]), usb_identity(self._path))
         if self._wanted is not None and found[0] != self._wanted:
             raise BackendError(

@@ -122,6 +122,7 @@ def _store(d: np.record, raw: np.ndarray, fields: np.ndarray) -> None:
         elif f.target == _VELOCITY:
             d.velocity_rad_s[i] = value
         elif f.target == _IDENTITY:
+            # exact: 32 bits at most, and `raw` has 53
             d.identity = np.int64(raw[k])
         else:
             _store_switch(d, f.target, on)
@@ -252,4 +253,5 @@ def _switch(packet: np.ndarray, f: np.record, big: int, on: bool) -> None:
 def _or_bits(packet: np.ndarray, f: np.record, big: int, bits: int) -> None:
     for k in range(f.n_bytes):
         at = f.at + (f.n_bytes - 1 - k if big else k)
+        # or, not set: constants put their own bits of the byte there before
         packet[at] |= np.uint8((bits >> (8 * k)) & 0xFF)

@@ -35,6 +35,7 @@ class FieldOptions(NumberOptions):
     @model_validator(mode="after")
     def _fits_its_channel(self) -> Self:
         name = self.name
+        # bits and counts of a float are none: `raw` would be cut off to a whole number without a word
         if self.type == "f32" and name not in UNITS:
             msg = f"type 'f32' of {name!r}: whole numbers only"
             raise ValueError(msg)
@@ -47,6 +48,7 @@ class FieldOptions(NumberOptions):
         if self.wrap_bits and (name != "position" or self.wrap_bits > 8 * (self.end - self.offset)):
             msg = f"wrap_bits {self.wrap_bits} of {name!r}: for a position, at most the bits of its type"
             raise ValueError(msg)
+        # both follow the position through its wraps, by value and by count: one would undo the other
         if self.wrap_at is not None and self.wrap_bits:
             msg = f"wrap_at {self.wrap_at:g} of {name!r}: in place of wrap_bits, not beside it"
             raise ValueError(msg)

@@ -122,6 +122,7 @@ def _fill(row: np.void, field: Options, rig: Rig, where: str) -> None:
         )
     row["zero"], row["mask"], row["invert"] = field["zero"], field["mask"], field["invert"]
     unit = unit_of(field, rig)
+    # one factor: each product of the loop is a rounding
     row["scale"] = field["scale"] * unit
     row["period"] = unit * (field.get("wrap_at") or 0.0)
     # only a whole number runs over its end

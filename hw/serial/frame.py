@@ -113,6 +113,7 @@ def toward_zero(value: float) -> float:
     """Whole part of `value` (finite); a whole number missed only by rounding of the arithmetic counts as met.
 
     So what was read from the wire goes back to the wire as the same number."""
+    # 15 uA times 1e6 is 14.999999999999998: truncated alone, three of ten readings would lose a step
     nearest = np.rint(value)
     # some nine last places of a float64: `value` is a product or two from the wire
     if abs(nearest - value) <= 2e-15 * abs(value):
@@ -180,6 +181,7 @@ def decode_state(body: np.ndarray, n: int, record: np.ndarray) -> bool:
     # the axes of the rig, not of the packet: another number is another board, and is refused
     n_axes, kind = len(s.position_counts), int(body[1])
     velocity, moment = kind & WITH_VELOCITY != 0, kind & WITH_MOMENT != 0
+    # the type tells the length: one byte says which numbers follow, and nothing has to be guessed
     if kind & ~(WITH_VELOCITY | WITH_MOMENT) != TYPE_STATE:
         return False
     end = 28 + (14 if velocity else 10) * n_axes

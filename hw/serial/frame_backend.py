@@ -107,6 +107,7 @@ class SerialBackend(SerialCore):
         self._stream[:] = np.zeros(1, self._stream.dtype)
         row = self.link[0]
         row["started"] = row["fresh"] = row["older_in_row"] = row["identified"] = 0
+        # of a board before: a fault flag of it would be shown until this one has sent its first sample
         row["status"] = 0
         row["damaged_now"] = row["older_now"] = row["enabled_in_row"] = row["driven"] = row["dropped"] = 0
         self._before = row.copy()
@@ -125,6 +126,7 @@ class SerialBackend(SerialCore):
             if now >= ask_at:
                 port.write(ask)
                 ask_at = now + ASK_AGAIN_S
+            # 1 ms more: a wait that ends a hair early would turn once more for nothing
             select.select([port.fd], [], [], min(ask_at, end) - now + 1e-3)
             self._take_in(port.read_into(views))
         self._check_identity()

@@ -1,8 +1,8 @@
 """A fixed-length frame as data: sync bytes, numbers at offsets, a checksum. Compiled reading, writing,
 finding.
 
-`Layout` rows say where things are; `FieldPlan` rows say what the numbers mean. Both are made once, at
-start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run."""
+A record of `layout_dtype` says where things are, rows of `field_dtype` what the numbers mean. Both are made
+once, at start, from the rig file (`hw.serial.described_plan`); in the loop only the functions below run."""
 
 from __future__ import annotations
 
@@ -108,6 +108,7 @@ def write_raw(frame: np.ndarray, f: np.record, big: int, raw: float) -> None:
 @compiled
 def wire_value(f: np.record, value: float) -> float:
     """What stands on the wire for `value`: in steps of the scale, never beyond `value`, around the zero."""
+    # toward 0: rounding up would be more torque than the law has allowed
     steps = value / f.scale
     if f.kind == FLOAT:
         return float(steps + f.zero)
@@ -176,6 +177,7 @@ def next_frame(
             s.pending[s.n] = chunk[at]
             s.n += 1
             at += 1
+        # what has come so far may be the beginning of a frame: judged when the rest is here
         if s.n < length:
             return at, False, broken
         if sealed_at(s.pending, 0, layout):
@@ -186,6 +188,7 @@ def next_frame(
             broken += 1
             # counted once: the bytes that follow are part of the same damage
             s.synced = 0
+        # not by the whole length: the frame that was due may begin within what stood in its place
         _drop(s, _next_beginning(s, layout[0]))
 
 

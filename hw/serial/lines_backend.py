@@ -86,6 +86,7 @@ class LinesBackend(SerialCore):
         # made like any command: with the prefixes and the checksum that the board expects
         zero = self._writer.write([0.0] * self._rig.n_axes, enabled=False) + self._end
         # the idle word behind zeros: torque ends before the power stage does
+        # three times: a line that is damaged is dropped by the board, and one of three is heard
         return self._end + (zero + self._line(command["idle"])) * STOP_REPEATS + last
 
     def _bind(self, tick: np.ndarray) -> tuple[Callable[[], int], Callable[[], int]]:
@@ -95,6 +96,7 @@ class LinesBackend(SerialCore):
         faults, count = row["link_faults"].view(np.int64).data, row["sample_count"].data
 
         def _receive() -> int:
+            # a copy: lines are cut by `bytes`, and the chunk is read into again in the next cycle
             self._absorb(bytes(chunk[: size[0]]))
             end = size[1]
             if end != MORE:
@@ -127,6 +129,7 @@ class LinesBackend(SerialCore):
         sample, reader = self.sample, self._reader
         for line in self._lines.cut(data):
             numbers = None if line is None else reader.read(line)
+            # a greeting, a warning, another table of the board: no damage, and no fault
             if line is not None and numbers is None:
                 sample.counts["foreign"] += 1
             elif isinstance(numbers, list):

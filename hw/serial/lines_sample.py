@@ -114,6 +114,7 @@ class LineSample:
     def _is_newer(self, number: int) -> bool:
         if self._sequence is not None and not 0 < (number - self._sequence) % self._span < self._span / 2:
             return False
+        # taken over even if a number of this line is none: the next line is compared with what was sent last
         self._sequence = number
         return True
 

@@ -90,6 +90,7 @@ def _accept(link: np.ndarray, state: np.ndarray) -> None:
     """Make the state packet the newest sample, unless it is no newer than that."""
     ln, s = link[0], state[0]
     ln.good += 1
+    # after a (new) opening the first sample has nothing to be newer than
     if ln.started:
         # differences modulo the range: both counters start over, the sequence every 65 s at 1 kHz
         ahead = (s.sequence - ln.sequence) & 0xFFFF
@@ -155,6 +156,7 @@ def _dropped(ln: np.record) -> bool:
     board shows an emergency stop, which the host is told by a channel of its own. The verdict holds until the
     host disables the board, whatever the board says later."""
     # only a command that was sent since the host has enabled it is answered by what the board says now
+    # 16 bits, as on the wire: the counter may start over between command and answer
     since = (ln.command_sequence - ln.command_acknowledged) & 0xFFFF
     if since < ln.enabled_in_row:
         if ln.status & _ENABLED:
@@ -264,6 +266,7 @@ def send(
     if not enable:
         for axis in range(len(c.value)):
             c.value[axis] = 0
+    # how many commands back the board may answer and still speak of this arming (`_dropped`)
     ln.enabled_in_row = ln.enabled_in_row + 1 if enable else 0
     # counts disabled commands, too: a board obeys one that enables only if it is ahead of the last
     ln.command_sequence = (ln.command_sequence + 1) & 0xFFFF

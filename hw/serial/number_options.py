@@ -100,6 +100,7 @@ class NumberOptions(Table):
         if self.unit not in allowed:
             msg = f"unit {self.unit!r} of {name!r}: one of {', '.join(repr(unit) for unit in allowed)}"
             raise ValueError(msg)
+        # for commands, too: what is sent is divided by it
         if self.scale == 0:
             msg = f"scale of {name!r} is 0: every value would be 0"
             raise ValueError(msg)

@@ -66,6 +66,7 @@ class Cia402Sim:
         control, self._last = self._pending_control, self.controlword
         self.controlword = control
         self._transition(control)
+        # in another mode a torque means nothing: a host that forgot to set it would see no current
         enabled = self.state == 0x27 and self.objects.get((0x6060, 0)) == 10
         self.current_a = 1e-3 * self._pending_target * self._rated_a if enabled else 0.0
         # wrapped to 32 bits; made signed where it is packed
@@ -82,6 +83,7 @@ class Cia402Sim:
         return frames
 
     def _transition(self, control: int) -> None:
+        # fault: nothing but an edge of bit 7 leads out (CiA 402-2), whatever else is commanded
         if self.state == 0x08:
             if control & 0x80 and not self._last & 0x80:  # an edge of bit 7 resets a fault
                 self.state = 0x40

@@ -62,6 +62,7 @@ class OdriveSim:
     def frame(self, can_id: int, data: bytes) -> list[Frame]:
         """See SimDrive."""
         command, remote = can_id & 0x1F, bool(can_id & REMOTE)
+        # a standard identifier, and this node's: an ODrive hears its own six bits of node only
         if can_id & 0x7FF != self._id(command):
             return []
         if command == 0x06 and self.firmware < (0, 6, 9):
@@ -76,6 +77,7 @@ class OdriveSim:
             self.torque_nm, self._unfed_s = struct.unpack_from("<f", data)[0], 0.0
         elif command == 0x07:
             wanted = struct.unpack_from("<I", data)[0]
+            # in another mode a torque would mean nothing: the codec is to have set it, each time it arms
             self.state = 8 if wanted == 8 and self.error == 0 and self.mode == (1, 1) else 1
             self._unfed_s = 0.0
         elif command == 0x0B:

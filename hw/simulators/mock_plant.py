@@ -136,6 +136,7 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
     if s.started == 0:
         s.started = 1
         s.first_tick = tick
+        # where the loop is: one that begins at another slot has missed none before it
         s.tick = tick
         for axis in range(len(s.position_rad)):
             s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = mock_hand.wanted(0.0, p, axis)

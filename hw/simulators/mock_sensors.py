@@ -58,6 +58,7 @@ def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
     angle = s.position_rad[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rad[axis]
     if bits == 0:
         return quantised(angle, quantum, p.encoder_offset[axis])
+    # through the counter that a driver follows: what does not fit half a range is seen as it would be there
     count = math.floor(angle / quantum + p.encoder_offset[axis])
     return float(unwrap(wrap(count, bits), bits, s.encoder[axis]) * quantum)
 

@@ -110,6 +110,7 @@ class Board:
         """Let `cycles` of the board's own clock pass: commands grow old."""
         # a byte on the wire: 255 says that or more
         self.age = min(self.age + cycles, 255)
+        # once: held until a command with enable 0, so that torque does not come back with the next packet
         if self.age >= int(self.command[0]["time_to_live"]) and not self.expired:
             self.expired = True
             self.hold()

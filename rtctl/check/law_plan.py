@@ -237,7 +237,7 @@ def _fill_command(c: np.void, a: int, axis: AxisTable) -> None:
 def _fill_compensation(
     p: np.void, a: int, axis: AxisTable, config: Config, model: FrictionModel | None, tuning: Tuning
 ) -> None:
-    """Parameters of feed-forward, observer and their account; the learned curve's own are `_fill_model`'s."""
+    """Parameters of feed-forward, observer and account; those of the learned curve are `_fill_friction`'s."""
     friction, period_s = axis.friction, config.period_s
     policy = Policy[friction.policy.upper()]
     if policy == Policy.OFF or (model is None and policy != Policy.OBSERVER):

@@ -3,7 +3,7 @@
 The world that a hand feels is a U: authority a, energy U stored in the coupling and the environment. While
 the authority rises by da it grows by U da that no hand brings: U was wound up while little or nothing of it
 was felt. This is energy a hand is given like that of a step of the environment, so the same store pays for it
-(`intermediate`), and a rise that costs more than is there is taken in part:
+(`environments.changes`), and a rise that costs more than is there is taken in part:
 
     da <= 1/soft_start_ticks,     (U - FREE_SHARE budget) da <= store, on every axis
 

@@ -14,11 +14,11 @@ given back, so only what exceeds it counts as banked: a cap without U would forg
 spring stronger than the bank and call its return active. c is what taking back the torque held may cost
 (`take_back`): it is kept until then. a is the authority: the world felt is a U. What is put into a U by
 others than the hand is granted: U da while the authority rises (`authority`), and the work that a step of the
-environment or of a remote proxy does on U (`intermediate`). All of it is paid from one store with a bounded
-power, and nothing else is ever granted, so that no stream of parameters, targets or silences is an unbounded
-source of energy. As E never falls below -1.5 budgets (`take_back`), and what friction and damping are
-credited with the device has taken, t seconds after arming the hand was given, beyond what it put in itself,
-at most
+environment (`environments.changes`) or of a remote proxy (`environments.targets`) does on U. All of it is
+paid from one store with a bounded power, and nothing else is ever granted, so that no stream of parameters,
+targets or silences is an unbounded source of energy. As E never falls below -1.5 budgets (`take_back`), and
+what friction and damping are credited with the device has taken, t seconds after arming the hand was given,
+beyond what it put in itself, at most
 
     renderer_store_j + renderer_power_w t + 1.5 budget_j
 

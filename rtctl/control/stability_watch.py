@@ -9,7 +9,7 @@ the account is short.
     w   rises to 1 within RISE_S while it rings, falls to 0 within FALL_S after
 
 The damping that is added is w K_v: the mass is then as hard to move as the joint is held to it. The stiffest
-hand that a mass bears grows with its damping (docs/theory.md 2.12). The index is that of Dimeas and
+hand that a mass bears grows with its damping (docs/theory.md 2.13). The index is that of Dimeas and
 Aspragathos (2016), with two filters in place of a spectrum (docs/theory.md 14.5)."""
 
 from __future__ import annotations

@@ -14,6 +14,7 @@ from numba import types
 from hw.jit import JIT_DISABLED, compiled
 from rtctl.rt import early as looking
 
+# by number: the C library's macros (time.h) are not in a compiled symbol
 _CLOCK_MONOTONIC = np.int32(1)
 _TIMER_ABSTIME = np.int32(1)
 
@@ -39,6 +40,7 @@ def now_ns(timespec: np.ndarray) -> int:
 @compiled
 def _sleep(timespec: np.ndarray, until_ns: int) -> int:
     """Sleep; returns the time of waking up, ns, or minus the C error number."""
+    # absolute: a relative sleep would begin late by what this process was held up before it
     timespec[0], timespec[1] = until_ns // 1_000_000_000, until_ns % 1_000_000_000
     result = 4
     while result == 4:  # EINTR: a signal came in between; its handler runs when we return
@@ -50,10 +52,12 @@ def _sleep(timespec: np.ndarray, until_ns: int) -> int:
 def _follow(early: np.ndarray, late_ns: int) -> None:
     """Count the look that follows, and move the margin of `auto` to where all but one of two hundred wake-ups
     are in time, as far as what is saved goes (`rtctl.rt.early`)."""
+    # at most the margin, should a clock ever wake it early
     looks = min(max(early[_MARGIN] - late_ns, 0), early[_MARGIN])
     early[_LOOKED] += looks
     if early[_MOST] > 0:
         step, followed = early[_STEP], early[_FOLLOWED]
+        # 1 ns at least: of a small step a two-hundredth is 0 in whole ns, and the margin would only grow
         change = step - step // _ONE_LATE_OF if late_ns > followed else -max(step // _ONE_LATE_OF, 1)
         early[_FOLLOWED] = min(max(followed + change, 0), early[_MOST])
         early[_SAVED] = min(early[_SAVED] + early[_INCOME] - looks, early[_MOST_SAVED])
@@ -115,12 +119,14 @@ class WallClock:
         self.timespec = np.zeros(2, np.int64)
         self.early = np.zeros(looking.PLACES, np.int64)
         self.now = time.monotonic_ns
+        # before `early` is the shared array: what compiling takes is no wake-up to follow
         self.sleep_until(0)  # compile now
         self.early = self.early if early is None else early
 
     def sleep_until(self, deadline_ns: int) -> int:
         """Wait for `deadline_ns`. A signal that comes in between does not end the wait early."""
         if JIT_DISABLED:
+            # plain Python, for tests of the law: punctual to what Python gives
             time.sleep(max(0, deadline_ns - time.monotonic_ns()) / 1e9)
             return time.monotonic_ns()
         woke = int(wait(self.timespec, deadline_ns, self.early))
@@ -154,6 +160,7 @@ class VirtualClock:
         if self._header is None or not self._most_unread:
             return self.AHEAD
         header = self._header
+        # one at least where the reader is just half a ring behind: the loop stands only beyond that
         return self._most_unread + 1 - int(header[0]["head"] - header[0]["read_head"])
 
     def jump(self, now_ns: int) -> None:

@@ -71,6 +71,7 @@ def interrupts(root: Path) -> dict[int, Interrupts]:
     # by number: the folder has nothing else, and a name that is none would end the start
     for folder in (root / "sys/kernel/irq").glob("[0-9]*"):
         devices, counts = _text(folder / "actions"), _text(folder / "per_cpu_count").split(",")
+        # a line without a device is the kernel's own or unused: what it counts is no interrupt of ours
         if devices and not _OF_A_CORE.search(devices) and all(count.isdecimal() for count in counts):
             found[int(folder.name)] = Interrupts(devices, tuple(map(int, counts)))
     return dict(sorted(found.items()))
@@ -79,6 +80,7 @@ def interrupts(root: Path) -> dict[int, Interrupts]:
 @contextmanager
 def turn() -> Iterator[None]:
     """One loop at a time looks for its core and takes it: those of a machine that starts look together."""
+    # of the very code: the one file that all rigs of a machine see, also under a hardened unit (0141)
     file = os.open(__file__, os.O_RDONLY | os.O_CLOEXEC)
     try:
         end = time.monotonic() + TURN_S
@@ -87,6 +89,7 @@ def turn() -> Iterator[None]:
                 fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
                 break
             time.sleep(0.005)
+        # without the lock, too: who holds it for longer than TURN_S would keep every rig from starting
         yield
     finally:
         os.close(file)
@@ -98,8 +101,11 @@ def held(proc: Path = Path("/proc")) -> dict[int, int]:
     for pid in sorted(int(at.name) for at in proc.iterdir() if at.name.isdecimal()):
         with suppress(OSError, ValueError, IndexError):  # one that has ended meanwhile
             cores = os.sched_getaffinity(pid)
+            # the flag is told with the policy, and says nothing of how this process runs
             policy = os.sched_getscheduler(pid) & ~os.SCHED_RESET_ON_FORK
+            # one core alone: who may run on several leaves the loop's when the loop runs
             if len(cores) == 1 and policy in (os.SCHED_FIFO, os.SCHED_RR) and pid != os.getpid():
+                # behind the last bracket: a process may have brackets and blanks in its name (proc(5))
                 flags = int((proc / str(pid) / "stat").read_text().rpartition(")")[2].split()[6])
                 if not flags & _KERNEL_THREAD:
                     found[cores.pop()] = pid
@@ -129,6 +135,7 @@ def choose(
         Cores that others keep to: left while there is another."""
     if asked >= 0:
         return Choice(asked, "loop.cpu")
+    # better late by another loop than on no core: what that costs is told (`affinity`)
     allowed = allowed.difference(taken) or allowed
     kept = {
         name: cores_of(_text(root / _CPU / name)) & allowed
@@ -137,8 +144,10 @@ def choose(
     those, kind = next(((cores, f", {name}") for name, cores in kept.items() if cores), (allowed, ""))
     lines = interrupts(root).values()
     counts = {core: sum(line.on(core) for line in lines) for core in those}
+    # of equally quiet ones the last: the same choice at each start
     last, quiet = max(those), min(those, key=lambda core: (counts[core], -core))
     busy = BUSY_HZ * max(since_start_s() if since_s is None else since_s, 1.0)
+    # both: few interrupts are no reason to move, and a disk with a queue for each core gives no better place
     if counts[last] < busy or counts[last] < FEWER * counts[quiet]:
         return Choice(last, f"the last one{kind}")
     most = max(lines, key=lambda line: line.on(last)).devices

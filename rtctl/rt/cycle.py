@@ -37,6 +37,7 @@ class Cycle:
         self.command = records(np.zeros(2, command_dtype(n)))  # row 1 is scratch of the intake
         self.command_words = words(self.command)
         self.tick_words = words(self.tick)
+        # through a plain view: NumPy's record would make an object for each look
         header: Any = memory.header.view(np.int64)
         self._newest_seq: Any = memoryview(header)  # looked at every cycle: cheaper than a call
         self._seq: Any = memoryview(self.command_words.view(np.int64)[0])

@@ -63,6 +63,7 @@ PLACES = 8
 _KERNEL = Path("/proc/sys/kernel")
 
 
+# sched_rt_runtime_us 950000 of sched_rt_period_us 1000000 (sched(7))
 DEFAULT_SHARE = 0.95
 """What the kernel leaves to real-time processes unless it is told otherwise."""
 
@@ -78,11 +79,13 @@ def realtime_share(root: Path = _KERNEL) -> float:
         )
     except (OSError, ValueError):
         return DEFAULT_SHARE
+    # -1 says that nothing is limited
     return min(max(runtime_us / period_us, 0.0), 1.0) if runtime_us >= 0 and period_us > 0 else 1.0
 
 
 def most_us(period_s: float, share: float) -> float:
     """Longest look before each deadline, us, whoever asks for it; `share`: see `realtime_share`."""
+    # half: the law and the devices need the rest of what the kernel leaves, or the loop is throttled
     return min(MOST_SHARE, share / 2) * period_s * 1e6
 
 
@@ -114,11 +117,13 @@ def choose(
         What of a core the kernel leaves to real-time processes; None asks it."""
     bound_us = most_us(period_s, realtime_share() if share is None else share)
     auto = asked == "auto"
+    # a number of microseconds is somebody's own choice, and is kept to
     useful = not auto or (granted and cores > 1)
     first_us = min(INCOME_US if auto else float(asked), bound_us) if useful else 0.0
     most = min(MOST_US, bound_us) if useful else 0.0
     # a loop that was started anew learns anew: its core may be another one
     early_ns[:] = 0
+    # saved from the start: the first tick is as early as any
     early_ns[[MARGIN, FOLLOWED, INCOME, SAVED]] = round(first_us * 1e3)
     early_ns[MOST] = round(most * 1e3) if auto else 0
     early_ns[STEP] = max(round(STEP_SHARE * period_s * 1e9), 1)

@@ -36,6 +36,7 @@ class Stop:
 
 def prepare(n_axes: int) -> None:
     """Compile (or load) what every rig of so many axes needs. No device is looked at."""
+    # 8 rows: compiled code goes by the type of the ring, not by its length
     scratch = Memory.create(n_axes, 8, 1_000_000)
     Cycle(scratch)
     WallClock()
@@ -48,6 +49,7 @@ def warm_up(memory: Memory, backend: Backend) -> None:
         backend.warm_up(new_ticks(1, memory.n_axes))
     scratch = Memory.create(memory.n_axes, 8, int(memory.header[0]["period_ns"]))
     cycle = Cycle(scratch)
+    # the rig's own: with zeros the law would take other ways, and load other pages
     cycle.params[:] = memory.params
     CommandWriter(scratch).send()
     cycle.decide()
@@ -85,6 +87,7 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
     if isinstance(backend, CompiledBackend):
         backend.warm_up(tick)
     whole = WholeCycles.of(backend, cycle, clock)
+    # once: the words before `sample_count` are written by nobody else
     word[9] = waiver
     for name in OPTIONAL_FIELDS:  # no sensor, no value; a backend that has one overwrites it
         tick[name] = np.nan
@@ -107,8 +110,10 @@ def run_loop(backend: Backend, memory: Memory, clock: Clock, stop: Stop, *, waiv
                 t_read = now()
                 # after the reading: the law ramps by a sample of this very cycle
                 if stop.requests:
+                    # no decision and no tick more: `finally` stops the actuator
                     if stop.requests > 1:
                         break
+                    # in each cycle: the host's next command would overwrite it
                     cycle.command["shutdown_count"][0] = _NOW
                 decide()  # 3 decide: newest command, law, gate
                 word[3], word[4], word[6] = t_read - woke, now() - t_read, grid[RECORD_NS]
@@ -132,6 +137,7 @@ def _wait(clock: Clock, grid: memoryview, word: memoryview) -> None:
     woke = clock.sleep_until(deadline)
     late = woke - deadline
     if late >= period:
+        # never caught up: two cycles in a row would be one sample taken twice, and two steps of the law
         skipped = late // period
         grid[SLOT], grid[DEADLINE] = grid[SLOT] + skipped, deadline + skipped * period
         word[8] = grid[MISSED] = grid[MISSED] + skipped

@@ -40,6 +40,7 @@ from rtctl.rt.speech import Speech
 
 def _say(kind: str, **body: object) -> None:
     with contextlib.suppress(BrokenPipeError):  # the host is gone: nobody is left to be told
+        # by the descriptor, in one call: `print` would gather it, and a line of two writes may be torn
         os.write(1, (json.dumps({"message": kind, **body}) + "\n").encode())
 
 
@@ -93,6 +94,7 @@ def _open(backend: Backend | BackendError, members: list[Member], claims: Claims
         if isinstance(backend, BackendError):
             raise backend
         for member in members:
+            # before anything is opened: a second daemon would disturb the first one's drive by asking
             claims.take(member.label, member.claims)
     except (BackendError, OSError) as error:
         _say("ended", reason="device", detail=words_of(error))
@@ -154,6 +156,7 @@ def _told(line: socket.socket) -> Iterator[tuple[bytes, list[int]]]:
         more, came, _, _ = socket.recv_fds(line, 65536, 2, socket.MSG_CMSG_CLOEXEC)
         if not more:
             return
+        # received once, in whatever message: kept for the line that they belong to
         descriptors += came
         *lines, pending = (pending + more).split(b"\n")
         for text in lines:
@@ -180,6 +183,7 @@ def _proved(line: socket.socket) -> _Proved | None:
     code_cache.on_compiled.append(_compiled)
     members = [Member.from_dict(device) for device in order["devices"]]
     for reader in order["log_readers"]:
+        # by name: what reads a kind of log stands above hw, which knows none of it
         import_module(reader).register()
     made = _composed(order, members)
     prepare(order["rig"]["n_axes"])
@@ -231,6 +235,7 @@ def main(line_fd: int) -> int:
     clock: Clock = (
         VirtualClock(memory.header, lambda: stop.requests > 0) if virtual else WallClock(memory.early_ns)
     )
+    # only here: `ready` has told what was refused, and with which remedy
     if not granted and order["realtime"] == "require" and not virtual:
         left = _released(device)
         more = f"; {words_of(left)}" if left else ""

@@ -53,6 +53,7 @@ def acquire(priority: int, cpu: int) -> tuple[list[Grant], list[int]]:
     grants += [_dma_latency(held), _timer_slack()]
     gc.collect()
     gc.freeze()
+    # a collection in a cycle would be a late tick
     gc.disable()
     grants.append(
         Grant("gc-freeze", granted=True, required=False, detail="garbage collector off, objects frozen")
@@ -67,6 +68,7 @@ def complete(grants: list[Grant]) -> bool:
 
 def _fifo(priority: int) -> Grant:
     try:
+        # not SCHED_DEADLINE: the same timer wakes it, as late, and a look spends its budget (decision 0024)
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
     except OSError as error:
         remedy = (
@@ -78,6 +80,7 @@ def _fifo(priority: int) -> Grant:
 
 
 def _lock_memory() -> Grant:
+    # future pages, too: a page that is fetched in a cycle makes the tick late by a disk
     libc = ctypes.CDLL(None, use_errno=True)
     if libc.mlockall(_MCL_CURRENT | _MCL_FUTURE) != 0:
         reason = os.strerror(ctypes.get_errno())

@@ -28,6 +28,7 @@ from hw.refusals import mistake_of, raised_by, words_of
 
 _LOST = int(LinkFault.LOST)
 
+# half a second at 1 kHz: opening may block for milliseconds (decision 0007)
 REOPEN_TICKS = 500
 """Ticks between two attempts."""
 
@@ -90,6 +91,7 @@ class Replug:
 
     def read(self, tick: np.ndarray) -> None:
         """Read, or show that there is nothing to read."""
+        # the last values stay in the tick, with the last count: nobody takes them for new
         if self._wait and not self._found():
             tick["link_faults"] = _LOST
             return

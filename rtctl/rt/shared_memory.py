@@ -31,7 +31,9 @@ from rtctl.rt.early import PLACES
 from rtctl.standard_streams import above_standard_streams
 from rtctl.tick import tick_dtype
 
+# three commands may come while one is read: a host that sends more often has the loop try again
 MAILBOX_SLOTS = 4
+# bytes of a line of the cache: no two parts share one
 _ALIGN = 64
 
 HEADER = np.dtype(
@@ -105,6 +107,7 @@ class Memory:
         memory = cls(above_standard_streams(os.memfd_create("rtctl", os.MFD_CLOEXEC)), n_axes, ring_rows)
         header = memory.header[0]
         header["n_axes"], header["ring_rows"], header["period_ns"] = n_axes, ring_rows, period_ns
+        # last: a process that sees it finds the sizes before it
         header["magic"] = _MAGIC
         return memory
 
@@ -183,6 +186,7 @@ class RingReader:
             self.overwritten += oldest - self.next
             self.next = oldest
         first, last = self.next, min(head, self.next + max_rows)
+        # copied before it is judged: the loop goes on writing meanwhile
         copy = self._memory.ring_words[np.arange(first, last) % rows]
         self.next = last
         safe_from = header[_HEAD] - rows + self.GUARD_ROWS
@@ -202,6 +206,7 @@ class RingReader:
     def latest(self) -> np.ndarray | None:
         """The newest complete tick (one row, copied), or None before the first. Does not move the reader."""
         ring_words = self._memory.ring_words
+        # again: on a weakly ordered processor `head` may be seen before the row
         for _ in range(8):
             head = self._header[_HEAD]
             if head == 0:
@@ -238,6 +243,7 @@ class CommandWriter:
         self.command["seq"] = seq
         self.command["stamp_ns"] = time.monotonic_ns()
         self._seal[0] = mailbox.checksum(self._body)
+        # not the slot of the newest command: the loop may be copying that one
         self._slots[seq % MAILBOX_SLOTS] = self._staged
         self._header[_MAILBOX_SEQ] = seq
         self.sent.append(self._body.copy().view(self.command.dtype))  # words: 100 times quicker than fields

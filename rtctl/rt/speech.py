@@ -56,10 +56,12 @@ class Speech:
         """After every `write`: speak if no torque can flow and something may be new."""
         if tick is not self._tick:
             self._bind(tick)
+        # with torque no strings are made; the first tick without is looked at at once
         if self._enabled[0]:
             self._wait = 0
             return
         now = self._faults[0]
+        # between two regular looks only for a fault that is new
         if self._wait:
             self._wait -= 1
             if now == self._before or not (self._spare or now & ~self._looked_at):
@@ -70,6 +72,7 @@ class Speech:
             self._spare, self._looked_at = _SPARE, now
         self._wait, self._before = EVERY_TICKS, now
         stale = bool(self._before & _STALE)
+        # what could not be told is told at the next look: `_told` keeps what has arrived
         for one in said(self._backend, self._members, tick, stale=stale):
             if one != self._told.get(one.label) and self._tell(message(one, int(tick["tick"][0]))):
                 self._told[one.label] = one

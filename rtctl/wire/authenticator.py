@@ -93,10 +93,12 @@ class Authenticator:
         self.refresh: Callable[[], None] = lambda: None
         self.admitted = self.refused = 0
         self._notice = notice
+        # by name, not by socket: a door that is opened anew has another socket, and keeps who was expelled
         self._domains: dict[bytes, _Domain] = {}
         self.socket = context.socket(zmq.REP)
         self.socket.setsockopt(zmq.LINGER, 0)
         try:
+            # before any door: a connection that finds nobody here is refused (ZAP_ENFORCE_DOMAIN)
             self.socket.bind(ZAP_ADDRESS)
         except zmq.ZMQError as error:
             self.socket.close()
@@ -158,6 +160,7 @@ class Authenticator:
             return None, "400 not a ZAP 1.0 request"
         _version, _number, domain, address, _identity, mechanism, *credentials = frames
         door = self._domains.get(domain)
+        # nothing of ours: a socket of this context that was never guarded
         if door is None:
             return None, "400 unknown domain"
         peer = address.decode("ascii", "replace")

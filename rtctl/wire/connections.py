@@ -59,6 +59,7 @@ class Connections:
         self._peers: dict[int, str | None] = {}
         self._permitted: deque[float] = deque()
         address = f"inproc://rtctl-connections-{next(_NUMBER)}"
+        # before it is bound: the first connection counts, too
         socket.monitor(address, zmq.EVENT_ACCEPTED | zmq.EVENT_DISCONNECTED)
         self._monitor = context.socket(zmq.PAIR)
         # 0: without a bound, see the notes above
@@ -111,6 +112,7 @@ class Connections:
             if event == zmq.EVENT_ACCEPTED:
                 self._opened.pop(fd, None)  # in the order of arrival
                 self._opened[fd] = time.monotonic()
+                # asked at once: when the other end has gone, the kernel tells no more who it was
                 self._peers[fd] = local_peer(fd)
             else:
                 self._opened.pop(fd, None)

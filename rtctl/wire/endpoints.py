@@ -171,12 +171,14 @@ def _is_alive(pid: int) -> bool:
         stat_line = Path(f"/proc/{pid}/stat").read_text()
     except OSError:
         return False
+    # Z: ended, and not yet waited for; X: gone while it was looked at (proc(5))
     return stat_line.rpartition(")")[2].split()[0] not in "ZX"
 
 
 def _make_private(directory: Path) -> None:
     root = directory.parent
     try:
+        # from the first moment on: a chmod afterwards would leave one in which others come in
         with private_umask():
             root.mkdir(mode=0o700, parents=True, exist_ok=True)
             directory.mkdir(mode=0o700, exist_ok=True)
@@ -209,6 +211,7 @@ def _close_to_groups(directory: Path) -> None:
 @contextmanager
 def private_umask() -> Iterator[None]:
     """Files and sockets made inside are for this user alone."""
+    # of the whole process, threads too: put back at once
     before = os.umask(0o077)
     try:
         yield

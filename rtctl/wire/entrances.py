@@ -166,6 +166,7 @@ class Access:
                 return
             sender = user_id(frame)
             who = self.caller(sender)
+            # before the cut: whoever is cut connects again by itself, within milliseconds
             self.authenticator.ban(door.domain, sender)
             door.cut()
             self._notice(
@@ -205,6 +206,7 @@ class Access:
         if self._descriptors >= DESCRIPTORS:
             return
         doors = [door for door in self._doors if door.is_open]
+        # what strangers of all doors may take together: one door must not use up what another needs
         left = self._descriptors - SPARED - sum(len(door.connections.descriptors()) for door in doors)
         for door in doors:
             door.let_in(min(LET_IN, left // len(doors)))
@@ -281,6 +283,7 @@ class Access:
                 f"{self._store.folder}: cannot be read now ({error.strerror}): the keys stay as they are",
             )
             return
+        # not before they were read: a folder that fails once would else never be read again
         self._signature = signature
         before, self.authenticator.keys = self.authenticator.keys, found
         self._gone += [

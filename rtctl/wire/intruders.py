@@ -18,6 +18,7 @@ from rtctl.wire.protocol import MAX_OUTSTANDING_REQUESTS, MAX_REQUEST_BYTES
 from rtctl.wire.sockets import Door, descriptor_of, user_id
 from rtctl.wire.traffic import bytes_taken, hang_up, local_peer, unread
 
+# four processes open two thousand connections a second (`rtctl.wire.turnstile`): ten between two looks
 LOOK_S = 0.005
 
 STRANGERS = 256
@@ -123,6 +124,7 @@ class Intruders:
         if len(strangers) <= most:
             return
         strangers = [one for one in strangers if not self._is_known(door, one)]
+        # the oldest go: who comes now may be a client, who has waited for long without a word is none
         surplus = len(strangers) - most
         if surplus <= 0:  # most are clients that came just now
             return

@@ -228,6 +228,7 @@ def _pair() -> tuple[str, str]:
 
 def _write(path: Path, values: dict[str, str], like: Path | None) -> None:
     """Write a private file whole or not at all; owned as the folder `like` when root writes it."""
+    # beside it: a link is within one file system; its ending keeps it out of the list of keys
     draft = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
     text = "".join(f'{key} = "{value}"\n' for key, value in values.items())
     try:
@@ -270,6 +271,7 @@ def _read(path: Path, names: tuple[str, ...], *, private: bool) -> dict[str, str
         values = tomllib.loads(raw.decode())
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ConfigError(f"{path}: not a key file: {error}") from error
+    # exactly: a file with more may be meant for a later version, whose further words would be ignored here
     if set(values) != set(names):
         raise ConfigError(
             f"{path}: a key file has {', '.join(names)}, this one {', '.join(values) or 'nothing'}"

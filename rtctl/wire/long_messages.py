@@ -62,6 +62,7 @@ class Frames:
                 self._read_away = 1 if more else 0
                 self._expel(self.door, frame)
                 return Message(identity, [])
+        # whole messages only: what is unfinished stays on its sender's account
         self.door.traffic.heard(frame)
         return Message(identity, frames)
 

@@ -142,6 +142,7 @@ def running_rigs(root: Path | None = None) -> list[str]:
     It looks without locking: a look must never make a daemon that starts at that moment believe the rig is
     taken. Folders of other users are passed over."""
     roots = [root] if root else [runtime_root(), SERVICE_ROOT]
+    # a set: both roots may be one folder, and each rig is told once
     locks = sorted({lock for folder in roots for lock in folder.glob(f"*/{LOCK_NAME}")})
     return [lock.parent.name for lock in locks if _RIG_NAME.fullmatch(lock.parent.name) and _alive(lock)]
 

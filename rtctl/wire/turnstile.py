@@ -64,6 +64,7 @@ class Turnstile:
             with contextlib.suppress(OSError):
                 self._places = [place for fd in _listening(self._address) for place in _watching(fd)]
         for _ in range(count):
+            # armed anew: with EPOLLONESHOT the kernel tells of one connection, then of none
             for epoll, fd, event in self._places:
                 _libc.epoll_ctl(epoll, _MOD, fd, ctypes.byref(event))
 

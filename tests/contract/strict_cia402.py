@@ -80,7 +80,7 @@ class StrictDrive:
         self.number, self._bit_30 = node, bit_30
         self._fixed = {0x6061} | ({0x60C2} if fixed_period else set()) | ({0x6007} if no_action else set())
         self._shown_mode, self._mode_read = shown_mode, 0
-        values = {key: value for key, value in OBJECTS.items() if key[0] not in lacks}
+        values = {key: value for key, value in OBJECTS.items() if not {key, key[0]} & set(lacks)}
         if no_action:
             values[0x6007, 0] = (INTEGER16, 0)
         for communication, mapping in PDOS.items():

@@ -111,6 +111,12 @@ def test_a_drive_that_shows_neither_is_refused(bench):
         bench(lacks=(0x6077, 0x6078)).backend.open()
 
 
+def test_a_drive_that_tells_its_maker_alone_is_known_by_that(bench):
+    one = bench(lacks=((0x1018, 2), (0x1018, 4)))
+    one.backend.open()
+    assert one.backend._identities() == (b"\x2a" + bytes(11),)
+
+
 def test_a_drive_in_another_mode_is_not_armed_but_refused(bench):
     with pytest.raises(BackendError, match=r"6060 = 10\), it shows mode 9 \(6061\).*supports mode 10"):
         bench(shown_mode=9).backend.open()

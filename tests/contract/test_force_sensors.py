@@ -113,6 +113,34 @@ def test_a_backlog_that_filled_the_kernels_buffer_is_not_fresh(bench, kind, monk
 
 
 @pytest.mark.parametrize("kind", ["rokubi", "optoforce"])
+def test_the_frame_of_opening_is_not_fresh_behind_a_backlog(bench, kind, monkeypatch):
+    at = bench(kind)
+    frame = at.device.frame(1)
+    at.backend._waiting = at.backend._decode(frame)  # as `open` leaves it, while other devices are opened
+    monkeypatch.setattr(at.backend._port, "read_into", lambda _views: serial_sensor.FULL)
+    assert at.read()["sample_count"] == 0
+    monkeypatch.undo()
+    at.read()
+    assert at.send(at.device.frame(2))["sample_count"] == 1
+
+
+@pytest.mark.parametrize("kind", ["rokubi", "optoforce"])
+def test_an_interrupted_opening_leaves_no_locked_port(kind, monkeypatch):
+    device = SENSORS[kind]()
+    backend = make(device, open_timeout_s=1.0)
+
+    def _interrupted(*_given):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(serial_sensor.select, "select", _interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        backend.open()
+    assert backend._port is None
+    monkeypatch.undo()
+    device.close()
+
+
+@pytest.mark.parametrize("kind", ["rokubi", "optoforce"])
 def test_an_unplugged_sensor_is_a_lost_link_within_two_cycles(bench, kind):
     at = bench(kind)
     at.send(at.device.frame(1))

@@ -90,6 +90,46 @@ def test_a_fault_of_the_board_lasts_as_long_as_it_says(monkeypatch):
     assert tick["link_faults"][0] == 0
 
 
+SLOW = {"id": 0x103, "length": 3, "required": False, "period_ms": 10.0}
+STOP_INPUT, HEAT = (
+    {"channel": "estop", "byte": 0, "bits": 8},
+    {"channel": "temperature", "byte": 1, "bits": 16},
+)
+HEAT["unit"] = "degC"
+SOFT = {key: value for key, value in SENSED.items() if key != "field"}
+SOFT["field"] = [field for field in SENSED["field"] if field["channel"] != "estop"]
+
+
+@pytest.mark.parametrize(("fields", "faults"), [([STOP_INPUT, HEAT], LinkFault.LOST), ([HEAT], 0)])
+def test_a_slow_frame_that_comes_no_more_tells_nothing_any_more(monkeypatch, fields, faults):
+    backend, bus, tick = opened(monkeypatch, receive=[SOFT, {**SLOW, "field": fields}])
+
+    def cycle(count, *frames):
+        bus.answer = lambda _n: [sensed(count), *frames]
+        backend.read(tick)
+        backend.write(tick)
+        return int(tick["link_faults"][0]), float(tick["temperature_c"][0, 0])
+
+    assert cycle(100, (0x103, struct.pack("<BH", 0, 40))) == (0, 40.0)
+    for k in range(50):  # five of its periods
+        assert cycle(101 + k) == (0, 40.0)
+    found, celsius = cycle(152)
+    assert (found, math.isnan(celsius)) == (faults, True)
+    assert backend.words()[0].text == ("frame 0x103 does not come" if faults else "")
+    assert cycle(153, (0x103, struct.pack("<BH", 0, 41))) == (0, 41.0)
+    assert backend._alike() == 49, "the last cycle was one of them"
+    # whenever it comes it is Python's: compiled cycles would not know that it came
+    assert [bool(frame.numbers) for frame in backend.steady_frames()] == [True, False]
+    backend._received[1].fault = True
+    assert backend._lasting_faults() == LinkFault.DEVICE
+
+
+def test_a_slow_frame_without_a_period_may_come_when_it_likes(monkeypatch):
+    backend, _, _ = opened(monkeypatch)
+    backend.pass_by(10_000_000)
+    assert backend._device_faults() == 0
+
+
 @pytest.mark.parametrize(
     ("current_a", "torque_nm", "enabled", "sent"),
     [

@@ -7,6 +7,7 @@ import struct
 
 import pytest
 from board_frames import SENSED, opened, sensed
+from test_can_select import PARTS, feed, parts, receiving
 
 from hw.interface import LinkFault
 
@@ -78,3 +79,14 @@ def test_a_board_that_had_let_go_is_as_new_after_a_re_plug(monkeypatch):
     backend.warm_up(tick)
     backend.read(tick)
     assert int(tick["link_faults"][0]) == 0
+
+
+def test_a_fault_in_a_frame_of_parts_lasts_where_compiled_cycles_do_not_see_it():
+    fault = {"channel": "fault", "byte": 10, "bits": 8}
+    _, (frame,), by_id = receiving([{**PARTS, "field": [*PARTS["field"], fault]}])
+    assert not frame.steady().numbers
+    feed(by_id[0x100], *parts(1, 10))
+    assert not frame.lasting_fault
+    body = parts(2, 10)[0] + bytes([0, 10, 1, 0, 0, 0])
+    feed(by_id[0x100], body[:8], body[8:] + (sum(body) & 0xFFFF).to_bytes(2, "big"))
+    assert frame.lasting_fault

@@ -90,6 +90,12 @@ def test_a_dbc_becomes_plain_frames_that_need_the_file_no_more(tmp_path):
     assert backend.consumes == {"current_command"}
 
 
+def test_a_signal_of_a_dbc_is_sent_the_constant_that_it_is_given(tmp_path):
+    enable = {"channel": "constant", "message": "Command", "signal": "Enable", "value": 1.0}
+    (sent,) = board(tmp_path, [*SIGNALS[:3], enable]).send
+    assert [(field.channel, field.value) for field in sent.field][-1] == ("constant", 1.0)
+
+
 @pytest.mark.parametrize(
     ("unit", "shown"),
     [("rpm", "rpm"), ("1/min", "rpm"), ("deg/s", "deg/s"), ("rev/s", "turn/s"), ("counts/s", "count/s")],
@@ -152,6 +158,20 @@ def test_a_description_of_diagnostics_is_no_description_of_frames(tmp_path):
 FIELD = {"channel": "position", "start_bit": 0, "bits": 16, "unit": "count"}
 
 
+def sends(field):
+    """A board that is sent a command, and this."""
+    command = {"channel": "torque", "byte": 0, "bits": 16, "type": "int", "unit": "mNm"}
+    return {"receive": [{"id": 1, "field": [FIELD]}], "send": [{"id": 2, "field": [command, field]}]}
+
+
+def three_of_one_identifier(*select):
+    """Frames of which the first is told by a number, and both others by the same."""
+    heat, current = {**FIELD, "channel": "temperature", "unit": "degC"}, {**FIELD, "channel": "current"}
+    first = {"id": 1, "select": [{"value": 7, "bits": 8, "byte": 7}], "field": [FIELD]}
+    others = [{"id": 1, "select": select, "field": [one]} for one in (heat, {**current, "unit": "A"})]
+    return {"receive": [first, *others]}
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [
@@ -170,6 +190,15 @@ FIELD = {"channel": "position", "start_bit": 0, "bits": 16, "unit": "count"}
             {"receive": [{"id": 1, "field": [{**FIELD, "type": "float", "bits": 32, "wrap": True}]}]},
             "wrap is for",
         ),
+        (
+            {"receive": [{"id": 1, "counter": {"byte": 4, "bits": 32, "type": "float"}, "field": [FIELD]}]},
+            "counter of id 0x1: type uint or int",
+        ),
+        (sends({"channel": "counter", "byte": 4, "bits": 8, "type": "int"}), "counter: type uint, scale 1"),
+        (sends({"channel": "counter", "byte": 4, "bits": 8, "scale": 2.0}), "counter: type uint, scale 1"),
+        (sends({"channel": "enable", "byte": 4, "bits": 1, "type": "int"}), "enable: 1 bits of type int .*"),
+        (three_of_one_identifier({"value": 1, "bits": 8, "byte": 7}), "id 0x1 is received twice"),
+        (three_of_one_identifier(), "id 0x1 is received twice"),
     ],
 )
 def test_impossible_boards_are_refused_with_the_reason(change, text):
