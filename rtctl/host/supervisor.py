@@ -74,7 +74,7 @@ class Observer(Protocol):
 def _why_waiting(loop: Compiling | None, host: int) -> str:
     """What a start waits for: the loop has compiled so much, and the host's own process `host` functions."""
     if loop is None and not host:
-        return "the loop process is not ready yet: it opens the devices"
+        return "the loop process is not ready yet: it loads what it needs, then opens the devices"
     told = [f"{loop.functions} functions of the loop so far, of at most {loop.most}"] if loop else []
     told += [f"{host} of the host"] if host else []
     only = (
