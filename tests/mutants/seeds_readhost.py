@@ -22,6 +22,13 @@ SEEDS = (
         ("tests/unit/doctor/test_doctor_watch.py",),
     ),
     Seed(
+        "Ctrl-C while pydantic makes a model goes nowhere",
+        "rtctl/cli/__init__.py",
+        'partition(".")[0] == "pydantic":',
+        'partition(".")[0] == "":',
+        ("tests/unit/cli/test_last_words.py",),
+    ),
+    Seed(
         "a disk that hangs at the end is waited for twice: systemd kills first",
         "rtctl/recording/recorder.py",
         "patience_s = 0.0 if self._ending else END_S",

@@ -204,3 +204,18 @@ def test_ctrl_c_while_an_object_ends_is_heard_all_the_same():
         [sys.executable, "-c", SWALLOWED], capture_output=True, text=True, timeout=60, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
+@pytest.mark.parametrize("name", ["pydantic._internal.x", "rtctl.x"])
+def test_ctrl_c_within_pydantic_is_said_again_where_it_is_heard(monkeypatch, name):
+    again = []
+    monkeypatch.setattr(rtctl.cli, "_say_again", lambda: again.append(True))
+    monkeypatch.setattr(rtctl.cli, "_interrupts", [])
+    found = {"__name__": name, "sys": sys}
+    exec("frame = sys._getframe()", found)
+    if name.startswith("rtctl"):
+        with pytest.raises(KeyboardInterrupt):
+            rtctl.cli._interrupt(signal.SIGINT, found["frame"])
+    else:
+        rtctl.cli._interrupt(signal.SIGINT, found["frame"])
+    assert (again, rtctl.cli._interrupts) == ([True] if name.startswith("p") else [], [signal.SIGINT])
