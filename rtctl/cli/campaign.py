@@ -124,7 +124,7 @@ def command(
     if trace and index is None:
         raise click.UsageError("--trace is of one rig: give its --rig too")
     refuse_unread(
-        {*READ[mode], *READ, "seed", "rigs", "jobs", "as_json"},
+        set().union(*READ.values()) - set(READ[mode]),
         f"means nothing with --{mode}" if mode else "belongs to another campaign: --help says to which",
     )
     bar = partial(_bar, quiet=as_json)

@@ -54,12 +54,10 @@ def command(
     Nothing is changed, opened or armed. Each line is ok, warn or fail, with the command or line that puts it
     right. Exit code 1 when a line fails. With --watch a rig that runs is followed, of CONFIG or the only one.
     """
-    of_watch = {"watch_s", "runtime_dir"}
-    of_report = {"seconds", "no_timing"}
-    refuse_unread(
-        {"config", "watch", "as_json"} | (of_watch if watch else of_report),
-        "means nothing with --watch" if watch else "counts with --watch alone",
-    )
+    if watch:
+        refuse_unread({"seconds", "no_timing"}, "means nothing with --watch")
+    else:
+        refuse_unread({"watch_s", "runtime_dir"}, "counts with --watch alone")
     if watch:
         from rtctl.cli.doctor_watch import watch as follow
 

@@ -85,4 +85,5 @@ def _stop_opened(label: str, backend: Backend) -> Stopped:
         return Stopped(label, confirmed=False, detail=str(error))
     except Exception as error:  # noqa: BLE001 - whatever one device's code does, the others are stopped
         return Stopped(label, confirmed=False, detail=f"{type(error).__name__}: {error}")
+    # told, not seen: whether its torque is gone, only the device could say
     return Stopped(label, confirmed=True, detail="")

@@ -10,7 +10,7 @@ SEEDS = (
     Seed(
         "an option that no campaign reads is taken without a word",
         "rtctl/cli/unread.py",
-        "if name not in read and",
+        "if name in unread and",
         "if False and",
         UNREAD,
     ),

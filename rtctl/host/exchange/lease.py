@@ -89,6 +89,7 @@ class LeaseDesk:
         if loop_holds:
             return Refusal("lease_taken", "the loop still follows the last holder: ask again in 0.1 s")
         number = secrets.randbits(NUMBER_BITS) or 1  # 0 is no lease in the loop's records
+        # a random number: who had the lease before cannot guess it
         self._lease = Lease(number, user_id, holder, epoch)
         self._until_s = self._clock_s() + self.silence_s
         return self._lease
@@ -107,4 +108,5 @@ class LeaseDesk:
     def end(self, why: str) -> None:
         """Take the lease back."""
         if self._lease is not None:
+            # the reason stays: whoever held it asks only afterwards
             self._lease, self.ended = None, why

@@ -182,6 +182,7 @@ def _epoch(message: dict[str, Any], *, required: bool) -> int | None:
 def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) -> dict[str, Any]:
     known = {key.name: key for key in operation.keys}
     _require_rig(message, rig)
+    # refused, not left out: a key of another version, or spelt wrong, would do nothing and nobody would know
     for name in message:
         if name not in known and name not in ("id", "op", "epoch", "rig"):
             allowed = ", ".join(known) or "none besides id, op, epoch, rig"

@@ -75,6 +75,7 @@ class RunStatistics:
         self.ticks += len(rows)
         self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
         self.waiver = bool(rows["waiver"][-1])
+        # a copy: a view would keep the whole batch
         self.last = rows[-1:].copy()
         # SHUTDOWN ends every run, and is the cause of none
         before_the_end = rows[rows["state"] != State.SHUTDOWN]

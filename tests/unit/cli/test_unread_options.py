@@ -20,12 +20,17 @@ from rtctl.errors import ConfigError
         ("campaign --admittance --policy tanh", "--policy means nothing with --admittance"),
         ("campaign --first 3", "--first belongs to another campaign"),
         ("campaign --trace TRACE", "--trace is of one rig"),
+        ("playback a.toml --lever-m 0.2", "--lever-m means nothing with a rig file"),
+        ("playback a.toml --time t", "--time means nothing with a rig file"),
+        ("playback a.toml --plot PICTURE", "--plot is about the model that is learned"),
         ("doctor --seconds 3", "--seconds counts with --watch alone"),
         ("doctor --watch --no-timing", "--no-timing means nothing with --watch"),
     ],
 )
 def test_what_would_not_be_read_is_wrong_usage(tmp_path, given, said):
-    words = given.replace("TRACE", str(tmp_path / "t.npz")).split()
+    words = (
+        given.replace("TRACE", str(tmp_path / "t.npz")).replace("PICTURE", str(tmp_path / "p.png")).split()
+    )
     told = CliRunner().invoke(cli, words)
     assert (told.exit_code, said in told.output) == (2, True), told.output
 
