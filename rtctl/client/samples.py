@@ -13,6 +13,7 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ClientError
 from rtctl.tick import single_words, tick_dtype
 
+# ten state samples of the default 100 a second
 STALE_S = 0.1
 """Age of a sample from which it no longer tells what the rig does."""
 

@@ -65,10 +65,12 @@ class ViewServer(ThreadingHTTPServer):
     def __init__(self, client: RigClient, host: str, port: int, key: str = "") -> None:
         self.client = client
         self.key = key or secrets.token_urlsafe(12)
+        # bounded: to give back a place twice is a mistake, and raises
         self.streams = threading.BoundedSemaphore(MOST_STREAMS)
         self.recordings = threading.BoundedSemaphore(MOST_RECORDINGS)
         self.closing = threading.Event()
         self.guests = Guests()
+        # before the socket listens: a page that finds no daemon is not opened
         self.hello = client.hello()
         super().__init__((host, port), _Handler)
         self.feed = Feed(client)

@@ -52,6 +52,7 @@ class Recorder:
     ) -> None:
         self.folder = folder
         self._parts = Parts(folder, setup, limits or Limits())
+        # at least 20,000: a slow loop's 15 s are few ticks, and a disk may take its time all the same
         self._most_rows = max(20_000, round(QUEUE_S * float(setup.about["rate_hz"])))
         self._wait = wait
         self._queue: deque[_Batch] = deque()
