@@ -137,6 +137,7 @@ def _run(command: list[str], *, check: bool = True) -> None:
     if command[0] == COMPILER:
         _compile(command)
         return
+    # what it says is shown with its failure alone: steps that work say nothing worth reading
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and check and command[0] != "udevadm":
         raise click.ClickException(f"{' '.join(command)}: {(done.stderr or done.stdout).strip()}")
