@@ -120,6 +120,7 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Pages, static files, the stream, a recording."""
         url = urlsplit(self.path)
+        # before anything is looked up: a foreign page learns not even what exists
         if not self._is_ours(url.path):
             return
         if url.path in FILES:

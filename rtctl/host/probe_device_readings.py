@@ -211,6 +211,7 @@ class DeviceProbe:
         latest = np.atleast_1d(np.asarray(self.tick[field][0], dtype=float))
         total, squares, low, high, _first = self._sums[channel]
         mean = total / self._fresh
+        # max: of a constant value rounding leaves a variance just below 0
         spread = np.sqrt(np.maximum(squares / self._fresh - mean * mean, 0.0))
         force, whole_rig = channel == "force", channel in WHOLE_RIG_CHANNELS
         if force:

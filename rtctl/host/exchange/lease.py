@@ -86,6 +86,7 @@ class LeaseDesk:
                 f"{lease.holder} holds the lease: wait until it releases it or is silent for "
                 f"{self.silence_s:g} s, or stop the rig, which ends it",
             )
+        # the loop first lets go: two renderers must not have one proxy between them
         if loop_holds:
             return Refusal("lease_taken", "the loop still follows the last holder: ask again in 0.1 s")
         number = secrets.randbits(NUMBER_BITS) or 1  # 0 is no lease in the loop's records

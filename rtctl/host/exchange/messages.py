@@ -102,6 +102,7 @@ def decode_target(payload: bytes, rig: RigDescription) -> Request | Refusal:
         message = _unpack(payload)
         operation = OPERATIONS["target"]
         epoch = _epoch(message, required=True)
+        # 0: an id is for replies, and a target has none
         return Request(0, "target", epoch, _values(message, operation, rig))
     except _RefuseError as refused:
         return Refusal(refused.code, str(refused))
@@ -118,6 +119,7 @@ def _unpack(payload: bytes) -> dict[str, Any]:
             # a header of five bytes may announce 4 GB: refused before they are asked for
             max_array_len=_MAX_ITEMS,
             max_map_len=_MAX_KEYS,
+            # no operation has bytes or an extension
             max_bin_len=0,
             max_ext_len=0,
         )

@@ -92,6 +92,7 @@ class Publisher:
         except zmq.Again:
             socket.setsockopt(zmq.XPUB_NODROP, 0)
             socket.send_multipart((topic, payload), zmq.NOBLOCK)
+            # back again: the next message is offered to all first
             socket.setsockopt(zmq.XPUB_NODROP, 1)
             return False
         socket.send(payload, zmq.NOBLOCK)

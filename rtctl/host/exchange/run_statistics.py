@@ -22,6 +22,7 @@ class Histogram:
         The exact largest value."""
 
     def __init__(self) -> None:
+        # one cell more: durations beyond the last octave
         self._counts = np.zeros(_PER_OCTAVE * _OCTAVES + 1, np.int64)
         self.max_ns = 0
 

@@ -267,6 +267,7 @@ class Telemetry:
     def _send(self, topic: bytes, message: object) -> None:
         """Send one message to every subscriber whose queue has room."""
         payload = encode(message)
+        # counted once, however many doors it goes out by
         self.published += 1
         for sender in self._publishers:
             self.dropped += not sender.send(topic, payload)
