@@ -32,6 +32,7 @@ SAMPLES = 60
 WAITED_S = 0.01
 """Ten cycles at 1 kHz. Every other call may take longer on a busy machine; a call that waits always does."""
 
+# an odd number: the median is then one of the calls
 CALLS = 15
 
 METHODS: dict[str, list[str]] = {"open": [], "read": ["tick"], "write": ["tick"], "stop": [], "close": []}
@@ -55,6 +56,7 @@ def _typical_s(call: Callable[[], object], first: Callable[[], object] = lambda:
 @cache
 def _loaded_too(module: str) -> str:
     """What a process that imports this module has loaded of `HEAVY`, or how the import failed."""
+    # a process of its own: this one has loaded all of them
     code = f"import sys, {module}; sys.exit(', '.join(set({HEAVY}) & set(sys.modules)))"
     shown = subprocess.run(
         [sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=170
@@ -92,6 +94,7 @@ class Contract(Units):
         assert declared is None or declared.provides >= provides
 
     def test_a_new_backend_shows_its_channels_before_it_is_opened(self, subject: Subject) -> None:
+        # before `open`: the rig file is checked with no device there
         found = registry.channels(subject.case.kind, subject.options, subject.rig)
         assert found.provides >= subject.backend.provides
         assert found.consumes >= subject.backend.consumes
@@ -104,6 +107,7 @@ class Contract(Units):
         self, subject: Subject, tmp_path: Path
     ) -> None:
         model = registry.options_model(subject.case.kind)
+        # as the loop process gets them: by one line of JSON
         dump = json.loads(json.dumps(subject.options))
         again = model.model_validate(dump, context={"folder": tmp_path})
         assert again.model_dump(mode="json") == subject.options
@@ -197,6 +201,7 @@ class Contract(Units):
 
     def test_reading_writes_the_given_channels_and_nothing_else(self, running: Subject) -> None:
         given = {CHANNEL_FIELDS[channel] for channel in running.backend.provides}
+        # two: a field that holds the one by chance does not hold the other
         for sentinel in (77, -55):
             tick = running.tick()
             for field in FIELDS:
@@ -214,6 +219,7 @@ class Contract(Units):
 
     def test_missed_slots_are_no_error(self, running: Subject) -> None:
         tick = running.tick()
+        # slots that were skipped are never caught up (`rtctl.rt.cycle`)
         for slot in (0, 1, 5, 6, 40):
             tick = running.tick(slot)
             running.read(tick)
@@ -221,6 +227,7 @@ class Contract(Units):
         assert tick["sample_count"][0] > 0
 
     def test_ticks_may_be_rows_of_a_ring(self, running: Subject) -> None:
+        # in the daemon every tick is one: what a backend keeps of it is overwritten a ring later
         ring = np.concatenate([running.tick(slot) for slot in range(4)]).view(type(running.tick()))
         for slot in range(4):
             running.read(ring[slot : slot + 1])
@@ -236,6 +243,7 @@ class Contract(Units):
             a, b = running.tick(slot), running.tick(slot)
             running.read(a)
             twin.read(b)
+            # as bytes: NaN is not equal to itself
             assert a.tobytes() == b.tobytes()
             running.write(a)
             twin.write(b)

@@ -135,6 +135,7 @@ class Subject:
     def __init__(self, case: Case, folder: Path, which: str = "first") -> None:
         self.case, self.folder = case, folder
         given = case.options(folder, which)
+        # through the model, as a rig file's: defaults and paths are what the daemon would have
         valid = registry.options_model(case.kind).model_validate(given, context={"folder": folder})
         self.options: dict[str, Any] = valid.model_dump(mode="json")
         self.rig = nominal_rig(case.n_axes)
@@ -177,6 +178,7 @@ class Subject:
     def told(self, slot: int, *, enabled: int, torque: float) -> Received | None:
         """Run a cycle that sends this, up to the next sample; what the device then has of it."""
         tick = self.tick(slot)
+        # both: a backend takes the current or the torque, and which is its own choice
         tick["enabled"], tick["current_command_a"], tick["torque_applied_nm"] = enabled, torque, torque
         self.write(tick)
         self.read(tick)

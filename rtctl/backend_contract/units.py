@@ -69,6 +69,7 @@ class Units:
         for channel in sorted(shown.backend.provides & SHOWN.keys()):
             size = shown.tick()[CHANNEL_FIELDS[channel]].shape[-1]
             for sign in (1, -1) if channel != "temperature" else (1,):
+                # another value for each axis: exchanged ones show
                 wanted = sign * SHOWN[channel] * (1 + 0.2 * np.arange(size))
                 found = self._showing(shown, channel, wanted)
                 assert found == pytest.approx(wanted, rel=0.02, abs=0.01), channel

@@ -11,6 +11,7 @@ import sys
 import threading
 from contextlib import suppress
 from difflib import get_close_matches
+from types import FrameType
 from typing import Any
 
 import click
@@ -106,21 +107,30 @@ def main() -> None:
 _interrupts: list[int] = []
 
 
-def _interrupt(number: int, _frame: object) -> None:
+# long enough that whatever swallowed it has returned, too short for a person to press it again
+AGAIN_S = 0.05
+
+
+def _interrupt(number: int, frame: FrameType | None) -> None:
     """Remember Ctrl-C: pydantic, for one, makes an error of its own of the exception that this raises."""
     _interrupts.append(number)
+    # its core in Rust asks its Python for hashes while it makes a model, and drops what that raises: one
+    # Ctrl-C of fifty in the first half second of `rtctl identify` went nowhere
+    if frame is not None and str(frame.f_globals.get("__name__")).partition(".")[0] == "pydantic":
+        _say_again()
+        return
     raise KeyboardInterrupt
 
 
-# long enough that whatever swallowed it has returned, too short for a person to press it again
-AGAIN_S = 0.05
+def _say_again() -> None:
+    threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
 
 
 def _unraisable(what: sys.UnraisableHookArgs) -> None:
     """Ctrl-C while Python ends an object, or runs a callback of C, goes nowhere: it is said again, some
     instructions later."""
     if _interrupts and issubclass(what.exc_type, KeyboardInterrupt):
-        threading.Timer(AGAIN_S, os.kill, (os.getpid(), signal.SIGINT)).start()
+        _say_again()
     else:
         sys.__unraisablehook__(what)
 

@@ -114,6 +114,7 @@ def command(
             "the checkout"
         )
 
+    # after the check above: an installed package has no `tests`
     from tests.bench.groups import Wakeups, measurements
 
     report = _Json() if as_json else _Text()

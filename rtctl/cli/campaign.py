@@ -14,6 +14,7 @@ import click
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile
+from rtctl.cli.unread import refuse_unread
 
 if TYPE_CHECKING:
     from rtctl.simulation.campaign_run import Order, Result
@@ -21,6 +22,14 @@ if TYPE_CHECKING:
 Bar = Callable[[int, str], AbstractContextManager[Callable[[int], None]]]
 Told = tuple[str, dict[str, Any], Sequence[object]]
 """What was found: for people, for JSON, and what is broken."""
+
+READ = {
+    "margins": (),
+    "still": ("index", "policies", "hold_s"),
+    "admittance": ("index", "first"),
+    "": ("ticks", "faults", "passive", "index", "trace"),
+}
+"""Parameters that each campaign reads beside those that all read; the last one is that without a name."""
 
 
 @click.command("campaign")
@@ -108,6 +117,16 @@ def command(
     law the daemon runs, while faults, late ticks, wrong targets and requests rain on them. An oracle that
     shares no code with the law judges every tick. A violated invariant is printed with the command that
     shows it again; the exit status is then 1."""
+    chosen = [mode for mode, asked in zip(READ, (margins, still, admittance), strict=False) if asked]
+    if len(chosen) > 1:
+        raise click.UsageError(f"--{chosen[0]} and --{chosen[1]} are two campaigns: one at a time")
+    mode = chosen[0] if chosen else ""
+    if trace and index is None:
+        raise click.UsageError("--trace is of one rig: give its --rig too")
+    refuse_unread(
+        set().union(*READ.values()) - set(READ[mode]),
+        f"means nothing with --{mode}" if mode else "belongs to another campaign: --help says to which",
+    )
     bar = partial(_bar, quiet=as_json)
     if margins:
         text, result, broken = _margins(rigs, seed, jobs, bar)

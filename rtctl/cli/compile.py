@@ -27,6 +27,7 @@ def command(config: Path, *, as_json: bool) -> None:
 
     loaded = load(config)
     began = time.monotonic()
+    # before the rig is built: that compiles already
     code_cache.on_compiled.append(_Progress(began).hear)
     devices = compile_rig(loaded)
     functions, seconds = len(set(code_cache.made_here)), time.monotonic() - began

@@ -18,4 +18,5 @@ def command(ctx: click.Context, shell: str) -> None:
     fish, in ~/.config/fish/config.fish:    rtctl completion fish | source"""
     made = get_completion_class(shell)
     assert made is not None
+    # by the fixed name, not by how it was called: the shell completes after `rtctl`
     click.echo(made(ctx.find_root().command, {}, "rtctl", "_RTCTL_COMPLETE").source())

@@ -14,6 +14,7 @@ from rtctl.cli.invocation import as_run
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.rig_argument import connect, runtime_option
+from rtctl.cli.unread import refuse_unread
 
 if TYPE_CHECKING:
     from rtctl.host.machine_line import Line
@@ -53,6 +54,10 @@ def command(
     Nothing is changed, opened or armed. Each line is ok, warn or fail, with the command or line that puts it
     right. Exit code 1 when a line fails. With --watch a rig that runs is followed, of CONFIG or the only one.
     """
+    if watch:
+        refuse_unread({"seconds", "no_timing"}, "means nothing with --watch")
+    else:
+        refuse_unread({"watch_s", "runtime_dir"}, "counts with --watch alone")
     if watch:
         from rtctl.cli.doctor_watch import watch as follow
 

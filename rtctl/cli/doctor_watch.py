@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from rtctl.cli.json_text import json_text
+from rtctl.errors import NoReplyError
 
 if TYPE_CHECKING:
     from rtctl.client import RigClient
@@ -19,12 +20,14 @@ SILENT_S = 3.0
 
 def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> None:
     """Show what `late` of each health says that is new, until `seconds` have passed or Ctrl-C; then the sums,
-    of all runs of the daemon meanwhile."""
+    of all runs of the daemon meanwhile.
+
+    Raises NoReplyError where none came, or the rig has no late ticks to tell of."""
     began = time.monotonic()
     end = began + (float("inf") if seconds is None else seconds)
     before: dict[str, Any] = {}
     count, causes = 0, Counter[str]()
-    heard = began
+    heard, came = began, False
     try:
         with client.health() as healths:
             while (now := time.monotonic()) < end:
@@ -35,7 +38,7 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> None:
                         # said once in that time, not at every look
                         heard = now
                     continue
-                heard, late = now, health.get("late")
+                heard, came, late = now, True, health.get("late")
                 if late is None:
                     continue
                 if not before:
@@ -52,8 +55,12 @@ def watch(client: RigClient, seconds: float | None, *, as_json: bool) -> None:
     except KeyboardInterrupt:
         click.echo("", err=True)
     if not before:
-        click.echo("no health came: the rig tells nothing of late ticks", err=True)
-        return
+        raise NoReplyError(
+            "the rig tells nothing of late ticks: it runs on a virtual clock"
+            if came
+            else f"no health came in {time.monotonic() - began:.1f} s, and a daemon tells it once a second: "
+            "none runs this rig, or it cannot be reached"
+        )
     _sums(count, causes, as_json=as_json)
 
 

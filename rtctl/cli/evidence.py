@@ -77,6 +77,7 @@ def command(
         found.append(judge_set(one.name, one.source, points, told, options))
     text = page(found, f"rtctl evidence {description} --data DATA --out {out or 'PAGE'}")
     if out is not None:
+        # hours of learning: a page that was there stays until the new one is whole
         with whole(out) as new:
             new.write_text(text, encoding="utf-8")
     if as_json:

@@ -102,6 +102,7 @@ def _observer(axis: AxisGain, loaded: LoadedConfig, out: Path) -> str:
 
 def _named(out: Path, loaded: LoadedConfig) -> str:
     """Path of the model as the rig file names it: relative to its folder."""
+    # relative: rig file and model are copied together, to a service too
     return Path(os.path.relpath(real(out), loaded.path.parent)).as_posix()
 
 

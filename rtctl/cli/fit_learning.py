@@ -51,6 +51,7 @@ def apart_from_load(
 
     verdict = beside_speed.judge_load(measured, hold_out.way_for(measured, held_out))
     load = unloaded.load_of(measured, verdict)
+    # test points, too: they are judged by the curve without load
     if plan.test is not None:
         plan = replace(plan, test=unloaded.without_load(plan.test, load))
     return unloaded.without_load(measured, load), plan, (verdict, load)

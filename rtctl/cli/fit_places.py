@@ -134,6 +134,7 @@ def learn(
             "friction_nm": found.friction_nm,
             "held_out_rmse_nm": found.tried,
         }
+        # before the places: what comes and goes with the angle is taken off their torque
         model = replace(model, conservative=part)
     if measured.places is not None:
         fitted = fit_places(model, measured.places, period, part)

@@ -93,6 +93,7 @@ def tell(learned: Learned) -> None:
             + (f"\nplot:  {plot}" if plot else "")
             + (f"\nreport: {page}" if page else "")
         )
+        # a ladder has compared other curves already
         remedy = (
             "" if learned.ladder else "; compare with other curves (--ladder), or give a smaller --epsilon"
         )

@@ -43,6 +43,7 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
         return
     if target is None:
         raise click.UsageError(f"where to? rtctl init {shipped} my-rig.toml")
+    # by the target's name: two rigs of one name would take each other's lock and state
     written = write_copy(shipped, target, name or target.stem)
     if as_json:
         click.echo(json_text({"rig": name or target.stem, "files": written}))

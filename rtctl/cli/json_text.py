@@ -11,6 +11,7 @@ from rtctl.plain_data import Plain, as_data
 def json_text(value: object, indent: int | None = None) -> str:
     """`value` as JSON on one line, or indented. A command in any of its texts is one that runs here, as on a
     terminal."""
+    # allow_nan: NaN is no JSON, and many readers stop at it; `as_data` has made it null before
     return json.dumps(_as_run(as_data(value)), indent=indent, allow_nan=False)
 
 

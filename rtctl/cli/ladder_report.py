@@ -19,6 +19,7 @@ def climb(
     """Search the ladder with a progress bar on stderr; learn the chosen rung."""
     from rtctl.friction.learn import ladder
 
+    # no time left: rungs differ too much for the pace so far to foretell anything
     with click.progressbar(length=1, label="searching", file=sys.stderr, show_eta=False) as bar:
 
         def progress(done: int, of: int) -> None:
@@ -35,6 +36,7 @@ def body(ladder: Ladder) -> dict[str, Any]:
     rows = [
         {
             "family": rung.family,
+            # null: a rung that was refused has no error, and 0 would be the best of all
             "held_out_rmse_nm": None if rung.refused else rung.rmse_nm,
             "held_out_se_nm": None if rung.refused else rung.se_nm,
             "terms": [score.n_terms for score in rung.scores],

@@ -71,6 +71,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
     told = ""
     for a, axis in enumerate(hello["axes"]):
         motion = axis.get("motion", "rotary")
+        # units again only where they change: most rigs have one motion
         if motion != told:
             lines.append(f"{'':<12}" + "".join(f"{unit(one, motion):>12}" for one in _UNITS))
             told = motion

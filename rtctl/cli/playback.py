@@ -13,6 +13,7 @@ from rtctl.cli.columns import unit_of
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile, errors_in_units_of, require_apart
+from rtctl.cli.unread import refuse_unread
 
 if TYPE_CHECKING:
     from rtctl.simulation.playback_job import Job
@@ -39,6 +40,10 @@ def _column(ctx: click.Context, param: click.Parameter, text: str | None) -> dic
 
 
 _NUMBER = Number(1e-9, 1e9)
+_OF_A_LOG_ALONE = {
+    "time", "position", "motor_torque", "hand_torque", "torque_limit_nm", "lever_m", "counts_per_rev"
+}  # fmt: skip
+_OF_LEARNING = {"save_model", "plot", "presliding_rad", "train_share", "epsilon_nm"}
 
 
 @click.command("playback")
@@ -106,6 +111,10 @@ def command(config: Path | None, *, as_json: bool, **options: Any) -> None:  # n
             "give CONFIG, or --log, --fit-from, --time and --position with a torque column"
         )
     require_apart(options["save_model"], (config, options["log"], *options["fit_from"]), options["plot"])
+    if config:
+        refuse_unread(_OF_A_LOG_ALONE, f"means nothing with a rig file: it stands in {config}")
+    if not options["fit_from"]:
+        refuse_unread(_OF_LEARNING, "is about the model that is learned: give --fit-from, too")
     from rtctl.recording.as_columns import register
     from rtctl.rig_file.config import load
     from rtctl.simulation.playback_job import Job, run

@@ -13,6 +13,7 @@ from hw.motion import words
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 
+# a script waits for an end; two seconds show a rate of some samples a second as well
 JSON_SECONDS = 2.0
 
 

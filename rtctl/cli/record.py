@@ -13,7 +13,7 @@ import click
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFolder
-from rtctl.cli.rig_argument import only_rig, rig_argument, runtime_option
+from rtctl.cli.rig_argument import is_rig_file, only_rig, rig_argument, runtime_option
 
 if TYPE_CHECKING:
     from rtctl.client.capture import Capture, Run
@@ -69,8 +69,7 @@ def _target(rig: str, out: Path | None) -> tuple[str, Path, Limits | None]:
     """Name of the rig, folder, and limits of its file."""
     from rtctl.recording.state_folder import recording_folder, state_folder
 
-    # as `rig_argument.rig_name` tells a file from a name
-    if not (rig.endswith(".toml") or Path(rig).is_file()):
+    if not is_rig_file(rig):
         return rig, out or state_folder(rig) / "recordings", None
     from rtctl.recording.limits import Limits
     from rtctl.rig_file.config import load

@@ -35,6 +35,7 @@ def command(file: Path, config: Path | None, plot: Path | None, *, as_json: bool
 
     if plot is not None and config is None:
         raise click.UsageError("--plot shows the difference to --config: give both")
+    # up to this part alone: what comes after it does not change what was decided in it
     reader = RecordingReader(with_earlier_parts(file))
     if config is not None:
         _other(reader, config, plot, as_json=as_json)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,10 +82,20 @@ def only_rig(runtime_dir: Path | None) -> str:
     return running[0]
 
 
+def is_rig_file(rig: str) -> bool:
+    """Whether the argument is a rig file, and not the name of a rig."""
+    if rig.endswith(".toml"):
+        return True
+    # pathlib tells of a name of 300 letters, or below a folder that is not for this user, by raising
+    with suppress(OSError):
+        return Path(rig).is_file()
+    return False
+
+
 def rig_name(rig: str) -> str:
     """Name of the rig: read from its file when `rig` is one, without judging the rest. Raises ConfigError."""
     path = Path(rig)
-    if not (rig.endswith(".toml") or path.is_file()):
+    if not is_rig_file(rig):
         return rig
     try:
         # not `load`: a file that was spoilt since must not keep anybody from stopping its rig

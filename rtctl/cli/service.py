@@ -79,7 +79,8 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
     if root == Path("/") and not dry_run:
         _require_root()
     # by the rig files, which an uninstallation without --purge leaves: they may come back
-    others = [rig for rig in service.installed(root) if rig != name]
+    known = service.installed(root)
+    others = [rig for rig in known if rig != name]
     commands, paths = service.removal(name, root, last=not others, purge=purge)
     steps: list[str] = []
     say = steps.append if as_json else click.echo
@@ -97,8 +98,10 @@ def uninstall(name: str, root: Path, *, purge: bool, dry_run: bool, as_json: boo
         _run(["systemctl", "daemon-reload"])
     if as_json:
         click.echo(json_text({"rig": name, "dry_run": dry_run, "steps": steps}))
-    elif not paths and not commands:
-        click.echo(f"nothing of rig {name!r} is installed")
+    # not by the commands: systemd is asked to stop whatever name is given, and a wrong one fails silently
+    if name not in known and not paths:
+        there = f"; there are {', '.join(known)}" if known else ""
+        click.echo(f"nothing of rig {name!r} is installed{there}", err=True)
 
 
 @command.command("status")
@@ -137,6 +140,7 @@ def _run(command: list[str], *, check: bool = True) -> None:
     if command[0] == COMPILER:
         _compile(command)
         return
+    # what it says is shown with its failure alone: steps that work say nothing worth reading
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode and check and command[0] != "udevadm":
         raise click.ClickException(f"{' '.join(command)}: {(done.stderr or done.stdout).strip()}")

@@ -23,6 +23,7 @@ def command(config: Path, *, as_json: bool) -> None:
     from rtctl.host.safe_stop import SafeStop
     from rtctl.rig_file.config import load
 
+    # no lock: whoever holds it may be the very process that hangs
     stopped = SafeStop(load(config)).now()
     bad = [one for one in stopped if not one.confirmed]
     if as_json:

@@ -12,7 +12,7 @@ import click
 from rtctl.cli.json_text import json_text
 from rtctl.cli.rig_argument import reach_options, rig_of
 
-PORT = 8650
+HOST, PORT = "127.0.0.1", 8650
 # a page on this machine answers within milliseconds, if it is there
 ANSWER_S = 1.0
 
@@ -24,7 +24,7 @@ class _Served(TypedDict):
     runtime_dir: Path | None
     address: str | None
     key: Path | None
-    host: str
+    host: str | None
     port: int | None
     as_json: bool
 
@@ -33,9 +33,7 @@ def _options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(
         (
             reach_options,
-            click.option(
-                "--host", default="127.0.0.1", show_default=True, help="address the page listens on"
-            ),
+            click.option("--host", help="address the page listens on; 127.0.0.1 unless given"),
             click.option(
                 "--json", "as_json", is_flag=True, help="the addresses as one JSON object; then it serves"
             ),
@@ -77,7 +75,7 @@ def _serve(
     runtime_dir: Path | None,
     address: str | None,
     key: Path | None,
-    host: str,
+    host: str | None,
     port: int | None,
     *,
     as_json: bool,
@@ -87,15 +85,14 @@ def _serve(
     from rtctl.errors import ClientError
 
     name = "" if address and not rig else rig_of(rig, runtime_dir)
-    # who names a port wants a page of their own, whatever the daemon shows
-    if port is None:
-        port = PORT
-        if name and (shown := _shown_by_daemon(name, runtime_dir)):
-            url, key_part = shown
-            if not as_json:
-                click.echo("the daemon shows it already (view = true):")
-            _tell(f"{url}{page}", key_part, as_json=as_json)
-            return
+    # who names a port or an address wants a page of their own, whatever the daemon shows
+    if port is None and host is None and name and (shown := _shown_by_daemon(name, runtime_dir)):
+        url, key_part = shown
+        if not as_json:
+            click.echo("the daemon shows it already (view = true):")
+        _tell(f"{url}{page}", key_part, as_json=as_json)
+        return
+    host, port = host or HOST, PORT if port is None else port
     with RigClient(name, runtime_dir=runtime_dir, address=address, key=key) as client:
         try:
             server = ViewServer(client, host, port)

@@ -67,6 +67,7 @@ class Capture:
     def __init__(self, endpoints: Endpoints) -> None:
         self._endpoint = endpoints.telemetry
         Connection.vouch(self._endpoint)  # before there is a context to be ended
+        # a context of its own: its end waits for its own socket alone
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         connection = Connection(self._context, endpoints)
         topics = (TOPIC_SETUP, TOPIC_TICKS, TOPIC_EVENT, TOPIC_COMMAND, TOPIC_HEALTH)

@@ -55,8 +55,10 @@ class Connection:
             made.setsockopt(zmq.CURVE_SERVERKEY, self.key.server_key.encode())
             made.setsockopt(zmq.CURVE_PUBLICKEY, self.key.public_key.encode())
             made.setsockopt(zmq.CURVE_SECRETKEY, self.key.secret_key.encode())
+        # by ipc the kernel says at once that the other end is gone; of a network nobody may say anything
         if endpoint.startswith("tcp:"):
             made.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
+            # three: one that is late on a busy network is no loss
             made.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
         made.connect(endpoint)
         return made

@@ -41,6 +41,7 @@ class Lease:
         The epoch this lease belongs to."""
 
     def __init__(self, connection: Connection, epoch: int, timeout_s: float) -> None:
+        # a requester of its own: the thread that renews must not wait for the program's own requests
         self._requester = Requester(connection)
         self._timeout_s = timeout_s
         self.epoch = epoch
@@ -84,6 +85,7 @@ class Lease:
         target = {"lease": self._text, "epoch": self.epoch, "position_rad": self._numbers(position_rad)}
         if velocity_rad_s is not None:
             target["velocity_rad_s"] = self._numbers(velocity_rad_s)
+        # NOBLOCK: with CONFLATE the newer one takes the place of what waits, and nothing is to be waited for
         self._socket.send(msgpack.packb(target), zmq.NOBLOCK)
 
     def _numbers(self, values: Sequence[float]) -> list[float]:

@@ -13,6 +13,7 @@ from rtctl.control.vocabulary import Fault, State
 from rtctl.errors import ClientError
 from rtctl.tick import single_words, tick_dtype
 
+# ten state samples of the default 100 a second
 STALE_S = 0.1
 """Age of a sample from which it no longer tells what the rig does."""
 
@@ -88,6 +89,7 @@ def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigStat
             **{name: tuple(message[name]) for name in _VECTORS},
             state=State(int(message["state"])),
             epoch=int(message["epoch"]),
+            # faults that this version does not know are left out: their number means nothing here
             faults=tuple(fault for fault in Fault if bits & fault),
             authority=message["authority"],
             # get: recordings and daemons of before lack it
@@ -139,6 +141,7 @@ def tick_rows(message: Mapping[str, Any]) -> np.ndarray:
         A batch whose columns do not fit together."""
     try:
         columns = message["columns"]
+        # by a column that every tick has: its second dimension is the axes
         rows = np.zeros(int(message["rows"]), tick_dtype(columns["position_rad"]["shape"][1]))
         fill(rows, columns)
     except (KeyError, IndexError, TypeError, ValueError) as error:

@@ -166,6 +166,7 @@ class Feed:
 
     def _begin(self) -> None:
         """Nothing has been seen, as far as who comes next is told."""
+        # what was seen before nobody looked is old: a page would show it as now
         self.silent, self._heard_s, self.newest = "connecting", time.monotonic(), None
         self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
 
@@ -178,6 +179,7 @@ class Feed:
         with self._client.ticks() as stream:
             while self._followed.is_set() and not self._closed.is_set():
                 try:
+                    # half a second: it looks now and then whether anybody follows still
                     rows = stream.receive(0.5)
                 except ClientError as error:
                     self.silent = str(error)

@@ -79,6 +79,7 @@ def status(feed: Feed, world: World, motion: str = "rotary") -> dict[str, Any]:
     """What the panel shows beside the curves, of a rig that is told of in this motion."""
     health, rows = feed.health, feed.newest
     out: dict[str, Any] = {"silent": feed.silent, "silent_s": feed.silent_s}
+    # before any tick, too: the world and the last health are known without one
     out |= {"health": health, "world": world.describe()}
     if rows is None:
         return out

@@ -65,10 +65,12 @@ class ViewServer(ThreadingHTTPServer):
     def __init__(self, client: RigClient, host: str, port: int, key: str = "") -> None:
         self.client = client
         self.key = key or secrets.token_urlsafe(12)
+        # bounded: to give back a place twice is a mistake, and raises
         self.streams = threading.BoundedSemaphore(MOST_STREAMS)
         self.recordings = threading.BoundedSemaphore(MOST_RECORDINGS)
         self.closing = threading.Event()
         self.guests = Guests()
+        # before the socket listens: a page that finds no daemon is not opened
         self.hello = client.hello()
         super().__init__((host, port), _Handler)
         self.feed = Feed(client)
@@ -118,6 +120,7 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Pages, static files, the stream, a recording."""
         url = urlsplit(self.path)
+        # before anything is looked up: a foreign page learns not even what exists
         if not self._is_ours(url.path):
             return
         if url.path in FILES:

@@ -145,6 +145,7 @@ class World:
 
     def __init__(self, client: RigClient, hello: Mapping[str, Any]) -> None:
         self._client = client
+        # the first axis: a world of a joint is one-dimensional, and the page has one slider
         self._axis = hello["axes"][0]["name"]
         self._scale = Scale.of(hello["axes"][0])
         self._lock = threading.Lock()
@@ -237,6 +238,7 @@ class World:
 
     def _let_go(self) -> None:
         """End the drag. Nobody but the next renderer should find the rig waiting for targets."""
+        # first: a request that fails below must not leave it dragging
         self._drag_rad, self.kind = None, ""
         # else another renderer has taken over, and its world stays
         if self._client.status()["lease_holder"] is None:

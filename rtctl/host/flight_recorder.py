@@ -78,6 +78,7 @@ class FlightRecorder:
         self._detector = EventDetector(rig, words, friction)
         self._chatter = ChatterFilter()
         self._capture = Capture()
+        # opens nothing yet: the first write is the thread's, which may wait for the disk
         self._log = EventLog(folder)
         self._queue: queue.Queue[_Item] = queue.Queue(QUEUE_ITEMS)
         self._last: Event = {"tick": -1, "epoch": 0}
@@ -89,6 +90,7 @@ class FlightRecorder:
         self._put([self._event("started", pid=os.getpid(), **self._about)])
         # daemon: a write that hangs in the kernel must not keep the process
         self._thread = threading.Thread(target=self._work, name="flight-recorder", daemon=True)
+        # after the first event was put: the log begins with `started` whatever comes at once
         self._thread.start()
 
     def observe(self, rows: np.ndarray) -> list[Event]:
@@ -203,6 +205,7 @@ class FlightRecorder:
                 date = datetime.fromtimestamp(event["timestamp"], UTC).isoformat(timespec="seconds")
                 found = timing_of(event, date)
                 if found is not None:
+                    # of several test pulses in one batch the last one counts
                     axes[str(event["axis"])] = found
         if axes:
             self._keep_state(TIMING, lambda: timing.write(self.folder, self._rig.devices_sha256, axes))
@@ -215,6 +218,7 @@ class FlightRecorder:
             self._incidents_lost += 1
             self._incident_error = f"{self.folder / FOLDER}: {error.strerror or error}"
             return
+        # counted by this thread alone: `status` reads a number that is whole at any time
         self._incidents += 1
         self._incident_error = None
         same = {  # the trigger's time, not that of the writing: the log's line and the file can be joined

@@ -30,6 +30,7 @@ class LoopGuard:
         self._watch = StallWatch(period_s, motor=motor, punctual=motor and rights)
         self._loop, self._memory = loop, memory
         self._virtual = loaded.config.loop.clock == "virtual"
+        # made now, not when it is needed: to import and compile a driver takes longer than a motor may run on
         self._stop: SafeStop | None = SafeStop(loaded)
         self._told_at = -1  # tick after which the devices were told to stop
         self.look_s = self._watch.look_s
@@ -63,6 +64,7 @@ class LoopGuard:
 
     def make_safe(self) -> str:
         """Stop the devices of a loop that cannot have done so itself, once; says what became of them."""
+        # taken away first: the end of the run asks once more, and a device is not to be opened twice
         stop, self._stop = self._stop, None
         if stop is None or not self._loop.left_torque:
             return ""

@@ -117,10 +117,12 @@ class LoopProcess:
         self._notes: list[str] = []
         self._words: list[dict[str, Any]] = []
         self.compile_s = 0.0
+        # a line may come in two reads
         self._pending = b""
         waiting = waiting or WaitingLoop()
         self._process = waiting.process
         self._stdout = cast("IO[bytes]", self._process.stdout)
+        # `poll` reads until there is nothing: at a pipe that waits, the host would wait with it
         os.set_blocking(self._stdout.fileno(), False)
         descriptors = (memory.fd,) if lock_fd is None else (memory.fd, lock_fd)
         waiting.prepare(order_of(loaded, log_readers))
@@ -145,6 +147,8 @@ class LoopProcess:
         alive = self._process.poll() is None  # before reading: what it says and then ends is still read
         while True:
             try:
+                # the descriptor itself: a Python file would keep part of a line in its buffer, where no poll
+                # sees it
                 data = os.read(self._stdout.fileno(), 65536)
             except BlockingIOError:
                 break
@@ -201,6 +205,7 @@ class LoopProcess:
         elif message["message"] == "words":
             self._words.append(message)
         elif message["message"] == "compiling":
+            # by its first word: later it may have loaded what the host has compiled meanwhile
             first = message["first"] if self.compiling is None else self.compiling.first
             self.compiling = Compiling(message["functions"], message["most"], first)
         elif message["message"] == "opening":
@@ -265,6 +270,7 @@ class LoopProcess:
         """Make sure it is gone and release the pipe."""
         if self._process.poll() is None:
             self._process.kill()
+            # else it stays a zombie for as long as this process lives
             self._process.wait()
         self._stdout.close()
         self._come_back()

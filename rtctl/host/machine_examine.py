@@ -96,6 +96,7 @@ def examine(
             # a kind that looks for itself, or has no wire, is not told that it names none
             if not (info.simulated or info.doctor)
         }
+        # validated options, not those of the file: defaults name wires, too
         devices = list(zip(members, (loaded.options, *loaded.more_options), strict=True))
         _add(machine_wiring.check(root, [(member.label, options) for member, options in devices], ask, wired))
         for member, options in devices:
@@ -106,6 +107,7 @@ def examine(
     chosen = choose(loop.cpu, os.sched_getaffinity(0), root)
     _add(machine.check(root, chosen))
     _add([machine.early_look(root, loop.early_us, loop.rate_hz, len(os.sched_getaffinity(0)))])
+    # by the rig's name: its unit may have drop-ins of its own
     _add(machine_rights.check(root, loaded.config.rig.name if loaded else "", loop.priority, install))
     found = None
     if seconds:

@@ -51,6 +51,7 @@ def preemption(root: Path) -> Line:
     command_line = text(root / "proc/cmdline") or ""
     if text(root / "sys/kernel/realtime") == "1" or "PREEMPT_RT" in version:
         return Line(name, "ok", "PREEMPT_RT")
+    # named by distribution: no package of this name is everywhere
     rt = "sudo apt-get install linux-image-rt-amd64 (Debian), or sudo pro enable realtime-kernel (Ubuntu)"
     if "PREEMPT_DYNAMIC" in version:
         # debugfs is root's; for others the command line tells, else what the kernel was built with
@@ -72,6 +73,7 @@ def preemption(root: Path) -> Line:
 def _built(root: Path) -> str:
     """The preemption model that a kernel was built to begin with; empty where its configuration is not
     there."""
+    # in /boot, for Debian's kernels have no /proc/config.gz (CONFIG_IKCONFIG)
     built = text(root / f"boot/config-{text(root / 'proc/sys/kernel/osrelease')}") or ""
     with suppress(OSError, EOFError, zlib.error):
         built = built or gzip.decompress((root / "proc/config.gz").read_bytes()).decode("ascii", "replace")
@@ -112,6 +114,7 @@ def governor(root: Path, core: int) -> Line:
         return Line("cpu governor", "ok", f"core {core} has no frequency scaling")
     if found == "performance":
         return Line("cpu governor", "ok", f"core {core}: performance")
+    # of this core alone: on a laptop the others may save power
     fix = f"sudo cpupower -c {core} frequency-set -g performance (package linux-cpupower)"
     return Line("cpu governor", "warn", f"core {core}: {found}: wakes up slowly and unevenly", fix)
 

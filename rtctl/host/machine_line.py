@@ -37,6 +37,7 @@ class Line:
 def text(path: Path) -> str | None:
     """Content of a small file, stripped; None when it cannot be read."""
     try:
+        # replaced: files of /proc hold names of programs, which need not be UTF-8
         return path.read_text(errors="replace").strip()
     except OSError:
         return None

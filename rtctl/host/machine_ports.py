@@ -33,6 +33,7 @@ def serial_port(root: Path, label: str, port: str) -> Iterator[Line]:
         yield Line(label, "fail", f"{port}: this user may not look there", f"ls -ld {Path(port).parent}")
         return
     except OSError:
+        # by-id: these names stay when a port is plugged in elsewhere, ttyUSB0 does not
         there = sorted(p.name for p in (root / "dev/serial/by-id").glob("*"))
         listed = f"; there are {', '.join(there)}" if there else "; no serial device is plugged in"
         yield Line(
@@ -96,6 +97,7 @@ def _held(root: Path, label: str, port: str) -> Iterator[Line]:
             yield Line(label, "ok", f"{port} is no wire: {command} (pid {pid}) plays the device")
             continue
         who = f"{port} is held by {command} (pid {pid})"
+        # no failure: whoever asks the doctor beside a running rig meets its own daemon
         if "rtctl" in command:
             fix = (
                 "nothing, if that is this rig, running; else end it: Ctrl-C, or sudo systemctl stop "
@@ -115,6 +117,7 @@ def usb_device(root: Path, label: str, wanted: str) -> Line:
         vendor, product = text(folder / "idVendor"), text(folder / "idProduct")
         if vendor and product:
             number = text(folder / "serial") or ""
+            # as lsusb writes them; an adapter without a serial number has none in its name
             there[f"{vendor}:{product}:{number}".lower().rstrip(":")] = folder
     asked = wanted.lower()
     found = next(
@@ -132,6 +135,7 @@ def usb_device(root: Path, label: str, wanted: str) -> Line:
         *(int(text(found / name) or "0") for name in ("busnum", "devnum"))
     )
     if (root / node.lstrip("/")).exists() and not os.access(root / node.lstrip("/"), os.R_OK | os.W_OK):
+        # without the number: udev's rule is for any adapter of the kind that is plugged in
         vendor, product = asked.split(":")[:2]
         rule = (
             f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor}", ATTR{{idProduct}}=="{product}", '

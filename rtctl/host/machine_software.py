@@ -45,6 +45,7 @@ def rig_file(path: str) -> tuple[LoadedConfig | None, list[Line]]:
     try:
         loaded = load(path)
     except ConfigError as error:
+        # a file that is no TOML has no faults, only that
         texts = error.faults or (str(error),)
         return None, [
             Line("rig file", "fail", text, f"correct it, then: rtctl check {shlex.quote(path)}")

@@ -111,7 +111,12 @@ def measure(seconds: float, period_ns: int, priority: int, cpu: int) -> Wakeups 
     ]
     try:
         done = subprocess.run(
-            command, capture_output=True, text=True, check=False, timeout=seconds + _START_S
+            # not checked: whatever it ends with, a line that cannot be read is the answer
+            command,
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=seconds + _START_S,
         )
         return of_json(json.loads(done.stdout))
     except (subprocess.TimeoutExpired, ValueError):
@@ -133,6 +138,7 @@ def main(arguments: list[str]) -> None:
     # percentiles of fewer say nothing
     wanted = max(10, round(seconds * 1e9 / period_ns))
     late_ns = np.zeros(wanted, np.int64)
+    # after the array: to lock memory brings its pages in, which `zeros` has not touched
     grants, _held = realtime.acquire(priority, cpu)
     refused = [
         f"{grant.right} refused: {grant.detail}" for grant in grants if grant.required and not grant.granted

@@ -26,6 +26,7 @@ _USB_NUMBER = re.compile(r"(?:0x)?[0-9A-Fa-f]{1,4}")
 def run(command: Sequence[str]) -> str:
     """Run a command that changes nothing; its output, empty when it is missing or fails."""
     try:
+        # 5 s: `ip` answers at once, and a machine that is being looked at may be in trouble
         done = subprocess.run(command, capture_output=True, text=True, timeout=5, check=False)
     except (OSError, subprocess.TimeoutExpired):
         return ""

@@ -15,6 +15,7 @@ PERIOD_S = 1.0
 MOST_BYTES = 512
 """Longest line."""
 
+# twice what `Speaker` makes: 16 of two kinds each
 _MOST_KINDS = 64
 
 
@@ -52,4 +53,5 @@ class Notices:
 
     def _write(self, text: str) -> bool:
         line = harmless(" ".join(text.split())).encode("utf-8", "replace")[: MOST_BYTES - 1]
+        # cut by bytes: below PIPE_BUF (pipe(7)), so that a pipe takes the whole line or nothing
         return self._outlet.write(line + b"\n")

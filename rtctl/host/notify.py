@@ -74,6 +74,7 @@ class Notifier:
     def alive(self, head: int, *, excused: bool = False) -> None:
         """Feed the watchdog, if the loop has run ticks since the last call (`head` counts them) or is
         `excused` from it."""
+        # the host alone being alive is not enough: a loop that stands must let the watchdog end both
         if head != self._head or excused:
             self._head = head
             self._send("WATCHDOG=1")

@@ -50,6 +50,7 @@ class Outlet:
         With some patience it waits that long for room, and then leaves out the rest of it too."""
         with self._lock:
             if self._flush(patience_s):
+                # kept, not cut off: half a line would run into the next one
                 self._rest = data
                 self._flush(patience_s)
                 # still the same object: not a byte went out, and all of it can be left out; else the rest
@@ -74,6 +75,8 @@ class Outlet:
             self._socket = socket.socket(fileno=os.dup(self.fd))
         elif stat.S_ISFIFO(mode) or os.isatty(self.fd):
             # O_NOCTTY: a daemon without a terminal must not get this one
+            # by /proc, since O_NONBLOCK belongs to the open file, which the shell shares by the descriptor
+            # (open(2))
             flags = os.O_WRONLY | os.O_NONBLOCK | os.O_NOCTTY | os.O_CLOEXEC
             self._own = os.open(f"/proc/self/fd/{self.fd}", flags)
 
@@ -141,6 +144,7 @@ def streams_that_never_wait(patience_s: float = 0.0) -> Iterator[None]:
             if before is None or not own:
                 continue
             with contextlib.suppress(OSError, ValueError):
+                # else what Python has kept would come after what is written past it
                 before.flush()
                 outlet = Outlet(before.fileno())
                 stack.callback(outlet.close)

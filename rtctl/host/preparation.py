@@ -60,6 +60,7 @@ class Preparation:
         if self._process is not None:
             with contextlib.suppress(BlockingIOError):
                 while more := os.read(self._said(), 4096):
+                    # one byte a function (`_say_one`): a byte is written whole, and needs no parsing
                     self._compiled += len(more)
         return self._compiled
 
@@ -76,6 +77,7 @@ class Preparation:
 def mark(n_axes: int) -> Path:
     """The file that says it was done, for what these sources mean."""
     root = compiled_folder()
+    # by what the sources mean: an update that changes comments only compiles nothing
     told = f"{module_key(Path(str(law_runner.__file__)), root=root)} {n_axes}"
     return root / f"host-{hashlib.sha256(told.encode()).hexdigest()[:20]}"
 

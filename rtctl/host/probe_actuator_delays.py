@@ -15,6 +15,7 @@ def actuators(loaded: LoadedConfig, folder: Path) -> list[dict[str, Any]]:
     """Declared delay of each axis beside what the last test pulse measured, which needs an armed rig.
 
     `folder` is the rig's state folder; `measured` is None where nothing is known of these devices."""
+    # by the devices: of others, or with other options, it was measured on another rig
     known = timing.read(folder, timing.devices_sha256(loaded))
     found = []
     for a, axis in enumerate(loaded.config.axis):

@@ -36,9 +36,11 @@ from rtctl.rig_file.axis_tables import AxisTable
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.tick import FIELD, new_ticks
 
+# a device whose words hold a counter says something else each time
 MOST_COMPLAINTS = 16
 """Different words of one device in its faults that are kept."""
 
+# four seconds at 1 kHz: whoever looks at a device sees it as it is now, and memory stays what it is
 READ_TIMES = 4096
 """Durations of reading, and times between samples, that are kept: the latest ones."""
 
@@ -101,6 +103,7 @@ class DeviceProbe:
         if self.error:
             return
         self.tick["tick"] = slot
+        # the tick is kept from cycle to cycle: what a device does not send anew stays as it was read last
         before, began = int(self.tick["sample_count"][0]), time.monotonic_ns()
         if not self._works(lambda: self.backend.read(self.tick)):
             return
@@ -123,6 +126,7 @@ class DeviceProbe:
         for fault in LinkFault:
             if faults & fault:
                 self._faults[fault] += 1
+        # before `_fresh_ns` moves: the age at its oldest is that just before the next sample
         self._age_max_ns = max(self._age_max_ns, ended - self._fresh_ns)
         if not fresh:
             return
@@ -213,6 +217,7 @@ class DeviceProbe:
         latest = np.atleast_1d(np.asarray(self.tick[field][0], dtype=float))
         total, squares, low, high, _first = self._sums[channel]
         mean = total / self._fresh
+        # max: of a constant value rounding leaves a variance just below 0
         spread = np.sqrt(np.maximum(squares / self._fresh - mean * mean, 0.0))
         force, whole_rig = channel == "force", channel in WHOLE_RIG_CHANNELS
         if force:
@@ -272,6 +277,7 @@ def watch(
         Ctrl-C, after the devices were closed."""
     try:
         for device in found:
+            # opened here, where `finally` closes all: the second one may refuse
             device.open()
         began = shown = time.monotonic()
         slot = 0

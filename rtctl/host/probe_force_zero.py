@@ -22,6 +22,7 @@ class Tare:
 
     def take(self, force_n: np.ndarray) -> None:
         """One fresh sample, untared."""
+        # the first ones only: a zero that went on following would hide a hand
         if self._seen >= self.samples:
             return
         self._sum_n += force_n

@@ -85,6 +85,7 @@ def _take_over(host: Host) -> None:
     if changes.taken:
         environment_fields(host.writer.command, fresh.command, axes_of(changes.taken))
         host.writer.send()
+        # else the next reload would compare with a file of long ago, and find nothing new in one put back
         host.read_last = read.config
     for line in changes.lines():
         host.announce(line)

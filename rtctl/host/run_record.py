@@ -66,6 +66,7 @@ class RunRecord:
         self._table = RecordTable() if record_to is not None else loaded.config.record
         self._folder = record_to or recording_folder(loaded)
         self._friction, self._zero = friction, zero
+        # always: events are few, and nobody knows beforehand which run will be asked about
         self.flight = FlightRecorder(state_folder(rig.name), rig, words, friction)
         self.recorder: Recorder | None = None
         telemetry.log = self.flight.status
@@ -142,5 +143,6 @@ class RunRecord:
         """End everything. Idempotent."""
         if self.recorder is not None:
             self.recorder.close("" if error is None else f"{type(error).__name__}: {error}")
+        # without a time: at the end nothing waits for its turn
         self._keep_for_next()
         self.flight.close(error)

@@ -84,4 +84,5 @@ def _stop_opened(label: str, backend: Backend) -> Stopped:
         backend.close()
 
     error = raised_by(steps)  # whatever one device's code does, the others are stopped
+    # told, not seen: whether its torque is gone, only the device could say
     return Stopped(label, confirmed=error is None, detail=words_of(error) if error else "")

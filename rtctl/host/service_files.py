@@ -14,6 +14,7 @@ from rtctl.errors import ConfigError
 from rtctl.rig_file.config import LoadedConfig
 from rtctl.rig_file.mistakes import FILE_OPTIONS
 
+# root copies it: a device or an endless file that somebody put there must end
 MOST_NAMED_BYTES = 1 << 26
 """Largest file that a rig file may name."""
 
@@ -50,6 +51,7 @@ def named_files(loaded: LoadedConfig) -> list[tuple[Path, bytes]]:
                 f"{loaded.path}: {shown(repr(text))} leads out of the rig file's folder; give an absolute "
                 "path, or move the file beside the rig file"
             )
+        # lexists: a link that leads nowhere is refused where it is read, not left out without a word
         if os.path.lexists(folder / part):
             found[part] = _content(folder, part)
     return list(found.items())

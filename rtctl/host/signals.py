@@ -19,6 +19,7 @@ class Signals:
         self.ends = 0
         self.hangups = 0
         self._at_terminal = _has_terminal() and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN
+        # a pipe, as a handler of Python runs between two of its instructions only, and a poll is one
         self._read, self._write = os.pipe2(os.O_NONBLOCK | os.O_CLOEXEC)
         # a poll in C is ended by it at once; a full pipe wakes as well, so no warning
         self._old_wakeup = signal.set_wakeup_fd(self._write, warn_on_full_buffer=False)
@@ -42,6 +43,7 @@ class Signals:
         """Put back the signal handlers that were there before this object, and close its pipe."""
         for number, handler in self._old.items():
             signal.signal(number, handler)
+        # before the pipe goes: its number may be another file's by the next signal
         signal.set_wakeup_fd(self._old_wakeup)
         os.close(self._read)
         os.close(self._write)

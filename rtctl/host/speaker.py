@@ -24,6 +24,8 @@ class Speaker:
 
     def __init__(self, notices: Notices | None) -> None:
         self._notices = notices
+        # two rows of kinds, as `Notices` writes one of a kind a second: devices that chatter leave room for
+        # states
         self._lines = {"run": 0, "state": 0}
         self._broken: dict[str, str | None] = {}
 

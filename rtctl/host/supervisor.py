@@ -74,7 +74,7 @@ class Observer(Protocol):
 def _why_waiting(loop: Compiling | None, host: int) -> str:
     """What a start waits for: the loop has compiled so much, and the host's own process `host` functions."""
     if loop is None and not host:
-        return "the loop process is not ready yet: it opens the devices"
+        return "the loop process is not ready yet: it loads what it needs, then opens the devices"
     told = [f"{loop.functions} functions of the loop so far, of at most {loop.most}"] if loop else []
     told += [f"{host} of the host"] if host else []
     only = (
@@ -168,10 +168,12 @@ class Host:
         self.memory = Memory.create(plan.n_axes, plan.ring_rows, plan.period_ns)
         self.memory.params[:] = plan.params
         self.memory.model[:] = plan.model
+        # from_start: events begin at the first tick, which the loop makes before this process follows
         self.reader = RingReader(self.memory, from_start=True)
         virtual = self.loaded.config.loop.clock == "virtual"
         self._most_ticks = self.memory.ring_rows if virtual else MOST_TICKS
         self.writer = CommandWriter(self.memory)
+        # sent before there is a loop: its first look finds the environments of the rig file, not zeros
         self.writer.command[:] = plan.command
         self.writer.command["epoch"] = secrets.randbits(EPOCH_BITS) or 1
         self.writer.send()
@@ -183,6 +185,7 @@ class Host:
         self.access = Access(self.context, endpoints, openings, Notices(), resident=resident)
         readers = self._log_readers()
         self.loop = LoopProcess(self.loaded, self.memory, self.runtime.lock_fd, readers, waiting)
+        # who finds the rig locked is told of both: either may be the one that still holds it
         self.runtime.note_holder(self.loop.pid)
         self._attach()
 
@@ -234,19 +237,11 @@ class Host:
             announce=self.announce,
         )
         self.telemetry.commands = self.gateway.counts
+        # before whatever loads the law: it would be compiled in here, and its compiler stay for good
         self._wait_for(self.preparation.done)
         law = LawArrays(plan.params, plan.model, plan.command)
-        self.record = RunRecord(
-            self.loaded,
-            rig,
-            law,
-            self.writer,
-            self.telemetry,
-            self._record_to,
-            self.words,
-            self.friction,
-            self.zero,
-        )
+        kept = self._record_to, self.words, self.friction, self.zero
+        self.record = RunRecord(self.loaded, rig, law, self.writer, self.telemetry, *kept)
         self._serve(rig)
 
     def _serve(self, rig: RigDescription) -> None:
@@ -256,6 +251,7 @@ class Host:
         from rtctl.recording.setup import setup_of
 
         self._wait_for(self._ticking)  # clients are answered once there is a tick to speak of
+        # not earlier: the loop says what it imported once its devices are open
         self.guard.know(self.loop.opened_by)
         for grant in self.loop.grants:
             if grant["required"] and not grant["granted"]:
@@ -266,6 +262,7 @@ class Host:
         self.telemetry.early = Look(self.memory.early_ns).told
         self.record.begin(setup_of(self.loaded, self.plan, rig.session, rig.start_wall_ns, self.loop.grants))
         self.view = ViewProcess.of(self.loaded, self.runtime, self.loop.core)
+        # last: what this process and the loop import late they have imported by now
         require_one_version()
         self.notifier.ready()
 
@@ -326,6 +323,7 @@ class Host:
 
         poller = zmq.Poller()
         self.gateway.register(poller)
+        # the end of a pipe wakes, too: of a loop that is killed the host hears at once
         poller.register(self.loop.fileno(), zmq.POLLIN)
         poller.register(self.signals.fileno(), zmq.POLLIN)
         end = None if seconds is None else time.monotonic() + seconds

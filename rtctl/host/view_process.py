@@ -54,6 +54,7 @@ class ViewProcess:
         self.url = f"http://{HOST}:{port}/"
         self.operator_file = folder / VIEW_NAME
         self._order = {"folder": str(folder), "host": HOST, "port": port, "avoid_core": avoid_core}
+        # one for all starts of the page: an address that a person keeps open outlives its crash
         self._key = secrets.token_urlsafe(12)
         self._clock_s = clock_s
         self._process: subprocess.Popen[bytes] | None = None
@@ -115,6 +116,7 @@ class ViewProcess:
                 [sys.executable, "-m", "rtctl.client.view"],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
+                # one pipe for both: its last line says why it ended
                 stderr=subprocess.STDOUT,
                 start_new_session=True,  # Ctrl-C is for the rig
                 # threads of OpenBLAS would wait for each other beside the loop, for matrices of some rows
@@ -148,6 +150,7 @@ class ViewProcess:
     def _lose(self, why: str) -> None:
         self._news.append(f"the live view {why}; the rig runs on, next try in {self._wait_s:g} s")
         self._retry_at_s = self._clock_s() + self._wait_s
+        # a port that is taken stays so: to try every second would cost a start of Python each time
         self._wait_s = min(2 * self._wait_s, RETRY_S[1])
 
 

@@ -92,6 +92,7 @@ class WaitingLoop:
             return
         self._began = True
         self._line.close()
+        # killed, not asked: it has opened nothing, and may be in the middle of an import
         self.process.kill()
         self.process.wait()
         if self.process.stdout is not None:

@@ -62,6 +62,7 @@ class Incident:
     def name(self) -> str:
         """File name: sorts by time, says what happened."""
         when = datetime.fromtimestamp(self.trigger["timestamp"], UTC)
+        # a loop that died has no state to go to
         what = self.trigger.get("to", self.trigger["event"])
         # a cause may hold what a device said, and slashes with it
         cause = "".join(c if c.isalnum() or c == "_" else "-" for c in str(self.trigger.get("cause", "")))
@@ -174,6 +175,7 @@ def prune(folder: Path, written: str, files: int = KEPT_FILES, size: int = KEPT_
 
     Names begin with the time of a clock that may have been set. What is dated after the one that was
     `written` last is older all the same: a machine that wakes up in 2000 keeps what happens then."""
+    # by this process alone: a rig's state folder has one daemon (`wire.endpoints.kept_alone`)
     for leftover in folder.glob("*.part"):
         leftover.unlink(missing_ok=True)
     total = 0

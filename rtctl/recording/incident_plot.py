@@ -39,6 +39,7 @@ def plot_incident(incident: Incident, path: Path) -> None:
     zero = trigger_row(incident)
     time_ms = (ticks["time_ns"] - ticks["time_ns"][zero]) * 1e-6
     figure = pictures.blank(10, 11)
+    # two more: durations, and state with faults
     panels = figure.subplots(len(_PANELS) + 2, 1, sharex=True)
     for panel, (unit, names) in zip(panels, _PANELS, strict=False):
         for name in names:

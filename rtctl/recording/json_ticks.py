@@ -57,6 +57,7 @@ def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
             # of a version with another tick the bits mean something else
             if len(at) and len(words) == rows.dtype.itemsize:
                 rows[at[0]] = np.frombuffer(words, rows.dtype)[0]
+                # computed anew by whoever needs it: the seal of then was of that tick in that memory
                 rows["seal"][at[0]] = 0
     except (ValueError, TypeError, KeyError, OverflowError) as error:
         raise DataError(f"a recorded tick cannot be read: {error}") from error

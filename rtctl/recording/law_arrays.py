@@ -14,6 +14,7 @@ from rtctl.control.records import MODEL, command_dtype, params_dtype, state_dtyp
 from rtctl.errors import DataError
 
 LAW_NAME = "law.npz"
+# an archive of a stranger may unpack to any size
 MOST_LAW_BYTES = 1 << 24
 """Largest size of the law's arrays, unpacked: those of eight axes have a hundredth of it."""
 
@@ -34,6 +35,7 @@ def pack_law(law: LawArrays) -> bytes:
     for part in ("params", "model", "command", "state"):
         array = getattr(law, part)
         if array is not None:
+            # by field, not as records: a version with other fields takes up those it knows
             arrays |= {f"{part}.{name}": array[name] for name in array.dtype.names or ()}
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)

@@ -58,6 +58,8 @@ def run_law(
         if which[i] != in_force:
             in_force = which[i]
             command[0] = commands[in_force]
+        # by its address: compiled into this function the law would be compiled again with each change of
+        # either
         call(law_at, arguments)
         changed = np.uint64(0)
         for k in range(words.shape[1]):
@@ -153,6 +155,7 @@ class CommandBook:
         """Take commands in; of the old ones only the newest can still be in force."""
         if len(commands):
             joined = np.concatenate((self.commands[-1:], commands))[::-1]  # the newer of two counts
+            # the first of equal ones, which is the newer by the turned order
             _, index = np.unique(joined["seq"], return_index=True)
             self.commands = joined[index]
 

@@ -76,6 +76,7 @@ def log_line(event: Mapping[str, Any], rig: str, time_ns: int) -> bytes:
             "level": int(level_of(event)),
             "message": text or str(event.get("event")),
             "name": rig,
+            # required by the schema, and nothing of a rig: empty
             "file": "",
             "line": 0,
         }

@@ -58,6 +58,7 @@ class McapFile:
         # the neutral ends of min and max
         self._start_ns, self._end_ns = 2**63 - 1, 0
         self._synced, self._named = time.monotonic(), False
+        # EXCL: a name that a crash left, or another recorder has, is not written into
         self._fd = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o640)
         try:
             # no profile: ROS 2's wants every message to be one, and events are JSON

@@ -84,6 +84,7 @@ def attachment(name: str, media_type: str, time_ns: int, data: bytes) -> bytes:
     """Attachment record, with its checksum."""
     body = struct.pack("<QQ", time_ns, time_ns) + string(name) + string(media_type)
     body += struct.pack("<Q", len(data)) + data
+    # over the content alone, not over the record's head (mcap.dev/spec)
     return record(Op.ATTACHMENT, body + struct.pack("<I", zlib.crc32(body)))
 
 

@@ -138,6 +138,7 @@ def _records(file: BinaryIO, contents: Contents) -> Iterator[tuple[int, bytes]]:
         file.seek(at)
         op, size = struct.unpack("<BQ", file.read(RECORD_HEAD))
         behind = at + RECORD_HEAD + size
+        # the footer counts at the end alone: a damaged record may look like one
         if op == Op.FOOTER and behind + len(MAGIC) == end:
             file.seek(behind)
             contents.complete = file.read(len(MAGIC)) == MAGIC
@@ -194,6 +195,7 @@ def _note(op: int, content: bytes, contents: Contents) -> None:
             cursor.numbers("QQ")
             name, _ = cursor.string(), cursor.string()
             data = cursor.take(cursor.number("Q"))
+            # one that is damaged is left out: an archive of the law with a flipped bit would be another law
             if cursor.number("I") == zlib.crc32(content[: cursor.at - 4]):
                 contents.attachments[name] = data
     except (struct.error, UnicodeDecodeError):
@@ -226,6 +228,7 @@ def _decompressed(data: bytes, compression: str, size: int) -> bytes:
     if compression != "zstd":
         msg = f"compression {compression!r}"
         raise ValueError(msg)
+    # asked first: the frame itself says what it holds, before any of it is unpacked
     told = zstandard.get_frame_parameters(data).content_size
     if told not in (size, zstandard.CONTENTSIZE_UNKNOWN):
         msg = f"{size} bytes are claimed, {told} packed"
@@ -241,6 +244,7 @@ def _decompressed(data: bytes, compression: str, size: int) -> bytes:
 
 def _messages(records: bytes) -> Chunk:
     """Split a chunk's records. Raises ValueError where one is cut off."""
+    # as many as can be: a message has a head at least
     table = np.empty((len(records) // MESSAGE_HEAD + 1, 5), np.int64)
     count = split_messages(np.frombuffer(records, np.uint8), table)
     if count < 0:

@@ -98,6 +98,7 @@ def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> No
             _draw(place, run, names, its_unit, "-" if k == 0 else "--", named=len(runs) > 1)
         place.set_ylabel(its_unit)
         place.grid(alpha=0.3)
+        # a fixed corner: the best one is looked for among all points, which takes seconds
         place.legend(loc="upper right", fontsize=7)
         if names == ("state",):
             place.set_yticks([int(state) for state in State], [state.name for state in State], fontsize=6)
@@ -162,6 +163,7 @@ def figures(run: Run) -> dict[str, Any]:
 def _rms(values: np.ndarray) -> list[float]:
     if len(values) == 0:
         return []
+    # a torque that was not measured is NaN, and would take the mean of all others with it
     finite = np.where(np.isfinite(values), values, 0.0)
     rms: list[float] = np.sqrt(np.mean(finite**2, axis=0)).tolist()
     return rms

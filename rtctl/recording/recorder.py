@@ -25,7 +25,9 @@ QUEUE_S = 15.0
 start."""
 
 RETRY_S = 1.0
-END_S = 20.0
+# with the event log's own (`flight_recorder.END_S`, twice) below TimeoutStopSec= of the unit: at its end
+# systemd kills, and nobody would say that the disk hangs
+END_S = 12.0
 """Longest wait for the disk at the end."""
 
 _Batch = tuple[int, np.ndarray, list[dict[str, Any]], np.ndarray, np.ndarray | None]
@@ -50,6 +52,7 @@ class Recorder:
     ) -> None:
         self.folder = folder
         self._parts = Parts(folder, setup, limits or Limits())
+        # at least 20,000: a slow loop's 15 s are few ticks, and a disk may take its time all the same
         self._most_rows = max(20_000, round(QUEUE_S * float(setup.about["rate_hz"])))
         self._wait = wait
         self._queue: deque[_Batch] = deque()
@@ -131,9 +134,11 @@ class Recorder:
     def close(self, reason: str = "") -> bool:
         """Write what is queued and end. False when the disk did not take it within `END_S`. Idempotent."""
         with self._change:
+            # a run asks twice, after its last batch and on its way out: a disk that hangs is waited for once
+            patience_s = 0.0 if self._ending else END_S
             self._ending, self._reason = True, self._reason or reason
             self._change.notify_all()
-        self._thread.join(END_S)
+        self._thread.join(patience_s)
         if self._thread.is_alive():
             # what waits is lost when the process ends: nobody may call that a success
             self._broken = self._broken or f"{self.folder}: the disk took nothing for {END_S:g} s at the end"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 import time
@@ -109,7 +110,10 @@ def setup_of(
     files: dict[str, tuple[str, bytes]] = {LAW_NAME: ("application/zip", pack_law(law))}
     # a rig that was made by a program has no file
     if loaded.path.is_file() and loaded.path.suffix == ".toml":
-        files[RIG_NAME] = ("application/toml", loaded.path.read_bytes())
+        text = loaded.path.read_bytes()
+        # a first start compiles for minutes: a file that was edited meanwhile is not what runs
+        if hashlib.sha256(text).hexdigest() == loaded.sha256:
+            files[RIG_NAME] = ("application/toml", text)
     for axis in config.axis:
         path = loaded.model_path(axis)
         # it may be gone since it was read: the law's arrays hold what was used

@@ -60,4 +60,5 @@ class ShadowLaw:
 
     def state(self) -> np.ndarray | None:
         """The law's state before row `next_row`, shape (1,), copied; None when it is unknown."""
+        # a copy: the law goes on in the same memory
         return None if self.why else np.array(self._law.state).copy()

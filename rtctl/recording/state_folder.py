@@ -38,6 +38,7 @@ def written_folder(rig: str, root: Path | None = None) -> Path:
     """The folder to read: this user's, or the system service's where only that one has been written."""
     own = state_folder(rig, root)
     system = SYSTEM_STATE / rig
+    # own first: a rig that this user runs by hand is not the service's of the same name
     return system if root is None and not own.is_dir() and _may_look_into(system) else own
 
 

@@ -86,6 +86,7 @@ def columns_of(schema: bytes) -> tuple[Column, ...]:
             raise DataError(f"the schema of the blocks of ticks says that {column.name} is {kind}")
         found.append(column)
     names = [column.name for column in found]
+    # the ticks' numbers first, by their steps: `count_of` reads there how many ticks there are
     if len(set(names)) < len(names) or found[:1] != [Column("tick", stepped=True)]:
         raise DataError("the schema of the blocks of ticks is damaged")
     return tuple(found)
@@ -159,6 +160,7 @@ class Block:
     def rows(self, out: np.ndarray | None = None) -> np.ndarray:
         """The ticks, shape (n,), in `out` where one is given. Fields that the block lacks are 0 (optional
         sensors: NaN)."""
+        # empty: every word is written below, by a column or as missing
         rows = np.empty(self.n, self.row) if out is None else out
         for name in self.missing:
             rows[name] = np.nan if name in OPTIONAL_FIELDS else 0

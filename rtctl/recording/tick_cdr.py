@@ -162,6 +162,7 @@ def decode(
             rows[name] = np.nan
     if len(starts) == 0:
         return rows
+    # before any is read: places in a message are those of the layout
     if (ends - starts != layout.itemsize).any():
         raise DataError("a recorded tick has another length than its schema says")
     if any(layout[name].shape != rows.dtype[name].shape for name in known):
@@ -203,6 +204,7 @@ def _gathered(records: bytes, starts: np.ndarray, size: int) -> np.ndarray:
     stride = MESSAGE_HEAD + size
     breaks = np.flatnonzero(np.diff(starts) != stride) + 1
     firsts, counts = starts[np.r_[0, breaks]], np.diff(np.r_[0, breaks, len(starts)])
+    # a view of each run without a gap: events between two ticks part them
     runs = [
         np.ndarray((count, size), np.uint8, records, first, (stride, 1))
         for first, count in zip(firsts.tolist(), counts.tolist(), strict=True)

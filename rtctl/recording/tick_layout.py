@@ -64,9 +64,11 @@ class TickLayout:
         numbers = [first + np.arange(block.n) for first, block in zip(blocks[:, 1], found, strict=True)]
         if len(found) == 1:
             return found[0], numbers[0]
+        # several blocks in a chunk: the ticks between two of them were lost, and each begins anew
         return joined([block.rows() for block in found]), np.concatenate(numbers)
 
     def _block(self, records: bytes, start: int, end: int, contents: Contents, n_axes: int) -> Block:
+        # before memory is asked for: a column of one number stands for as many ticks as are claimed
         contents.may_unpack(tick_blocks.count_of(records, start) * tick_dtype(n_axes).itemsize)
         return tick_blocks.decode(records, start, end, self.columns, n_axes)
 
@@ -111,6 +113,7 @@ def layout_in(
         found = own
         note = "the schema of the ticks is damaged; it is taken for that of this version"
     columns, columns_note = _columns_in(contents, told)
+    # [1:]: the first is the encapsulation, and no field
     fields = tuple(column.name for column in columns) or (found.names or ())[1:]
     return TickLayout(found, fields, columns), note or columns_note
 

@@ -67,6 +67,7 @@ class Config(Table):
     record: RecordTable | None = Field(None, json_schema_extra=_or_switch)
     view: ViewTable | None = Field(None, json_schema_extra=_or_switch)
 
+    # before: pydantic would refuse a truth value where it wants a table
     @field_validator("record", "view", mode="before")
     @classmethod
     def _switch(cls, value: object) -> object:

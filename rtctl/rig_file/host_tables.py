@@ -19,6 +19,7 @@ class RecordTable(Table):
     )
     file_mb: float = number(1, 1e6, "a new file begins at this size", default=1000.0)
     file_minutes: float = number(0.01, 1e5, "and at this age", default=60.0)
+    # the event log needs room as well, and a full disk takes more than recordings with it
     free_mb: float = number(0, 1e7, "room left on the disk: below it recording pauses", default=200.0)
 
 
@@ -85,6 +86,7 @@ class GatewayTable(Table):
                 "as curve_dir"
             )
             raise ValueError(msg)
+        # refused: who made keys believes that the rig can be reached by them
         if self.curve_dir and not self.bind:
             msg = f"curve_dir {self.curve_dir!r} has no effect without bind; give an address or remove it"
             raise ValueError(msg)

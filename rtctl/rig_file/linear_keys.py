@@ -94,6 +94,7 @@ class LinearKeys:
             tables = options.get(field)
             if not isinstance(tables, list) or len(tables) != len(linear):
                 continue  # one for all of them: of rad and N m
+            # of an option that may be several tables the first: they have the same names of fields
             inner = next(_models(model.model_fields[field].annotation), None)
             turned[field] = [
                 self._value(table, inner if its else None, (*key, field, i), (*key, field, i))

@@ -96,6 +96,7 @@ class ForceSensorTable(Table):
 
     @model_validator(mode="after")
     def _fits(self) -> ForceSensorTable:
+        # twice would turn the sensor by its angle twice
         if len(set(self.carried_by)) != len(self.carried_by):
             msg = f"carried_by {list(self.carried_by)} names a joint twice"
             raise ValueError(msg)
@@ -107,6 +108,7 @@ class ForceSensorTable(Table):
                 "m/s2 long (9.81 on earth)"
             )
             raise ValueError(msg)
+        # refused, not ignored: a mass that was given, and then does nothing, would be taken for compensated
         if self.tip_kg > 0 and not self.carried_by:
             msg = (
                 f"tip_kg {self.tip_kg}: name the joints that turn the sensor in carried_by; a weight that "

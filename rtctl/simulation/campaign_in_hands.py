@@ -164,6 +164,7 @@ class Findings:
         self.left_out += rig is None
         self.rigs += rig is not None
         self.calmed += rig is not None and rig.calmed
+        # without a rig all of its tries were refused
         self.refused += rig.refused if rig else TRIES
         self.pairs += len(found)
         self.told += [one for one in found if not one.rests and not one.proved]

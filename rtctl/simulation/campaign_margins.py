@@ -15,6 +15,7 @@ import numpy as np
 
 from rtctl.control.proofs import stability
 from rtctl.control.proofs.stability import Between
+from rtctl.simulation import campaign_workers
 from rtctl.simulation.campaign_draws import log_uniform
 from rtctl.simulation.campaign_linear_rig import Case, Law, Plant, behind_a_joint, grows, network, regular
 from rtctl.simulation.campaign_worst_rig import Loop, worst_elastic, worst_place, worst_rig
@@ -253,23 +254,21 @@ def distance(seed: int, index: int) -> float:
     return high - 1
 
 
-def run(rigs: int, seed: int, jobs: int = 1, progress: Callable[[int], object] | None = None) -> Findings:
+def run(
+    rigs: int, seed: int, jobs: int = 1, progress: Callable[[int], object] = lambda _rigs: None
+) -> Findings:
     """`rigs` certified rigs, and the distance of the bound for a tenth as many refused ones, in `jobs`
-    processes."""
-    import joblib
-
+    processes (0: one per core)."""
     count: dict[str, int] = {}
     shaking: list[int] = []
     distances: list[float] = []
     parts = [range(at, min(at + PART, rigs)) for at in range(0, rigs, PART)]
-    with joblib.Parallel(n_jobs=jobs or -1, return_as="generator") as pool:
-        for part in pool(joblib.delayed(_part)(seed, one) for one in parts):
-            for kind, index, shakes, far in part:
-                count[kind] = count.get(kind, 0) + 1
-                shaking += [index] if shakes else []
-                distances += [] if far is None else [far]
-            if progress is not None:
-                progress(len(part))
+    for part in campaign_workers.results(_part, [seed] * len(parts), parts, jobs=jobs):
+        for kind, index, shakes, far in part:
+            count[kind] = count.get(kind, 0) + 1
+            shaking += [index] if shakes else []
+            distances += [] if far is None else [far]
+        progress(len(part))
     return Findings(count, shaking, np.array(distances))
 
 

@@ -32,12 +32,15 @@ def ask_for_programs(s: Record, p: Record, c: Record, rng: np.ndarray) -> None:
     all."""
     for axis in range(len(c.program_kind)):
         one_in = START_ONE_IN if s.program_kind[axis] == _OFF else NEXT_ONE_IN
+        # now and then in every state: a program that is asked for too early must do nothing
         if not chance(rng, one_in) or (s.state != _ACTIVE and not chance(rng, 10.0)):
             continue
         c.program_count[axis] += 1
+        # one of twenty bears the epoch of before, as a host that is late would send it
         if s.state == _ACTIVE and not chance(rng, 20.0):
             c.epoch = s.epoch
         c.program_kind[axis] = int(_KINDS * uniform(rng))
+        # a number that the law's table does not have
         if chance(rng, 50.0):
             c.program_kind[axis] = 7  # no kind
         _motion(p, c, axis, rng)
@@ -55,6 +58,7 @@ def _motion(p: Record, c: Record, axis: int, rng: np.ndarray) -> None:
     inertia, most = p.inertia_kgm2[axis], p.velocity_limit_rad_s[axis]
     stiffness = inertia * _log(rng, 10.0, 1e5)
     c.program_stiffness_nm_rad[axis] = broken(rng, stiffness)
+    # in units of sqrt(k J): from undamped to twice critical
     c.program_damping_nms_rad[axis] = broken(rng, between(rng, 0.0, 4.0) * math.sqrt(stiffness * inertia))
     c.program_integral_nm_rad_s[axis] = broken(rng, stiffness * between(rng, 0.0, 5.0))
     c.program_inertia_kgm2[axis] = broken(rng, inertia * between(rng, 0.0, 2.0))

@@ -85,6 +85,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     p["ready_ticks"] = draw.integers(20, 500)
     p["soft_start_ticks"] = draw.integers(50, 600)
     p["late_limit_ticks"] = 3  # a mock is not judged for lateness by itself; a campaign's is
+    # never pressed by the rig file: whether it is, the schedule of faults says
     plant["estop_from_s"] = plant["estop_to_s"] = 0.0
     name = campaign_plants.drawn(np.random.default_rng((seed, index, _PLANT_STREAM)))
     for axis in range(made.plan.n_axes):
@@ -111,6 +112,7 @@ def make(loaded: LoadedConfig, seed: int, index: int, *, passive: bool, faults: 
     names = [] if passive else _faults(plant, faults, ticks, draw)
     made.plant_state["rng"] = seed_words(int(draw.integers(1 << 62)))
     memory = records(np.zeros(1, memory_dtype(made.plan.n_axes)))
+    # -1: no stop was asked for yet
     memory["stop_age"] = -1
     pursuer = np.random.default_rng((seed, index, _FOE_STREAM))
     foe = foe_record(pursuer) if passive and pursuer.random() < 0.5 else np.zeros(1, FOE)
@@ -272,6 +274,7 @@ def _device_velocity(p: np.void, plant: np.void, draw: np.random.Generator) -> N
 
 
 def _world(command: np.void, axis: int, draw: np.random.Generator, *, passive: bool) -> None:
+    # an active world may put energy in: the claim that is judged would not hold
     kinds = [kind for kind in Environment if not (passive and kind.about.active)]
     command["environment_kind"][axis] = int(draw.choice([int(kind) for kind in kinds]))
     command["environment_stiffness_nm_rad"][axis] = log_uniform(draw, *STIFFNESS.tried)

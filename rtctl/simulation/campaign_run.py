@@ -124,6 +124,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         simulation.tick,
         rig.memory,
         records(np.zeros_like(simulation.state)),
+        # as it is at the start: the monitor begins anew with a law that is started again
         rig.memory.copy(),
         rig.rng,
         rig.foe,
@@ -135,6 +136,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         trace,
     )
     if bits:
+        # all of them, not the first: one cause often breaks several
         numbers = [number for number in INVARIANTS if bits >> number & 1]
         result.violations.append(Violation(index, result.ticks, numbers, order.reproduce(index)))
     # of a ring: the oldest of the last ones is where the next would be written
@@ -154,6 +156,7 @@ def run_part(order: Order, indices: range) -> Result:
     """Run these rigs in this process."""
     total = Result()
     for index in indices:
+        # keep=0: two thousand ticks of each rig would be copied for nobody
         total.add(run_traced(order, index, keep=0)[0])
     return total
 

@@ -73,6 +73,7 @@ def _stop_moving(simulation: Simulation, case: Case) -> None:
     if case.ends == "off":
         plant["hand_kind"][0] = int(Hand.NONE)
         return
+    # the same spring and damper, whose wish stands from here on: nothing jumps
     plant["hand_kind"][0] = int(Hand.REST)
     if case.ends == "anywhere":
         plant["hand_center_rad"][0] = simulation.plant_state[0]["hand_position_rad"][0]
@@ -102,8 +103,10 @@ def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     swing_rad = float(np.ptp(_held_rad(simulation)[-round(PERIOD_S / period_s) :]))
     _stop_moving(simulation, case)
     settle = simulation.run(SETTLE_S)
+    # from the last tick before: the first step of what is judged counts, too
     start_rad = float(_held_rad(simulation)[-1])
     trace = simulation.run(max(hold_s, JUDGED_S) - SETTLE_S)
+    # the speed of these seconds alone; energy goes on to the end, since it adds up
     judged = round((JUDGED_S - SETTLE_S) / period_s)
     speed = simulation.truth["velocity_rad_s"][:judged, 0]
     steps_rad = np.diff(_held_rad(simulation), prepend=start_rad)
@@ -122,6 +125,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
     After some motion in which the joint went no farther than in this case, whenever it ends."""
     if found.fault >= 0 or not found.fed_j <= FED_J:
         return False
+    # the case's own wish first: each further one is a run of its own
     for farther in FARTHER:
         wish = replace(found.case, policy="off", amplitude_rad=farther * found.case.amplitude_rad)
         for later_s in LATER_S:

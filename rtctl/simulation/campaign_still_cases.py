@@ -117,6 +117,7 @@ def _joint(case: Case, inertia_kgm2: float) -> dict[str, Any]:
     }
     axis: dict[str, Any] = {"friction": friction, "start_position_rad": case.place_rad}
     if case.joint_hz > 0:
+        # two halves of the inertia swing against each other: J/4 is their reduced mass
         stiffness = inertia_kgm2 / 4 * (2 * math.pi * case.joint_hz) ** 2
         damping = 0.02 * 2 * math.sqrt(stiffness * inertia_kgm2 / 4)
         axis["elastic"] = {
@@ -159,6 +160,7 @@ def rig(case: Case) -> Simulation:
     options["axis"] = [merged(own, _joint(case, axis["inertia_kgm2"]))]
     options["hand"] = [merged(options["hand"][0], _hand(case))]
     options["force"] = {**options["force"], "lowpass_hz": case.sensor_hz, "delay_ticks": case.sensor_ticks}
+    # noise of its own for each case
     options["seed"] = case.index + 1
     valid = registry.options_model("mock").model_validate(options, context={"n_axes": 1})
     update = {"config": Config.model_validate(table), "options": valid.model_dump(mode="json")}

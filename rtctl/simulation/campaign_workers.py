@@ -20,5 +20,6 @@ def results(work: Callable[..., R], *arguments: Iterable[object], jobs: int = 0)
     for ever."""
     # the cores that this process may use: a container or `taskset` may leave it two of sixty-four
     n, parent = jobs or len(os.sched_getaffinity(0)), os.getpid()
+    # its number goes along: a worker that is born as an orphan has another parent by then
     with ProcessPoolExecutor(n, initializer=die_with, initargs=(parent,)) as pool:
         yield from pool.map(work, *arguments)

@@ -130,6 +130,7 @@ def merged(table: Mapping[str, Any], change: Change) -> dict[str, Any]:
     out = dict(table)
     for name, value in change.items():
         old = out.get(name)
+        # a list takes the place of the other: waves of two joints are none of a third
         out[name] = merged(old or {}, value) if isinstance(value, Mapping) else value
     return out
 
@@ -137,6 +138,7 @@ def merged(table: Mapping[str, Any], change: Change) -> dict[str, Any]:
 def options_with(plant: Plant, options: Mapping[str, Any]) -> dict[str, Any]:
     """The mock's options (not yet validated) with this plant in place of theirs, on every axis."""
     out = merged(options, plant.device)
+    # one at least: a mock without the table has an axis of defaults
     out["axis"] = [merged(axis, plant.axis) for axis in options.get("axis", [{}])]
     return out
 

@@ -21,6 +21,7 @@ SPEED_MIN_RAD_S = 0.005
 """Slowest speed at which a learned curve is judged: below it no run measures."""
 DRY_SHARE = 0.01
 """Dry friction below this share of all of it is no measure of an error."""
+# each round adds what load makes of the one before: with a share of a tenth ten rounds do
 _LOAD_STEPS, _LOAD_PRECISION = 100, 1e-10
 SPEED_RANGE = 400.0
 """Largest over slowest speed of the curve of a linear axis, for the same reason."""
@@ -112,6 +113,7 @@ def of_points(
     ----------
     points
         (velocity rad/s, friction torque N m, both signed; direction +1 or -1) of each."""
+    # reshaped: without a point it would have no columns
     table = np.array(list(points), dtype=float).reshape(-1, 3)
     found = []
     for direction in (1, -1):

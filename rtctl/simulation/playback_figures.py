@@ -143,6 +143,7 @@ def learn(
     logs = tuple(_judged(part, settings) for stretches in found.logs for part in _long(stretches, settings))
     seen, held = [], []
     for each in logs:
+        # by time, not at random: samples beside each other are not independent
         end = settings.train_share * len(each.log.position_rad) / each.log.rate_hz
         seen.append(each.samples.between(0.0, end) if settings.train_share < 1 else each.samples)
         held.append(each.samples.between(end, np.inf))

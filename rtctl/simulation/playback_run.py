@@ -89,6 +89,7 @@ def config_for_log(options: Mapping[str, Any], rate_hz: float, axis: Mapping[str
     except ValidationError as error:
         faults = tuple(f"{told.where}: {told.text}" for told in explain(error, Config, data))
         raise ConfigError("the rig given by options is not a valid one", faults) from error
+    # of what was made up: there is no file whose checksum could tell two such rigs apart
     digest = hashlib.sha256(json.dumps(data, sort_keys=True).encode()).hexdigest()
     return LoadedConfig(path=Path(options["file"]), sha256=digest, config=config, options=dict(options))
 
@@ -117,6 +118,7 @@ class Operator:
         if self._reads % ARM_EVERY_TICKS == 0 and int(tick["state"][0]) == State.IDLE:
             command = self._writer.command
             command["arm_count"] += 1
+            # the present one: a fault in the log raises it
             command["epoch"] = tick["epoch"]
             self._writer.send()
 
@@ -166,6 +168,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     try:
         memory.params[:], memory.model[:] = plan.params, plan.model
         run_loop(Operator(backend, memory, plan.command), memory, VirtualClock(), Stop())
+        # before `close`, which gives the ring back
         rows = RingReader(memory, from_start=True).read()
     except BackendError as error:
         raise DataError(f"{loaded.options['file']}: {error}") from error

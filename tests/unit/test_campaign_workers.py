@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from rtctl.simulation import campaign_workers
+from rtctl.simulation import campaign_margins, campaign_workers
 from rtctl.simulation.campaign_workers import results
 
 WORK = r"""
@@ -59,3 +59,18 @@ def test_there_are_as_many_workers_as_cores_that_may_be_used(monkeypatch):
     monkeypatch.setattr(os, "cpu_count", lambda: 64)
     assert list(results(pow, [2], [3])) == [8]
     assert asked == [len(os.sched_getaffinity(0))]
+
+
+def test_the_campaign_of_linear_rigs_has_such_workers_too(monkeypatch):
+    asked, told = [], []
+
+    def here(work, *arguments, jobs):
+        asked.append((work, jobs))
+        yield from (
+            [("worst", index, False, None) for index in part] for _seed, part in zip(*arguments, strict=True)
+        )
+
+    monkeypatch.setattr(campaign_workers, "results", here)
+    found = campaign_margins.run(25, seed=1, jobs=3, progress=told.append)
+    assert asked == [(campaign_margins._part, 3)]
+    assert (found.certified, told) == ({"worst": 25}, [20, 5])

@@ -110,6 +110,7 @@ class DeviceWords:
         found: list[Voice] = []
         for said in self._said.values():
             until = [one for one in said if tick is None or one.tick <= tick]
+            # a device that had said nothing by then is silent here: a later word may be of another fault
             found += until[-1].voices if until else ()
         return found
 
@@ -132,6 +133,7 @@ class DeviceWords:
         found = [
             voice.text
             for voice in self.voices(tick)
+            # None: what it says of the whole device holds for each of its axes
             if voice.device == device and voice.axis in (axis, None) and voice.text
         ]
         return found[0] if found else ""

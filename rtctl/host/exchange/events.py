@@ -67,6 +67,8 @@ class WordsWatch:
             self._heard = one.number
             for voice in one.voices:
                 before = self._before.get((voice.device, voice.axis))
+                # kept whether told or not: the next word is compared with the last one, not with the last
+                # told
                 self._before[voice.device, voice.axis] = voice
                 # also the word that follows a complaint: without it nothing would say that the device is
                 # content again

@@ -66,6 +66,7 @@ class FaultBook:
         is followed."""
         ahead = int(row["faults"]) & ~self._present
         if ahead:
+            # clients ask between two batches: a fault that is there must have a place by then
             self._lay(ahead, np.array([row], row.dtype), 0)
 
     def _lay(self, appeared: int, rows: np.ndarray, i: int) -> None:
@@ -131,6 +132,7 @@ class FaultBook:
 
     def _place(self, fault: Fault, scene: Scene | None, tick: int) -> Entry:
         """Where a fault comes from that appeared in `tick`."""
+        # by its words first: a device knows of a damaged frame what no tick shows
         if fault in _OF_SAMPLES and (place := self._of_samples(fault, tick) or self._only_device(tick)):
             return place
         found = NOWHERE if scene is None else locate(fault, scene)

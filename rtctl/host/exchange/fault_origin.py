@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from rtctl.control.arming import CURRENT_SHARE
+from rtctl.control.detectors import LAG_SHARE
 from rtctl.control.force_doubt import EDGE
 from rtctl.control.sample import JUMP_FACTOR
 from rtctl.control.vocabulary import Fault, GateFlag
@@ -151,7 +152,7 @@ def _follow(scene: Scene) -> Where:
     p, measured = scene.params, scene.row["motor_torque_nm"]
     # the current of a tick answers the torque of the one before
     sent = np.zeros_like(measured) if scene.before is None else scene.before["torque_applied_nm"]
-    gap = np.where(p["follow_kind"] > 0, np.abs(measured - sent) / (0.2 * p["torque_limit_nm"]), 0.0)
+    gap = np.where(p["follow_kind"] > 0, np.abs(measured - sent) / (LAG_SHARE * p["torque_limit_nm"]), 0.0)
     return _worst(gap, "current", lambda a: f"sent {sent[a]:.4g} N m, measured {measured[a]:.4g}")
 
 

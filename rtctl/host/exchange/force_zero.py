@@ -63,6 +63,7 @@ class ForceZero:
             if rig.params is None
             else HAND_SHARE * rig.params[0]["force_offset_limit_nm"]
         )
+        # NaN: nothing is known, and a first zero is accepted whatever it is
         self._accepted = np.full((rig.n_axes, 6), math.nan)  # force and moment
         self._vouched = self._accepted.copy()
         self._dates = [""] * rig.n_axes
@@ -98,6 +99,7 @@ class ForceZero:
         self._zero = state["tare"].copy()
         # the law has carried out the very tare that somebody vouched for
         said = 0 < self._by_word <= state["tare_seen"]
+        # used up: the next tare is judged again
         self._by_word = 0 if said else self._by_word
         if said or not self.refusal():
             date = datetime.fromtimestamp(self._wall_ns() * 1e-9, UTC).isoformat(timespec="seconds")
@@ -152,6 +154,7 @@ class ForceZero:
 
     def pull(self, row: np.void) -> str:
         """Why the force shown says that a hand is on the device; empty where it says none."""
+        # by the accepted zero, not by the present one: that may hold a hand already
         shown = row["hand_torque_nm"] + self.moved_nm()
         for axis, torque, limit in zip(self._rig.axes, shown, self._limits, strict=True):
             # not `>`: a force of NaN counts as a hand
@@ -184,6 +187,7 @@ class ForceZero:
                 "date": self._dates[a],
             }
             for a, axis in enumerate(self._rig.axes)
+            # an axis that is not tared has none, and a zero in its place would be accepted by the next run
             if self._ticks[a] > 0
         }
         return partial(self._write, news, self._folder / NAME, axes)

@@ -80,6 +80,7 @@ class FrictionWatch:
         if not self._watch.follow(rows):
             return False
         stopped = {name for name, axis in self._axes.items() if axis.stopped}
+        # axes that were stopped already stop nothing anew: an operator may have armed them as they are
         new, self._stopped = stopped - self._stopped, stopped
         return bool(new)
 

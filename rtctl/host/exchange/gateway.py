@@ -131,6 +131,7 @@ class Gateway:
         clock_s: Callable[[], float] = awake_s,
     ) -> None:
         self._rig = describe(rig)
+        # inf: before the first turn nothing has stood still
         self._announce, self._clock_s, self._here_s = announce, clock_s, math.inf
         self.access = access or Access(context, endpoints)
         remote = self.access.remote

@@ -50,6 +50,7 @@ def core_clock(read: Callable[[str], str], core: int) -> CoreClock:
     """The core's clock, by a function that returns a file's text, or nothing (names without the leading
     /)."""
     folder = f"sys/devices/system/cpu/cpu{core}"
+    # files of /sys that a driver does not have read as nothing, and that is NaN: no verdict goes by them
     latency = number(read(f"{folder}/cpufreq/cpuinfo_transition_latency"))
     return CoreClock(
         khz=number(read(f"{folder}/cpufreq/scaling_cur_freq")),
@@ -86,6 +87,7 @@ class Interruptions:
         folder = root / "sys/bus/event_source/devices/msr"
         with suppress(OSError, ValueError):
             kind = int((folder / "type").read_text())
+            # by name: which register counts SMIs is the kernel's to know
             event = int((folder / "events/smi").read_text().strip().removeprefix("event="), 16)
             self._file = opened(_ATTRIBUTES.pack(kind, _ATTRIBUTES.size, event), core)
 

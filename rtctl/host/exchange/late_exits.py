@@ -134,6 +134,7 @@ def exits() -> Exits | None:
 
 def ended(message: bytes) -> Iterator[Ended]:
     """What a message of taskstats says of tasks that have ended; of anything else, nothing."""
+    # a kernel that tells less than is looked for has a shorter message
     with suppress(struct.error):
         for kind, body in _attributes(message[20:]):
             for inner, stats in _attributes(body) if kind == _OF_TASK else ():

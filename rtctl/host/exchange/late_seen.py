@@ -42,6 +42,7 @@ class Seen:
             causes[cause] += spent
         if not causes:
             return "", "", 0.0
+        # by cause first: two tasks that share a wait are one cause, and the longer one names it
         cause, spent = causes.most_common(1)[0]
         name = next(name for (of, name), _ in self.waited.most_common() if of == cause)
         return cause, name, spent

@@ -82,6 +82,7 @@ class _Task:
         for a, b in zip(self.samples, self.samples[1:], strict=False):
             shared = min(b.at_ns, until_ns) - max(a.at_ns, since_ns)
             if shared > 0 and core in (a.core, b.core):
+                # what it ran in the step, all of it within the time asked for: the most that it can have been
                 most += min(b.ran_ns - a.ran_ns, shared)
                 likely += (b.ran_ns - a.ran_ns) * shared / (b.at_ns - a.at_ns)
         return most, likely
@@ -172,6 +173,7 @@ class Tasks:
                 priority = HIGHEST if one.realtime else 0
                 known = self._begun(one.task, one.name, "", priority, sample, self._scans_ns[:1])
             elif not known.gone_ns:
+                # max: two counters of the kernel meet here, and run times only rise
                 known.add(sample._replace(ran_ns=max(one.ran_ns, known.samples[-1].ran_ns)))
             known.name, known.gone_ns, known.told = one.name, now_ns, True
 
@@ -181,6 +183,7 @@ class Tasks:
             with suppress(OSError, ValueError, IndexError):
                 self._see(task, folder)
                 seen.add(task)
+        # a list: `_forget` takes from the dict
         for task in [task for task in self._tasks if task not in seen]:
             self._forget(task)
         self._scans_ns = [*self._scans_ns[-1:], began_ns]
@@ -195,6 +198,7 @@ class Tasks:
                 # it did not run: the same reading, later; stat is not asked again
                 known.add(known.samples[-1]._replace(at_ns=at_ns))
                 return
+        # the last bracket: a task may be called `)`, and stat does not say so (proc(5))
         name, _, rest = _text(f"{folder}/stat").partition("(")[2].rpartition(")")
         words = rest.split()
         priority = HIGHEST if int(words[_POLICY]) == _DEADLINE else int(words[_PRIORITY])

@@ -71,6 +71,7 @@ def late_ticks(rows: np.ndarray, above_ns: int) -> list[LateTick]:
     late = after["time_ns"] - before["time_ns"] - period + after["wakeup_ns"]
     parts = np.stack([before["read_ns"], before["law_ns"], before["write_ns"], after["record_ns"]])
     cycle = parts.sum(axis=0)
+    # its wake-up counts: a cycle that began late and took its usual time ends late as well
     own = np.maximum(before["wakeup_ns"] + cycle - period, 0)
     return [
         LateTick(

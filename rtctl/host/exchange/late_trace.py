@@ -149,6 +149,7 @@ class Trace:
         # the ring goes on at its beginning
         new += self._ring[mmap.PAGESIZE : mmap.PAGESIZE + min(written, size) - len(new)]
         left = size - (head - self._newest()) % (1 << 64)  # the kernel goes on, over what is oldest
+        # read first, asked afterwards: what was overwritten meanwhile is at the end of what was read
         if written > left:
             self._known, new = [], new[: max(left, 0)]
         told = []

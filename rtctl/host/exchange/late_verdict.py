@@ -116,6 +116,7 @@ def judge(late: LateTick, rise: Rise, late_sum_ns: float) -> Verdict:
     the place of what its core counted."""
     if rise.seen is not None:
         return _seen(late, rise, rise.seen, late_sum_ns)
+    # all late ticks between two readings share what rose: one cause may have made several late
     needed = max(late_sum_ns, 1.0)
     each = needed / max(late.late_ns, 1)  # what happens once at each late tick counts as often as there were
     found = [
@@ -148,6 +149,7 @@ def _seen(late: LateTick, rise: Rise, its: Seen, late_sum_ns: float) -> Verdict:
     """The cause of a tick of which the scheduler told what the loop did."""
     half, own, (held, name, held_ns) = EXPLAINS * late.late_ns, is_own(late), its.held()
     rest = replace(rise, seen=None, run_delay_ns=0.0, softirqs=None, interrupts=None, tasks=())
+    # by the counters: to the scheduler a loop that is stopped, or has used up its quota, merely sleeps
     exact = judge(late, Rise(stopped=rise.stopped, throttled_ns=rise.throttled_ns), late_sum_ns)
     if exact.cause in {"stopped", "quota"}:
         return exact

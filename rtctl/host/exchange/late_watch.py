@@ -84,6 +84,7 @@ class LateWatch:
         """Take a batch of ticks, which may be empty, and look at the counters where it is time."""
         if len(rows):
             known = rows if self._row is None else joined([self._row, rows])
+            # by the bound of now: how early the loop wakes follows what wake-ups take
             self._waiting += late_ticks(known, bound_ns(self._period_ns, self._early_ns()))
             # the step from it to the next batch may be the late one
             self._row = rows[-1:].copy()
@@ -154,6 +155,7 @@ class LateWatch:
 
     def _learn(self, before: Reading, reading: Reading) -> None:
         for name, rate in rates(before, reading).items():
+            # from looks without a late tick alone: what makes ticks late must not become usual
             self._usual[name] = (1 - MEMORY) * self._usual.get(name, rate) + MEMORY * rate
 
     def _since(self, late: list[LateTick]) -> tuple[Reading, float]:
@@ -207,6 +209,7 @@ class LateWatch:
             "share": round(verdict.share, 3),
             "text": CAUSES[verdict.cause],
         }
+        # numbered: two listeners hear of it, each at its own time (`LateNews`)
         self.newest = self.newest[0] + 1, told
         # the next worst is that of the next event
         self._told_ns, self._worst = now_ns, None

@@ -86,9 +86,11 @@ class LeaseDesk:
                 f"{lease.holder} holds the lease: wait until it releases it or is silent for "
                 f"{self.silence_s:g} s, or stop the rig, which ends it",
             )
+        # the loop first lets go: two renderers must not have one proxy between them
         if loop_holds:
             return Refusal("lease_taken", "the loop still follows the last holder: ask again in 0.1 s")
         number = secrets.randbits(NUMBER_BITS) or 1  # 0 is no lease in the loop's records
+        # a random number: who had the lease before cannot guess it
         self._lease = Lease(number, user_id, holder, epoch)
         self._until_s = self._clock_s() + self.silence_s
         return self._lease
@@ -107,4 +109,5 @@ class LeaseDesk:
     def end(self, why: str) -> None:
         """Take the lease back."""
         if self._lease is not None:
+            # the reason stays: whoever held it asks only afterwards
             self._lease, self.ended = None, why

@@ -106,6 +106,7 @@ def decode_target(payload: bytes, rig: RigDescription) -> Request | Refusal:
         _require_version(message)
         operation = OPERATIONS["target"]
         epoch = _epoch(message, required=True)
+        # 0: an id is for replies, and a target has none
         return Request(0, "target", epoch, _values(message, operation, rig))
     except _RefuseError as refused:
         return Refusal(refused.code, str(refused))
@@ -122,6 +123,7 @@ def _unpack(payload: bytes) -> dict[str, Any]:
             # a header of five bytes may announce 4 GB: refused before they are asked for
             max_array_len=_MAX_ITEMS,
             max_map_len=_MAX_KEYS,
+            # no operation has bytes or an extension
             max_bin_len=0,
             max_ext_len=0,
         )
@@ -186,6 +188,7 @@ def _epoch(message: dict[str, Any], *, required: bool) -> int | None:
 def _values(message: dict[str, Any], operation: Operation, rig: RigDescription) -> dict[str, Any]:
     known = {key.name: key for key in operation.keys}
     _require_rig(message, rig)
+    # refused, not left out: a key of another version, or spelt wrong, would do nothing and nobody would know
     for name in message:
         if name not in known and name not in _OF_ALL:
             allowed = ", ".join(known) or f"none besides {', '.join(_OF_ALL)}"

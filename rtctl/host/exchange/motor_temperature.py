@@ -40,6 +40,7 @@ def temperature_warnings(
         `name` ("TEMPERATURE"), `axis` (name), `text`."""
     found = []
     for axis, value in zip(rig.axes, np.ravel(row["temperature_c"]).tolist(), strict=True):
+        # 0 is what a field holds that no device writes
         if axis.trained_c is None or value == 0.0:
             continue
         low, high = axis.trained_c

@@ -50,6 +50,7 @@ class CommandSlot:
         # no loop has this epoch: what waits in the slot is void
         command["epoch"] = command["target_epoch"] = _VOID
         command["target_lease"] = 0
+        # of several the newest: a tick that has seen it has seen those before
         self.stop_seq = self.edge("stop_count")
         return self.stop_seq
 

@@ -48,6 +48,7 @@ class Operation:
 
 def allowed(op: str, role: str) -> bool:
     """Whether a client of this role may ask for this operation."""
+    # roles stand in their order: each may what those before it may
     return ROLES.index(role) >= ROLES.index(OPERATIONS[op].role)
 
 
@@ -61,6 +62,7 @@ OPERATIONS: dict[str, Operation] = {
     "hello": Operation("protocol, rig, axes, rate, endpoints, bounds", "observer"),
     "status": Operation("state, epoch, faults, newest measurements, command in force", "observer"),
     "schema": Operation("JSON Schema of the tick record", "observer"),
+    # an epoch is required where something would move: a stop since then must void it
     "arm": Operation(
         "enable the actuator: IDLE to ARMING to ACTIVE", "operator", (_DECIDED,), needs_epoch=True
     ),

@@ -76,6 +76,7 @@ class Publisher:
 
     def send(self, topic: bytes, payload: bytes) -> bool:
         """Send to every subscriber whose queue has room. False when some queue was full."""
+        # of a publication for viewers: they hear the state alone
         if topic not in self._topics:
             return True
         if self._expel is not None and not self._holder.socket.closed:
@@ -86,10 +87,12 @@ class Publisher:
         if socket.closed:  # a door that could not be opened again yet
             return True
         try:
+            # the first part decides: queues count whole messages, so that the second one fits
             socket.send(topic, zmq.SNDMORE | zmq.NOBLOCK)
         except zmq.Again:
             socket.setsockopt(zmq.XPUB_NODROP, 0)
             socket.send_multipart((topic, payload), zmq.NOBLOCK)
+            # back again: the next message is offered to all first
             socket.setsockopt(zmq.XPUB_NODROP, 1)
             return False
         socket.send(payload, zmq.NOBLOCK)
@@ -105,6 +108,7 @@ class Publisher:
             sender = _subscriber(frame)
             if self._is_expelled(sender) or not self._offends(frame, sender):
                 continue
+            # it is gone with its connection, and its count with it: the table cannot grow
             self._wrong.pop(sender, None)
             self._deaf_to[sender] = time.monotonic() + DEAF_S
             return frame

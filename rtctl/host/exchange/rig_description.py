@@ -40,6 +40,7 @@ def pace(rate_hz: float, batch_ms: float | None, state_hz: float | None) -> tupl
     batch_s = min(max(BATCH_TICKS / rate_hz, SHORTEST_BATCH_S), LONGEST_BATCH_S)
     if batch_ms is not None:
         batch_s = batch_ms * 1e-3
+    # one sample a message at least: a renderer that waits for the state is not to wait for several
     return batch_s, max(STATE_HZ, 1.0 / batch_s) if state_hz is None else state_hz
 
 

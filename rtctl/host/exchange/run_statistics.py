@@ -22,6 +22,7 @@ class Histogram:
         The exact largest value."""
 
     def __init__(self) -> None:
+        # one cell more: durations beyond the last octave
         self._counts = np.zeros(_PER_OCTAVE * _OCTAVES + 1, np.int64)
         self.max_ns = 0
 
@@ -75,6 +76,7 @@ class RunStatistics:
         self.ticks += len(rows)
         self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
         self.waiver = bool(rows["waiver"][-1])
+        # a copy: a view would keep the whole batch
         self.last = rows[-1:].copy()
         # SHUTDOWN ends every run, and is the cause of none
         before_the_end = rows[rows["state"] != State.SHUTDOWN]

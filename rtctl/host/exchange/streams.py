@@ -124,6 +124,7 @@ class Telemetry:
         self._decimator = Decimator(self._rig.rate_hz, self._rig.state_hz)
         self._events = EventDetector(self._rig, words, friction)
         self._health = HealthWindow()
+        # a second from now: a health at once would tell percentiles of a few ticks
         self._next_health_ns = clock_ns() + HEALTH_PERIOD_NS
         self._states = self._batches = self._healths = self._rows = self._overwritten = 0
         self.published = self.dropped = 0
@@ -203,6 +204,7 @@ class Telemetry:
         self._health.add(rows)
         events = self._events.detect(rows)
         if events:
+            # before the state: who hears both has the cause by then
             self._send(TOPIC_EVENT, events)
         chosen = rows[self._decimator.pick(rows["tick"])]
         if len(chosen):
@@ -255,6 +257,7 @@ class Telemetry:
         self._healths += 1
         self._send(TOPIC_HEALTH, health)
         if self.setup is not None:
+            # every second: a recording may begin at any time, and PUB repeats nothing to who comes later
             self._send(TOPIC_SETUP, {"session": rig.session, **self.setup()})
 
     def _warnings(self) -> list[dict[str, str]]:
@@ -264,6 +267,7 @@ class Telemetry:
     def _send(self, topic: bytes, message: object) -> None:
         """Send one message to every subscriber whose queue has room."""
         payload = encode(message)
+        # counted once, however many doors it goes out by
         self.published += 1
         for sender in self._publishers:
             self.dropped += not sender.send(topic, payload)
@@ -271,5 +275,7 @@ class Telemetry:
 
 def queue_messages(batch_s: float) -> int:
     """Length of a subscriber's queue in messages: `QUEUE_S` of state, ticks and events, and health."""
+    # state, ticks and events of each batch; health and setup each second
     per_second = 3 / batch_s + 2
+    # 100: a batch of a second would leave a queue of few messages, and a burst of events fills that
     return max(100, math.ceil(QUEUE_S * per_second))

@@ -63,6 +63,7 @@ class TargetInbox:
 
     def serve(self) -> bool:
         """Hand on the newest targets. True when more messages wait than one turn reads."""
+        # by door and identity: two doors may give two clients the same identity
         newest: dict[tuple[int, bytes], tuple[str, bytes]] = {}
         more = False
         # before reading: what waited here counts as latency

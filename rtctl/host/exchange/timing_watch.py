@@ -29,6 +29,7 @@ class TimingWatch:
     def changes(self, rows: np.ndarray) -> list[tuple[int, dict[str, Any]]]:
         """Row and content of each event of these ticks."""
         ages = rows["sample_age_ticks"]
+        # over the whole run: a pulse of some tens of ticks sees too few samples of a slow sensor
         self._fresh += int(np.count_nonzero(ages == 0))
         self._seen += int(np.count_nonzero(ages < FRESH_TICKS))
         before = np.concatenate((np.array([self._state]), rows["state"][:-1]))

@@ -16,6 +16,7 @@ def veil_leases(records: np.ndarray, field: str) -> np.ndarray:
     veiled = records.copy()
     for i in np.flatnonzero(records[field]):
         number = int(records[field][i]).to_bytes(8, "big")
+        # a hash, not a running number: parts of a recording made apart agree on it
         digest = int.from_bytes(hashlib.blake2b(number, digest_size=8).digest(), "big")
         veiled[field][i] = digest >> (64 - NUMBER_BITS) or 1  # 0 would be no lease
     return veiled

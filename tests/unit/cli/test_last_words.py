@@ -20,6 +20,8 @@ from rtctl.cli.invocation import shown
 from rtctl.cli.number import Number
 from rtctl.cli.outputs import OutputFile, OutputFolder
 from rtctl.errors import ConfigError
+from rtctl.host import flight_recorder
+from rtctl.recording import recorder
 from rtctl.recording.state_folder import state_root
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
@@ -153,7 +155,10 @@ def test_a_lock_that_cannot_be_opened_is_told_with_its_folder(tmp_path):
 
 def test_a_device_opened_anew_has_time_after_the_host():
     unit = (ROOT / "systemd" / "rtctl@.service").read_text()
-    assert int(unit.partition("\nTimeoutStopSec=")[2].partition("\n")[0]) >= 15
+    until_killed_s = int(unit.partition("\nTimeoutStopSec=")[2].partition("\n")[0])
+    assert until_killed_s >= 15
+    # a disk that hangs at the end is told before systemd kills
+    assert until_killed_s - 3 > recorder.END_S + 2 * flight_recorder.END_S
 
 
 @pytest.mark.parametrize("words", [["playback"], ["playback", "--time", "t"], ["init", "mock.toml"]])
@@ -199,3 +204,19 @@ def test_ctrl_c_while_an_object_ends_is_heard_all_the_same():
         [sys.executable, "-c", SWALLOWED], capture_output=True, text=True, timeout=60, check=False
     )
     assert (done.returncode, done.stdout, done.stderr) == (130, "", "interrupted\n")
+
+
+@pytest.mark.parametrize("name", ["pydantic._internal.x", "rtctl.x"])
+def test_ctrl_c_within_pydantic_is_said_again_where_it_is_heard(monkeypatch, name):
+    again = []
+    monkeypatch.setattr(rtctl.cli, "_say_again", lambda: again.append(True))
+    monkeypatch.setattr(rtctl.cli, "_interrupts", [])
+    found = {"__name__": name, "sys": sys}
+    exec("frame = sys._getframe()", found)
+    raised = False
+    try:
+        rtctl.cli._interrupt(signal.SIGINT, found["frame"])
+    except KeyboardInterrupt:  # one that pytest saw would end it
+        raised = True
+    assert (raised, again) == ((True, []) if name.startswith("rtctl") else (False, [True]))
+    assert rtctl.cli._interrupts == [signal.SIGINT]

@@ -131,6 +131,15 @@ def test_a_model_outside_the_rig_files_folder_is_refused(tmp_path):
     assert "leads out of the rig file's folder" in str(done.exception)
 
 
+def test_who_misspells_a_rig_is_told_those_that_there_are(tmp_path, monkeypatch):
+    call("install", shipped_config("mock.toml"), "--root", tmp_path)
+    stop = ["systemctl", "disable", "--now", "rtctl@mokc.service"]
+    monkeypatch.setattr(service, "removal", lambda *_arguments, **_options: ([stop], []))
+    told = call("uninstall", "mokc", "--root", tmp_path, "--dry-run")
+    assert told.exit_code == 0
+    assert "nothing of rig 'mokc' is installed; there are mock" in told.output
+
+
 def test_uninstall_leaves_data_unless_purged_and_nothing_at_all_with_the_last_rig(tmp_path):
     call("install", shipped_config("mock.toml"), "--root", tmp_path)
     (tmp_path / "var/lib/rtctl/mock").mkdir(parents=True)

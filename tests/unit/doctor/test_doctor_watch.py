@@ -5,6 +5,7 @@ import json
 import pytest
 
 from rtctl.cli.doctor_watch import watch
+from rtctl.errors import NoReplyError
 
 
 class Healths:
@@ -46,9 +47,11 @@ def test_the_sums_are_those_of_all_runs_of_the_daemon_meanwhile(capsys):
     assert json.loads(sums) == {"ticks": 6, "causes": {"irq": 5, "smi": 1}}
 
 
-@pytest.mark.parametrize("said", [(), (None, {})])
-def test_a_rig_that_tells_nothing_of_late_ticks_has_no_sums(capsys, said):
-    watch(Healths(*said), None, as_json=False)
-    out, error = capsys.readouterr()
-    assert not out
-    assert "no health came" in error
+@pytest.mark.parametrize(
+    ("said", "why"), [((), "no health came"), ((None, {}), "late ticks: it runs on a virtual clock")]
+)
+def test_a_rig_that_tells_nothing_of_late_ticks_has_no_sums(capsys, said, why):
+    # a script that asks for one object is told by the exit code that there is none
+    with pytest.raises(NoReplyError, match=why):
+        watch(Healths(*said), None, as_json=True)
+    assert not capsys.readouterr().out

@@ -18,6 +18,7 @@ from mcap.reader import make_reader
 from run_maker import run, setup, write
 
 from rtctl.bounded_npz import read_arrays
+from rtctl.check.law_plan import build
 from rtctl.control.records import command_dtype
 from rtctl.errors import DataError
 from rtctl.recording import as_columns, mcap_file, parts, recorder
@@ -29,6 +30,9 @@ from rtctl.recording.parts import Parts
 from rtctl.recording.reader import RecordingReader, all_parts, with_earlier_parts
 from rtctl.recording.recorder import Recorder
 from rtctl.recording.replay import Replay
+from rtctl.recording.setup import RIG_NAME, setup_of
+from rtctl.rig_file.config import load
+from rtctl.simulation.shipped_files import write_copy
 from rtctl.tick import new_ticks
 
 ROOM = Limits(free_bytes=0)
@@ -80,6 +84,9 @@ def test_a_disk_that_hangs_at_the_end_is_no_success(tmp_path, monkeypatch):
     try:
         assert not made.close()
         assert "at the end" in made.status()["broken"]
+        # the daemon asks once more on its way out, and is not to wait as long again
+        monkeypatch.setattr(recorder, "END_S", None)  # without an end
+        assert not made.close()
     finally:
         release.set()
         made._thread.join(60)
@@ -231,3 +238,12 @@ def test_a_topic_of_two_channels_is_read_whole_and_in_order(tmp_path):
     as_columns.register()
     found = as_columns.read(path)
     assert found["/joint_states/elbow/position"].tolist() == [0.0, 1.0, 2.0, 3.0]
+
+
+def test_a_rig_file_that_was_edited_since_it_was_read_is_not_recorded_as_what_ran(tmp_path):
+    write_copy("mock.toml", path := tmp_path / "mine.toml", "mine")
+    loaded = load(path)
+    plan = build(loaded)
+    assert RIG_NAME in setup_of(loaded, plan, 7, 10**18).attachments
+    path.write_text(path.read_text() + "# edited while the first start compiled\n")
+    assert RIG_NAME not in setup_of(loaded, plan, 7, 10**18).attachments
