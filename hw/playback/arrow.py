@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Mapping
 from contextlib import suppress
 from importlib import import_module
 from importlib.util import find_spec
@@ -13,6 +12,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback.text_table import Table
+from hw.playback.units import unit_of
 
 STREAM = b"\xff\xff\xff\xff"
 """How a stream begins: polars and the data sets of Hugging Face end its name in `.arrow`, too."""
@@ -21,9 +22,9 @@ ChunkedArray: TypeAlias = Any
 """pyarrow's; it is not typed, and not there on every machine."""
 
 
-def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
     """Parquet, and Feather, which is Arrow's own file, or a stream of Arrow; a field of a struct is `arm.q`,
-    one place of lists `q#1`.
+    one place of lists `q#1`; units as the metadata of a field say them.
 
     Raises
     ------
@@ -54,7 +55,8 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, A
         ) from error
     # names of the others, without their numbers: a wrong name is answered by those there are
     listed: dict[str, Any] = {own: np.zeros(0) for own in known if own not in wanted}
-    return listed | {own: _array(read.column(own)) for own in read.column_names}
+    units = {field.name: unit_of(field.metadata or {}) for field in read.schema}
+    return Table(listed | {own: _array(read.column(own)) for own in read.column_names}, units)
 
 
 def _is_of(name: str, own: str) -> bool:

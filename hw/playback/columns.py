@@ -63,7 +63,7 @@ def read_table(
         arrays, units = (found.columns, found.units) if isinstance(found, Table) else (found, {})
         # dates become seconds (`_seconds`): another unit that was given for them is refused by this one
         stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
-        table = Table(_flat(path, arrays, order), dict.fromkeys(stamps, "s") | units)
+        table = Table(_flat(path, arrays, order), units | dict.fromkeys(stamps, "s"))
     else:
         text = _text(path, order)
         if not text.strip():
@@ -179,11 +179,11 @@ def _named(name: str, array: np.ndarray) -> dict[str, np.ndarray]:
     return {f"{name}.{field}" if name else field: array[field] for field in array.dtype.names}
 
 
-def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any] | Table:
     return read_matlab(path, raw, names, most_unpacked(len(raw)))
 
 
-def _hdf(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any]:
+def _hdf(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
     return read_hdf(path, raw, names, most_unpacked(len(raw)), "/")
 
 

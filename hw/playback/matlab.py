@@ -14,13 +14,14 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.matlab_hdf import MOST_ENTRIES, only_in_objects, read_hdf
+from hw.playback.text_table import Table
 
 HDF = b"MATLAB 7.3"
 
 HEAD_BYTES, PACKED_ELEMENT = 128, 15
 
 
-def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapping[str, Any]:
+def read_matlab(path: Path, raw: bytes, names: Sequence[str], most: int) -> Mapping[str, Any] | Table:
     """Arrays of a file of at most `most` bytes, unpacked, by their path.
 
     Raises

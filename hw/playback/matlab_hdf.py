@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from hw.interface import BackendError
+from hw.playback.text_table import Table
+from hw.playback.units import unit_of
 
 MOST_ENTRIES = 200
 """Most structures of one name, and cells, that are looked at."""
@@ -37,9 +39,9 @@ def only_in_objects(path: Path, names: Sequence[str], found: Container[str]) -> 
         )
 
 
-def read_hdf(path: Path, raw: bytes, names: Sequence[str], most: int, between: str = ".") -> dict[str, Any]:
+def read_hdf(path: Path, raw: bytes, names: Sequence[str], most: int, between: str = ".") -> Table:
     """Arrays of a file of at most `most` bytes, unpacked, by their path: `between` groups and what is in
-    them, as `hw.playback.matlab` has them or as HDF5 does.
+    them, as `hw.playback.matlab` has them or as HDF5 does; units as their attributes say them.
 
     Raises
     ------
@@ -64,13 +66,14 @@ def read_hdf(path: Path, raw: bytes, names: Sequence[str], most: int, between: s
         ) from error
     if reader.objects:
         only_in_objects(path, names, reader.found)
-    return reader.found
+    return Table(reader.found, reader.units)
 
 
 class _Reader:
     def __init__(self, path: Path, file: Any, h5py: Any, most: int, between: str) -> None:
         self.path, self.file, self.h5py, self.left, self.between = path, file, h5py, most, between
         self.found: dict[str, Any] = {}
+        self.units: dict[str, str] = {}
         self.objects = False
 
     def inside(self, group: Any, name: str) -> Any:
@@ -116,6 +119,7 @@ class _Reader:
             # MATLAB counts columns first, HDF5 rows
             array = self._taken(item).T
             self.found[name] = array.reshape(-1) if array.ndim == 2 and 1 in array.shape else array
+            self.units[name] = unit_of(item.attrs)
 
     def _taken(self, item: Any) -> np.ndarray:
         # before it is read: HDF5 packs, too

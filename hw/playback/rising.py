@@ -102,7 +102,8 @@ def require_rising(path: Path, time_s: np.ndarray) -> None:
         row = int(np.argmax(steps <= 0)) + 2
         raise BackendError(
             f"{path}: time does not increase ({time_s[0]} s to {time_s[-1]} s), the first time in row "
-            f"{row}; cut the rows that are not of the log, or map the column of the time"
+            f"{row}; sort rows that are only in another order, cut those that are not of the log, or map the "
+            "column of the time"
         )
     # twice the same before going back: a coarse clock has both, and its remedy is the rate
     same, back = np.flatnonzero(steps == 0), np.flatnonzero(steps < 0)

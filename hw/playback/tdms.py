@@ -15,15 +15,12 @@ import numpy as np
 
 from hw.interface import BackendError
 from hw.playback.text_table import Table
+from hw.playback.units import unit_of
 
 CLOCK = "/time"
 """Behind the name of a channel: its time, s since its own first sample."""
 
-_BEGINS, _STEP, _UNITS = (
-    "wf_start_time",
-    "wf_increment",
-    ("unit_string", "NI_UnitDescription", "NI_ChannelUnit"),
-)
+_BEGINS, _STEP = "wf_start_time", "wf_increment"
 
 
 def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
@@ -84,7 +81,5 @@ def _require_one_clock(path: Path, wanted: dict[str, Any]) -> None:
 
 def _units(wanted: dict[str, Any], found: dict[str, np.ndarray], clocks: Collection[str]) -> dict[str, str]:
     said = {name: "s" for name in found if name in clocks or found[name].dtype.kind == "M"}
-    for name in found.keys() - said.keys():
-        told = [str(wanted[name].properties[one]) for one in _UNITS if wanted[name].properties.get(one)]
-        said |= {name: told[0]} if told else {}
-    return said
+    told = {name: unit_of(wanted[name].properties) for name in found.keys() - said.keys()}
+    return said | {name: unit for name, unit in told.items() if unit}

@@ -1,5 +1,5 @@
-"""What a file says itself about the unit of a column, in a unit row or in the column's name, against what it
-is read in."""
+"""What a file says itself about the unit of a column, in a unit row, in an attribute or in the column's name,
+against what it is read in."""
 
 from __future__ import annotations
 
@@ -95,6 +95,20 @@ _BEHIND = re.compile(r"(?:\b(?:in|en)\s+|\s/\s*(?!min$)|,\s+)(\S{1,20})$|/(?!min
 only behind a blank, and `U/min` is no time."""
 
 _SAME = {"Nm": "N m", "mNm": "mN m", "Ncm": "N cm"}
+
+
+_ATTRIBUTES = {"unit", "units", "unit_string", "ni_unitdescription", "ni_channelunit"}
+"""What HDF5, Arrow and TDMS files keep the unit of a column under, in small letters."""
+
+
+def unit_of(attributes: Mapping[Any, Any]) -> str:
+    """Unit that the attributes of a column say, text or bytes; "" without any."""
+    told = {_text(key).lower(): _text(value) for key, value in attributes.items()}
+    return next((told[key] for key in sorted(_ATTRIBUTES & told.keys()) if told[key]), "")
+
+
+def _text(word: object) -> str:
+    return word.decode(errors="replace") if isinstance(word, bytes) else str(word)
 
 
 def said_unit(name: str, row: str) -> str:

@@ -58,7 +58,7 @@ def require_alone(context: click.Context) -> None:
 def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     """Print table and verdict; exit code 1 when something speaks against the model."""
     from rtctl.friction import artefact
-    from rtctl.friction.learn.report_judge import faults, judge, not_judged
+    from rtctl.friction.learn.report_judge import faults, headed, judge, not_judged
     from rtctl.friction.learn.report_judged_cause import cause
 
     model = artefact.load(path)
@@ -93,7 +93,7 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
             click.echo(
                 "\nthe model holds on these points" + (", as far as it was trained:" if beyond else "")
                 if not said
-                else "\nthe model does not hold on these points:"
+                else f"\nthe model {headed(found)} on these points:"
             )
             for fault in (*said, *beyond):
                 click.echo(f"  {fault}")

@@ -121,6 +121,7 @@ def learn(
         Rows too few, or without places."""
     from rtctl.friction.learn.cogging import fit_cogging
     from rtctl.friction.learn.places import fit_places
+    from rtctl.friction.learn.report_tables import mnm_cell
 
     text, body, part = list[str](), dict[str, Any](), None
     period = measured.period_rad
@@ -141,7 +142,7 @@ def learn(
         model = fitted.model
         text += ["", "waves a turn    held-out places, mN m"]
         text += [
-            f"{one.kernel.orders:<16d}{1e3 * one.rmse_nm:.3f} +- {1e3 * one.se_nm:.3f}"
+            f"{one.kernel.orders:<16d}{mnm_cell(one.rmse_nm)} +- {mnm_cell(one.se_nm)}"
             for one in fitted.rungs
         ]
         text.append(fitted.sentence)

@@ -21,17 +21,17 @@ _TABLE: tuple[tuple[str, str, float, str], ...] = (
     ("support vectors", "support_vectors", 1, "d"),
     ("C", "C", 1, ".6g"),
     ("epsilon, mN m", "epsilon_nm", 1e3, ".4g"),
-    ("mean training error, mN m", "train_mean_error_nm", 1e3, ".3f"),
-    ("max training error, mN m", "train_max_error_nm", 1e3, ".3f"),
-    ("RMS held-out error, mN m", "validation_rmse_nm", 1e3, ".3f"),
-    ("max held-out error, mN m", "validation_max_error_nm", 1e3, ".3f"),
-    ("95 % band, narrowest, mN m", "band_least_nm", 1e3, ".3f"),
-    ("95 % band, widest, mN m", "band_most_nm", 1e3, ".3f"),
+    ("mean training error, mN m", "train_mean_error_nm", 1, "mN m"),
+    ("max training error, mN m", "train_max_error_nm", 1, "mN m"),
+    ("RMS held-out error, mN m", "validation_rmse_nm", 1, "mN m"),
+    ("max held-out error, mN m", "validation_max_error_nm", 1, "mN m"),
+    ("95 % band, narrowest, mN m", "band_least_nm", 1, "mN m"),
+    ("95 % band, widest, mN m", "band_most_nm", 1, "mN m"),
     ("compile error, N m", "compile_error_nm", 1, ".1e"),
     ("its proved bound, N m", "compile_bound_nm", 1, ".1e"),
     ("trained range, rad/s", "speed_max_rad_s", 1, ".4g"),
     ("least dry friction, N m", "friction_min_nm", 1, ".4g"),
-    ("weaker at some place by, mN m", "place_spread_nm", 1e3, ".3f"),
+    ("weaker at some place by, mN m", "place_spread_nm", 1, "mN m"),
     ("viscous slope, N m s/rad", "viscous_nms_rad", 1, ".4g"),
     ("secant damping, N m s/rad", "secant_damping_nms_rad", 1, ".4g"),
     ("least slope, N m s/rad", "slope_damping_nms_rad", 1, ".4g"),
@@ -83,7 +83,7 @@ def band_text(model: FrictionModel) -> str:
         "errors) lies within it"
     )
     if band.way == "log" and band.units < FEW_SESSIONS:
-        return f"{said}; {band.units} sessions say little of the next one: record more"
+        return f"{said}; {band.units} held-out sessions say little of the next one: record more"
     # held out of one session: what sessions differ by is in none of them
     if band.way in ("speed", "time", "place"):
         return f"{said}; one session says nothing of another one: fit several, each a log of its own"
@@ -93,11 +93,17 @@ def band_text(model: FrictionModel) -> str:
 def show(kind: str, found: Sequence[Mapping[str, Any]], motion: str = "rotary") -> None:
     """Print the table; a figure that is not known is a dash. Of a linear axis a slow range is told in
     mm/s."""
+    from rtctl.friction.learn.report_tables import mnm_cell
+
     # one unit for both directions: the rows of a table are compared
     unit, factor = speed_scale(motion, max(row["speed_max_rad_s"] for row in found))
     click.echo(f"{kind:34}{'v >= 0':>14}{'v < 0':>14}")
     for text, key, times, shape in _TABLE:
         slow = text.endswith(", rad/s")
         label, scale = (text.replace("rad/s", unit), times * factor) if slow else (text, times)
-        cells = ["-" if row.get(key) is None else format(row[key] * scale, shape) for row in found]
+        of_row = (row.get(key) for row in found)
+        cells = [
+            mnm_cell(value) if shape == "mN m" or value is None else format(value * scale, shape)
+            for value in of_row
+        ]
         click.echo(f"{label:<34}" + "".join(f"{cell:>14}" for cell in cells))

@@ -62,13 +62,15 @@ def body(ladder: Ladder) -> dict[str, Any]:
 
 def show(ladder: Ladder) -> None:
     """Ladder as a table, and the reason of the choice."""
+    from rtctl.friction.learn.report_tables import mnm_cell
+
     click.echo(f"{'rung':<20}{'held out, mN m':>18}{'numbers':>12}{'tried':>7}{'failed':>8}")
     for rung in ladder.choice.rungs:
         lost = sum(rung.failures.values())
         if rung.refused:
             click.echo(f"{rung.family:<20}  refused: {rung.refused}")
             continue
-        error = f"{1e3 * rung.rmse_nm:.3f} +- {1e3 * rung.se_nm:.3f}"
+        error = f"{mnm_cell(rung.rmse_nm)} +- {mnm_cell(rung.se_nm)}"
         numbers = " + ".join(f"{score.n_terms:.0f}" for score in rung.scores)
         mark = "  <- chosen" if rung is ladder.choice.chosen else ""
         click.echo(f"{rung.family:<20}{error:>18}{numbers:>12}{rung.tried:>7}{lost:>8}{mark}")

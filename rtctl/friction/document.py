@@ -26,6 +26,7 @@ Coefficient = Annotated[float, Field(ge=-1e30, le=1e30)]
 """Coefficients of a cubic: between two knots nm/s apart, as points of a carriage at even speeds are, the
 third is 1e17 N/(m/s)^3 and harmless."""
 Torque = Annotated[float, Field(ge=0, le=1e6)]
+Damping = Annotated[float, Field(ge=0, le=1e15)]
 Speed = Annotated[float, Field(ge=0, le=1e4)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ class BranchDocument(Table):
     speed_max_rad_s: float = Field(gt=0, le=1e4)
     friction_min_nm: float = Field(ge=-1e6, le=1e6)
     friction_max_nm: Torque
-    viscous_nms_rad: Torque
+    viscous_nms_rad: Damping
     train_mean_error_nm: Torque
     train_rmse_nm: Torque
     train_max_error_nm: Torque
@@ -77,7 +78,7 @@ class BranchDocument(Table):
     validation_max_error_nm: Torque
     compile_bound_nm: Torque
     friction_lower_nm: Torque
-    secant_damping_nms_rad: Torque
+    secant_damping_nms_rad: Damping
     slope_damping_nms_rad: Number
     place_spread_nm: Torque | None = None
     support_places: list[Position] = Field(default=[], max_length=MAX_SEGMENTS)

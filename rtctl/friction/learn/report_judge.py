@@ -102,11 +102,10 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
     for one in found:
         at = f"direction {one.direction:+d}:"
         if one.rmse_nm is None or one.floor_rmse_nm is None:
-            said.append(f"{at} no point within the trained range, nothing can be said")
+            within = " within the trained range" if one.points else ""
+            said.append(f"{at} no point{within}, nothing can be said")
             continue
-        for beyond, how in one.beyond():
-            if beyond > MOSTLY * one.points:
-                said.append(f"{at} most points, {beyond} of {one.points}, are {how} than the trained range")
+        said += elsewhere((one,))
         judged = one.points - one.outside - one.slower
         far = abs(one.worst_nm or 0.0) > FAR_OVER * one.bound_nm
         # a few beyond the largest error of the points learned from are chance, unless one is far beyond
@@ -121,6 +120,23 @@ def faults(found: tuple[Judgement, ...]) -> list[str]:
         if one.rmse_nm > (one.allowed_rmse_nm or 0.0):
             said.append(f"{at} Coulomb + viscous fitted to these points is nearer to them")
     return said
+
+
+def elsewhere(found: tuple[Judgement, ...]) -> list[str]:
+    """Which directions have most of their points beyond the trained range, in words."""
+    return [
+        f"direction {one.direction:+d}: most points, {beyond} of {one.points}, are {how} than the trained "
+        "range"
+        for one in found
+        for beyond, how in one.beyond()
+        if beyond > MOSTLY * one.points
+    ]
+
+
+def headed(found: tuple[Judgement, ...]) -> str:
+    """What a model with faults does: points that are missing speak against none."""
+    judged = tuple(one for one in found if one.rmse_nm is not None)
+    return "does not hold" if faults(judged) else "cannot be judged in full"
 
 
 def not_judged(found: tuple[Judgement, ...]) -> list[str]:

@@ -9,7 +9,7 @@ from typing import Any
 from rtctl.friction.kind_table import FORMULAS, is_machine
 from rtctl.friction.learn import report_beside_speed, report_tables
 from rtctl.friction.learn.report_evidence import Evidence
-from rtctl.friction.learn.report_judge import faults, judge
+from rtctl.friction.learn.report_judge import elsewhere, faults, headed, judge
 from rtctl.friction.learn.report_judged_cause import cause
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
@@ -33,8 +33,10 @@ def headline(evidence: Evidence) -> list[str]:
         said = [f"One {chosen} per direction, not compared by a search.", *of_formulas(held_out, chosen)]
     if evidence.test is not None:
         rows = report_tables.overall_rows(evidence)
-        said += [of_test(rows, chosen), of_test_formulas(rows), of_agreement(rows, held_out, chosen)]
-        said.append(of_verdict(evidence.model, evidence.test))
+        told = bool(cause(evidence.model, evidence.test) or elsewhere(judge(evidence.model, evidence.test)))
+        said += [of_test(rows, chosen), of_test_formulas(rows)]
+        said += [of_agreement(rows, held_out, chosen, evidence.folds, told=told)]
+        said += [of_verdict(evidence.model, evidence.test)]
     left_out = evidence.points.left_out
     said += [
         # a ladder has said between what the next session errs
@@ -122,19 +124,22 @@ def formula_or_machine(rows: Sequence[Row]) -> tuple[str, str]:
     )
 
 
-def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> str:
-    """Whether the held-out error said what the test points brought."""
+def of_agreement(
+    rows: Sequence[Row], held_out: Sequence[Row], chosen: str, folds: str = "speed", *, told: bool = False
+) -> str:
+    """Whether the held-out error, of `folds`, said what the test points brought; no more than by how much
+    where it is `told` why it did not."""
     # a held-out error of 0 is one of points that a computer made: no factor of it is said
     mine, before = _row(rows, chosen), _row(held_out, chosen)
     if mine is None or before is None or not before["held_out_rmse_nm"]:
         return ""
     times = _test_nm(mine) / before["held_out_rmse_nm"]
     said = f"That is {times:.2g} times its held-out error ({mnm(before['held_out_rmse_nm'])} mN m)"
+    if times > AGREES and told:
+        return f"{said}."
     if times > AGREES:
-        return (
-            f"{said}, which says too little of another session: trust the test points, and hold out whole "
-            "logs."
-        )
+        advice = "" if folds == "log" else ", and hold out whole logs"
+        return f"{said}, which says too little of another session: trust the test points{advice}."
     if times < 1 / AGREES:
         return f"{said}: the test points are easier than the points it was learned from."
     return f"{said}: the two agree."
@@ -143,13 +148,12 @@ def of_agreement(rows: Sequence[Row], held_out: Sequence[Row], chosen: str) -> s
 def of_verdict(model: FrictionModel, test: FrictionPoints) -> str:
     """What `rtctl fit --judge` says of the model on the test points; empty where nothing speaks against
     it."""
-    said = faults(judge(model, test))
+    found = judge(model, test)
+    said = faults(found)
     if not said:
         return ""
-    return (
-        "The model does not hold on the test points (rtctl fit --judge): "
-        f"{cause(model, test) or '; '.join(said)}."
-    )
+    why = cause(model, test) or "; ".join(said)
+    return f"The model {headed(found)} on the test points (rtctl fit --judge): {why}."
 
 
 _BOUNDS = {

@@ -95,12 +95,13 @@ def overall(evidence: Evidence) -> Table:
     rows = []
     for row in overall_rows(evidence):
         ratio = row["prediction_over_training"]
-        cells = [_mnm(row[f"{use}_{what}"]) for use in ("training", "prediction") for what in _STATISTICS]
-        cells.append(_mnm(row["prediction_rmse_nm"]))
+        cells = [mnm_cell(row[f"{use}_{what}"]) for use in ("training", "prediction") for what in _STATISTICS]
+        cells.append(mnm_cell(row["prediction_rmse_nm"]))
         rows.append((row["family"], *cells, "-" if ratio is None else f"{ratio:.2f}"))
     caption = (
         "Absolute errors over all speeds and both directions, mN m. A prediction error much above the "
-        "training error means that noise was learned."
+        "training error means that noise was learned; of a formula, too, on test points, that friction is "
+        "another one there."
     )
     header = ("model", "train mean", "max", "predict mean", "max", "RMS", "predict / train")
     return Table(caption, header, rows)
@@ -121,10 +122,13 @@ def errors(evidence: Evidence) -> Table:
     keys = [f"{use}_{what}" for use in ("training", "prediction") for what in ("points", *_STATISTICS)]
     rows = []
     for row in error_rows(evidence):
-        cells = [str(row[key]) if key.endswith("points") else _mnm(row[key]) for key in keys]
+        cells = [str(row[key]) if key.endswith("points") else mnm_cell(row[key]) for key in keys]
         rows.append((row["family"], f"{row['direction']:+d}", row["regime"], *cells))
     return Table(caption, header, rows)
 
+
+SMALL_NM = 1e-5
+"""Torque below which three digits behind the point of a mN m are too few: errors of a finger's joint."""
 
 _STATISTICS = ("mean_error_nm", "max_error_nm")
 
@@ -145,8 +149,15 @@ def ladder(evidence: Evidence) -> Table:
             note = f"{evidence.lost[row['family']]} when trained on all points"
         if row["refused"]:
             numbers, note = "-", f"refused: {row['refused']}"
-        span = "-" if low is None else f"{_mnm(low)} to {_mnm(high)}"
-        cells = (_mnm(row["held_out_rmse_nm"]), span, numbers, str(row["tried"]), str(row["failed"]), note)
+        span = "-" if low is None else f"{mnm_cell(low)} to {mnm_cell(high)}"
+        cells = (
+            mnm_cell(row["held_out_rmse_nm"]),
+            span,
+            numbers,
+            str(row["tried"]),
+            str(row["failed"]),
+            note,
+        )
         rows.append((row["family"], *cells))
     return Table(caption, header, rows)
 
@@ -156,7 +167,7 @@ def _reported(evidence: Evidence) -> str:
     found = evidence.ladder
     if found is None or not found.symmetric or found.symmetric_rung is None:
         return "reported model"
-    return f"reported model, of one curve for both directions: {_mnm(found.symmetric_rung.rmse_nm)} mN m"
+    return f"reported model, of one curve for both directions: {mnm_cell(found.symmetric_rung.rmse_nm)} mN m"
 
 
 def support_vectors(family: str, both: list[Learned], motion: str = "rotary") -> Table:
@@ -271,8 +282,13 @@ def gains(found: Gains) -> Table:
     return Table(caption, header, rows)
 
 
-def _mnm(value: float | None) -> str:
-    return "-" if value is None else f"{1e3 * value:.3f}"
+def mnm_cell(value_nm: float | None) -> str:
+    """A torque in N m as mN m: three digits behind the point, three that count of a small joint, a dash for
+    None."""
+    if value_nm is None:
+        return "-"
+    small = 0 < abs(value_nm) < SMALL_NM
+    return f"{1e3 * value_nm:.3g}" if small else f"{1e3 * value_nm:.3f}"
 
 
 def _label(name: str) -> str:

@@ -45,4 +45,5 @@ def said(rung: Rung, *, shared: bool) -> str:
             f" One symmetric curve is as good ({1e3 * rung.rmse_nm:.3g} mN m), so both directions share it."
         )
     said = f"could not be learned ({rung.refused})" if rung.refused else f"errs {1e3 * rung.rmse_nm:.3g} mN m"
-    return f" The directions differ: one symmetric curve {said}."
+    # by however little: that they surely differ is another question
+    return f" Each direction has its own: one symmetric curve {said}."

@@ -73,6 +73,9 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
             f"temperature spans {span:.1f} K: the data do not span it (at least {TEMPERATURE_SPAN_K:g} K, "
             f"{TEMPERATURES_MIN} points on either side)"
         )
+        # a log that warms by 25 K makes points of its middle temperature
+        if "log" in points.columns and not several_logs(points):
+            reason += "; a point of a log is its mean over all of it: of one that warms give the parts"
         return Warmth(span, middle, reason=reason)
     if abs(float(np.corrcoef(celsius, speed)[0, 1])) > ALIKE:
         reason = (

@@ -290,10 +290,12 @@ def _one_point(file: Path, part: _Signals, notes: list[str]) -> tuple[tuple[floa
             f"{file}: not one speed: its quarters have {', '.join(f'{each:.3g}' for each in quarters)} "
             "rad/s; cut what is not steady, or use --average speed"
         )
+    if not mean:
+        raise DataError(f"{file}: nothing moves: a run at rest is no point of friction; leave it out")
     if mean * friction <= 0:
         raise DataError(
             f"{file}: the torque, {friction:.4g} N m, has not the sign of the motion ({mean:.4g} rad/s): "
-            "turn the sign of one of them (scale -1), take its offset away, or average (--average)"
+            "turn the sign of one of them (scale -1), or take its offset away"
         )
     beside = {name: float(column[~far].mean()) for name, column in part.columns.items()}
     return (mean, abs(friction), float(np.sign(mean)), float(torque.std(ddof=1)), float(len(torque))), beside

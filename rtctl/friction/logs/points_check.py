@@ -20,8 +20,14 @@ SCATTER = 0.25
 word."""
 
 
+SLOW_SHARE = 1e-6
+"""Share of a doubtfully quick speed below which the quickest one is doubtful, too: a telescope is faster."""
+
 REPEATS_LEAST = 3
 """Fewest points that repeat another one exactly that are worth a word."""
+
+LINE_ROWS = 3
+"""A point and its two neighbours."""
 
 DIGITS, UNEVEN = 0.02, 0.1
 """Rounding error of the friction, and its scatter from point to point, shares of it, that are worth a
@@ -91,8 +97,7 @@ def _scatter(points: FrictionPoints) -> float:
     """Robust standard deviation of a point about the line through its neighbours in speed, share of the
     friction."""
     off = []
-    for direction in (1, -1):
-        rows = np.sort(points.rows_of(direction))  # repeats of a speed in the order they were measured in
+    for rows in _runs(points):  # repeats of a speed in the order they were measured in
         rows = rows[np.argsort(levels_of(np.abs(points.velocity_rad_s[rows])), kind="stable")]
         v, f = np.abs(points.velocity_rad_s[rows]), points.friction_nm[rows]
         wide = v[2:] - v[:-2]
@@ -104,10 +109,27 @@ def _scatter(points: FrictionPoints) -> float:
     return float(1.4826 * np.median(np.abs(np.concatenate(off))) / np.median(points.friction_nm))
 
 
+def _runs(points: FrictionPoints) -> list[np.ndarray]:
+    """Rows of each direction in their order, of each log by itself where all have some: what sessions differ
+    by is no scatter."""
+    log = points.columns.get("log", np.zeros(len(points.direction)))
+    found: list[np.ndarray] = []
+    for direction in (1, -1):
+        rows = np.sort(points.rows_of(direction))
+        parts = [rows[log[rows] == one] for one in np.unique(log[rows])]
+        found += parts if min(map(len, parts), default=0) >= LINE_ROWS else [rows]
+    return found
+
+
 def _doubtful_units(points: FrictionPoints) -> list[str]:
     usual = ANY_LINEAR if points.motion == "linear" else Limits()
     speed, torque = float(np.abs(points.velocity_rad_s).max()), float(points.friction_nm.max())
     told = []
+    if speed < SLOW_SHARE * usual.doubtful_rad_s:
+        told.append(
+            f"{points.source}: nothing moves faster than {speed:.3g} rad/s: is the velocity in another unit? "
+            "Correct its unit or scale, or give --config RIG, whose limits count then"
+        )
     if speed > usual.doubtful_rad_s:
         told.append(
             f"{points.source}: {speed:.3g} rad/s is quick for what a hand moves: is the velocity in "

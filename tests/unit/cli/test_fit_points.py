@@ -72,6 +72,10 @@ def test_what_cannot_be_is_refused(tmp_path):
     files = runs(tmp_path, sign=-1.0)
     with pytest.raises(DataError, match=r"has not the sign of the motion.*scale -1"):
         read_mapped(files, MAPPED, "file", TEXT)
+    still = tmp_path / "still.csv"
+    still.write_text(HEAD + "\n".join(f"{6.4 * k:.3f};0;{20 + k % 3:.1f}" for k in range(200)) + "\n")
+    with pytest.raises(DataError, match=r"still.csv: nothing moves: .*leave it out"):
+        read_mapped([still, *files], MAPPED, "file", TEXT)
     with pytest.raises(DataError, match="the same as"):
         read_mapped([files[0], files[0]], MAPPED, "file", TEXT)
     with pytest.raises(ConfigError, match=r"current .#3. needs its scale, .*N m/A"):

@@ -63,6 +63,16 @@ def test_a_saved_model_is_read_back_bit_for_bit(model, path):
     )
 
 
+def test_a_model_of_nanoradians_is_a_model_all_the_same(tmp_path):
+    speed = np.geomspace(0.02, 2, 12) * 1e-9
+    rows = [(d * v, 0.1 + 2e7 * v, d, np.nan, np.nan) for d in (1, -1) for v in speed]
+    points = FrictionPoints.from_rows(rows, "made", "0" * 64)
+    slow = fit.fit_points(points, rig="telescope", c=1.0)
+    assert slow.branches[0].viscous_nms_rad > 1e6
+    artefact.save(slow, tmp_path / "slow.json")
+    assert artefact.load(tmp_path / "slow.json").friction_max_nm == slow.friction_max_nm
+
+
 def test_a_file_from_before_presliding_and_places_were_kept_is_read(path):
     def older(document):
         for name in ("presliding_rad", "presliding_spread_rad", "presliding_ramps"):

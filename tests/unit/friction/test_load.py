@@ -246,6 +246,11 @@ def warm(per_k: float, span_k: float, *, by_speed: bool = False) -> FrictionPoin
     return FrictionPoints.from_rows(rows, "made", "0" * 64, {"temperature_c": np.array(heat)})
 
 
+def of_log(points: FrictionPoints) -> FrictionPoints:
+    """The same as points of one log."""
+    return replace(points, columns=points.columns | {"log": np.zeros(len(points.direction))})
+
+
 def warmth(points: FrictionPoints) -> Warmth:
     return judge_temperature(fit_points(points, rig="mock", c=10.0), points)
 
@@ -261,6 +266,7 @@ def test_temperature_scales_friction_where_the_points_span_it():
     ("points", "reason"),
     [
         (warm(-0.005, 3.0), "temperature spans 3.0 K: the data do not span it"),
+        (of_log(warm(-0.005, 3.0)), "of one that warms give the parts"),
         (warm(-0.005, 20.0, by_speed=True), "rises and falls with speed"),
         (replace(warm(0.0, 20.0), columns={}), "no column temperature_c"),
     ],

@@ -113,7 +113,9 @@ def test_units_that_no_hand_held_joint_has_are_named_unless_a_rig_file_knows_bet
     milli = replace(clean, friction_nm=clean.friction_nm * 1e3)
     assert "in rpm or deg/s, or of the motor before the gear" in doubtful_points(rpm, known=False)[0]
     assert "in mN m, or a current" in doubtful_points(milli, known=False)[0]
-    assert not doubtful_points(rpm, known=True) + doubtful_points(milli, known=True)
+    slow = replace(clean, velocity_rad_s=clean.velocity_rad_s * 1e-9)
+    assert "is the velocity in another unit?" in doubtful_points(slow, known=False)[0]
+    assert not [told for one in (rpm, milli, slow) for told in doubtful_points(one, known=True)]
 
 
 def table_of(velocity, friction):
@@ -143,6 +145,20 @@ def test_points_given_twice_of_few_digits_and_that_scatter_are_named():
     ):
         (told,) = doubtful_points(table, known=True)
         assert re.search(said, told)
+
+
+def test_what_sessions_differ_by_is_no_scatter():
+    speed = np.geomspace(0.02, 5.0, 12)
+    v = np.tile(np.concatenate([speed, -speed]), 5)
+    log = np.repeat(np.arange(5.0), 24)
+    f = np.sign(v) * (0.3 + 0.07 * np.abs(v)) * (0.8 + 0.1 * (2 * log % 5))  # warm, cold
+    # quicker by a little in each: else they are repeats of a speed
+    together = table_of(v * (1 + 0.02 * log), f)
+    sessions = replace(together, columns={"log": log})
+    assert "scatters by" in doubtful_points(together, known=True)[0]
+    assert not doubtful_points(sessions, known=True)
+    noisy = replace(sessions, friction_nm=sessions.friction_nm * np.where(np.arange(120) % 2, 1.3, 0.8))
+    assert "scatters by" in doubtful_points(noisy, known=True)[0]
 
 
 def test_acceleration_in_laps_that_repeat_themselves_scatters_and_is_named():

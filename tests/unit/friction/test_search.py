@@ -153,7 +153,7 @@ def test_directions_alike_share_one_curve_and_directions_that_differ_do_not():
     assert model.magnitude(0.7) == model.magnitude(-0.7)
     differ = ladder.ascend(points(), options(families=families))
     assert not differ.symmetric
-    assert "The directions differ" in differ.explanation
+    assert "Each direction has its own: one symmetric curve errs" in differ.explanation
     model = ladder.learn(points(), differ, rig="mock")
     assert model.magnitude(-0.7) == pytest.approx(1.1 * model.magnitude(0.7), rel=0.02)
 
