@@ -46,6 +46,7 @@ class Identifier:
         self._period_s = host.plan.period_s
         if self._order is None:
             host.set_compensation(0.0)
+            host.keep_up()
             self._advance(host, None)
             return
         self._watch(rows)

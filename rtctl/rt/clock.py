@@ -138,7 +138,7 @@ class WallClock:
 class VirtualClock:
     """Time that jumps to each deadline. Waits only for the reader of the ring, so that no tick is lost.
 
-    `header` is the shared header: the loop pauses while the host is more than half a ring behind, unless
+    `header` is the shared header: the loop pauses while the host is more than its `ahead_rows` behind, unless
     `ending` says that this process has been told to end: a host that has died reads no more."""
 
     AHEAD = 256
@@ -148,8 +148,6 @@ class VirtualClock:
         self._now = 0
         self._ending = ending
         self._header = header
-        # half: the reader copies the other half meanwhile
-        self._most_unread = 0 if header is None else int(header[0]["ring_rows"]) // 2
 
     def now(self) -> int:
         """The virtual time."""
@@ -157,11 +155,11 @@ class VirtualClock:
 
     def room(self) -> int:
         """Ticks that may be made before the reader has to be waited for."""
-        if self._header is None or not self._most_unread:
+        if self._header is None or not self._header[0]["ahead_rows"]:
             return self.AHEAD
-        header = self._header
-        # one at least where the reader is just half a ring behind: the loop stands only beyond that
-        return self._most_unread + 1 - int(header[0]["head"] - header[0]["read_head"])
+        # one at least where the reader is just so far behind: the loop stands only beyond that
+        header = self._header[0]
+        return int(header["ahead_rows"] + 1 - (header["head"] - header["read_head"]))
 
     def jump(self, now_ns: int) -> None:
         """Go on from this time: cycles went by without this clock being asked."""

@@ -44,6 +44,7 @@ HEADER = np.dtype(
         ("period_ns", "<i8"),
         ("head", "<i8"),  # ticks recorded so far; row i lives at i % ring_rows
         ("read_head", "<i8"),  # ticks the host has read; a virtual clock waits for it
+        ("ahead_rows", "<i8"),  # ticks by which a virtual clock may be ahead of it
         ("start_ns", "<i8"),  # CLOCK_MONOTONIC of tick 0
         ("mailbox_seq", "<i8"),  # newest command's sequence number
         ("commands_refused", "<i8"),  # mailbox slots whose checksum did not fit
@@ -107,6 +108,7 @@ class Memory:
         memory = cls(above_standard_streams(os.memfd_create("rtctl", os.MFD_CLOEXEC)), n_axes, ring_rows)
         header = memory.header[0]
         header["n_axes"], header["ring_rows"], header["period_ns"] = n_axes, ring_rows, period_ns
+        header["ahead_rows"] = ring_rows // 2  # the reader copies the other half meanwhile
         # last: a process that sees it finds the sizes before it
         header["magic"] = _MAGIC
         return memory

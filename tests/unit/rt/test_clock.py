@@ -66,6 +66,16 @@ def test_virtual_time_waits_for_a_reader_that_is_half_a_ring_behind():
     assert np.all(memory.header["head"] == 60)
 
 
+def test_virtual_time_runs_ahead_of_a_reader_by_as_much_as_is_said():
+    memory = Memory.create(1, 100, 1_000_000)
+    clock = VirtualClock(memory.header)
+    memory.header["head"] = 20
+    assert clock.room() == 31
+    memory.header["ahead_rows"] = 20
+    assert clock.room() == 1
+    memory.close()
+
+
 def test_virtual_time_does_not_wait_for_a_reader_once_the_process_shall_end():
     memory = Memory.create(1, 100, 1_000_000)
     memory.header["head"] = 60
