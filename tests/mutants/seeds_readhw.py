@@ -85,4 +85,11 @@ SEEDS = (
             "::test_a_line_behind_one_that_found_no_room_begins_with_an_end_of_line",
         ),
     ),
+    Seed(
+        "letters beyond ASCII make a message longer than a pipe takes whole",
+        "rtctl/rt/speech.py",
+        "while len(json.dumps(text)) > most_bytes:",
+        "while len(text) > most_bytes:",
+        ("tests/unit/rt/test_speech.py",),
+    ),
 )
