@@ -11,7 +11,7 @@ import numpy as np
 from hw.can.batch import FRAMES, STRIDE
 from hw.can.bus import DRAIN_LIMIT, ERROR, LINE_FULL, SILENT_TICKS, UNKNOWN_AGE_TICKS
 from hw.can.steady_codec import is_for_python, is_writable, put, take
-from hw.can.steady_line import next_line, put_line
+from hw.can.steady_line import END, next_line, put_line
 from hw.can.steady_records import ON, TOLD
 from hw.interface import LinkFault
 from hw.jit import compiled
@@ -198,7 +198,11 @@ def write_cycle(
         r, packet = commands[k], packets[k]
         put(packet, DATA_AT, r, entries, floats)
         if b.ascii:
-            size = put_line(packet, _key(packet, 0), r.length, line)
+            begin = 0
+            # the line before may have been taken in part: an end of line first, as `SlcanBus.send` does
+            if b.on == TOLD:
+                line[0], begin = END, 1
+            size = begin + put_line(packet, _key(packet, 0), r.length, line[begin:])
             r.outcome = write_all(b.fd, line, size)
         else:
             r.outcome = write_all(b.fd, packet, b.frame_bytes)

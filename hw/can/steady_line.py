@@ -8,7 +8,7 @@ import numpy as np
 from hw.can.bus import EXTENDED, LINE_MAX, REMOTE
 from hw.jit import compiled
 
-_END, _ZERO = 13, 48
+END, _ZERO = 13, 48
 _STANDARD, _EXTENDED_DATA, _STANDARD_REMOTE, _EXTENDED_REMOTE = 116, 84, 114, 82  # t T r R
 _DONE, _DONE_EXTENDED = 122, 90  # z Z: the adapter has taken a frame
 
@@ -79,7 +79,7 @@ def next_line(chunk: np.ndarray, begin: int, n: int, frame: np.ndarray) -> tuple
     is_frame : bool
         Whether `frame` holds one now; an empty line and the adapter's word that it has sent one are none."""
     for k in range(n):
-        if chunk[begin + k] == _END:
+        if chunk[begin + k] == END:
             if k == 0 or (k == 1 and (chunk[begin] == _DONE or chunk[begin] == _DONE_EXTENDED)):
                 return k + 1, False
             return (k + 1, True) if _parsed(chunk, begin, k, frame) else (-1, False)
@@ -103,7 +103,7 @@ def put_line(packet: np.ndarray, key: int, length: int, line: np.ndarray) -> int
     for k in range(0 if remote else length):
         line[at], line[at + 1] = _digit(int(packet[8 + k]) >> 4), _digit(int(packet[8 + k]) & 15)
         at += 2
-    line[at] = _END
+    line[at] = END
     return at + 1
 
 

@@ -92,11 +92,11 @@ class SerialCore:
             return
         # a local until all went well: `read` must not find a port whose board was never heard
         port = Port(self._path, self._baud)
-        _ = self._stop_bytes  # compiled now, not when it is needed
-        self._forget()
-        # what the last connection could not send is no fault of this one
-        self._wire["unsent_in_row"] = self._wire["full"] = self._wire["behind"] = 0
         try:
+            _ = self._stop_bytes  # compiled now, not when it is needed
+            self._forget()
+            # what the last connection could not send is no fault of this one
+            self._wire["unsent_in_row"] = self._wire["full"] = self._wire["behind"] = 0
             self._greet(port)
         # Ctrl-C in the patience for a board, too: a port that stays locked keeps the next start out
         except BaseException:

@@ -35,7 +35,10 @@ from rtctl.rt.clock import Clock, VirtualClock, WallClock
 from rtctl.rt.loop import Stop, prepare, run_loop, warm_up
 from rtctl.rt.replug import Replug
 from rtctl.rt.shared_memory import Memory
-from rtctl.rt.speech import Speech
+from rtctl.rt.speech import Speech, cut
+
+NOTE_BYTES = 3000
+"""Most bytes of a note as JSON: with what stands around it less than a pipe takes whole (PIPE_BUF, 4096)."""
 
 
 def _say(kind: str, **body: object) -> None:
@@ -57,7 +60,8 @@ def _mention(kind: str, **body: object) -> bool:
 
 
 def _note(text: str) -> None:
-    _mention("note", text=text)
+    # what a driver from outside says may be long, and a line that a full pipe takes in part is no message
+    _mention("note", text=cut(text, NOTE_BYTES))
 
 
 def _words(body: dict[str, Any]) -> bool:

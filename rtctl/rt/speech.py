@@ -6,6 +6,7 @@ recorded (the host then has the words when it sees the fault), when the faults c
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -27,8 +28,17 @@ regular one is always looked at: others that flicker before it must not cost it 
 
 _STALE = int(Fault.STALE)
 
-MOST_LETTERS = 200
-"""Most letters of one axis' words: a message then fits into a pipe whole, or not at all."""
+MOST_LETTERS, MOST_BYTES = 200, 400
+"""Most letters of one axis' words, and most bytes of them as JSON: a message of eight axes then fits into a
+pipe whole, or not at all."""
+
+
+def cut(text: str, most_bytes: int) -> str:
+    """As much of a text, from its beginning, as so many bytes of JSON hold."""
+    # a letter beyond ASCII has six bytes there, and beyond the first plane twelve
+    while len(json.dumps(text)) > most_bytes:
+        text = text[: len(text) * 9 // 10]
+    return text
 
 
 class Speech:
@@ -85,7 +95,7 @@ class Speech:
 
 def message(one: Said, tick: int) -> dict[str, Any]:
     """One device's words in `tick`, as JSON can carry them."""
-    words = [[word.text[:MOST_LETTERS], word.faults, word.silent] for word in one.words]
+    words = [[cut(word.text[:MOST_LETTERS], MOST_BYTES), word.faults, word.silent] for word in one.words]
     return {
         "tick": tick,
         "device": one.label,

@@ -75,4 +75,21 @@ SEEDS = (
         "return self._parts is not None",
         _BOARD,
     ),
+    Seed(
+        "a line behind one that was cut is glued to it",
+        "hw/can/steady_cycle.py",
+        "            if b.on == TOLD:\n",
+        "            if False:\n",
+        (
+            "tests/unit/hw/test_can_line_refusals.py"
+            "::test_a_line_behind_one_that_found_no_room_begins_with_an_end_of_line",
+        ),
+    ),
+    Seed(
+        "letters beyond ASCII make a message longer than a pipe takes whole",
+        "rtctl/rt/speech.py",
+        "while len(json.dumps(text)) > most_bytes:",
+        "while len(text) > most_bytes:",
+        ("tests/unit/rt/test_speech.py",),
+    ),
 )

@@ -3,13 +3,16 @@
 import os
 import threading
 
+import numpy as np
 import pytest
 from can_buses import LineBus
 from can_pair import settled
 from patience import until
 
+from hw.can import steady_cycle
 from hw.can.bus import LINE_FULL
 from hw.can.health import REFUSED_LIMIT
+from hw.can.steady_records import BUS, COMMAND, ON, TOLD
 from hw.interface import LinkFault
 from tests.bench.io_slcan import waiting
 
@@ -50,6 +53,31 @@ def test_a_refusal_of_the_adapter_makes_no_empty_line_and_one_of_the_port_does(b
     bus._belled, bus._cut = False, True
     bus.send(bus.outgoing(5, 1))
     assert os.read(bus.far, 64) == b"\rt005100\r"
+
+
+def test_a_line_behind_one_that_found_no_room_begins_with_an_end_of_line(monkeypatch):
+    bus, commands = np.zeros(1, BUS).view(np.recarray), np.zeros(2, COMMAND).view(np.recarray)
+    bus.on, bus.ascii, bus.budget, bus.commands = ON, 1, 1, 2
+    sent, taken = [], iter([0, 1])
+
+    def _line(_packet, _key, _length, line):
+        line[:6] = np.frombuffer(b"t0800\r", np.uint8)
+        return 6
+
+    def _write(_descriptor, line, size):
+        sent.append(line[:size].tobytes())
+        return next(taken)
+
+    # as plain Python, for what is compiled calls the kernel
+    for name, plain in (("write_all", _write), ("put_line", _line), ("_key", lambda *_: 0)):
+        monkeypatch.setattr(steady_cycle, name, plain)
+    monkeypatch.setattr(steady_cycle, "put", lambda *_: None)
+    monkeypatch.setattr(steady_cycle, "is_writable", lambda *_: True)
+    write = getattr(steady_cycle.write_cycle, "py_func", steady_cycle.write_cycle)
+    nothing = np.zeros(1)
+    assert write(bus, np.zeros(64, np.uint8), commands, None, np.zeros((2, 72)), nothing, nothing) == 0
+    assert sent == [b"t0800\r", b"\rt0800\r"]
+    assert (bus.on[0], commands.outcome.tolist()) == (TOLD, [0, 1])
 
 
 def flood(bus, lines):

@@ -7,6 +7,7 @@ import os
 import select
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from hardware import rig
 
 from hw import registry
 from hw.interface import AskedBackend, BackendError, LinkFault, LinkLost
+from hw.serial.backend import SerialCore
 from hw.serial.checksums import KINDS, checksum
 from hw.serial.described_backend import DescribedBackend
 from hw.serial.described_options import DescribedOptions
@@ -275,3 +277,15 @@ def test_the_bit_rate_of_an_optoforce_is_judged_by_its_own_rate(output_hz, fits)
             BackendError, match="baud 115200 is too slow for a sample of 16 bytes, 1000 times"
         ):
             registry.create("optoforce", valid, rig())
+
+
+def test_a_stop_that_cannot_be_made_leaves_no_open_port(monkeypatch):
+    closed = []
+    port = SimpleNamespace(fd=-1, close=lambda: closed.append(True))
+    monkeypatch.setattr("hw.serial.backend.Port", lambda *_: port)
+    backend = SerialCore(
+        {"port": "/dev/null", "baud": 9600, "open_timeout_s": 1.0, "reopen_timeout_s": 1.0}, rig(1)
+    )
+    with pytest.raises(NotImplementedError):  # of a board without one; or Ctrl-C while it is compiled
+        backend.open()
+    assert closed == [True]

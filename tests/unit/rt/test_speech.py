@@ -1,14 +1,16 @@
 """Devices' words reach the host: at rest only, before the tick is recorded, and again when they change."""
 
 import json
+from select import PIPE_BUF
 
 import numpy as np
 import pytest
 
 from hw.interface import LinkFault, Words
 from hw.member import Member
+from hw.rig import Said
 from rtctl.control.vocabulary import Fault
-from rtctl.rt import speech
+from rtctl.rt import process, speech
 from rtctl.rt.replug import Replug
 from rtctl.rt.speech import EVERY_TICKS, Speech
 from rtctl.tick import new_ticks
@@ -114,10 +116,21 @@ def test_what_the_host_did_not_take_is_said_again(rig):
     assert [one["words"][0][0] for one in rig.told] == ["ready"]
 
 
-def test_a_message_fits_into_a_pipe_whole(rig):
-    rig.drive.text = "x" * 10_000
-    rig.cycle()
-    assert len(json.dumps(rig.told[0])) < 4096
+@pytest.mark.parametrize("letter", ["x", "°", "🤖", '"'])
+def test_a_message_of_eight_axes_fits_into_a_pipe_whole(letter):
+    told = tuple(Words(letter * 10_000, 63, True) for _ in range(8))
+    said = Said("device[7] 'a drive of a long name'", tuple(range(8)), 63, True, told)
+    whole = {"message": "words", **speech.message(said, 10**12)}
+    assert len(json.dumps(whole)) < PIPE_BUF
+    assert whole["words"][0][0][:30] == letter * 30
+
+
+def test_a_note_fits_into_a_pipe_whole(monkeypatch):
+    lines = []
+    monkeypatch.setattr(process.os, "write", lambda _fd, line: lines.append(line))
+    process._note("lost: " + "°" * 10_000)
+    assert len(lines[0]) < PIPE_BUF
+    assert json.loads(lines[0])["text"].startswith("lost: °")
 
 
 def test_a_single_device_is_silent_when_the_law_calls_its_sample_stale(rig):
