@@ -14,6 +14,13 @@ CHANGE = "tests/unit/friction/test_drift_change.py"
 
 SEEDS = (
     Seed(
+        "a joint that slides seldom one way is told nothing",
+        "rtctl/friction/drift_strokes.py",
+        "kept[np.flatnonzero(way)[-KEPT_STROKES:]] = True",
+        "kept[-2 * KEPT_STROKES :] = True",
+        ("tests/unit/friction/test_drift_window.py",),
+    ),
+    Seed(
         "sessions at their own temperatures count row by row",
         WARMTH,
         "_blocks(points)[kept], told",

@@ -100,13 +100,6 @@ SEEDS = (
         DRIFT,
     ),
     Seed(
-        "a joint that slides seldom one way is told nothing",
-        "rtctl/friction/drift_strokes.py",
-        "kept[np.flatnonzero(way)[-KEPT_STROKES:]] = True",
-        "kept[-2 * KEPT_STROKES :] = True",
-        DRIFT,
-    ),
-    Seed(
         "a load that the model knows is a drift",
         "rtctl/friction/drift_watch.py",
         "axis.by.unloaded_nm(velocity[:, a], hand[:, a], motor[:, a])",

@@ -1,5 +1,4 @@
-"""Friction points from files as other programs write them: columns by name and unit, averaged by file or by
-speed."""
+"""Friction points from files of other programs: columns by name and unit, averaged by file or by speed."""
 
 from __future__ import annotations
 

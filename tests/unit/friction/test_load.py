@@ -281,14 +281,10 @@ def test_the_command_tells_load_and_temperature(tmp_path):
     header = "velocity_rad_s,friction_torque_nm,load_nm,temperature_c"
     rows = zip(made.velocity_rad_s, made.direction * made.friction_nm, made.columns["load_nm"], strict=True)
     path = tmp_path / "points.csv"
-    path.write_text(
-        "\n".join([header, *(f"{v:.6f},{f:.6f},{load:.6f},{25 + v / 50:.3f}" for v, f, load in rows)])
-    )
-    told = CliRunner().invoke(
-        command,
-        [str(path), "--out", str(tmp_path / "m.json"), "--C", "1", "--keep-outliers"],
-        catch_exceptions=False,
-    )
+    lines = (f"{v:.6f},{f:.6f},{load:.6f},{25 + v / 50:.3f}" for v, f, load in rows)
+    path.write_text("\n".join([header, *lines]))
+    asked = [str(path), "--out", str(tmp_path / "m.json"), "--C", "1", "--keep-outliers"]
+    told = CliRunner().invoke(command, asked, catch_exceptions=False)
     assert told.exit_code == 0, told.output
     assert "Load: friction grows with it by the form load (outside 0.1 +- " in told.output
     assert "Temperature: temperature spans 0.2 K: the data do not span it" in told.output
