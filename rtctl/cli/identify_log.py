@@ -169,7 +169,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         options = [options_of(log, mapped, rate_hz, text) for log in logs]
         found = read_in_time(options, geared, torque_delay, limits, cutoff_hz, speed_min)
         read, signals, cutoff_hz, slowest = found.logs, found.signals, found.cutoff_hz, found.speed_min_rad_s
-        torque_delay, parts = found.torque_delay_s, [stretches[0] for stretches in read]
+        parts = [stretches[0] for stretches in read]
         told = diagnose(read, signals)
         fit = joint_fit(signals)
         doubtful = (*doubtful_parameters(fit, limits), *doubtful_friction(fit))
@@ -181,10 +181,9 @@ def command(  # longer than 50 lines: the steps are in order of the work
             warnings += against_rig(fit, rig_axis, str(config))
         fit = replace(fit, warnings=tuple(words(each, motion) for each in warnings))
         document: dict[str, Any] = {"logs": [{"file": part.source, "sha256": part.sha256} for part in parts]}
-        delays = [0.5 / part.rate_hz if torque_delay is None else torque_delay for part in parts]
         whole = [part for stretches in read for part in stretches]
         turned = reversals_of_logs(whole, cutoff_hz, slowest)
-        document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": delays}
+        document |= {**asdict(fit), "cutoff_hz": cutoff_hz, "torque_delay_s": list(found.torque_delays_s)}
         document |= {"units": units_of(known), "taken": found.taken, "motion": motion}
         document["cannot_tell"] = untold = tuple(words(one, motion) for one in (*found.untold, *unknown))
         silent = {column for part in parts for column in part.unsaid}

@@ -108,7 +108,7 @@ def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
         found = read_in_time(
             [options], rig, cutoff_hz=settings.cutoff_hz, speed_min_rad_s=settings.speed_min_rad_s
         )
-        delay_s = found.torque_delay_s
+        (delay_s,) = found.torque_delays_s
     return _judged(aligned(recording, rig, delay_s), settings)
 
 

@@ -47,6 +47,20 @@ SEEDS = (
         (f"{FRICTION}load.py::test_a_load_that_one_session_alone_has_is_not_judged_by_it",),
     ),
     Seed(
+        "a torque of several rates together has the delay of none",
+        "rtctl/friction/logs/log_points.py",
+        "if stretches[0].rate_hz < ONE_RATE * slowest_hz]",
+        "if stretches[0].rate_hz > 0]",
+        (f"{FRICTION}log_input.py::test_commands_of_two_rates_are_each_held_for_a_period_of_their_own",),
+    ),
+    Seed(
+        "each log is put back by the half period of the first",
+        "rtctl/friction/logs/log_points.py",
+        "for one in half_s]",
+        "for one in half_s[:1] * len(half_s)]",
+        (f"{FRICTION}log_input.py::test_commands_of_two_rates_are_each_held_for_a_period_of_their_own",),
+    ),
+    Seed(
         "a loop that runs off the numbers has no growth, and a maximum passes it over",
         "rtctl/experiments/worst_hand.py",
         "    return float(last / half) if last < np.inf else np.inf\n",

@@ -40,6 +40,9 @@ SETTLE_LENGTHS = 5.0
 """Presliding lengths behind a turn after which bristles are bent: all but e^-5 of those that bend as LuGre's
 do."""
 
+ONE_RATE = 1.01
+"""Rates of logs that are so near to each other are one: what stamps of one device make of it."""
+
 MEASURED_TOGETHER = (
     "the motor torque was measured at the instants of the position, and is taken so: put back by half a "
     "period, as a command that is held would be, it looks that much early (--torque-delay says otherwise)"
@@ -57,15 +60,15 @@ class InTime:
     """Logs whose torques are of the instants of the position: stretches of each, all together, and how that
     was come by.
 
-    `torque_delay_s` None: half a period of each. `notes` are warnings; `taken` is what was put right and
-    leaves nothing to do, `untold` what such a log cannot tell, `bent` the presliding length of all
-    together."""
+    `torque_delays_s` is what the motor's torque of each log was put back by. `notes` are warnings; `taken` is
+    what was put right and leaves nothing to do, `untold` what such a log cannot tell, `bent` the presliding
+    length of all together."""
 
     logs: tuple[tuple[AxisLog, ...], ...]
     signals: Regressors
     cutoff_hz: float
     speed_min_rad_s: float
-    torque_delay_s: float | None
+    torque_delays_s: tuple[float, ...]
     notes: tuple[str, ...] = ()
     taken: tuple[str, ...] = ()
     untold: tuple[str, ...] = ()
@@ -96,9 +99,9 @@ def read_in_time(
     DataError
         What cannot be read, a log given twice."""
 
-    def read(delay_s: float | None) -> tuple[tuple[AxisLog, ...], ...]:
+    def read(delays_s: Sequence[float | None]) -> tuple[tuple[AxisLog, ...], ...]:
         found = []
-        for each in options:
+        for each, delay_s in zip(options, delays_s, strict=True):
             with of_file(Path(each["file"])):
                 found.append(read_log(each, gearing, delay_s, limits))
         return tuple(of_one_radian(found))
@@ -115,31 +118,46 @@ def read_in_time(
             return logs, _signals_of(logs, cutoff, slowest), bent
         return long, signals, bent
 
-    logs = read(torque_delay_s)
+    logs = read([torque_delay_s] * len(options))
     parts = [stretches[0] for stretches in logs]
     require_different(parts)
     cutoff = cutoff_for(parts, cutoff_hz)
     logs, copied = counted_once(logs, cutoff)
     slowest = SPEED_MIN_RAD_S * parts[0].radian if speed_min_rad_s is None else speed_min_rad_s
     logs, signals, bent = looked_at(logs)
-    taken: tuple[str, ...] = ()
     driven = any(options[0]["axis"][0].get(name) for name in ("current", "motor_torque"))
+    guessed, half_s = torque_delay_s is None and driven, [0.5 / part.rate_hz for part in parts]
     # the lateness is read off a torque put back by half a period, which is what most drives record
-    half_s = 0.5 / parts[0].rate_hz
-    late_s = taken_late(signals, half_s) if torque_delay_s is None and driven else half_s
-    if late_s < half_s:
-        torque_delay_s, taken = late_s, (HELD_ON if late_s else MEASURED_TOGETHER,)
+    halves = _halves(logs, signals, cutoff, slowest) if guessed else 1
+    delays_s = [halves * one if torque_delay_s is None else torque_delay_s for one in half_s]
+    taken = {0: (MEASURED_TOGETHER,), -1: (HELD_ON,)}.get(halves, ())
+    if taken:
         # anew from the file: a torque that was shifted twice would be smoothed twice
-        logs, signals, bent = looked_at(counted_once(read(late_s), cutoff)[0])
+        logs, signals, bent = looked_at(counted_once(read(delays_s), cutoff)[0])
     # what of half a period is a guess: a doubt where the log did not tell it (`other_readings`)
-    held_s = half_s if torque_delay_s is None and driven else min(late_s, 0.0)
+    held_s = halves * max(half_s) if guessed else 0.0
     signals = replace(signals, external_nm=external_of(logs, cutoff, slowest), held_s=held_s)
     signals, told, untold = _shared(signals)
     off, unseen = taken_off([one for stretches in logs for one in stretches], cutoff, slowest, signals.source)
     unknown = (*untold, *unseen, *below_the_slowest(signals))
-    return InTime(
-        logs, signals, cutoff, slowest, torque_delay_s, (*copied, *told, *off), taken, unknown, bent
-    )
+    told = (*copied, *told, *off)
+    return InTime(logs, signals, cutoff, slowest, tuple(delays_s), told, taken, unknown, bent)
+
+
+def _halves(
+    logs: Sequence[Sequence[AxisLog]],
+    signals: Regressors,
+    cutoff_hz: float,
+    slowest_rad_s: float,
+) -> int:
+    """By how many halves of its own period each torque is late: 1, 0 or -1 (`taken_late`), by the logs of the
+    lowest rate, whose period shows most: of several rates together no delay is that of any."""
+    slowest_hz = min(stretches[0].rate_hz for stretches in logs)
+    mine = [stretches for stretches in logs if stretches[0].rate_hz < ONE_RATE * slowest_hz]
+    half_s = 0.5 / slowest_hz
+    if len(mine) < len(logs):
+        signals = _signals_of(mine, cutoff_hz, slowest_rad_s)
+    return round(taken_late(signals, half_s) / half_s)
 
 
 def _signals_of(logs: Sequence[Sequence[AxisLog]], cutoff_hz: float, slowest_rad_s: float) -> Regressors:

@@ -7,6 +7,7 @@ from rtctl.errors import DataError
 from rtctl.friction.logs.dynamics import AxisLog
 from rtctl.friction.logs.log_checks import diagnose
 from rtctl.friction.logs.log_input import Gearing, options_of, read_log
+from rtctl.friction.logs.log_points import HELD_ON, read_in_time
 from rtctl.friction.logs.regressors import regressors
 
 COLUMNS = {
@@ -43,6 +44,25 @@ def test_a_delay_of_many_samples_is_exact_and_what_it_leaves_open_is_cut_off(tmp
     assert len(found.torque_nm) == len(found.position_rad) == len(t) - 20
     assert np.abs(found.torque_nm - np.cos(2.5 * t[10:-10]))[2:-2].max() < 1e-6
     np.testing.assert_allclose(found.position_rad, x[10:-10], atol=1e-8)
+
+
+@pytest.mark.parametrize("rates_hz", [(400.0, 100.0), (100.0, 400.0)])
+def test_commands_of_two_rates_are_each_held_for_a_period_of_their_own(tmp_path, rates_hz):
+    options, draw = [], np.random.default_rng(4)
+    waves = ((0.6, 1.95), (0.25, 5.2), (0.1, 11.9))  # rad, rad/s
+    for number, rate_hz in enumerate(rates_hz):
+        t = np.arange(0.0, 20.0, 1 / rate_hz)
+        later = t + 0.5 / rate_hz  # held from its row on: on the mean that much later
+        v = sum(r * w * np.cos(w * later + number) for r, w in waves)
+        a = -sum(r * w**2 * np.sin(w * later + number) for r, w in waves)
+        x = sum(r * np.sin(w * t + number) for r, w in waves)
+        tau = 0.01 * a + 0.05 * v + 0.25 * np.sign(v) + 0.002 * draw.normal(size=len(t))
+        path = tmp_path / f"{number}.csv"
+        np.savetxt(path, np.c_[t, x, tau], delimiter=",", header="t,x,tau", comments="", fmt="%.9g")
+        options.append(options_of(path, COLUMNS, None))
+    found = read_in_time(options, Gearing())
+    assert found.torque_delays_s == pytest.approx([-0.5 / rate_hz for rate_hz in rates_hz])
+    assert found.taken == (HELD_ON,)
 
 
 @pytest.mark.parametrize(
