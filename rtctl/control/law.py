@@ -31,7 +31,6 @@ from rtctl.control.place_trust import conservative_feedforward, judge_place, pla
 from rtctl.control.program import in_program, program_torque
 from rtctl.control.records import Record
 from rtctl.control.resting import advance_rest
-from rtctl.control.ringing import unrung_share
 from rtctl.control.sample import accept_sample
 from rtctl.control.shrinking import steady_share
 from rtctl.control.states import advance, is_powered
@@ -211,9 +210,6 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     # each of these advances what it remembers, so all of them run in every tick, whatever another one leaves
     share *= helped_share(s, p, axis) * unbraked_share(t, s, p, axis) * steady_share(t, s, p, axis)
     share *= calm_share(s, p, axis)
-    rung = unrung_share(t, s, p, axis, elapsed)
-    if p.design[axis, 10] != 1.0:
-        share *= rung
     share *= paid_share(t, s, p, axis, elapsed)
     t.feedforward_torque_nm[axis] = friction
     t.feedforward_torque_nm[axis] *= share
@@ -222,8 +218,6 @@ def _compensate(t: Record, s: Record, p: Record, model: Record, axis: int, elaps
     t.observer_torque_nm[axis] *= share
     # the observer alone lags, and so feeds (6.6)
     t.observer_torque_nm[axis] *= unfed_share(s, p, axis, elapsed)
-    if p.design[axis, 10] == 1.0:
-        t.observer_torque_nm[axis] *= rung
 
 
 @inlined

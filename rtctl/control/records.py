@@ -209,7 +209,6 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             "friction_brake_nm": (),
             # friction by which a hand pays for help, and by which help feeds a vibration; 0: neither is asked
             "paying_nm": (),
-            "design": (16,),
             "tremble_turn_s": (),  # longest time between two turns of a joint that trembles; 0: none does
             "friction_stop_rad": (),  # x_d of the stop operator
             # dry friction surely there (control.dry_friction), account of the help with it
@@ -380,19 +379,6 @@ def state_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one 
             "turn_s": (),  # time since then
             "turned": (),  # 1: it moves backward
             "trembled_s": (),  # for which it turned more often than a hand can
-            "ring_rad_s": (),
-            "ring_from_rad_s": (),
-            "ring_turned": (),
-            "ring_s": (),
-            "rung_s": (),
-            "ring_swing": (),
-            "ring_halves": (),
-            "ring_hold_s": (),
-            "ring_wait_s": (),
-            "ring_left": (),
-            "ring_fed_j": (),
-            "ring_help_nm": (),
-            "ring_events": (),
             "fed_j": (),  # account of what the observer feeds to a vibration (control.feeding)
             "fed_rad_s": (),  # low-passes of velocity and observer
             "fed_nm": (),
