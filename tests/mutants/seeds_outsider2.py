@@ -6,7 +6,7 @@ from seed import Seed
 
 UNITS = "tests/unit/hw/test_units_of_attributes.py"
 SENTENCES = "tests/unit/friction/test_sentences.py"
-PLAYBACK = "tests/unit/test_playback_report.py"
+PLAYBACK = "tests/unit/test_playback_doubts.py"
 POINTS = "tests/unit/friction/test_points_check.py"
 
 SEEDS = (

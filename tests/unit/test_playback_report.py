@@ -2,9 +2,7 @@
 
 import gzip
 import json
-from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,10 +14,7 @@ from rtctl.cli.playback import _presliding, command
 from rtctl.control.vocabulary import State
 from rtctl.errors import ConfigError, DataError
 from rtctl.friction import artefact
-from rtctl.friction.logs.dynamics import Dynamics
-from rtctl.friction.logs.intervals import Estimate
 from rtctl.rig_file import config as rig_file
-from rtctl.simulation.playback_doubts import against_identify
 from rtctl.simulation.playback_job import Job, run
 from rtctl.simulation.playback_run import changed, run_log, with_bias
 
@@ -301,30 +296,3 @@ def test_the_shipped_example_lacks_nothing_but_the_users_log(tmp_path):
     rows = run_log(rig_file.load(tmp_path / "playback.toml"))
     assert State.ACTIVE in rows["state"]
     assert rows["state"][-1] == State.SHUTDOWN
-
-
-def test_a_log_in_another_unit_than_those_that_friction_is_of_is_told(logs, tmp_path):
-    milli = tmp_path / "milli.csv"
-    head, *rows = logs[1].read_text().splitlines()
-    cells = [row.split(",") for row in rows]
-    milli.write_text("\n".join([head, *(f"{t},{x},{1e3 * float(h)!r}" for t, x, h in cells)]) + "\n")
-    told = run(job((logs[0], milli), inertia_kgm2=INERTIA))["fit"]["warnings"]
-    assert any("milli.csv: its inertia by regression is" in one and "another unit" in one for one in told)
-    assert not any("another unit" in one for one in run(job(logs, inertia_kgm2=INERTIA))["fit"]["warnings"])
-
-
-def test_an_inertia_that_turns_blur_is_told_where_nobody_gave_one():
-    def known(value):
-        return Estimate(value, 0.0, 0.9 * value, 1.1 * value)
-
-    parameters = {"coulomb_nm": known(COULOMB), "inertia_kgm2": known(INERTIA)}
-    fit = SimpleNamespace(symmetric=SimpleNamespace(parameters=parameters))
-    right = Dynamics(INERTIA, 0.01, COULOMB, -COULOMB, 0.0, 100)
-    blurred = replace(right, inertia_kgm2=0.7 * INERTIA)
-    assert against_identify(fit, [("a.csv", right)], inertia_given=False) == ()
-    (told,) = against_identify(fit, [("a.csv", right), ("b.csv", blurred)], inertia_given=False)
-    assert told.startswith(
-        "b.csv: the inertia taken here, 0.00028 kg m^2, is not that of rtctl identify --log"
-    )
-    assert "--inertia-kgm2 0.0004" in told
-    assert against_identify(fit, [("b.csv", blurred)], inertia_given=True) == ()
