@@ -33,14 +33,10 @@ from rtctl.friction.logs.dynamics import (
 from rtctl.friction.logs.log_input import aligned, of_file
 from rtctl.friction.logs.log_points import checked, read_in_time
 from rtctl.friction.logs.logs import FrictionSamples, friction_samples, level_points, pool
-from rtctl.friction.logs.regression import JointFit
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
+from rtctl.simulation.playback_doubts import Log, against_identify
 from rtctl.simulation.playback_run import load_log
-
-BLURRED = 0.1
-"""Share by which the dry friction of a log may be another one than `rtctl identify --log` says before that is
-told."""
 
 EPSILON_NM = 0.001
 """Default tube, N m: a friction of a few hundredths of a newton metre would vanish in a wider one."""
@@ -70,6 +66,11 @@ class Judged:
     inertia_kgm2: float
     bias_nm: float
     samples: FrictionSamples
+
+    @property
+    def regressed(self) -> Log:
+        """File and regression."""
+        return self.log.source, self.dynamics
 
     def summary(self) -> dict[str, Any]:
         """Plain figures for the report."""
@@ -148,30 +149,14 @@ def learn(
         seen.append(each.samples.between(0.0, end) if settings.train_share < 1 else each.samples)
         held.append(each.samples.between(end, np.inf))
     points = replace(level_points(pool(seen)), motion=rig.moves(0)[0])
+    regressed, given = [each.regressed for each in logs], settings.inertia_kgm2 is not None
     return Learned(
         model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm, folds=way_for(points)),
         symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),
         logs=logs,
         points=points,
         held_out=pool(held) if settings.train_share < 1 else None,
-        warnings=(*found.warnings, *against_identify(found.fit, logs)),
-    )
-
-
-def against_identify(fit: JointFit, logs: Sequence[Judged]) -> tuple[str, ...]:
-    """Logs whose dry friction, as this report reads it, is none that `rtctl identify --log` says.
-
-    The report's regression counts turns, too, at which the low-pass blurs the jump of friction: in brisk
-    motion it is told too small."""
-    known = fit.symmetric.parameters["coulomb_nm"]
-    return tuple(
-        f"{each.log.source}: the dry friction learned here, {1e3 * each.dynamics.coulomb_nm:.4g} mN m, is "
-        f"not that of rtctl identify --log ({1e3 * known.low:.4g} to {1e3 * known.high:.4g}): turns are "
-        "counted here, and blurred; learn from its points (rtctl identify --log --out DIR, rtctl fit), and "
-        "give that model by a rig file"
-        for each in logs
-        if not known.holds(each.dynamics.coulomb_nm)
-        and abs(each.dynamics.coulomb_nm - known.value) > BLURRED * abs(known.value)
+        warnings=(*found.warnings, *against_identify(found.fit, regressed, inertia_given=given)),
     )
 
 

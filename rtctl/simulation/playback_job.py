@@ -24,6 +24,7 @@ from rtctl.friction.model import FrictionModel
 from rtctl.friction.presliding import Presliding
 from rtctl.rig_file import config as rig_file
 from rtctl.rig_file.config import LoadedConfig
+from rtctl.simulation.playback_doubts import another_inertia
 from rtctl.simulation.playback_figures import (
     EPSILON_NM,
     Judged,
@@ -93,7 +94,10 @@ def run(job: Job) -> dict[str, Any]:
     if job.fit_from:
         learned = learn(job.fit_from, loaded.options, rig, settings, loaded.config.rig.name)
         bent = _presliding(job, learned, settings)
-        learned = replace(learned, model=with_presliding(learned.model, bent))
+        doubts = another_inertia(evaluated.regressed, [each.regressed for each in learned.logs])
+        learned = replace(
+            learned, model=with_presliding(learned.model, bent), warnings=(*learned.warnings, *doubts)
+        )
         result["fit"] = {**_fit_summary(learned), "presliding": asdict(bent) if bent else None}
         if learned.held_out is not None:
             result["held_out"] = predict(learned, learned.held_out)
