@@ -58,4 +58,11 @@ SEEDS = (
         "velocity_rad_s",
         (f"{CHANCE}::test_a_joint_that_comes_to_rest_has_points_at_rest",),
     ),
+    Seed(
+        "a torque that is a power of what acts is not told",
+        "rtctl/friction/logs/power_of_torque.py",
+        "abs(found.value) > LEAST",
+        "abs(found.value) > 99 * LEAST",
+        (f"{CAUSES}::test_a_torque_that_is_a_power_is_told_where_friction_peaks_and_the_torque_is_noisy",),
+    ),
 )

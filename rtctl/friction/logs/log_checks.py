@@ -16,10 +16,11 @@ from rtctl.friction.logs.clipping import require_unclipped
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
+from rtctl.friction.logs.power_of_torque import not_proportional
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
 from rtctl.friction.logs.row_noise import COARSE_STEP, rounded_again, step_of
 from rtctl.friction.logs.smoothed import smoothed
-from rtctl.friction.logs.torque_shape import bent, drifting
+from rtctl.friction.logs.torque_shape import drifting
 from rtctl.friction.logs.two_gains import of_two_gains
 from rtctl.friction.logs.waves import without_waves
 
@@ -71,7 +72,7 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
         *(() if any("it is of a slower" in note for note in noted) else smoothed(balance, logs)),
     )
     # two torques may each bend by itself, and their sum tells neither
-    shape = (*bent(signals), *of_two_gains(signals)) if balance.external is None else ()
+    shape = (*not_proportional(signals), *of_two_gains(signals)) if balance.external is None else ()
     return (
         *found,
         *held,

@@ -1,8 +1,10 @@
 """Warnings about logs name the cause that it is, and not one that looks alike."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from dirty_changes import column, quantised
 from dirty_logs import identified
 from moved_joint import CLEAN, simulate
@@ -29,3 +31,15 @@ def test_a_fine_position_is_not_called_coarse_where_the_torque_is_not_proportion
     assert "smaller than with a cut-off of 8 Hz, and not by the steps of the position" in said
     coarse = column("position", quantised(3e-4))(log)
     assert "too coarse: steps of 0.0003 rad make the inertia" in identified(coarse, tmp_path).said
+
+
+@pytest.mark.parametrize("power", [0.75, 1.3])
+def test_a_torque_that_is_a_power_is_told_where_friction_peaks_and_the_torque_is_noisy(power, tmp_path):
+    """A cubic left .63 of what was left over, and too much to be told (the column leaves noise)."""
+    peaked = {"inertia": 0.02, "coulomb": 0.3, "breakaway": 0.4, "stribeck": 0.3, "motor_noise": 0.02}
+    log = fine("motor", **peaked, rate_hz=250.0, seed=33)
+    bent = replace(log, motor=np.sign(log.motor) * np.abs(log.motor) ** power)
+    said = identified(bent, tmp_path).said
+    told = re.search(r"not proportional to what the motion wants: it grows about as the power ([\d.]+)", said)
+    assert float(told[1]) == pytest.approx(power, abs=0.12)
+    assert "not proportional" not in identified(log, tmp_path).said
