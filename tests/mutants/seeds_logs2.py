@@ -65,4 +65,11 @@ SEEDS = (
         "abs(found.value) > 99 * LEAST",
         (f"{CAUSES}::test_a_torque_that_is_a_power_is_told_where_friction_peaks_and_the_torque_is_noisy",),
     ),
+    Seed(
+        "noise of a position is not in the interval of the inertia",
+        "rtctl/friction/logs/log_checks.py",
+        "noise_rad_s2=max(steps, noise)",
+        "noise_rad_s2=steps",
+        (f"{CAUSES}::test_noise_of_a_position_widens_the_interval_of_the_inertia_and_has_its_name",),
+    ),
 )
