@@ -58,4 +58,18 @@ SEEDS = (
         "velocity_rad_s",
         (f"{CHANCE}::test_a_joint_that_comes_to_rest_has_points_at_rest",),
     ),
+    Seed(
+        "a torque that is a power of what acts is not told",
+        "rtctl/friction/logs/power_of_torque.py",
+        "abs(found.value) > LEAST",
+        "abs(found.value) > 99 * LEAST",
+        (f"{CAUSES}::test_a_torque_that_is_a_power_is_told_where_friction_peaks_and_the_torque_is_noisy",),
+    ),
+    Seed(
+        "noise of a position is not in the interval of the inertia",
+        "rtctl/friction/logs/log_checks.py",
+        "noise_rad_s2=max(steps, noise)",
+        "noise_rad_s2=steps",
+        (f"{CAUSES}::test_noise_of_a_position_widens_the_interval_of_the_inertia_and_has_its_name",),
+    ),
 )

@@ -106,12 +106,15 @@ def told(balance: Balance, step_rad: float) -> tuple[str, ...]:
         f"{name} by {100 * by:.0f} %" if by < 1 else f"{name} wholly" for name, by in much.items()
     )
     source, plain = balance.signals.source, balance.fit()
-    if (plain.inertia * balance.signals.steps_rad_s2) ** 2 > STEPS_SHARE * plain.rest**2:
-        return (
-            f"{source}: column position: too coarse: steps of {step_rad:.3g} rad leave {100 * share:.2g} % "
-            f"of the torque over, and may have moved the parameters, {named}; record more digits, a velocity "
-            "too, or lower --cutoff-hz",
-        )
+    for noise_rad_s2, cause in (
+        (balance.signals.steps_rad_s2, f"too coarse: steps of {step_rad:.3g} rad leave"),
+        (balance.signals.noise_rad_s2, "its noise, and that of a velocity, leaves"),
+    ):
+        if (plain.inertia * noise_rad_s2) ** 2 > STEPS_SHARE * plain.rest**2:
+            return (
+                f"{source}: column position: {cause} {100 * share:.2g} % of the torque over, and may have "
+                f"moved the parameters, {named}; record more digits, a velocity too, or lower --cutoff-hz",
+            )
     return (
         f"{source}: {100 * share:.2g} % of the torque is left over and is no noise (a hand "
         "or another torque that is not mapped, an elastic shaft, play, a command that the drive cut off at "

@@ -16,10 +16,11 @@ from rtctl.friction.logs.clipping import require_unclipped
 from rtctl.friction.logs.dynamics import SAMPLES_MIN, AxisLog
 from rtctl.friction.logs.held_still import held_still
 from rtctl.friction.logs.in_place_of_torque import in_place_of_torque
+from rtctl.friction.logs.power_of_torque import not_proportional
 from rtctl.friction.logs.regressors import Regressors, of_stretches, pooled
-from rtctl.friction.logs.row_noise import COARSE_STEP, rounded_again, step_of
+from rtctl.friction.logs.row_noise import COARSE_STEP, rounded_again, row_noise, step_of
 from rtctl.friction.logs.smoothed import smoothed
-from rtctl.friction.logs.torque_shape import bent, drifting
+from rtctl.friction.logs.torque_shape import drifting
 from rtctl.friction.logs.two_gains import of_two_gains
 from rtctl.friction.logs.waves import without_waves
 
@@ -30,7 +31,7 @@ BIAS_TOLD, BIAS_REFUSED = 0.15, 0.5
 """Share by which the coarseness of a position makes the inertia too small: told, refused. White noise is up
 to twice what the steps of slow motion make."""
 
-TOO_COARSE = "column position: too coarse"
+OF_POSITION = "column position: "
 
 FEW_LEVELS = 0.01
 """Step of a position without a velocity, share of its range, that is told whatever it makes of the
@@ -66,12 +67,12 @@ def diagnose(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> tuple[st
     # a cause with a name explains what is left over; the bound is for causes that have none (decision 0044)
     step_rad = max(step_of(one) for stretches in logs for one in stretches)
     found = diagnosed(balance, (*noted, *held)) or (
-        *(one for one in left_over.told(balance, step_rad) if not (coarse and TOO_COARSE in one)),
+        *(one for one in left_over.told(balance, step_rad) if not (coarse and OF_POSITION in one)),
         # a curve through the values of a slower device is smooth, and that is told
         *(() if any("it is of a slower" in note for note in noted) else smoothed(balance, logs)),
     )
     # two torques may each bend by itself, and their sum tells neither
-    shape = (*bent(signals), *of_two_gains(signals)) if balance.external is None else ()
+    shape = (*not_proportional(signals), *of_two_gains(signals)) if balance.external is None else ()
     return (
         *found,
         *held,
@@ -95,33 +96,34 @@ def external_of(
 def with_coarseness(
     logs: Sequence[Sequence[AxisLog]], signals: Regressors, speed_min_rad_s: float
 ) -> Regressors:
-    """The signals with the acceleration that the steps of the position make, and the share by which it, or
-    what else is uneven in a position, makes the inertia too small, for the acceleration drowns in it.
+    """The signals with the acceleration that noise makes, that of the steps of the position alone, and the
+    share by which noise makes the inertia too small, for the acceleration drowns in it.
 
     Notes
     -----
     Noise in a regressor makes its coefficient too small by the noise's share of the regressor's power (of
-    what of it the others do not have). As much noise as the steps make is made once more, and its power
-    measured. Of a recorded velocity the steps of the position make no acceleration."""
+    what of it the others do not have). As much noise as the steps make, and as there is above the cut-off, is
+    made once more, and its power measured. Of a recorded velocity the steps of the position make no
+    acceleration."""
     v = signals.velocity_rad_s[signals.sliding]
     if min(int((v > 0).sum()), int((v < 0).sum())) < SAMPLES_MIN:
         return signals
     balance = Balance.of(signals)
-    # what is uneven otherwise than by its steps (an interpolating encoder) shows only against a lower cut-off
+    # an encoder that interpolates is uneven below the cut-off: that shows only against a lower one
     short = _gained_by_lower_cutoff(logs, balance, speed_min_rad_s)
-    if any(stretch.velocity_rad_s is not None for stretches in logs for stretch in stretches):
-        return replace(signals, inertia_short=short)
-    coarse = [[rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
-    again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
-    steps = float((again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding].std())
-    signals = replace(signals, steps_rad_s2=steps)
-    return replace(signals, inertia_short=max(short, _short_by_steps(signals, balance)))
+    steps, noise = 0.0, float(row_noise(logs, signals.cutoff_hz).motion[:, 0].std())
+    if all(stretch.velocity_rad_s is None for stretches in logs for stretch in stretches):
+        coarse = [[rounded_again(stretch, signals.cutoff_hz) for stretch in stretches] for stretches in logs]
+        again = pooled([of_stretches(stretches, signals.cutoff_hz, speed_min_rad_s) for stretches in coarse])
+        steps = float((again.acceleration_rad_s2 - signals.acceleration_rad_s2)[signals.sliding].std())
+    signals = replace(signals, steps_rad_s2=steps, noise_rad_s2=max(steps, noise))
+    return replace(signals, inertia_short=max(short, _short_by(signals.noise_rad_s2, balance)))
 
 
-def _short_by_steps(signals: Regressors, balance: Balance) -> float:
+def _short_by(noise_rad_s2: float, balance: Balance) -> float:
     # against the acceleration that no other column has: the inertia is learned from that part alone
     own = max(float(balance.own_acceleration().var()), 1e-300)
-    return min(1.0, signals.steps_rad_s2**2 / own)
+    return min(1.0, noise_rad_s2**2 / own)
 
 
 def _require_levels(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> None:
@@ -143,13 +145,20 @@ def _coarse_position(logs: Sequence[Sequence[AxisLog]], signals: Regressors) -> 
         return _few_levels(logs, signals)
     each = [one for stretches in logs for one in stretches]
     step = max(step_of(one) for one in each)
-    if _short_by_steps(signals, Balance.of(signals)) < 0.5 * short:
+    balance = Balance.of(signals)
+    if _short_by(signals.noise_rad_s2, balance) < 0.5 * short:
         lower_hz = LOWER_CUTOFF * signals.cutoff_hz
         return [
             f"{signals.source}: the inertia is {100 * short:.0f} % smaller than with a cut-off of "
-            f"{lower_hz:.3g} Hz, and not by the steps of the position ({step:.1g} rad): noise of position or "
-            "velocity (play that rattles, an encoder that interpolates), an elastic shaft, or a torque that "
+            f"{lower_hz:.3g} Hz, and not by the steps of the position ({step:.1g} rad): play that rattles, "
+            "an encoder that interpolates, an elastic shaft, or a torque that "
             f"is filtered, echoes or is not proportional; try --cutoff-hz {lower_hz:.3g}, move more briskly"
+        ]
+    if _short_by(signals.steps_rad_s2, balance) < 0.5 * short:
+        column = "position" if all(one.velocity_rad_s is None for one in each) else "velocity"
+        return [
+            f"{signals.source}: column {column}: its noise makes the inertia {100 * short:.0f} % too small, "
+            "or more; move more briskly, lower --cutoff-hz, or record it at a higher rate and with less noise"
         ]
     text = (
         f"{signals.source}: column position: too coarse: steps of {step:.3g} rad make the inertia "

@@ -48,9 +48,10 @@ class Regressors:
 
     `sliding` marks the rows to regress on, `log` is each row's index into `sources`, `radian` and
     `torque_step_nm` those of `AxisLog`, `inertia_short` by what share coarse positions make the inertia too
-    small, `steps_rad_s2` the acceleration that their steps make (RMS, of the sliding rows), `share_nm` the
-    torque that friction is a share of, if there is one, `waves` (n, k) those over the position that were
-    taken out; of two torques `external_nm` is the hand's, `held_s` by what the motor's was put back."""
+    small, `steps_rad_s2` and `noise_rad_s2` the acceleration that their steps, and all noise, make (RMS, of
+    the sliding rows), `share_nm` the torque that friction is a share of, if there is one, `waves` (n, k)
+    those over the position that were taken out; of two torques `external_nm` is the hand's, `held_s` by
+    what the motor's was put back."""
 
     time_s: np.ndarray
     position_rad: np.ndarray
@@ -68,6 +69,7 @@ class Regressors:
     torque_step_nm: float = 0.0
     inertia_short: float = 0.0
     steps_rad_s2: float = 0.0
+    noise_rad_s2: float = 0.0
     share_nm: np.ndarray | None = None
     waves: np.ndarray | None = None
     external_nm: np.ndarray | None = None
