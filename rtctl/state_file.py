@@ -24,7 +24,7 @@ def write(file: Path, devices: str, axes: Mapping[str, object]) -> None:
     """
     text = json.dumps({"devices_sha256": devices, "axes": axes}, default=_plain, allow_nan=False)
     # there is none before the first run
-    file.parent.mkdir(parents=True, exist_ok=True)
+    file.parent.mkdir(mode=0o750, parents=True, exist_ok=True)
     write_whole(file, f"{text}\n".encode())
 
 

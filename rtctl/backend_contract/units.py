@@ -58,6 +58,7 @@ class Units:
         """Sign and unit, and no start over at the end of a turn."""
         if "position" not in shown.backend.provides:
             pytest.skip("measures no position")
+        # eight radians: more than a turn, so that a counter starts over
         there = np.arange(21) * STEP_RAD
         path = np.concatenate((there, there[-2::-1], -there[1:]))[:, None] * np.ones(shown.rig.n_axes)
         found = np.array([self._showing(shown, "position", place) for place in path])

@@ -59,6 +59,7 @@ def line(event: dict[str, Any]) -> str:
     try:
         when = datetime.fromtimestamp(event["timestamp"]).astimezone()
         head = f"{when:%Y-%m-%d %H:%M:%S}.{when.microsecond // 1000:03d} tick {event['tick']:>9}"
+        # through `shown`: words of devices and clients may hold what a terminal obeys
         return shown(f"{head}  {_text(event)}", MOST_LINE)
     # a log of another version, or one that somebody edited
     except (KeyError, TypeError, ValueError, OverflowError, OSError):

@@ -55,6 +55,7 @@ def command(
             end = math.inf if seconds is None else time.monotonic() + seconds
             with Watch(client) as watch:
                 (_json if as_json else _show)(watch, end)
+                # before the streams close: silence is of what was heard, not of the end
                 silent_s = watch.silent_s
             if silent_s >= NO_DATA_S:
                 raise NoReplyError(

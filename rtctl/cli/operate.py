@@ -45,6 +45,7 @@ def _operation(name: str) -> Callable[[_Act], click.Command]:
         ) -> None:
             with connect(rig, runtime_dir, address, key) as client:
                 act(client, **more)
+                # asked after the act: what a person reads is how it is now
                 told = {"rig": client.hello()["rig"], **client.status()}
             click.echo(json_text(told) if as_json else "\n".join(lines(told)))
 

@@ -133,6 +133,7 @@ def _require_root() -> None:
 def _run(command: list[str], *, check: bool = True) -> None:
     """Run one step. What is missing on a small machine (udev) is said and passed over."""
     if shutil.which(command[0]) is None:
+        # an installation without udev works for rigs without its devices, so that it goes on
         click.echo(f"  {command[0]} is not there: left out", err=True)
         return
     from rtctl.host.service_steps import COMPILER

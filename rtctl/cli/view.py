@@ -129,6 +129,7 @@ def _shown_by_daemon(name: str, runtime_dir: Path | None) -> tuple[str, str] | N
         url, _, key_part = address.partition("#")
         # the whole way, not the file alone: what answers there tells its rig
         with closing(HTTPConnection(url.removeprefix("http://").rstrip("/"), timeout=ANSWER_S)) as link:
+            # the header that the page's own scripts send: without it the server refuses
             link.request("GET", "/hello", headers={"X-Rtctl": "view"})
             told = json_of(link.getresponse().read())
     except (OSError, ValueError, HTTPException):

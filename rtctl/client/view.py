@@ -26,6 +26,7 @@ OOM_SCORE = 500
 def main(orders: RawIOBase) -> int:
     """Serve until the input ends. Returns the exit status."""
     order = json.loads(orders.readline())
+    # before a thread is started: niceness and cores are each thread's own, and inherited (sched(7))
     step_back(order["avoid_core"])
     threading.Thread(target=_end_with, args=(orders,), daemon=True).start()
     try:

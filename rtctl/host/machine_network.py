@@ -52,6 +52,7 @@ def _owner(root: Path, inode: str) -> int | None:
     for process in (root / "proc").glob("[0-9]*"):
         # descriptors of another user cannot be read: the owner stays unknown
         with contextlib.suppress(OSError):
+            # a descriptor of a socket leads to its inode, in this form (proc(5))
             if any(str(fd.readlink()) == f"socket:[{inode}]" for fd in (process / "fd").iterdir()):
                 return int(process.name)
     return None

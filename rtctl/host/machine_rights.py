@@ -76,6 +76,8 @@ _GROUP = " && sudo groupadd -f realtime && sudo usermod -aG realtime $USER"
 
 def service(root: Path, rig: str, priority: int, install: str = INSTALL) -> list[Line]:
     """What systemd would grant: the installed unit with its drop-ins."""
+    # by its files, not by `systemctl show`: that tells of units that are loaded, on a machine that runs
+    # systemd
     settings = unit_settings(root, rig)
     if settings is None:
         return [Line("service unit", "warn", f"{UNIT} is not installed", install)]

@@ -33,6 +33,7 @@ def _named(data: dict[str, Any]) -> Iterator[str]:
 
 def rig_file(loaded: LoadedConfig) -> bytes:
     """The rig file as it was checked. Raises ConfigError when it has been changed since."""
+    # read again: what is installed is what a person sees in the file now, or nothing
     content = _content(loaded.path.parent, Path(loaded.path.name))
     if hashlib.sha256(content).hexdigest() != loaded.sha256:
         raise ConfigError(f"{loaded.path}: was changed while it was read; install it again")

@@ -61,6 +61,8 @@ class Signals:
 
 def _has_terminal() -> bool:
     try:
+        # ENXIO where this process has no controlling terminal (any more): isatty(2) of a descriptor tells
+        # less
         os.close(os.open("/dev/tty", os.O_RDONLY | os.O_NOCTTY | os.O_CLOEXEC))
     except OSError:
         return False

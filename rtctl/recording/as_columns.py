@@ -19,6 +19,7 @@ from rtctl.recording.tick_cdr import RECORDED
 
 def register() -> None:
     """Let logs be `.mcap` files wherever logs are read."""
+    # here, not in `hw`: a loop that plays back no recording loads nothing of this
     READERS[".mcap"] = read
 
 

@@ -123,6 +123,7 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
     ticks, motions = 0, reader.motions
     # an array has one name for all axes: of both motions that of rotary ones, and `units` tell the rest
     of_all = "linear" if set(motions) == {"linear"} else "rotary"
+    # all of it in memory: npz has the length of an array before its numbers
     for ticks, table in _tables(reader, names, flat=False):
         for name, kept in found.items():
             kept.append(table[name])

@@ -109,6 +109,7 @@ class Capture:
             self._parts.append(rows[max(at, i) : i + 1])
             at, self._left = i + 1, self._after
         done += self._take(rows[at:])
+        # last: what lies before the next batch ends with this one
         self._kept = self._history(rows)
         return done
 

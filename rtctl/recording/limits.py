@@ -16,6 +16,7 @@ class Limits:
     # what any file system takes, FAT's 4 GB too, and one copies over a network at one go
     file_bytes: int = 1 << 30
     file_s: float = 3600.0
+    # what else the machine keeps on that disk, the event log with it, goes on
     free_bytes: int = 200 << 20
 
     @classmethod

@@ -123,6 +123,7 @@ class McapFile:
         if time.monotonic() - self._synced < SYNC_S:
             return
         os.fdatasync(self._fd)
+        # a file's own fsync does not bring its name to the disk: that is the folder's (fsync(2))
         if not self._named:
             _sync_folder(self.path.parent)
         # at the end: a disk that is slow is asked the less

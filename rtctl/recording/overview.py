@@ -55,7 +55,6 @@ class _Counts:
         for state, count in zip(*np.unique(rows["state"], return_counts=True), strict=True):
             self.states[_state(int(state))] += int(count)
         self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
-        # of any tick: a run without its rights for a while is not one that had them
         self.waiver = self.waiver or bool(rows["waiver"].any())
 
 

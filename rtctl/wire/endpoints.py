@@ -118,7 +118,8 @@ def kept_alone(rig: str, folder: Path) -> Iterator[None]:
     BusyError
         Another process holds it; the text names it."""
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        # as the event log would make it, which comes later: what happened at a rig is not for everybody
+        folder.mkdir(mode=0o750, parents=True, exist_ok=True)
         fd = _lock(rig, folder / LOCK_NAME)
     except OSError:
         yield  # where nothing can be written nobody is written over; what is lost is told as it is lost

@@ -5,7 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 RARE = "tests/unit/recording/test_rare_recordings.py"
-UNREAD = ("tests/unit/cli/test_unread_options.py",)
+UNREAD = ("tests/unit/cli/test_unread_options.py::test_only_what_stands_on_the_command_line_is_refused",)
 
 SEEDS = (
     Seed(

@@ -9,6 +9,7 @@ import pytest
 
 from rtctl import state_file
 from rtctl.recording import state_folder
+from rtctl.wire.endpoints import kept_alone
 
 
 @pytest.mark.parametrize("name", ["a.json.new", ".a.json.{pid}.tmp", "a.json"])
@@ -56,3 +57,14 @@ def test_the_services_state_that_is_not_for_this_user_is_not_looked_at(tmp_path,
     monkeypatch.setenv("RTCTL_STATE_DIR", str(tmp_path / "own"))
     monkeypatch.setattr(state_folder, "SYSTEM_STATE", Closed(tmp_path / "service"))
     assert state_folder.written_folder("mock") == tmp_path / "own" / "mock"
+
+
+def test_the_folder_of_a_rig_is_not_for_everybody_whoever_makes_it(tmp_path):
+    before = os.umask(0)
+    try:
+        with kept_alone("rig", tmp_path / "rig"):
+            pass
+        state_file.write(tmp_path / "other" / "a.json", "ab", {})
+    finally:
+        os.umask(before)
+    assert [(tmp_path / name).stat().st_mode & 0o777 for name in ("rig", "other")] == [0o750, 0o750]

@@ -96,6 +96,7 @@ class DeviceWords:
             text = voices[0].text if single and voices else ""
             whole = Voice(label, axes[0] if len(axes) == 1 else None, text, rest, bool(stale))
             voices = [whole] if single else [whole, *voices]
+        # over all devices: a listener asks for what came after the newest that it knows
         self._number += 1
         said = self._said.setdefault(label, deque(maxlen=KEPT))
         said.append(Utterance(self._number, int(message["tick"]), label, tuple(voices)))

@@ -106,6 +106,7 @@ class ForceZero:
             first = np.isnan(self._vouched).any(axis=1)
             self._vouched[first | said] = self._zero[first | said]
             self._accepted, self._dates = self._zero.copy(), [date] * self._rig.n_axes
+            # counted, not a flag: while one is written another may be accepted
             self._news += 1
 
     def accept_next(self, count: int) -> None:

@@ -75,6 +75,7 @@ class RunStatistics:
         self.cycle.add(rows["cycle_ns"])
         self.ticks += len(rows)
         self.faults |= int(np.bitwise_or.reduce(rows["faults"]))
+        # of the newest tick: rights are had for the whole run or not at all
         self.waiver = bool(rows["waiver"][-1])
         # a copy: a view would keep the whole batch
         self.last = rows[-1:].copy()

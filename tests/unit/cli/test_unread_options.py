@@ -3,11 +3,13 @@
 import sys
 from pathlib import Path
 
+import click
 import pytest
 from click.testing import CliRunner
 
 import rtctl.cli as program
 from rtctl.cli import cli, rig_argument, view
+from rtctl.cli.unread import refuse_unread
 from rtctl.client import view_server
 from rtctl.errors import ConfigError
 
@@ -15,10 +17,10 @@ from rtctl.errors import ConfigError
 @pytest.mark.parametrize(
     ("given", "said"),
     [
-        ("campaign --margins --still", "--margins and --still are two campaigns"),
-        ("campaign --margins --faults 3", "--faults means nothing with --margins"),
-        ("campaign --admittance --policy tanh", "--policy means nothing with --admittance"),
-        ("campaign --first 3", "--first belongs to another campaign"),
+        ("campaign --margins --still --rigs 1", "--margins and --still are two campaigns"),
+        ("campaign --margins --rigs 1 --faults 3", "--faults means nothing with --margins"),
+        ("campaign --admittance --rigs 1 --policy tanh", "--policy means nothing with --admittance"),
+        ("campaign --rigs 1 --ticks 1 --first 3", "--first belongs to another campaign"),
         ("campaign --trace TRACE", "--trace is of one rig"),
         ("playback a.toml --lever-m 0.2", "--lever-m means nothing with a rig file"),
         ("playback a.toml --time t", "--time means nothing with a rig file"),
@@ -33,6 +35,18 @@ def test_what_would_not_be_read_is_wrong_usage(tmp_path, given, said):
     )
     told = CliRunner().invoke(cli, words)
     assert (told.exit_code, said in told.output) == (2, True), told.output
+
+
+def test_only_what_stands_on_the_command_line_is_refused(monkeypatch):
+    @click.command()
+    @click.option("--one", default=1, envvar="ONE")
+    def command(one):
+        refuse_unread({"one"}, "counts for nothing")
+
+    monkeypatch.setenv("ONE", "2")
+    assert CliRunner().invoke(command, []).exit_code == 0
+    told = CliRunner().invoke(command, ["--one", "3"])
+    assert (told.exit_code, "--one counts for nothing" in told.output) == (2, True)
 
 
 def test_who_names_an_address_gets_a_page_of_their_own(monkeypatch, tmp_path):
