@@ -163,7 +163,7 @@ class Motion:
             The program was ended by the force sensor."""
         rows = yield from self.see_any(order)
         if int(self.last["state"]) != State.ACTIVE:
-            raise FaultError(f"the motion was ended by {what_ended(rows, self.last)}")
+            raise FaultError(f"the motion was ended by {what_ended(rows, self.rig)}")
         if int(self.last["program_flags"][self.rig.axis]) & ProgramFlag.HAND:
             self.hand_seen_nm = float(self._hand_nm(rows).max())
             raise HandSeen

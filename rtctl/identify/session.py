@@ -228,7 +228,7 @@ def arm(motion: Motion) -> Steps[None]:
                 "(rtctl events, rtctl doctor) and start again"
             )
         if int(motion.last["epoch"]) != motion.epoch:
-            raise FaultError(f"the rig was stopped while it armed by {what_ended(rows, motion.last)}")
+            raise FaultError(f"the rig was stopped while it armed by {what_ended(rows, motion.rig)}")
         if int(motion.last["state"]) == State.ACTIVE and float(motion.last["authority"]) >= 1.0:
             return
         waited_s += len(rows) * motion.rig.period_s

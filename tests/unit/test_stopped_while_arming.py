@@ -84,14 +84,20 @@ def test_an_experiment_on_the_rig_ends_when_it_is_stopped_before_it_began():
 
 
 @pytest.mark.parametrize(
-    ("first", "told"),
+    ("first", "at_rad", "told"),
     [
-        (Fault.HOST_SILENT.bit_length() - 1, "armed by HOST_SILENT: .* see what else runs on the machine"),
-        (-1, "armed by a stop: the rig went to IDLE; somebody asked for it, or the host stood still"),
+        (Fault.BAD_SAMPLE.bit_length() - 1, 1.001, "armed by BAD_SAMPLE: .* crept on .*--margin"),
+        (Fault.BAD_SAMPLE.bit_length() - 1, 1.0, "armed by BAD_SAMPLE: .* check sensor range"),
+        (
+            Fault.HOST_SILENT.bit_length() - 1,
+            0.0,
+            "armed by HOST_SILENT: .* see what else runs on the machine",
+        ),
+        (-1, 0.0, "armed by a stop: the rig went to IDLE; somebody asked for it, or the host stood still"),
     ],
 )
-def test_an_identification_ends_when_it_is_stopped_before_it_began(first, told):
-    motion = Motion(SimpleNamespace(position_min_rad=-1, position_max_rad=1, period_s=1e-3), None)
+def test_an_identification_ends_when_it_is_stopped_before_it_began(first, at_rad, told):
+    motion = Motion(SimpleNamespace(axis=0, position_min_rad=-1, position_max_rad=1, period_s=1e-3), None)
     bias = motion.see_any(SimpleNamespace(look_s=0.1))
     next(bias)
     with pytest.raises(StopIteration):
@@ -100,6 +106,6 @@ def test_an_identification_ends_when_it_is_stopped_before_it_began(first, told):
     assert next(steps).arm_in == 0
     assert steps.send(seen(State.ARMING, 0)).arm_in is None
     rows = seen(State.IDLE, 1)
-    rows["fault_first"] = first
+    rows["fault_first"], rows["position_rad"] = first, at_rad
     with pytest.raises(FaultError, match=told):
         steps.send(rows)
