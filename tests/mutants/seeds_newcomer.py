@@ -52,7 +52,7 @@ SEEDS = (
     ),
     Seed(
         "the fault behind an identification that ended is forgotten",
-        "rtctl/identify/motion.py",
+        "rtctl/identify/ended.py",
         'latched = rows["fault_first"][rows["fault_first"] >= 0]',
         'latched = rows["fault_first"][-1:][rows["fault_first"][-1:] >= 0]',
         ("tests/unit/identify/test_signals.py",),
