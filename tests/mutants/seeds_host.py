@@ -54,7 +54,7 @@ SEEDS = (
     ),
     Seed(
         "unknown keys are ignored", "rtctl/host/exchange/messages.py",
-        'if name not in known and name not in _OF_ALL:', "if False:", MESSAGES,
+        "if name not in known and name not in _OF_ALL:", "if False:", MESSAGES,
     ),
     Seed(
         "any role may do anything", "rtctl/host/exchange/requests.py",

@@ -96,12 +96,12 @@ def test_a_host_that_stops_between_two_messages_of_one_turn_voids_the_second(des
     assert [reply(client)[0]["ok"] for _ in range(2)] == [True, False]
 
 
-def test_every_reply_tells_id_operation_state_epoch_and_rig(desk):
+def test_every_reply_tells_id_operation_state_epoch_rig_and_protocol(desk):
     client = desk.open()
     client.send(msgpack.packb({"id": 5, "op": "stop"}))
     client.send(msgpack.packb({"id": 6, "op": "reset"}))
     desk.serve(2)
-    stopped = {"id": 5, "op": "stop", "ok": True, "state": "IDLE", "epoch": 3, "rig": "mock"}
+    stopped = {"id": 5, "op": "stop", "ok": True, "state": "IDLE", "epoch": 3, "rig": "mock", "protocol": 1}
     assert reply(client) == [{**stopped, "result": {"command_seq": 1}}]
     (refused,) = reply(client)
     assert (refused["id"], refused["op"], refused["ok"], refused["state"], refused["epoch"]) == (
