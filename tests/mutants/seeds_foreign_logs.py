@@ -40,8 +40,8 @@ SEEDS = (
     Seed(
         "how a torque was taken is a warning",
         "rtctl/friction/logs/log_points.py",
-        "(*told, *off), taken,",
-        "(*told, *off, *taken), (),",
+        "*off), taken,",
+        "*off, *taken), (),",
         (f"{LOOPS}::test_how_the_torque_was_taken_stands_beside_the_warnings",),
     ),
     Seed(
