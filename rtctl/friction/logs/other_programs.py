@@ -132,11 +132,11 @@ def read_mapped(
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
+    sha256 = files_sha256(files)
     parts, notes = _own(files, parts, average)
     if len(files) == 1 and columns.log is None and average != "file":
         _part_where_time_starts_over(files[0], parts[0], notes)
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
-    sha256 = files_sha256(files)
     if average == "file":
         found = []
         for file, part in zip(files, parts, strict=True):
@@ -156,7 +156,8 @@ def read_mapped(
 
 def _own(files: Sequence[Path], parts: list[_Signals], average: Average) -> tuple[list[_Signals], list[str]]:
     """The signals without rows that are others again, and what is to be said."""
-    tables = [np.column_stack([part.velocity, part.torque]) for part in parts]
+    beside = [[part.columns[n] for n in part.columns if n not in ("log", "time_s")] for part in parts]
+    tables = [np.column_stack([p.velocity, p.torque, *more]) for p, more in zip(parts, beside, strict=True)]
     if average == "none":
         require_own_rows(tables, files)
         return parts, []
