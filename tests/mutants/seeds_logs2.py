@@ -26,15 +26,15 @@ SEEDS = (
     Seed(
         "rows of points in two files count twice",
         "rtctl/friction/logs/other_programs.py",
-        "kept = [part.at(mine) for part, mine in zip(parts, fresh, strict=True)]",
-        "kept = list(parts)",
+        "[part.at(mine) for part, mine in zip(parts, fresh, strict=True)]",
+        "list(parts)",
         (f"{COPIES}::test_rows_of_points_that_are_in_two_files_are_counted_once",),
     ),
     Seed(
         "a torque that is not proportional makes a fine position too coarse",
         "rtctl/friction/logs/log_checks.py",
-        "< 0.5 * short:",
-        "< -1.0:",
+        "_short_by(signals.noise_rad_s2, balance) < 0.5 * short:",
+        "_short_by(signals.noise_rad_s2, balance) < -1.0:",
         (f"{CAUSES}::test_a_fine_position_is_not_called_coarse_where_the_torque_is_not_proportional",),
     ),
     Seed(

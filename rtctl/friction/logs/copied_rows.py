@@ -30,6 +30,9 @@ SHIFTED = 1e-3
 """Share of a usual step by which the steps of a copied position may differ: pasted behind the log so that it
 goes on, it is rounded anew."""
 
+NEARLY_ALL = 0.9
+"""Share of the points of a file from which on they are those of another that holds them."""
+
 PIECE_LEAST = 16
 """Fewest rows between two copies that say anything."""
 
@@ -126,6 +129,25 @@ def fresh_rows(
             with of_file(Path(source)):
                 raise DataError(f"{source}: its rows are in {other}, too, to the last digit; give each once")
     return fresh, _told(found, part, sources)
+
+
+def require_own_rows(tables: Sequence[np.ndarray], files: Sequence[Path]) -> None:
+    """Refuse a table (n, k) nearly all of whose rows are in another, in whatever order.
+
+    Raises
+    ------
+    DataError
+        Names both files."""
+    rows = [set(map(tuple, table.tolist())) for table in tables]
+    for k, file in enumerate(files):
+        for j, other in enumerate(files):
+            # of two that are alike the later one is named
+            smaller = len(rows[k]) < len(rows[j]) or (len(rows[k]) == len(rows[j]) and j < k)
+            if smaller and len(rows[k] & rows[j]) > NEARLY_ALL * len(rows[k]):
+                with of_file(file):
+                    raise DataError(
+                        f"{file}: its rows are in {other}, too, to the last digit; give each once"
+                    )
 
 
 def counted_once(

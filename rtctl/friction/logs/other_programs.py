@@ -26,7 +26,7 @@ from hw.playback.quantum import quantum
 from hw.playback.reader import ANGLE_UNITS, CURRENT_UNITS, TIME_UNITS, TORQUE_UNITS, VELOCITY_UNITS
 from hw.playback.units import require_unit
 from rtctl.errors import ConfigError, DataError, of_file
-from rtctl.friction.logs.copied_rows import COPIED_ROWS, fresh_rows
+from rtctl.friction.logs.copied_rows import COPIED_ROWS, fresh_rows, require_own_rows
 from rtctl.friction.logs.logs import FrictionSamples, files_sha256, level_points
 from rtctl.friction.point_columns import COLUMNS
 from rtctl.friction.points import FrictionPoints
@@ -131,13 +131,11 @@ def read_mapped(
     if len(files) > 1 and columns.log is None:
         for k, part in enumerate(parts):
             part.columns["log"] = np.full(len(part.velocity), float(k))
-    notes: list[str] = []
-    if average != "none":
-        parts, notes = _counted_once(files, parts)
+    sha256 = files_sha256(files)
+    parts, notes = _own(files, parts, average)
     if len(files) == 1 and columns.log is None and average != "file":
         _part_where_time_starts_over(files[0], parts[0], notes)
     source = str(files[0]) if len(files) == 1 else f"{files[0]} and {len(files) - 1} more"
-    sha256 = files_sha256(files)
     if average == "file":
         found = []
         for file, part in zip(files, parts, strict=True):
@@ -155,18 +153,21 @@ def read_mapped(
     return replace(points, motion=motion), notes
 
 
-def _counted_once(files: Sequence[Path], parts: Sequence[_Signals]) -> tuple[list[_Signals], list[str]]:
+def _own(files: Sequence[Path], parts: list[_Signals], average: Average) -> tuple[list[_Signals], list[str]]:
     """The signals without rows that are others again, and what is to be said."""
-    tables = [np.column_stack([part.velocity, part.torque]) for part in parts]
-    still = [np.zeros(len(part.velocity)) for part in parts]
-    fresh, told = fresh_rows(tables, still, [str(file) for file in files], COPIED_ROWS)
-    kept = [part.at(mine) for part, mine in zip(parts, fresh, strict=True)]
-    return kept, [f"{told}: counted once"] if told else []
+    beside = [[part.columns[n] for n in part.columns if n not in ("log", "time_s")] for part in parts]
+    tables = [np.column_stack([p.velocity, p.torque, *more]) for p, more in zip(parts, beside, strict=True)]
+    if average == "none":
+        require_own_rows(tables, files)
+        return parts, []
+    still = [np.zeros(len(one)) for one in tables]
+    fresh, told = fresh_rows(tables, still, list(map(str, files)), COPIED_ROWS)
+    own = [part.at(mine) for part, mine in zip(parts, fresh, strict=True)]
+    return own, [f"{told}: counted once"] if told else []
 
 
 def _columns(tables: Mapping[str, Any]) -> Columns:
-    """The map of columns, believed; friction is the column of our own name where none is mapped. Raises
-    ConfigError."""
+    """The map of columns; where none is friction, that of our own name is. Raises ConfigError."""
     try:
         columns = Columns.model_validate(dict(tables))
     except ValidationError as error:

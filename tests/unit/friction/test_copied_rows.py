@@ -101,3 +101,23 @@ def test_rows_of_points_that_are_in_two_files_are_counted_once(tmp_path, average
     points, notes = read(both[:1500], both[1000:])
     assert any("500 rows are others again" in one for one in notes)
     assert np.nansum(points.count) == pytest.approx(len(both), rel=0.02)
+
+
+def test_a_file_of_points_that_another_holds_is_refused_and_a_few_equal_points_are_not(tmp_path):
+    speed = np.geomspace(0.01, 2.0, 20)
+    points = np.column_stack(
+        [np.r_[speed, -speed], np.r_[speed, -speed] * 0.05 + np.sign(np.r_[speed, -speed])]
+    )
+    tables = {"velocity": {"column": "v"}, "torque": {"column": "t"}}
+
+    def read(*parts):
+        files = [tmp_path / f"{k}.csv" for k in range(len(parts))]
+        for file, part in zip(files, parts, strict=True):
+            np.savetxt(file, part, delimiter=",", header="v,t", comments="", fmt="%.9g")
+        return read_mapped(files, tables, "none", {"delimiter": None, "decimal": None})[0]
+
+    with pytest.raises(DataError, match=r"0\.csv: its rows are in .*1\.csv, too"):
+        read(points[5:30], points)
+    with pytest.raises(DataError, match=r"1\.csv: its rows are in .*0\.csv, too"):
+        read(points, points[::-1])
+    assert len(read(points[:22], points[18:]).direction) == 44
