@@ -57,6 +57,13 @@ def summary_of(dataset: Dataset, wall_s: float, truth: tuple[Deviation, ...]) ->
     }
 
 
+TOO_SHORT = (
+    "the encoder is too coarse for it, or the joint hardly bends before it slides. A long one is assumed, "
+    "which is safe and helps less; friction.presliding_rad says what the joint has"
+)
+"""Why ramps that broke away showed no length, and what to do about it."""
+
+
 def _presliding(points: list[dict[str, Any]]) -> Presliding | None:
     from rtctl.friction.presliding import Presliding, together
 
@@ -80,7 +87,7 @@ def tell(dataset: Dataset, summary: dict[str, Any], truth: tuple[Deviation, ...]
         click.echo(f"left out: {one['why']}")
     if points:
         seen = any(one["target_rad_s"] == 0 for one in points)
-        why = "the encoder is too coarse for it" if seen else "no break-away was measured"
+        why = TOO_SHORT if seen else "no break-away was measured"
         click.echo(f"presliding length: {_presliding(points) or f'not known: {why}'}")
     if truth:
         click.echo("points against the true friction of the simulated rig:")

@@ -28,4 +28,11 @@ SEEDS = (
         "pass",
         ORDERS,
     ),
+    Seed(
+        "a joint that hardly bends is blamed on the encoder, with nothing to do about it",
+        "rtctl/cli/identify_report.py",
+        "why = TOO_SHORT if seen",
+        'why = "the encoder is too coarse for it" if seen',
+        ("tests/unit/cli/test_identify_report.py",),
+    ),
 )
