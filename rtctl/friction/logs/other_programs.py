@@ -102,8 +102,7 @@ def read_mapped(
     text: Mapping[str, str | None],
     lead_m: float = 0.0,
 ) -> tuple[FrictionPoints, list[str]]:
-    """Points of several files and what was left out of them, columns by `tables` (role -> option table as of
-    the playback reader).
+    """Points of several files and what was left out, columns by `tables` (role -> a playback option table).
 
     Parameters
     ----------
