@@ -122,12 +122,22 @@ def fresh_rows(
     found = copies_in(np.concatenate(tables), np.concatenate(places), part, length)
     if found.again.mean() < SHARE_LEAST:
         return [np.ones(len(one), bool) for one in tables], ""
-    fresh = [~found.again[part == k] for k in range(len(tables))]
+    again = found.again.copy()
     for k, source in enumerate(sources):
-        if fresh[k].sum() < PIECE_LEAST:
-            other = sources[int(part[found.first[np.argmax(found.again & (part == k))]])]
-            with of_file(Path(source)):
-                raise DataError(f"{source}: its rows are in {other}, too, to the last digit; give each once")
+        mine = part == k
+        if (~again[mine]).sum() >= PIECE_LEAST:
+            continue
+        others = part[found.first[mine & again]]
+        if (others == k).mean() > 0.5:  # a run of few values repeats itself: nobody gave it twice
+            again[mine] = False
+            continue
+        other = sources[int(others[others != k][0])]
+        with of_file(Path(source)):
+            raise DataError(f"{source}: its rows are in {other}, too, to the last digit; give each once")
+    if again.mean() < SHARE_LEAST:
+        return [np.ones(len(one), bool) for one in tables], ""
+    found = Copies(again, found.first)
+    fresh = [~again[part == k] for k in range(len(tables))]
     return fresh, _told(found, part, sources)
 
 
