@@ -18,6 +18,7 @@ from hw.motion import unit
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
+from rtctl.tick import tick_dtype
 from rtctl.whole_files import whole
 
 Kind = Literal["npz", "parquet", "csv", "mcap"]
@@ -96,18 +97,23 @@ def _tables(
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Chunk by chunk: ticks so far, and the columns asked for, times first; `flat`: one per axis."""
     wall_ns, ticks, first_ns = int(reader.about["start_wall_ns"]), 0, 0
-    for batch in reader.batches():
-        if ticks == 0 and len(batch.rows):
-            first_ns = int(batch.rows["time_ns"][0])
-        ticks += len(batch.rows)
-        found = {k: v for k, v in times(batch.rows, wall_ns, first_ns).items() if k in names}
-        of_ticks = [name for name in names if name not in TIMES]
-        shaped = (
-            columns(batch.rows, names, reader.axes, reader.motions)
-            if flat
-            else {n: batch.rows[n] for n in of_ticks}
-        )
+    of_ticks = [name for name in names if name not in TIMES]
+    for rows in _rows(reader):
+        if ticks == 0 and len(rows):
+            first_ns = int(rows["time_ns"][0])
+        ticks += len(rows)
+        found = {k: v for k, v in times(rows, wall_ns, first_ns).items() if k in names}
+        shaped = columns(rows, names, reader.axes, reader.motions) if flat else {n: rows[n] for n in of_ticks}
         yield ticks, found | shaped
+
+
+def _rows(reader: RecordingReader) -> Iterator[np.ndarray]:
+    """Ticks chunk by chunk, one chunk at least: a recording without a tick becomes a file of all columns."""
+    batch = None
+    for batch in reader.batches():
+        yield batch.rows
+    if batch is None:
+        yield np.zeros(0, tick_dtype(reader.n_axes))
 
 
 def _names(fields: tuple[str, ...]) -> list[str]:
@@ -136,7 +142,7 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
         if name in per_axis
     }
     arrays: dict[str, Any] = {
-        own_name(name, of_all if name in per_axis else "rotary"): np.concatenate(kept or [np.zeros(0)])
+        own_name(name, of_all if name in per_axis else "rotary"): np.concatenate(kept)
         for name, kept in found.items()
     }
     with path.open("wb") as file:
@@ -179,9 +185,6 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
     finally:
         if writer is not None:
             writer.close()
-    if writer is None:
-        # a recording without a tick: `whole` renames what must be there
-        path.touch()
     return ticks
 
 
