@@ -226,6 +226,13 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
         )
     array = np.asarray(arrays[stem if matrix else name])
     if array.dtype.kind not in "fiub" and array.dtype.kind not in "mM":
+        # a word stands for all: what was saved as text is told by how it is spelt
+        word = next((each for each in array.ravel() if isinstance(each, str)), None)
+        if word is not None:
+            raise BackendError(
+                f"{path}: {name!r} is text ({word[:40]!r}), not numbers; save it as numbers, or the log as "
+                "CSV, where decimal commas, units and times of day are read"
+            )
         raise BackendError(
             f"{path}: {name!r} is not an array of real numbers ({array.dtype}); map another one"
         )
@@ -250,6 +257,8 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
             else f"name one column of it: {name}#1, {name}#2, ..."
             if array.ndim == 2
             else f"it has no columns: name it {stem}"
+            if matrix
+            else "map one that has a value for each row"
         )
         raise BackendError(f"{path}: {name!r} has shape {array.shape}; {remedy}")
     return array

@@ -18,7 +18,7 @@ DEEPEST = 4
 
 
 def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Arrays by name; a column that some rows lack, or that is not of numbers, is left out.
+    """Arrays by name, of words, too; a column that some rows lack is left out.
 
     Raises
     ------
@@ -44,7 +44,7 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
         raise BackendError(
             f"{path}: no rows: an object a line, a list of objects or an object of lists is read"
         )
-    return {name: array for name, array in found.items() if array.dtype.kind in "fiub"}
+    return found
 
 
 def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:
