@@ -88,11 +88,14 @@ class MockRig:
 
     def motor_turns(self, axis: int) -> float:
         """See Plant."""
-        return float(self._mock.state["position_rad"][0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
+        # behind an elastic joint the motor stands elsewhere than the link
+        angle_rad = self._mock.state["position_rad"] + self._mock.state["joint_twist_rad"]
+        return float(angle_rad[0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
 
     def motor_turns_s(self, axis: int) -> float:
         """See Plant."""
-        return float(self._mock.state["velocity_rad_s"][0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
+        speed_rad_s = self._mock.state["velocity_rad_s"] + self._mock.state["joint_twist_rate_rad_s"]
+        return float(speed_rad_s[0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
 
     def motor_current_a(self, axis: int) -> float:
         """See Plant."""
