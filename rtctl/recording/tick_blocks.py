@@ -195,8 +195,8 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
         if column.name in FIELD:
             kind, offset = placed(row, column.name)
             count = kind.itemsize // 8
-            # steps are never a single one for several ticks
-            if length not in (count * n, 0 if column.stepped else count):
+            # steps are never a single one for several ticks; nor none: the sum would be of the next column
+            if length not in {count * n, count * n if column.stepped else count}:
                 raise DataError(f"a block of ticks has {length} numbers of {column.name}")
             each = length // count
             table += [(offset // 8 + k, at + 1 + k * each, int(each == n)) for k in range(count)]
