@@ -40,6 +40,26 @@ SEEDS = (
         ),
     ),
     Seed(
+        "steps that a block of ticks lacks are read from its next column",
+        "rtctl/recording/tick_blocks.py",
+        "{count * n, count * n if column.stepped else count}",
+        "{count * n, 0 if column.stepped else count}",
+        (
+            f"{RECORDING}/test_tick_blocks.py"
+            "::test_steps_that_are_not_there_are_refused_and_not_read_from_the_next_column",
+        ),
+    ),
+    Seed(
+        "a simulated drive shows the link of an elastic joint for its motor",
+        "hw/simulators/can_plant.py",
+        'self._mock.state["position_rad"] + self._mock.state["joint_twist_rad"]',
+        'self._mock.state["position_rad"]',
+        (
+            "tests/unit/hw/test_mock_joint.py"
+            "::test_a_simulated_drive_turns_with_the_motor_of_an_elastic_joint",
+        ),
+    ),
+    Seed(
         "a recording without a tick becomes an empty file",
         "rtctl/recording/export.py",
         "    if batch is None:",
