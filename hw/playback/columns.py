@@ -269,10 +269,12 @@ def _seconds(stamps: np.ndarray) -> np.ndarray:
     stamped = stamps[~np.isnat(stamps)]
     if not stamped.size:
         return np.full(stamps.shape, np.nan)
-    # from the first on: ns since 1970 have more digits than a float64
-    since = (stamps - stamped[0]).astype("timedelta64[ns]")
-    # as an integer "no time" is the least one, which looks like a stamp 292 years ago
-    return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
+    # months have no length of their own: NumPy would take a mean one
+    if stamps.dtype.kind == "M" and np.datetime_data(stamps.dtype)[0] in ("Y", "M"):
+        stamps, stamped = stamps.astype("datetime64[D]"), stamped.astype("datetime64[D]")
+    # from the first on: ns since 1970 have more digits than a float64. Divided and not cast to ns: those of a
+    # clock that was never set (the year 1601) run over after 292 years, without a word
+    return np.asarray((stamps - stamped[0]) / np.timedelta64(1, "s"))
 
 
 def _upright(array: np.ndarray) -> np.ndarray:

@@ -51,10 +51,8 @@ def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:
     """`DataFrame.to_json` as an object of lists, its index as `index`: an object of rows for each column (its
     own way), or names and rows apart (`split`)."""
     if set(whole) == {"columns", "index", "data"}:
-        return {
-            "index": whole["index"],
-            **dict(zip(whole["columns"], map(list, zip(*whole["data"], strict=True)), strict=True)),
-        }
+        columns = list(map(list, zip(*whole["data"], strict=True))) or [[] for _ in whole["columns"]]
+        return {"index": whole["index"], **dict(zip(whole["columns"], columns, strict=True))}
     rows = next(iter(whole.values()), None)
     if not (isinstance(rows, dict) and len(rows) > 1 and all(map(is_number, rows))):
         return whole
@@ -98,4 +96,4 @@ def _even(values: list[Any]) -> bool:
     """Whether numbers or rows of equally many of them make an array."""
     # -1 and not 1: a number beside a list of one number is no array
     lengths = {len(each) if isinstance(each, list) else -1 for each in values}
-    return len(lengths) == 1
+    return len(lengths) <= 1

@@ -247,3 +247,21 @@ def test_a_single_number_is_no_column(tmp_path):
     np.savez(tmp_path / "log.npz", t=[0.0, 1.0], q=3.0)
     with pytest.raises(BackendError, match=r"'q' has shape \(\); map one that has a value for each row"):
         read_table(tmp_path / "log.npz", ("t", "q"))
+
+
+@pytest.mark.parametrize(
+    ("stamps", "seconds"),
+    [
+        (["1601-01-01T00:00", "2026-01-01T00:00"], 86400.0 * 155_228),  # a clock that was set in the log
+        (["2020", "2021"], 86400.0 * 366),
+    ],
+)
+def test_dates_far_apart_neither_run_over_nor_have_mean_years(tmp_path, stamps, seconds):
+    np.savez(tmp_path / "log.npz", t=np.array(stamps, "datetime64"), q=[1.0, 2.0])
+    assert read_table(tmp_path / "log.npz", ("t", "q")).columns["t"].tolist() == [0.0, seconds]
+
+
+def test_a_data_frame_without_rows_is_told_so(tmp_path):
+    (tmp_path / "log.json").write_text(json.dumps({"columns": ["t", "q"], "index": [], "data": []}))
+    with pytest.raises(BackendError, match=r"0 row\(s\); at least 2 are needed"):
+        read_table(tmp_path / "log.json", ("t", "q"))
