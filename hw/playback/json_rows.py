@@ -56,6 +56,7 @@ def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:
     rows = next(iter(whole.values()), None)
     if not (isinstance(rows, dict) and len(rows) > 1 and all(map(is_number, rows))):
         return whole
+    # the same rows in the same order: else it is a tree of objects that only looks like a frame
     if any(not isinstance(each, dict) or list(each) != list(rows) for each in whole.values()):
         return whole
     return {"index": list(map(float, rows)), **{name: list(each.values()) for name, each in whole.items()}}

@@ -89,6 +89,7 @@ def times(rows: np.ndarray, wall_ns: int, first_ns: int) -> dict[str, np.ndarray
         What the wall clock showed when the clock of the ticks was 0, ns since 1970.
     first_ns
         `time_ns` of the recording's first tick."""
+    # in whole ns: a float64 of the time since 1970 goes by steps of a quarter of a microsecond
     return {"wall_ns": rows["time_ns"] + wall_ns, "time_s": (rows["time_ns"] - first_ns) * 1e-9}
 
 
@@ -99,6 +100,7 @@ def _tables(
     wall_ns, ticks, first_ns = int(reader.about["start_wall_ns"]), 0, 0
     of_ticks = [name for name in names if name not in TIMES]
     for rows in _rows(reader):
+        # of the first tick that is there: a first chunk may be damaged, and is left out
         if ticks == 0 and len(rows):
             first_ns = int(rows["time_ns"][0])
         ticks += len(rows)
@@ -159,6 +161,7 @@ def _csv(reader: RecordingReader, path: Path, names: list[str], progress: Progre
             if not headed:
                 writer.writerow(flat)
                 headed = True
+            # as Python numbers: their text reads back to the same bits
             writer.writerows(zip(*(column.tolist() for column in flat.values()), strict=True))
             progress(ticks)
     return ticks

@@ -103,6 +103,7 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     for column in own_columns():
         kind, offset = placed(rows.dtype, column.name)
         first, count = offset // 8, kind.itemsize // 8
+        # steps stay a number each, though they repeat: by the length of those of `tick` the ticks are counted
         one = not column.stepped and same[first : first + count].all()
         length = 1 if one else n
         lengths.append((at, count * length))
