@@ -44,6 +44,7 @@ def read_arrow(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
             else (ipc.open_stream if raw.startswith(STREAM) else ipc.open_file)(io.BytesIO(raw))
         )
         known = (table.schema_arrow if kind == "Parquet" else table.schema).names
+        # columns lie apart in Parquet: those that nobody asks for are not even unpacked
         wanted = [own for own in known if any(_is_of(name, own) for name in names)]
         read = table.read(columns=wanted) if kind == "Parquet" else table.read_all().select(wanted)
         # a struct in a struct takes a round more
@@ -73,6 +74,7 @@ def _array(column: ChunkedArray) -> np.ndarray:
     if types.is_list(kind) or types.is_large_list(kind) or types.is_fixed_size_list(kind):
         rows = column.to_pylist()
         widths = {len(row or ()) for row in rows}
+        # rows of several lengths have no column k: they go on as they are, and are refused by name
         return np.array(rows, float) if len(widths) == 1 else np.array(rows, object)
     # as an integer first: NumPy gets times of the day as Python objects, each by itself
     if types.is_time(kind):  # of the day

@@ -226,6 +226,13 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
         )
     array = np.asarray(arrays[stem if matrix else name])
     if array.dtype.kind not in "fiub" and array.dtype.kind not in "mM":
+        # a word stands for all: what was saved as text is told by how it is spelt
+        word = next((each for each in array.ravel() if isinstance(each, str)), None)
+        if word is not None:
+            raise BackendError(
+                f"{path}: {name!r} is text ({word[:40]!r}), not numbers; save it as numbers, or the log as "
+                "CSV, where decimal commas, units and times of day are read"
+            )
         raise BackendError(
             f"{path}: {name!r} is not an array of real numbers ({array.dtype}); map another one"
         )
@@ -250,6 +257,8 @@ def _column(path: Path, arrays: Mapping[str, Any], name: str) -> np.ndarray:
             else f"name one column of it: {name}#1, {name}#2, ..."
             if array.ndim == 2
             else f"it has no columns: name it {stem}"
+            if matrix
+            else "map one that has a value for each row"
         )
         raise BackendError(f"{path}: {name!r} has shape {array.shape}; {remedy}")
     return array
@@ -260,10 +269,12 @@ def _seconds(stamps: np.ndarray) -> np.ndarray:
     stamped = stamps[~np.isnat(stamps)]
     if not stamped.size:
         return np.full(stamps.shape, np.nan)
-    # from the first on: ns since 1970 have more digits than a float64
-    since = (stamps - stamped[0]).astype("timedelta64[ns]")
-    # as an integer "no time" is the least one, which looks like a stamp 292 years ago
-    return np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)
+    # months have no length of their own: NumPy would take a mean one
+    if stamps.dtype.kind == "M" and np.datetime_data(stamps.dtype)[0] in ("Y", "M"):
+        stamps, stamped = stamps.astype("datetime64[D]"), stamped.astype("datetime64[D]")
+    # from the first on: ns since 1970 have more digits than a float64. Divided and not cast to ns: those of a
+    # clock that was never set (the year 1601) run over after 292 years, without a word
+    return np.asarray((stamps - stamped[0]) / np.timedelta64(1, "s"))
 
 
 def _upright(array: np.ndarray) -> np.ndarray:

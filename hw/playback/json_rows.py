@@ -18,7 +18,7 @@ DEEPEST = 4
 
 
 def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, Any]:
-    """Arrays by name; a column that some rows lack, or that is not of numbers, is left out.
+    """Arrays by name, of words, too; a column that some rows lack is left out.
 
     Raises
     ------
@@ -44,20 +44,19 @@ def read_json(path: Path, raw: bytes, _names: tuple[str, ...]) -> Mapping[str, A
         raise BackendError(
             f"{path}: no rows: an object a line, a list of objects or an object of lists is read"
         )
-    return {name: array for name, array in found.items() if array.dtype.kind in "fiub"}
+    return found
 
 
 def _of_pandas(whole: dict[str, Any]) -> dict[str, Any]:
     """`DataFrame.to_json` as an object of lists, its index as `index`: an object of rows for each column (its
     own way), or names and rows apart (`split`)."""
     if set(whole) == {"columns", "index", "data"}:
-        return {
-            "index": whole["index"],
-            **dict(zip(whole["columns"], map(list, zip(*whole["data"], strict=True)), strict=True)),
-        }
+        columns = list(map(list, zip(*whole["data"], strict=True))) or [[] for _ in whole["columns"]]
+        return {"index": whole["index"], **dict(zip(whole["columns"], columns, strict=True))}
     rows = next(iter(whole.values()), None)
     if not (isinstance(rows, dict) and len(rows) > 1 and all(map(is_number, rows))):
         return whole
+    # the same rows in the same order: else it is a tree of objects that only looks like a frame
     if any(not isinstance(each, dict) or list(each) != list(rows) for each in whole.values()):
         return whole
     return {"index": list(map(float, rows)), **{name: list(each.values()) for name, each in whole.items()}}
@@ -98,4 +97,4 @@ def _even(values: list[Any]) -> bool:
     """Whether numbers or rows of equally many of them make an array."""
     # -1 and not 1: a number beside a list of one number is no array
     lengths = {len(each) if isinstance(each, list) else -1 for each in values}
-    return len(lengths) == 1
+    return len(lengths) <= 1

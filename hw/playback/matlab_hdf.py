@@ -82,7 +82,8 @@ class _Reader:
 
     def put(self, name: str, item: Any, depth: int) -> None:
         """Arrays of one variable, field or entry."""
-        if item is None or not depth:
+        # a null data space has no shape: a remark's place, or a variable that was never written
+        if item is None or not depth or getattr(item, "shape", ()) is None:
             return
         if isinstance(item, self.h5py.Group):
             for field in item:

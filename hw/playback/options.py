@@ -40,6 +40,7 @@ class Column(Table):
 
     @model_validator(mode="after")
     def _no_zero_scale(self) -> Self:
+        # nothing else would say so: a log of zeros reads well, and rests
         if self.scale == 0:
             msg = f"scale of column {self.column!r} is 0: every sample would be 0"
             raise ValueError(msg)
@@ -156,6 +157,7 @@ class PlaybackOptions(Table):
             raise ValueError(msg)
         for name in ("hand_torque", "current", "motor_torque", "velocity"):
             given = [getattr(axis, name) is not None for axis in self.axis]
+            # an axis without a column would be one of zeros, and the law is of all axes at once
             if any(given) and not all(given):
                 msg = f"{name} must be given for every axis, or for none"
                 raise ValueError(msg)

@@ -34,9 +34,11 @@ def read_unpacked(path: Path) -> bytes:
     BackendError
         A file that cannot be read, is cut off or no sound archive, unpacks to more than a log does, or is an
         archive of several files."""
+    # what an error calls the file that was not looked into yet
     kind = "packed"
     try:
         raw = read_bounded(path, MAX_BYTES)
+        # by the bytes where they say it: logs are renamed, and sent with an ending that mail lets through
         kind = _kind(path, raw)
         return _unpacked(path, raw, kind) if kind else raw
     except EOFError as error:

@@ -47,6 +47,7 @@ def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
             }
             _require_one_clock(path, {name: one for name, one in wanted.items() if one is not None})
             # 8 bytes a sample: what a float64 of it takes, whatever the file packs it as
+            # lengths stand in the head of the file: asked before a sample is unpacked
             if 8 * sum(len(one) for one in wanted.values() if one is not None) > most:
                 raise BackendError(f"{path}: unpacks to more than a log does; cut it into parts")
             found = {
@@ -72,6 +73,7 @@ def _require_one_clock(path: Path, wanted: dict[str, Any]) -> None:
         for name, one in wanted.items()
         if _STEP in one.properties
     }
+    # also of one step: begun a second apart, row k of both is not one instant
     if len(set(clocks.values())) > 1:
         told = ", ".join(
             f"{name!r} from {start} on, each {step:g} s" for name, (start, _, step) in clocks.items()

@@ -40,6 +40,7 @@ def no_number(
     without."""
     cells = cells_of(body[row], delimiter)
     where = f"{path}: column {name!r} row {row + 1}"
+    # before anything about the cell itself: a second header has words in every column
     if header and header in [cells_of(line, delimiter) for line in body[row : row + UNIT_ROWS]]:
         return (
             f"{path}: row {row + 1} begins another table, with the header again: two logs or more in one "
@@ -51,6 +52,7 @@ def no_number(
             "row: every cell must be a number"
         )
     if not cells[at]:
+        # asked of the whole column: one hole is a fault, a column of holes another topic
         blank = [at >= len(each) or not each[at] for each in (cells_of(line, delimiter) for line in body)]
         empty = sum(blank)
         if ENDED_ROWS < len(body) - row == empty < len(body):

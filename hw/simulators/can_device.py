@@ -118,6 +118,7 @@ class DriveSim:
         while not self._stop.is_set():
             self.handle(STEP_S)
             now = time.monotonic()
+            # by time and not by frames: a busy bus would cut it into steps that cost more than they tell
             if now - before >= STEP_S:
                 self.advance(now - before)
                 before = now

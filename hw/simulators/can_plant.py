@@ -39,6 +39,7 @@ class Inertia:
     def advance(self, seconds: float, currents_a: list[float]) -> None:
         """See Plant."""
         for axis, current in enumerate(currents_a):
+            # friction by the new speed: by the old one steps above 2 J / b, .4 s here, would run off
             speed = self._speed[axis] + seconds / self._inertia * self._constant * current
             self._speed[axis] = speed / (1.0 + seconds * self._viscous / self._inertia)
             self._angle[axis] += seconds * self._speed[axis]
@@ -76,6 +77,7 @@ class MockRig:
         while self._left_s >= self._rig.period_s:
             self._left_s -= self._rig.period_s
             tick["enabled"], tick["current_command_a"][0] = 1, currents_a
+            # write before read, as a loop does between two readings: the current holds over the period
             self._mock.write(tick)
             tick["tick"] += 1
             self._mock.read(tick)
@@ -88,11 +90,14 @@ class MockRig:
 
     def motor_turns(self, axis: int) -> float:
         """See Plant."""
-        return float(self._mock.state["position_rad"][0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
+        # behind an elastic joint the motor stands elsewhere than the link
+        angle_rad = self._mock.state["position_rad"] + self._mock.state["joint_twist_rad"]
+        return float(angle_rad[0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
 
     def motor_turns_s(self, axis: int) -> float:
         """See Plant."""
-        return float(self._mock.state["velocity_rad_s"][0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
+        speed_rad_s = self._mock.state["velocity_rad_s"] + self._mock.state["joint_twist_rate_rad_s"]
+        return float(speed_rad_s[0, axis] * self._rig.gear_ratio[axis] / (2 * math.pi))
 
     def motor_current_a(self, axis: int) -> float:
         """See Plant."""

@@ -29,6 +29,7 @@ class MockBackend:
         params, state = plant_records(options, rig)
         self.params, self.state = records(params), records(state)
         self._tick: np.ndarray | None = None
+        # a script raises and blocks, which no compiled cycle can: it is known before the first one
         self._scripted = bool(params["fault_count"][0])
         self._period_s = rig.period_s
 
@@ -40,6 +41,7 @@ class MockBackend:
         self._bind(tick)
 
     def _bind(self, tick: np.ndarray) -> None:
+        # types are looked up here, once: at each call that would take longer than the call (0004)
         self._tick = tick
         self._read = bound(plant_read, records(tick), self.state, self.params)
         self._write = bound(plant_write, records(tick), self.state, self.params)
@@ -70,6 +72,7 @@ class MockBackend:
 
     def stop(self) -> None:
         """Motor torque-free from now on. Cannot raise."""
+        # what is on its way to the motor, too: a device that was stopped takes no late command
         self.state["current_line_a"] = 0.0
         self.state["current_a"] = 0.0
         self.state["motor_torque_nm"] = 0.0

@@ -61,6 +61,7 @@ def peak_share(v: float, p: np.record, axis: int) -> float:
     """Share of the Stribeck peak that is left at velocity `v`: of two speeds where there is a second one."""
     r = min(abs(v) * (1.0 / p.stribeck_rad_s[axis]), _FAR)
     exponent = p.stribeck_exponent[axis]
+    # every plant of the family is Gaussian: a product takes less than a power
     power = r * r if exponent == 2.0 else r**exponent
     left = math.exp(-power)
     share = p.second_share[axis]
@@ -114,6 +115,7 @@ def plastic_share(z: float, v: float, z_ss: float, elastic_share: float) -> floa
     if elastic_share < 0.0:
         return 1.0
     z_ba = elastic_share * z_ss
+    # on its way back, and below break-away, it is a spring and nothing else: vibration does not make it creep
     if z * v <= 0.0 or abs(z) <= z_ba:
         return 0.0
     if abs(z) >= z_ss:
@@ -194,11 +196,13 @@ def coupled_step(
     rate, per_share = 1.0 / h, 1.0 / share  # a division less for the next step to wait for
     ahead = (1.0 - share) * h
     v_mid = v + ahead * acceleration
+    # read once, where the step is foreseen to be: at its end it would depend on what is solved for
     g = dry_friction(v_mid, x + ahead * v, p, axis)
     s0, s1 = p.bristle_stiffness_nm_rad[axis], p.bristle_damping_nms_rad[axis]
     b = viscous(v_mid, p, axis) * direction_scale(v_mid, p, axis)
     slope = plastic_share(z, v_mid, g / s0, p.elastic_share[axis]) * s0 / g
     keep, gain, mean_keep, mean_gain = bristle_gains(slope, v_mid, h, rate)
+    # 0 for the middle, 1 for the end: how much of the spring is that of the end of the step
     end = 2.0 * share - 1.0
     s_keep = s0 * ((1.0 - end) * mean_keep + end * keep)
     s_gain = s0 * ((1.0 - end) * mean_gain + end * gain)

@@ -27,12 +27,14 @@ def _bandwidth_hz(loop: Mapping[str, Any]) -> float:
 def timing(options: Options, rig: Rig) -> list[Timing]:
     """Delay in whole periods and in any part of one, slow samples, and the lag of the current loop of each
     axis."""
+    # or: where a rig file leaves a table out, dumped options have None
     slow = options.get("timing") or {}
     transport = float(slow.get("transport_delay_ticks") or 0.0)
     every = int(slow.get("sample_every_ticks") or 1)
     return [
         Timing(
             delay_s=(int(_of_axis(options, axis).get("torque_delay_ticks") or 0) + transport) * rig.period_s,
+            # 0: fresh at every reading (`Timing`), whatever the rate of the loop
             sample_period_s=every * rig.period_s if every > 1 else 0.0,
             current_loop_hz=_bandwidth_hz(_of_axis(options, axis).get("current_loop") or {}),
         )

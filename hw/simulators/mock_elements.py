@@ -57,6 +57,7 @@ def element_torque(
         stiffness = p.bristle_stiffness_nm_rad[axis] * size * p.element_stiffness[axis, i]
         damping = p.bristle_damping_nms_rad[axis] * size * p.element_stiffness[axis, i]
         high, low = p.element_strength[axis, i] * up, -p.element_strength[axis, i] * down
+        # the curve may have fallen since the last step: what an element holds no longer is let go at once
         force = min(max(torques[i], low), high)
         most = high if w >= 0.0 else low
         reach, stretch = most - force, stiffness * h * w
@@ -64,8 +65,11 @@ def element_torque(
             torque += force + 0.5 * (1.0 + end) * stretch + damping * w
             slope += 0.5 * (1.0 + end) * stiffness * h + damping
         else:
+            # it sticks for this share of the step, and slides for the rest of it
             share = reach / stretch
             torque += most - 0.5 * (1.0 - end) * reach * share + damping * w * share
+            # the damper acts for the share r alone, and w r is the same at every w: the mean of the spring is
+            # left
             slope += 0.5 * (1.0 - end) * stiffness * h * share * share
     return torque, slope
 
@@ -91,6 +95,7 @@ def settle_elements(
         force = min(max(min(max(torques[i], low), high) + stiffness * h * w, low), high)
         torques[i] = force
         total += force
+        # at the end of its range it slides, and a damper beside a spring that slides is not stretched
         if (force < high and v_new > 0.0) or (force > low and v_new < 0.0):
             total += p.bristle_damping_nms_rad[axis] * size * p.element_stiffness[axis, i] * v_new
     return total

@@ -20,8 +20,10 @@ def stored_j(state: np.ndarray, params: np.ndarray, axis: int) -> np.ndarray:
     link = float(p["link_inertia_share"][axis]) if elastic else 0.0
     dry = float(p["link_dry_share"][axis]) if elastic else 0.0
     inertia = float(p["inertia_kgm2"][axis])
+    # the state has the velocity of the link, and of the motor what it has more
     motor_v = v + state["joint_twist_rate_rad_s"][..., axis]
     total = 0.5 * inertia * ((1.0 - link) * motor_v**2 + link * v**2)
+    # nil where the joint is rigid: its twist stays 0
     total = total + 0.5 * float(p["joint_stiffness_nm_rad"][axis]) * state["joint_twist_rad"][..., axis] ** 2
     for side, share in ((0, 1.0 - dry), (1, dry)):
         if share > 0.0:
@@ -34,5 +36,6 @@ def _bent_j(state: np.ndarray, p: np.void, axis: int, side: int, stiffness: floa
     if count == 0:
         name = "bristle_rad" if side == 0 else "link_bristle_rad"
         return np.asarray(0.5 * stiffness * state[name][..., axis] ** 2)
+    # the state has torques of elements: of each the energy is F^2 / 2 k
     each = stiffness * p["element_stiffness"][axis, :count]
     return np.asarray((0.5 * state["element_nm"][..., axis, side, :count] ** 2 / each).sum(axis=-1))

@@ -25,6 +25,7 @@ def grips(time_s: float, p: np.record, axis: int) -> bool:
         return True
     held = False
     for k in range(p.grip_count[axis]):
+        # all are asked, in any order: grips may overlap, and a rig file need not sort them
         held |= p.grip_from_s[axis, k] <= time_s < p.grip_to_s[axis, k]
     return held
 

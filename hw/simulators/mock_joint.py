@@ -84,6 +84,7 @@ def _load_sides(
         total_k = size * p.bristle_stiffness_nm_rad[axis] + stiffness
         if on_hand:
             total_d, total_k = total_d + b_h, total_k + k_h
+        # the more implicit of both: their equations are solved as one
         share = max(share, implicit_share(row[J], total_d, total_k, h))
     if stiffness > 0.0:
         sides[MOTOR, X] += s.joint_twist_rad[axis]
@@ -106,6 +107,7 @@ def _store_sides(s: np.record, p: np.record, axis: int, sides: np.ndarray) -> No
             total = 0.0
             for k in range(p.element_count[axis]):
                 total += s.element_nm[axis, i, k]
+            # a side without friction has no bristle: 0 over 0 would be NaN for good
             size = max(sides[i, SIZE], 1e-9)
             sides[i, Z] = total / (p.bristle_stiffness_nm_rad[axis] * size)
     s.bristle_rad[axis], s.link_bristle_rad[axis] = sides[MOTOR, Z], sides[LINK, Z]
@@ -218,10 +220,12 @@ def advance_detailed(
     x_d, v_d = s.hand_position_rad[axis], s.hand_velocity_rad_s[axis]
     x_end, v_end = mock_hand.wanted(time_s + duration_s, p, axis)
     dx, dv = (x_end - x_d) / steps, (v_end - v_d) / steps
+    # once a period: in it neither a script nor the temperature changes by anything to be seen
     factor = drifted(s, p, axis, time_s)
     lag_keep, lag_mean = _lag(p.current_lag_s[axis], h)
     sides, share = _load_sides(s, p, axis, k_h, b_h, m_h, h)
     outer = LINK if p.joint_stiffness_nm_rad[axis] > 0.0 else MOTOR
+    # without a lag the current is what is wanted, from the first step of the period on
     current = s.current_a[axis] if lag_keep > 0.0 else wanted_a
     s.motor_torque_nm[axis] = per_a * current
     _foresee(sides, s, p, axis)
@@ -231,6 +235,7 @@ def advance_detailed(
         motor_nm = per_a * (wanted_a + (current - wanted_a) * lag_mean)
         current = wanted_a + (current - wanted_a) * lag_keep
         pull = k_h * (x_d + share * dx - sides[outer, X]) + b_h * (v_d + share * dv)
+        # of this step: the load is the torque that passes now, not that of the period
         if p.load_kind[axis] > 0:
             level = load_levels(motor_nm, _outside(sides, pull, drag, m_h, p, axis), p, axis)
         ahead = sides[MOTOR, X] + (1.0 - share) * h * sides[MOTOR, V]

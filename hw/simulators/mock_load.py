@@ -23,6 +23,7 @@ def load_levels(motor_nm: float, outside_nm: float, p: np.record, axis: int) -> 
     """What the load adds to Coulomb friction and to the peak above it, N m."""
     base = abs(p.load_outside[axis] * outside_nm - p.load_motor[axis] * motor_nm)
     peak = abs(p.load_outside_peak[axis] * outside_nm - p.load_motor_peak[axis] * motor_nm)
+    # the larger one drives the other through the gear; of two that push the same way nobody is driven
     if motor_nm * outside_nm < 0.0:
         if abs(outside_nm) < abs(motor_nm):
             peak += p.load_outside_square_nm[axis] * outside_nm * outside_nm

@@ -70,6 +70,7 @@ class FrictionOptions(Table):
 
     @model_validator(mode="after")
     def _peak(self) -> FrictionOptions:
+        # the peak above Coulomb friction would be negative: a joint that slips away from rest
         if self.breakaway_nm < self.coulomb_nm:
             msg = f"breakaway_nm {self.breakaway_nm} must not be below coulomb_nm {self.coulomb_nm}"
             raise ValueError(msg)
@@ -105,6 +106,7 @@ class AxisOptions(Table):
     @model_validator(mode="after")
     def _positive_everywhere(self) -> AxisOptions:
         waves = self.waves.friction if self.waves else ()
+        # the sum of sizes: at some place waves of unlike orders are all at their least together, or nearly
         total = abs(self.friction.modulation_share) + sum(abs(share) for share, _, _ in waves)
         if total > MODULATION_MAX:
             msg = (
@@ -117,6 +119,8 @@ class AxisOptions(Table):
     @field_validator("encoder_bits")
     @classmethod
     def _wide_enough(cls, bits: int) -> int:
+        # half a range is what may pass between two reads: with 7 bits 64 counts, 2.5 rad/s of 160,000 a turn
+        # at 1 kHz
         if 0 < bits < 8:
             msg = f"encoder_bits {bits}: must be 0 (endless) or 8 to 32"
             raise ValueError(msg)
@@ -151,9 +155,11 @@ class HandOptions(Table):
 
     @model_validator(mode="after")
     def _consistent(self) -> HandOptions:
+        # their period is made of it: of no way there is none
         if self.kind in ("triangle", "push") and abs(self.amplitude_rad) < 1e-4:
             msg = f"amplitude_rad {self.amplitude_rad}: {self.kind} needs at least 1e-4"
             raise ValueError(msg)
+        # it goes to both sides: a sign says nothing, and its phase runs backwards; a push has a side
         if self.kind == "triangle" and self.amplitude_rad < 0:
             msg = f"amplitude_rad {self.amplitude_rad}: triangle needs a positive one"
             raise ValueError(msg)
@@ -248,6 +254,7 @@ class MockOptions(Table):
     @model_validator(mode="after")
     def _delay_fits(self) -> MockOptions:
         for k, axis in enumerate(self.axis):
+            # both are places in the one line of currents
             total = axis.torque_delay_ticks + self.timing.transport_delay_ticks
             if total > DELAY_LINE - 1:
                 msg = (
@@ -259,6 +266,7 @@ class MockOptions(Table):
 
     @model_validator(mode="after")
     def _sensor_for_faults(self) -> MockOptions:
+        # refused: the fault of a sensor that is not there would be played, and nothing would happen
         here = measured(self.model_dump())
         for k, fault in enumerate(self.faults):
             if fault.channel not in READING or fault.channel in here:

@@ -20,10 +20,9 @@ from hw.simulators.mock_joint import advance_detailed, is_detailed
 from hw.simulators.mock_records import DELAY_LINE
 from hw.simulators.mock_sensors import hold_sample, sense_axes, sense_force
 
-# the longest time to live (`MockOptions`): what is beyond is torque-free
 CATCH_UP_TICKS = 50
-"""Up to so many missed periods are simulated one by one. What remains of a longer gap is simulated in one go,
-in as many steps as this number of periods has."""
+"""Up to so many missed periods are simulated one by one, and as many more as the motor may still hold torque.
+What remains of a longer gap is simulated in one go, in as many steps as this number of periods has."""
 
 _AT_ONCE = 1e-6
 """A fraction of the transport delay below this share of a period counts as zero: a step of that length would
@@ -140,11 +139,12 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
         s.tick = tick
         for axis in range(len(s.position_rad)):
             s.hand_position_rad[axis], s.hand_velocity_rad_s[axis] = mock_hand.wanted(0.0, p, axis)
-    for _ in range(min(tick - s.tick, CATCH_UP_TICKS)):
+    # behind the time to live the line of currents runs empty: in one go it would move by one place only
+    for _ in range(min(tick - s.tick, max(CATCH_UP_TICKS, p.time_to_live_ticks + DELAY_LINE))):
         advance(s, p, 1, p.substeps)
     rest = tick - s.tick
     if rest > 0:
-        # beyond CATCH_UP_TICKS the time to live is over: torque-free, and the implicit step is stable
+        # torque-free by now, and the implicit step is stable
         advance(s, p, rest, CATCH_UP_TICKS * p.substeps)
 
 

@@ -233,6 +233,7 @@ def _fill_force(p: np.void, table: Options, rig: Rig) -> None:
         p[name] = table[name]
     if rig.axis_direction is not None:
         p["axis_direction"] = rig.axis_direction
+    # the hand holds the tip beside the origin: its force turns the joints by that arm as well
     levers = rig.lever_m
     if table["moment"] is not None:
         p["moment_sensor"], p["force_contact_m"] = 1, table["moment"]["contact_m"]
@@ -266,9 +267,11 @@ def _fill_axis(p: np.void, axis: int, table: Options, rig: Rig) -> None:
 
 def _fill_friction(p: np.void, axis: int, table: Options) -> None:
     take_numbers(p, axis, table)
+    # below 0: LuGre, whose bristles slide a little under any load (`plastic_share`)
     p["elastic_share"][axis] = table["elastic_share"] if table["model"] == "elasto_plastic" else -1.0
     p["friction_scale_positive"][axis] = table["scale_positive"]
     p["friction_scale_negative"][axis] = table["scale_negative"]
+    # of all places and both directions: the plant holds a bristle by one number
     highest = table["breakaway_nm"] * max(table["scale_positive"], table["scale_negative"])
     p["bristle_max_nm"][axis] = highest * (1 + abs(table["modulation_share"]))
     p["modulation_per_rad"][axis] = 2 * math.pi / table["modulation_period_rad"]

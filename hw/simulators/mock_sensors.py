@@ -67,6 +67,7 @@ def encoder_angle(s: np.record, p: np.record, axis: int) -> float:
 def sensed_velocity(s: np.record, p: np.record, axis: int) -> float:
     """Velocity sensor of one axis, rad/s at the joint: filter, scale, bias, noise, resolution."""
     true = s.velocity_rad_s[axis] + (1.0 - p.encoder_at_link[axis]) * s.joint_twist_rate_rad_s[axis]
+    # advanced by readings: a loop that misses slots finds the filter where it was left
     # a first-order low-pass; a share of 1 is none
     s.velocity_filtered_rad_s[axis] += p.velocity_share * (true - s.velocity_filtered_rad_s[axis])
     velocity = p.velocity_scale * s.velocity_filtered_rad_s[axis] + p.velocity_bias_rad_s
@@ -149,6 +150,7 @@ def hold_sample(t: np.record, s: np.record, p: np.record) -> None:
         s.sample_count += 1
         s.sampled_estop = t.estop
     t.sample_count, t.estop = s.sample_count, s.sampled_estop
+    # kept before it is shown: what is not due is the very sample of before, noise and all
     if due:
         copy_readings(t, s.sampled)
     copy_readings(s.sampled, t)

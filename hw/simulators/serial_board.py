@@ -43,6 +43,7 @@ class Control:
 
     def __init__(self, simulation: Simulation) -> None:
         self.simulation, self._pending, self.ended = simulation, b"", False
+        # looked at in every cycle: an order that does not come must not stop the clock of the board
         os.set_blocking(0, False)
 
     def poll(self) -> None:
@@ -108,6 +109,7 @@ def _watch_signals() -> Ending:
 
     signal.signal(signal.SIGTERM, _end)
     signal.signal(signal.SIGINT, _end)
+    # Python resumes a `select` after a handler (PEP 475): what ends the wait is this byte
     signal.set_wakeup_fd(writer)
     return ending
 
@@ -164,6 +166,7 @@ def run_in_step(simulation: Simulation, control: Control | None, ending: Ending)
         taken = simulation.listen()
         if taken.identifies:
             simulation.send()
+        # once for all that came in one read: of these commands only the newest was ever in force
         if taken.commands or taken.stops:
             step(simulation)
 
@@ -204,6 +207,7 @@ def _be_on_time() -> None:
     """Below the control loop's own default priority, above everything ordinary; no garbage collector, no
     paging."""
     gc.collect()
+    # what there is by now is never looked through again, whatever collects
     gc.freeze()
     gc.disable()
     ctypes.CDLL(None).mlockall(_MCL_CURRENT | _MCL_FUTURE)
@@ -243,6 +247,7 @@ def main() -> int:
     try:
         (run_in_step if arguments.step else run_on_clock)(simulation, control, ending)
     finally:
+        # on record, too: who looks at the motor afterwards finds it let go and not as it was
         simulation.board.hold()
         simulation.apply()
         line.unplug()

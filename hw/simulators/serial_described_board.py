@@ -34,15 +34,18 @@ class Words:
     def take(self, data: bytes) -> tuple[bytes, bool]:
         """What is left of `data`, and whether the motor is to be let go."""
         held = False
+        # found by search: a word has no frame of its own, and may come in one read with commands
         for word in (*self._stops, *self._start, self._halt, self._idle, self._enter, self._poll):
             if not word or word not in data:
                 continue
+            # taken out: what looks for frames next would count the word as damage
             data = data.replace(word, b"")
             if word in self._stops:
                 self._heard.clear()
             elif word in self._start:
                 self._heard.add(word)
             self._asked |= word == self._poll
+            # a word of the start only lets it speak: the motor is let go by those that end its work
             held |= word in (self._halt, self._idle)
             if self._enter:
                 self.on = word == self._enter or (self.on and word not in (self._halt, self._idle))
@@ -50,6 +53,7 @@ class Words:
 
     def speaks(self) -> bool:
         """Whether a sample goes out now."""
+        # a question is answered once; a board that has no word for one speaks in every cycle
         asked, self._asked = self._asked or not self._poll, False
         return asked and self._heard == set(self._start)
 
@@ -80,12 +84,15 @@ class DescribedBoard(CommandedBoard):
         if held:
             taken.stops += 1
             self.hold()
+        # a frame may end in the next read: `_stream` keeps its beginning
         chunk, at = np.frombuffer(data, np.uint8), 0
         while self._command_layout is not None:
             at, found, broken = next_frame(self._stream, chunk, at, len(chunk), self._command_layout)
             taken.damaged += broken
             if not found:
                 return taken
+            # counted though nothing obeys it before the word `enter`: with --step each command is a cycle of
+            # the board
             taken.commands += 1
             if self._words.on:
                 self._obey(self._stream[0]["pending"])
@@ -135,6 +142,7 @@ class DescribedBoard(CommandedBoard):
                     frame, at, size, big, int(counts[field["index"]]) & ((1 << int(field["bits"])) - 1)
                 )
             elif target in names:
+                # an encoder of one turn starts over at its period; the host is to go on counting
                 value = float(tick[names[target]][0][field["index"]])
                 write_number(frame, field, big, value % field["period"] if field["period"] else value)
             elif target == Target.SEQUENCE:
@@ -143,8 +151,10 @@ class DescribedBoard(CommandedBoard):
                 write_bytes(frame, at, size, big, int(self.serial_number))
             else:
                 on = {Target.ESTOP: self.estop, Target.ENABLED: self.enabled}.get(target, self.drive_fault)
+                # the template has zeros here, and several flags share a byte: what is on is or-ed into it
                 if on != bool(field["invert"]):
                     for k in range(size):
                         frame[at + (size - 1 - k if big else k)] |= (int(field["mask"]) >> (8 * k)) & 0xFF
+        # last: the checksum is over what was written
         seal_frame(frame, layout)
         return bytes(frame[: int(layout["length"][0])].tobytes())

@@ -82,6 +82,7 @@ class Board:
             elif frame.decode_command(self._body, n, self._incoming):
                 taken.commands += self._obey()
             elif frame.is_request(frame.TYPE_STOP, self._body, n):
+                # whatever its sequence: a stop that comes late stops all the same
                 taken.stops += 1
                 self.hold()
             elif frame.is_request(frame.TYPE_IDENTIFY, self._body, n):
@@ -160,6 +161,7 @@ class Board:
             s["velocity_dcounts_s"] = _wire(tick["device_velocity_rad_s"][0] * self._counts_per_rad, 10, 31)
         if self._moments:
             s["has_moment"], s["moment_unm"] = 1, _wire(tick["moment_nm"][0], frame.MICRO, 31)
+        # told once: the host counts the packets that say so
         self._damaged_since_state = False
         return self._sealed(frame.encode_state(self._state, self._body))
 

@@ -33,6 +33,7 @@ class LineBoard(CommandedBoard):
         # a board knows where its own lines begin; `Lines` passes over what is before the first end
         self._lines.cut(b"\n")
         command = self._command or {"field": (), "enter": "", "idle": "", "time_to_live_ms": 10.0}
+        # one cycle at least: with none a command would be too old before it acted
         super().__init__(rig.n_axes, max(round(1e-3 * command["time_to_live_ms"] / rig.period_s), 1))
         self.serial_number, self._rig = identity, rig
         self._fields, self._enter, self._idle = command["field"], command["enter"], command["idle"]
@@ -54,6 +55,7 @@ class LineBoard(CommandedBoard):
                 self._heard.add(text)
             elif text and text == self._options["poll"]:
                 self._asked = True
+            # text: an empty line is no word, though a board without words has empty ones
             elif text and text in (self._enter, self._idle):
                 self._on = text == self._enter
                 taken.stops += not self._on
@@ -82,6 +84,7 @@ class LineBoard(CommandedBoard):
             elif field["channel"] != "time_to_live":
                 scale = field["scale"] * unit_of(field, self._rig)
                 self._value[field["axis"]] = (number - field["zero"]) * scale
+        # what is sent to a board that was not entered is read, and drives nothing
         self._enable = enable and self._on
         return True
 

@@ -78,6 +78,7 @@ def _with_what_is_told(options: dict[str, Any], described: dict[str, Any]) -> di
     """The plant with a tacho, and a force sensor with moments, where it has none and the board tells them."""
     full = MockOptions.model_validate({"velocity": {}, "force": {"moment": {}}}).model_dump(mode="json")
     force, tacho = options["force"], options["velocity"]
+    # a board that tells what its plant does not measure would send zeros, and a test would learn nothing
     if _tells(described, "velocity"):
         tacho = tacho or full["velocity"]
     if _tells(described, "moment"):
@@ -105,6 +106,7 @@ class Simulation:
         self._torque_per_ampere = rig.gear_ratio * rig.gear_efficiency * rig.torque_constant_nm_a
         self._row = np.zeros(1, row_dtype(rig.n_axes))
         self.tick = records(np.zeros(1, _tick_dtype(rig.n_axes)))
+        # on a board of its own: a rehearsal leaves its own sequence, hold and damage behind
         self._make_board().rehearse(self.tick)
         self.power_up()
 
@@ -149,7 +151,9 @@ class Simulation:
     def send(self) -> None:
         """Send the sample as a state packet."""
         turns = self.tick["position_rad"][0] / (2 * math.pi)
+        # the angle lies on the grid of the counts: rounding takes off what its unit has cost, and no more
         counts = np.rint(turns * self.rig.encoder_counts_per_rev).astype(np.int64) + self.first_count
+        # from the slot and not added up: periods that are no whole us would drift
         time_us = round(self.slot * self.rig.period_s * 1e6)
         packet = self.board.state_packet(self.tick, counts, time_us)
         if packet:  # a board that waits to be asked has none
@@ -159,6 +163,7 @@ class Simulation:
         """Drive the motor with the command in force and put it on record."""
         board, row = self.board, self._row[0]
         value = board.output
+        # the plant takes amperes, a board may be told N m: what is on record has both
         current_a = value / self._torque_per_ampere if board.command[0]["torque_mode"] else value
         self.tick["enabled"], self.tick["current_command_a"] = int(board.enabled), current_a
         self.plant.write(self.tick)

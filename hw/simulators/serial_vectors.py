@@ -51,6 +51,7 @@ def vectors() -> Iterator[tuple[str, bytes]]:
         _command(sequence=513, **on, value=1_500_000),
     )
     both = {"enable": 1, "torque_mode": 1, "time_to_live": 20}
+    # the ends of both numbers, and both signs: width and sign are what firmware gets wrong
     text = "command, sequence 65535, enabled, torque, ttl 20, 2 axes: -1, +2147483647"
     yield text, _command(sequence=65_535, **both, value=[-1, 2_147_483_647])
     yield "stop, sequence 0", request_packet(frame.TYPE_STOP)
@@ -59,6 +60,7 @@ def vectors() -> Iterator[tuple[str, bytes]]:
         "counts -4096, current +0.25 A, 31.5 C"
     )
     force = [1_000_000, -2_000_000, 0]
+    # 258 and 66051 are 01 02 and 01 02 03 in bytes, 513 is 02 01: a wrong order of bytes shows
     seen = {"sequence": 258, "time_us": 66_051, "status": 1, "command_sequence": 513, "command_age": 2}
     axis = {"position_counts": -4096, "current_ua": 250_000, "temperature_cdeg": 3150}
     yield text, _state(**seen, force_un=force, **axis)

@@ -28,7 +28,7 @@ from rtctl.cli.outputs import OutputFile, require_apart
 )
 @fit_checks.KERNEL
 @click.option("--jobs", type=click.IntRange(1, 4096), help="workers of the search; default all cores")
-@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout, besides the page")
+@click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout, in place of a page there")
 def command(
     description: Path,
     *,

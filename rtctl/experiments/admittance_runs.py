@@ -62,6 +62,7 @@ def usual(loaded: LoadedConfig) -> Shown:
     hand may be."""
     axis = loaded.config.axis[0]
     own = axis.admittance
+    # all or none: half of a display with made-up numbers for the rest would be nobody's
     if min(own.mass_kgm2, own.damping_nms_rad, own.velocity_gain_nms_rad) > 0:
         return Shown(
             own.mass_kgm2,

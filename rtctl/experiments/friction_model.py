@@ -36,6 +36,7 @@ def run(order: Order) -> Outcome:
         Not a simulated rig; points that cannot be used."""
     order.require_simulated("friction-model")
     points, found = models.climb(order)
+    # after the climb: what is tested on other points was chosen without them
     tests = _tests(order)
     model = climbing.learn(points, found, rig=order.loaded.config.rig.name)
     evidence = report_evidence.gather(points, model, found, tests[0], found.folds)

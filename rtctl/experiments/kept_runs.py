@@ -119,7 +119,7 @@ def _read(path: Path) -> tuple[dict[str, str], list[Compared], Runs]:
     try:
         with opened(path) as raw:
             file = read_arrays(raw, MOST_BYTES)
-        about = json_of(bytes(file[_ABOUT]))
+        about = dict(json_of(bytes(file[_ABOUT])))
         # a dict keeps their order, which is that of the comparison
         keys = dict.fromkeys(name.rsplit("/", 1)[0] for name in file if name != _ABOUT)
         models = [_model(file, key) for key in keys if key.startswith(f"{_MODEL}/")]

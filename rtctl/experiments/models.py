@@ -98,6 +98,7 @@ def _read(path: str, motion: str) -> FrictionPoints:
     return points
 
 
+# the page of the papers asks for the same points three times
 @lru_cache(maxsize=2)
 def _climbed(path: str, motion: str) -> tuple[FrictionPoints, Ladder]:
     points = _read(path, motion)

@@ -99,6 +99,7 @@ def _row(phase: str, one: Columns, left_nm: float) -> tuple[str, ...]:
         f"{1e3 * np.abs(one['hand_torque_nm']).max():.0f}",
         f"{rms(one['velocity_rad_s']):.3f}",
         f"{np.ptp(one['position_rad']):.3f}",
+        # the account goes on from arming: of this phase it is the difference
         f"{1e3 * (energy_j[-1] - energy_j[0]):.2f}",
         f"{1e3 * one['energy_port_j'].min():.2f}",
     )

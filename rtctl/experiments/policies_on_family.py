@@ -57,6 +57,7 @@ def _left(order: Order, plant: str) -> Left:
     here = replace(order, loaded=with_plant(order.loaded, plant), seeds=min(order.seeds, SEEDS))
     variants = (Variant(WITHOUT, 0.0), *(Variant(name, 1.0, change) for name, change in COMPARED.items()))
     rms_nm = {one.name: {motion.name: _hand_nm(here, motion, one) for motion in MOTIONS} for one in variants}
+    # of the same plant: one that rubs more would else make every controller look worse
     without = rms_nm.pop(WITHOUT)
     return {
         # seed by seed: each is another place of the joint, with other friction

@@ -101,6 +101,7 @@ class Comparison:
 
     def _arm(self, host: Host, rows: np.ndarray) -> None:
         last = rows[-1]
+        # that of the first ticks seen: a stop from then on is meant for this run
         self._epoch = int(last["epoch"]) if self._epoch < 0 else self._epoch
         if last["epoch"] != self._epoch:  # a stop voids what was asked before it
             raise FaultError(f"the rig was stopped while it armed: state {state_and_cause(last)}")
@@ -160,6 +161,7 @@ def compare(order: Order) -> dict[str, Columns]:
         order.loaded, observers=[watcher], runtime_dir=order.runtime_dir, announce=order.announce
     ) as host:
         host.run()
+    # the host ends in peace at Ctrl-C: half a comparison is none
     if not watcher.complete:
         raise KeyboardInterrupt
     return {phase.name: phase.columns() for phase in phases}

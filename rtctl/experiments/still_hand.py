@@ -80,5 +80,6 @@ def held(loaded: LoadedConfig, seed: int, variant: Variant, stiffness: float, da
     steps_rad = np.diff(truth["position_rad"][:, 0], prepend=start_rad)
     # the largest of the running sum: what the hand got in between and gave back moved it all the same
     given_j = -np.cumsum(truth["hand_torque_nm"][:, 0] * steps_rad)
+    # told apart: a rig that stopped is quiet, and helps nobody
     stopped = bool(np.any(trace["state"] != State.ACTIVE))
     return Still(rms(truth["velocity_rad_s"][:, 0]), float(given_j.max()), stopped)

@@ -115,6 +115,7 @@ def first_unstable_share(
     least = math.inf
     # the proven stiffness makes the environment: at the one that is tried it would be another for each share
     for theta in angles:
+        # once for all stiffnesses: it depends on the angle alone
         hand = folded_hand(inertia, damping, T, float(theta), modes)
         environment = worst_environment(proven, b_c, T, delay, float(theta))
         for share in SEARCHED:

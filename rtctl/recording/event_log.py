@@ -191,7 +191,10 @@ def _written(path: Path, file: BinaryIO | None, closing: ExitStack, poll_s: floa
             yield from _parse(lines)[0]
             if replaced:
                 stack.close()
-                file, pending = stack.enter_context(path.open("rb")), b""
+                file, pending = None, b""
+                # taken away since it was asked for: then as before there was one
+                with suppress(FileNotFoundError):
+                    file = stack.enter_context(path.open("rb"))
             elif not data:
                 time.sleep(poll_s)
 

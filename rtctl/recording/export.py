@@ -18,6 +18,7 @@ from hw.motion import unit
 from rtctl.errors import ConfigError, RtctlError
 from rtctl.recording.reader import RecordingReader
 from rtctl.recording.tick_cdr import RECORDED
+from rtctl.tick import tick_dtype
 from rtctl.whole_files import whole
 
 Kind = Literal["npz", "parquet", "csv", "mcap"]
@@ -88,6 +89,7 @@ def times(rows: np.ndarray, wall_ns: int, first_ns: int) -> dict[str, np.ndarray
         What the wall clock showed when the clock of the ticks was 0, ns since 1970.
     first_ns
         `time_ns` of the recording's first tick."""
+    # in whole ns: a float64 of the time since 1970 goes by steps of a quarter of a microsecond
     return {"wall_ns": rows["time_ns"] + wall_ns, "time_s": (rows["time_ns"] - first_ns) * 1e-9}
 
 
@@ -96,18 +98,24 @@ def _tables(
 ) -> Iterator[tuple[int, dict[str, np.ndarray]]]:
     """Chunk by chunk: ticks so far, and the columns asked for, times first; `flat`: one per axis."""
     wall_ns, ticks, first_ns = int(reader.about["start_wall_ns"]), 0, 0
-    for batch in reader.batches():
-        if ticks == 0 and len(batch.rows):
-            first_ns = int(batch.rows["time_ns"][0])
-        ticks += len(batch.rows)
-        found = {k: v for k, v in times(batch.rows, wall_ns, first_ns).items() if k in names}
-        of_ticks = [name for name in names if name not in TIMES]
-        shaped = (
-            columns(batch.rows, names, reader.axes, reader.motions)
-            if flat
-            else {n: batch.rows[n] for n in of_ticks}
-        )
+    of_ticks = [name for name in names if name not in TIMES]
+    for rows in _rows(reader):
+        # of the first tick that is there: a first chunk may be damaged, and is left out
+        if ticks == 0 and len(rows):
+            first_ns = int(rows["time_ns"][0])
+        ticks += len(rows)
+        found = {k: v for k, v in times(rows, wall_ns, first_ns).items() if k in names}
+        shaped = columns(rows, names, reader.axes, reader.motions) if flat else {n: rows[n] for n in of_ticks}
         yield ticks, found | shaped
+
+
+def _rows(reader: RecordingReader) -> Iterator[np.ndarray]:
+    """Ticks chunk by chunk, one chunk at least: a recording without a tick becomes a file of all columns."""
+    batch = None
+    for batch in reader.batches():
+        yield batch.rows
+    if batch is None:
+        yield np.zeros(0, tick_dtype(reader.n_axes))
 
 
 def _names(fields: tuple[str, ...]) -> list[str]:
@@ -136,7 +144,7 @@ def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progre
         if name in per_axis
     }
     arrays: dict[str, Any] = {
-        own_name(name, of_all if name in per_axis else "rotary"): np.concatenate(kept or [np.zeros(0)])
+        own_name(name, of_all if name in per_axis else "rotary"): np.concatenate(kept)
         for name, kept in found.items()
     }
     with path.open("wb") as file:
@@ -153,6 +161,7 @@ def _csv(reader: RecordingReader, path: Path, names: list[str], progress: Progre
             if not headed:
                 writer.writerow(flat)
                 headed = True
+            # as Python numbers: their text reads back to the same bits
             writer.writerows(zip(*(column.tolist() for column in flat.values()), strict=True))
             progress(ticks)
     return ticks
@@ -179,9 +188,6 @@ def _parquet(reader: RecordingReader, path: Path, names: list[str], progress: Pr
     finally:
         if writer is not None:
             writer.close()
-    if writer is None:
-        # a recording without a tick: `whole` renames what must be there
-        path.touch()
     return ticks
 
 

@@ -121,6 +121,15 @@ def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> Mapping[str, np
                 f"{path}: no message of {next(iter(topics))} can be read: packed one by one, or no CDR; "
                 "write the bag anew without that (ros2 bag convert), or export the topic as CSV"
             )
+        # the topic is declared before its first message: a recorder that saw none writes it all the same
+        empty = [
+            contents.topics[k] for k, kind in contents.kinds.items() if contents.numbered.get(kind) == SCHEMA
+        ]
+        if empty:
+            raise DataError(
+                f"{path}: a bag without a message of {empty[0]} (empty, or cut off before the first); record "
+                "again while the joint states are published"
+            )
         seen = ", ".join(sorted(contents.topics.values())) or "none"
         raise DataError(
             f"{path}: neither a recording of rtctl nor a bag with {SCHEMA} (topics: {seen[:300]}); export "
@@ -146,6 +155,11 @@ def _columns(topic: str, messages: list[tuple[int, bytes]], wanted: Sequence[str
     # else the joints of the first message: a bag may mix an arm's with a gripper's
     asked = asked or set(states[0][1].names)
     states = [(ns, state) for ns, state in states if asked <= set(state.names)]
+    if not states:
+        raise DataError(
+            f"{topic} has no message with all of {', '.join(sorted(asked))}: name the columns of one joint, "
+            "or of joints that are told together"
+        )
     names = [name for name in joints if all(name in state.names for _, state in states)]
     stamps = np.array([ns for ns, _ in states], np.int64)
     columns = {f"{topic}/time_s": (stamps - stamps[0]) * 1e-9}

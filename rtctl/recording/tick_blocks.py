@@ -103,6 +103,7 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
     for column in own_columns():
         kind, offset = placed(rows.dtype, column.name)
         first, count = offset // 8, kind.itemsize // 8
+        # steps stay a number each, though they repeat: by the length of those of `tick` the ticks are counted
         one = not column.stepped and same[first : first + count].all()
         length = 1 if one else n
         lengths.append((at, count * length))
@@ -195,8 +196,8 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
         if column.name in FIELD:
             kind, offset = placed(row, column.name)
             count = kind.itemsize // 8
-            # steps are never a single one for several ticks
-            if length not in (count * n, 0 if column.stepped else count):
+            # steps are never a single one for several ticks; nor none: the sum would be of the next column
+            if length not in {count * n, count * n if column.stepped else count}:
                 raise DataError(f"a block of ticks has {length} numbers of {column.name}")
             each = length // count
             table += [(offset // 8 + k, at + 1 + k * each, int(each == n)) for k in range(count)]

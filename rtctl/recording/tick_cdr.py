@@ -168,6 +168,7 @@ def decode(
     if any(layout[name].shape != rows.dtype[name].shape for name in known):
         raise DataError("the recorded ticks are of a rig of another size")
     messages = _gathered(records, starts, layout.itemsize)
+    # of another order of bytes or another padding every number would be read, and wrong
     if (messages[:, :4] != np.frombuffer(ENCAPSULATION, np.uint8)).any():
         raise DataError("a recorded tick is not little-endian CDR")
     words, (of_message, of_row) = _matrix(rows, np.uint64), _places(layout, rows.dtype)

@@ -66,6 +66,7 @@ class DriftTable(Table):
 
     @model_validator(mode="after")
     def _follows(self) -> DriftTable:
+        # the factor that is followed is what the watch estimates
         if self.adapt_per_min > 0 and not self.watch:
             msg = f"adapt_per_min {self.adapt_per_min}: what is not watched is not followed; set watch = true"
             raise ValueError(msg)

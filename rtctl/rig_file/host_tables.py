@@ -80,6 +80,7 @@ class GatewayTable(Table):
     def _keys_for_tcp(self) -> GatewayTable:
         if self.bind:
             _check_address(self.bind)
+        # without keys whoever reaches the port could move the rig
         if self.bind and not self.curve_dir:
             msg = (
                 f"bind {self.bind}: TCP needs keys; make them with `rtctl keys new` and name their folder "

@@ -66,6 +66,7 @@ def devices_sha256(loaded: LoadedConfig) -> str:
     ]
     config = loaded.config
     every = [axis.name for axis in config.axis]
+    # axes by name: two drives that change places keep their options, and not their delays
     devices = [(device.kind, device.axes or every, device.channels) for device in config.device]
     facts = [config.loop.rate_hz, devices, options]
     # sorted: the order of keys in a file is no property of a device

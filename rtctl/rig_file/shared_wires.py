@@ -50,6 +50,7 @@ class Wire:
             for label, user in zip(self.labels, self.users, strict=True)
             for frame in user.frames(rate_hz)
         ]
+        # of any of them: `faults` refuses wires whose users differ in what is asked here
         bus = self.users[0].bus
         return bus_load(frames, bus.bitrate, bus.data_bitrate, 1.0 / rate_hz)
 
@@ -70,6 +71,7 @@ class Wire:
             if len(set(values)) > 1 and (key != "data_bitrate" or buses[0].fd):
                 given = ", ".join(f"{value!r}" for value in values)
                 return [f"{self._keys}: {self._who}, but their {key} differs ({given}): a wire has one"]
+        # two devices that send as one node answer for each other, and neither sees it
         twice = self._claimed_twice()
         if twice:
             return [f"{self._keys}: {self._who}, and both use {twice}: put these drives into one [[device]]"]

@@ -60,6 +60,7 @@ class TomlLines:
 
     def of(self, key: Key) -> int | None:
         """Line of a key; where it has none of its own, that of the table it belongs in."""
+        # from the whole key upwards: a default that is refused stands nowhere, its table does
         for length in range(len(key), 0, -1):
             part = tuple(key[:length])
             inside = (line for other, line in self._lines.items() if other[:length] == part)

@@ -155,6 +155,9 @@ def _certified(loop: AdmittanceLoop) -> bool:
 
 def pair(rig: Rig, seed: int, number: int) -> Pair:
     """Hand and world `number` of a rig: the corners of its box first."""
+    # NumPy fills seeds up with zeros: hand 0 has the very stream that its rig was drawn from (its damping
+    # goes with the plant, say). Left so, since the campaigns of docs/check.md are of these hands; the other
+    # nineteen are independent
     draw = np.random.default_rng((seed, rig.index, number))
     box = rig.loop.box
     corner = number < PAIRS // 2  # the stiffest hand decides most

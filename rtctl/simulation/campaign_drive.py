@@ -132,6 +132,7 @@ def drive(
         c.seq += 1
         t.tick += 1 + skipped  # slots are never caught up
         t.missed_ticks += skipped
+        # before the reading: in it the missed periods pass, and with them the script may end
         stuck = _stuck(plant_state[0], plant_params[0], t.tick - 1 - plant_state[0].first_tick)
         call_for_int(at[0], (tick, plant_state, plant_params))
         # a motor that a script holds hears nothing

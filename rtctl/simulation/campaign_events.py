@@ -15,6 +15,7 @@ from rtctl.simulation.jit import compiled
 
 _IDLE, _FAULT, _ESTOP = int(State.IDLE), int(State.FAULT), int(State.ESTOP)
 _KINDS = len(Environment)
+# plain numbers: compiled code cannot look into a table of classes
 TRIED = tuple((float(own.tried[0]), float(own.tried[1])) for own in OWN)
 
 RIGHT_LEASE = 7

@@ -88,7 +88,10 @@ def _simulation(rig: Rig, held: Pair, seed: int) -> Simulation:
     command["environment_kind"], command["environment_side"] = int(held.world), 1
     command["environment_stiffness_nm_rad"] = held.world_stiffness_nm_rad
     command["environment_damping_nms_rad"] = held.world_damping_nms_rad
+    # of the rig and not of the hand: all hands of a rig meet one place; by the first number of the rig's own
+    # stream, so that it goes with the plant
     command["environment_center_rad"] = 0.01 * np.random.default_rng((seed, rig.index)).standard_normal()
+    # detents as wide as the largest swing of a hand (`_take_hold`)
     command["environment_pitch_rad"] = 0.1
     return made
 

@@ -102,6 +102,7 @@ def _torque(t: Record, p: Record, m: Record, axis: int) -> int:
     limit, rate = p.torque_limit_nm[axis], p.torque_rate_nm[axis]
     if not (math.isfinite(torque) and math.isfinite(t.current_command_a[axis])):
         return 1 << 4
+    # back from the current that is sent: a law that limits one number and encodes another would pass
     per_ampere = p.gear_ratio[axis] * p.gear_efficiency[axis] * p.torque_constant_nm_a[axis]
     if not (abs(torque) <= limit and abs(t.current_command_a[axis] * per_ampere) <= limit * (1 + ROUNDING)):
         bad |= 1 << 2
@@ -157,6 +158,7 @@ def _entries(t: Record, c: Record, m: Record) -> int:
         bad |= 1 << 6
     if state == _ACTIVE and before not in (_ACTIVE, _ARMING, _HOLD):
         bad |= 1 << 6
+    # of any powered state: a shortcut past ARMING would be no entry into it
     if _powered(state) and not _powered(before) and not fresh_arm:
         bad |= 1 << 7
     return bad
@@ -216,6 +218,7 @@ def _lease(t: Record, s: Record, p: Record, c: Record, m: Record) -> int:
             m.target_rad[axis] = c.target_position_rad[axis]
     else:
         m.silent += 1
+        # the lease, not the target: the last place stays in force while the rig comes to rest
         if m.silent > p.target_stop_ticks:
             m.lease = 0
     if t.epoch != m.epoch:

@@ -49,6 +49,7 @@ def drawn(draw: np.random.Generator) -> str:
 
 def reference(loaded: LoadedConfig, name: str) -> tuple[np.void, int]:
     """Parameters of the plant in the size of the rig file, and all that is late in it, in whole ticks."""
+    # kept: a campaign makes thousands of rigs of the same two files
     key = (loaded.sha256, name)
     if key not in _made:
         changed = with_plant(loaded, name)
@@ -64,6 +65,7 @@ def put_timing(p: np.void, plant: np.void, like: np.void, delay_ticks: int) -> N
         return
     for name in _TIMING:
         plant[name] = like[name]
+    # the delay that was drawn gives way: of both together the law would be told too little
     plant["torque_delay_ticks"], p["follow_delay_ticks"] = 0, delay_ticks
     # the age of the sample, a tick of every second, is no delay of the torque
     p["actuator_delay_ticks"] = delay_ticks - 1

@@ -110,6 +110,8 @@ def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     judged = round((JUDGED_S - SETTLE_S) / period_s)
     speed = simulation.truth["velocity_rad_s"][:judged, 0]
     steps_rad = np.diff(_held_rad(simulation), prepend=start_rad)
+    # by the torque at the end of each tick: of a spring that counts a little too much as given, never too
+    # little
     given_j = np.cumsum(-simulation.truth["hand_torque_nm"][:, 0] * steps_rad)
     stopped = not (np.all(settle["state"] == State.ACTIVE) and np.all(trace["state"] == State.ACTIVE))
     # a rig that was stopped, by its STOP too, is none that was quiet: bit 0 where no fault is named

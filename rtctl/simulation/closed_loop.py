@@ -62,6 +62,7 @@ def simulate(
             call_for_int(read_at, plant_arguments)
             call(law_at, law_arguments)
             call_for_int(write_at, plant_arguments)
+            # the last of them: beside it stands the truth of the same instant
             if k == every - 1:
                 trace[row] = tick[0]
                 truth[row] = plant_state[0]

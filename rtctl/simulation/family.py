@@ -111,6 +111,7 @@ _PLANTS = (
     Plant(
         "strong-stiction",
         "break-away 1.7 times Coulomb friction, peak at slow speeds",
+        # 1.7 times .25 N m; by the second speed of the shipped joint half of the peak would last to .5 rad/s
         _friction("lugre", breakaway_nm=0.425, stribeck_rad_s=0.03, second_share=0.0),
     ),
     Plant("load-dependent", "friction grows with the torque through the gear", {"load": _MX106_LOAD}),
@@ -156,6 +157,8 @@ def with_plant(loaded: LoadedConfig, name: str) -> LoadedConfig:
     if [device.kind for device in loaded.config.device] != ["mock"]:
         raise ConfigError(f"{loaded.path}: device[0].kind: only a mock alone can take plant {name!r}")
     plant, table = FAMILY[name], loaded.config.model_dump(mode="json", by_alias=True)
+    # told in any case: a controller that believes in the usual joint would be judged for that, not for the
+    # plant
     table["axis"] = [merged(axis, plant.told) for axis in table["axis"]]
     try:
         config = Config.model_validate(table)

@@ -153,6 +153,7 @@ def _deviation(
     coulomb, breakaway = (float(params[name][0, axis]) for name in ("coulomb_nm", "breakaway_nm"))
     dry, name = (coulomb, "F_c") if 2 * coulomb >= breakaway else (breakaway, "F_s")
     whole = float(np.sqrt(np.mean(true_nm**2)))
+    # else a joint that hardly rubs dry would be off by any share of next to nothing
     if dry < DRY_SHARE * whole:
         dry, name = whole, "the friction's RMS"
     rms = float(np.sqrt(np.mean(moving_nm**2)))

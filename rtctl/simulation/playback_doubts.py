@@ -48,6 +48,7 @@ def against_identify(fit: JointFit, logs: Sequence[Log], *, inertia_given: bool)
 
 
 def _is_blurred(known: Estimate, here: float) -> bool:
+    # both: an interval may be so narrow that nobody minds being beside it
     return not known.holds(here) and abs(here - known.value) > BLURRED * abs(known.value)
 
 
@@ -55,6 +56,7 @@ def another_inertia(judged: Log, logs: Sequence[Log]) -> tuple[str, ...]:
     """What is said of a log with another inertia than those that friction was learned from: units, above
     all."""
     file, found = judged
+    # the median: one log in another unit among them does not shift what the others are
     times = found.inertia_kgm2 / float(np.median([one.inertia_kgm2 for _, one in logs]))
     if 1 / ANOTHER < times < ANOTHER:
         return ()

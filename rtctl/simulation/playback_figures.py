@@ -116,6 +116,7 @@ def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
 def _judged(log: AxisLog, settings: Settings) -> Judged:
     dynamics = regress(differentiate(log, settings.cutoff_hz), settings.speed_min_rad_s, log.source)
     inertia = dynamics.inertia_kgm2 if settings.inertia_kgm2 is None else settings.inertia_kgm2
+    # so written that NaN is refused, too
     if not inertia > 0:
         raise DataError(
             f"{log.source}: the regression gives inertia {inertia:.3g} kg m^2: "
@@ -140,6 +141,7 @@ def learn(
     ConfigError, DataError
         A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails."""
     of_files = [of_file(options, file) for file in files]
+    # the same checks as of `rtctl identify --log`: what that refuses nothing is learned from
     found = checked(of_files, rig, settings.cutoff_hz, settings.speed_min_rad_s)
     logs = tuple(_judged(part, settings) for stretches in found.logs for part in _long(stretches, settings))
     seen, held = [], []
@@ -152,6 +154,7 @@ def learn(
     regressed, given = [each.regressed for each in logs], settings.inertia_kgm2 is not None
     return Learned(
         model=fit_points(points, rig=rig_name, epsilon_nm=settings.epsilon_nm, folds=way_for(points)),
+        # beside it, from the same points: what directions are worth is the difference
         symmetric=fit_points(mirrored(points), rig=rig_name, epsilon_nm=settings.epsilon_nm),
         logs=logs,
         points=points,

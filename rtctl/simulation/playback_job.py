@@ -86,6 +86,7 @@ def run(job: Job) -> dict[str, Any]:
     loaded = _from_rig_file(job) if job.config else _from_options(job)
     rig = loaded.config.hardware()
     settings = _settings(job, loaded)
+    # before minutes of learning: a log that cannot be judged is told at once
     evaluated = judge(loaded.options, rig, settings)
     motion = loaded.config.axis[0].motion
     result: dict[str, Any] = {"rate_hz": loaded.config.loop.rate_hz, "motion": motion}
@@ -103,6 +104,7 @@ def run(job: Job) -> dict[str, Any]:
             result["held_out"] = predict(learned, learned.held_out)
         result["prediction"] = {
             **predict(learned, evaluated.samples),
+            # by content: one log may be given under two names
             "trained_on_it": evaluated.log.sha256 in {each.log.sha256 for each in learned.logs},
         }
         if job.save_model:
@@ -118,6 +120,7 @@ def run(job: Job) -> dict[str, Any]:
 def _presliding(job: Job, learned: Learned, settings: Settings) -> Presliding | None:
     """As given, or from the turns in the logs that were learned from."""
     if job.presliding_rad is not None:
+        # of no ramp: somebody has said it
         return Presliding(job.presliding_rad, None, 0)
     slowest = settings.speed_min_rad_s
     return presliding_of_logs([each.log for each in learned.logs], job.cutoff_hz, slowest)
@@ -210,6 +213,7 @@ def _interaction(
     options: Mapping[str, Any] = loaded.options
     tables: dict[str, dict[str, Any]] = {"force": {"tare_s": 0.0}}  # a hand that moves cannot be tared away
     if evaluated.bias_nm:
+        # the zero of the sensor is no force of the hand, and the gate would be opened by it
         options = with_bias(options, loaded.config.hardware(), evaluated.bias_nm)
     if learned is None:
         rows = run_log(changed(loaded, options, tables))

@@ -70,6 +70,12 @@ def test_a_damaged_file_is_refused(tmp_path, share):
         KeptRuns(tmp_path, ABOUT, resume=True)
 
 
+def test_a_file_of_somebody_else_is_refused(tmp_path):
+    np.savez(tmp_path / "kept.npz", about=np.frombuffer(b"[1]", np.uint8))
+    with pytest.raises(DataError, match="not runs that rtctl kept"):
+        KeptRuns(tmp_path, ABOUT, resume=True)
+
+
 def test_what_is_reported_is_not_kept(tmp_path):
     made = kept(tmp_path)
     made.remove()

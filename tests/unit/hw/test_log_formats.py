@@ -4,6 +4,7 @@ library.
 
 import csv
 import gzip
+import json
 import sys
 
 import numpy as np
@@ -229,3 +230,38 @@ def test_a_damaged_file_is_refused_by_name_whatever_its_library_raises(tmp_path,
     path.write_bytes(data)
     with pytest.raises(BackendError, match=f"not a sound {ending} file"):
         read_table(path, NAMES)
+
+
+@pytest.mark.parametrize("ending", ["npz", "json"])
+def test_a_column_of_words_is_told_as_text_with_what_helps(tmp_path, ending):
+    path, words = tmp_path / f"log.{ending}", ["0,5", "1,25"]
+    if ending == "npz":
+        np.savez(path, t=[0.0, 1.0], q=np.array(words))
+    else:
+        path.write_text(json.dumps({"t": [0.0, 1.0], "q": words}))
+    with pytest.raises(BackendError, match=r"'q' is text \('0,5'\), .* CSV, where decimal commas"):
+        read_table(path, ("t", "q"))
+
+
+def test_a_single_number_is_no_column(tmp_path):
+    np.savez(tmp_path / "log.npz", t=[0.0, 1.0], q=3.0)
+    with pytest.raises(BackendError, match=r"'q' has shape \(\); map one that has a value for each row"):
+        read_table(tmp_path / "log.npz", ("t", "q"))
+
+
+@pytest.mark.parametrize(
+    ("stamps", "seconds"),
+    [
+        (["1601-01-01T00:00", "2026-01-01T00:00"], 86400.0 * 155_228),  # a clock that was set in the log
+        (["2020", "2021"], 86400.0 * 366),
+    ],
+)
+def test_dates_far_apart_neither_run_over_nor_have_mean_years(tmp_path, stamps, seconds):
+    np.savez(tmp_path / "log.npz", t=np.array(stamps, "datetime64"), q=[1.0, 2.0])
+    assert read_table(tmp_path / "log.npz", ("t", "q")).columns["t"].tolist() == [0.0, seconds]
+
+
+def test_a_data_frame_without_rows_is_told_so(tmp_path):
+    (tmp_path / "log.json").write_text(json.dumps({"columns": ["t", "q"], "index": [], "data": []}))
+    with pytest.raises(BackendError, match=r"0 row\(s\); at least 2 are needed"):
+        read_table(tmp_path / "log.json", ("t", "q"))

@@ -59,6 +59,13 @@ def test_structures_matrices_cells_and_structures_of_one_name_are_found(tmp_path
         read_table(path, ("log.name", "log.t"))
 
 
+def test_a_variable_without_a_value_beside_the_wanted_ones_is_passed_over(tmp_path):
+    with h5py.File(tmp_path / "log.h5", "w") as file:
+        file["t"], file["x"] = T, X
+        file["remark"] = h5py.Empty("f8")
+    assert read_table(tmp_path / "log.h5", ("t", "x")).columns["x"].tolist() == X.tolist()
+
+
 def test_a_link_to_another_file_is_not_followed(tmp_path):
     written(tmp_path / "other.mat", lambda file: put(file, "secret", T))
 

@@ -6,12 +6,15 @@ import math
 
 import numpy as np
 import pytest
+from hardware import rig as hardware
 from mock_runs import march, plant, sine, truth
 from scipy.integrate import solve_ivp
 
 from hw.jit import JIT_DISABLED
+from hw.simulators.can_plant import MockRig
 from hw.simulators.jit import records
 from hw.simulators.mock_energy import stored_j
+from hw.simulators.mock_options import MockOptions
 from hw.simulators.mock_sensors import sense_axes
 from rtctl.tick import new_ticks
 
@@ -193,3 +196,13 @@ def test_no_stiffness_makes_even_coarse_steps_grow(stiffness, joint, model):
     assert np.isfinite(truth(rest, "position_rad")).all()
     assert abs(truth(rest, "velocity_rad_s")[-1]) < 1e-3
     assert abs(truth(rest, "joint_twist_rate_rad_s")[-1]) < 1e-2
+
+
+def test_a_simulated_drive_turns_with_the_motor_of_an_elastic_joint():
+    options = {"axis": [{"elastic": ELASTIC}], "hand": [{"kind": "rest"}]}
+    rig = MockRig(MockOptions.model_validate(options).model_dump(mode="json"), hardware())
+    rig.advance(0.02, [1.0])
+    state = rig._mock.state
+    twist, link = float(state["joint_twist_rad"][0, 0]), float(state["position_rad"][0, 0])
+    assert twist != 0
+    assert rig.motor_turns(0) == pytest.approx(80 * (link + twist) / (2 * math.pi), rel=1e-12)

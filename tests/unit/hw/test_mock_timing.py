@@ -117,3 +117,17 @@ def test_the_watchdog_leaves_no_current_to_decay():
         tick["tick"] = slot
         device.read(tick)
         assert bool(device.state["motor_torque_nm"][0, 0] == 0.0) is dead
+
+
+@pytest.mark.parametrize("gap", [61, 1000])
+def test_after_a_long_gap_no_late_current_holds_the_motor(gap):
+    """The longest time to live and a delay together outlast what is caught up slot by slot."""
+    device = backend(time_to_live_ticks=50, axis=[{"torque_delay_ticks": 10}], hand=NO_HAND)
+    tick = records(new_ticks(1))
+    tick["enabled"], tick["current_command_a"] = 1, 1.0
+    for slot in range(20):
+        tick["tick"] = slot
+        device.write(tick)
+    tick["tick"] = 19 + gap
+    device.read(tick)
+    assert device.state["motor_torque_nm"][0, 0] == 0.0

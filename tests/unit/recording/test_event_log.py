@@ -186,6 +186,21 @@ def test_follow_waits_for_a_log_that_is_not_there_yet_and_goes_on_where_it_was_t
         event_log.time.sleep = saved
 
 
+def test_follow_goes_on_where_the_log_is_taken_away_before_it_is_opened(tmp_path, monkeypatch):
+    stream, real = follow(tmp_path), event_log._replaced
+
+    def replaced(path, file):
+        found = real(path, file)
+        if found and coming:
+            path.unlink()
+        return found
+
+    coming = [1, 2]
+    monkeypatch.setattr(event_log, "_replaced", replaced)
+    monkeypatch.setattr(event_log.time, "sleep", lambda _: EventLog(tmp_path).append([event(coming.pop())]))
+    assert next(stream)["tick"] == 1
+
+
 def test_a_number_that_is_none_is_null(tmp_path):
     log = EventLog(tmp_path)
     log.append([event(0, gain=float("nan"), axes=[{"delay_s": float("inf")}])])

@@ -127,3 +127,23 @@ def test_mcap_keeps_the_numbers_of_ticks_that_were_lost(tmp_path):
     found = RecordingReader([tmp_path / "all.mcap"]).read()
     assert found.numbers.tolist() == [*range(20), *range(23, 60)]
     assert found.rows["tick"].tolist() == np.delete(rows["tick"][:60], [20, 21, 22]).tolist()
+
+
+def test_a_recording_without_a_tick_becomes_a_sound_file_with_all_columns(recorded, tmp_path, monkeypatch):
+    reader, _ = recorded
+    monkeypatch.setattr(RecordingReader, "batches", lambda _self: iter(()))
+    fields = ("time_s", "tick", "position_rad")
+    assert export(reader, "csv", tmp_path / "r.csv", fields) == 0
+    axes = [f"position_rad.{axis}" for axis in reader.axes]
+    assert (tmp_path / "r.csv").read_text().split() == [",".join(["time_s", "tick", *axes])]
+    export(reader, "npz", tmp_path / "r.npz", fields)
+    with np.load(tmp_path / "r.npz") as found:
+        assert found["position_rad"].shape == (0, 2)
+
+
+def test_a_parquet_without_a_tick_is_one(recorded, tmp_path, monkeypatch):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    reader, _ = recorded
+    monkeypatch.setattr(RecordingReader, "batches", lambda _self: iter(()))
+    export(reader, "parquet", tmp_path / "r.parquet", ("time_s", "tick"))
+    assert parquet.read_table(tmp_path / "r.parquet").column_names == ["time_s", "tick"]

@@ -88,3 +88,14 @@ def test_a_bag_of_other_messages_says_its_topics(tmp_path):
 def test_damage_is_refused(data):
     with pytest.raises((ValueError, UnicodeDecodeError)):
         decoded(data)
+
+
+def test_an_empty_bag_is_told_as_one_and_not_as_one_of_other_topics(tmp_path):
+    with pytest.raises(BackendError, match=r"without a message of /joint_states .*record again"):
+        read_table(bag(tmp_path, []), (ELBOW,))
+
+
+def test_joints_that_no_message_has_together_are_named(tmp_path):
+    states = [message(k, ("elbow",) if k % 2 else ("shoulder",)) for k in range(9)]
+    with pytest.raises(BackendError, match="no message with all of elbow, shoulder: name the columns of one"):
+        read_table(bag(tmp_path, states), (ELBOW, "/joint_states/shoulder/position"))

@@ -105,3 +105,11 @@ def test_a_block_that_lies_is_refused():
 def test_a_damaged_definition_is_refused(text):
     with pytest.raises(DataError):
         columns_of(text)
+
+
+def test_steps_that_are_not_there_are_refused_and_not_read_from_the_next_column():
+    words = np.frombuffer(data_of(new_ticks(5, 1))[4:], np.uint64)
+    # the length and the five steps of `tick`, then those of `time_ns`
+    lying = np.concatenate([words[:6], np.zeros(1, np.uint64), words[12:]])
+    with pytest.raises(DataError, match="0 numbers of time_ns"):
+        decode(b"\0\1\0\0" + lying.tobytes(), own_columns(), 1)
