@@ -56,4 +56,11 @@ SEEDS = (
         "max(step, 0.0)",
         (f"{CLI}_plausibility.py::test_a_step_of_a_moment_makes_a_torque_though_the_axis_has_no_lever",),
     ),
+    Seed(
+        "a delay is covered by a fiftieth less damping than it needs",
+        "rtctl/control/proofs/delay_cover.py",
+        "damping_needed_sampled_data(k_c, b_c, T, delta) <= b",
+        "0.98 * damping_needed_sampled_data(k_c, b_c, T, delta) <= b",
+        ("tests/unit/control/test_delay_cover.py::test_the_delay_covered_is_covered_at_every_frequency",),
+    ),
 )
