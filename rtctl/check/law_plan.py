@@ -14,7 +14,7 @@ from rtctl.check.devices_of_axis import joint_of_axis
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.observer_tuning import Tuning
 from rtctl.check.place_plan import fill_place
-from rtctl.check.verdicts_of_admittance_steps import RESOLUTION_SHARE
+from rtctl.check.verdicts_of_admittance_steps import RESOLUTION_SHARE, moment_step_nm
 from rtctl.control.braking import BRAKE_GATES
 from rtctl.control.compensation_limit import ungated_cap
 from rtctl.control.disturbance_observer import SMOOTHING
@@ -184,7 +184,7 @@ def fill_force_sensor(p: np.void, config: Config, *, present: bool = True) -> No
     p["off_axis_n"], p["off_axis_nm"] = sensor.off_axis_n, sensor.off_axis_nm
     p["force_step"] = (
         max(axis.force.resolution_n or RESOLUTION_SHARE * axis.force.limit_n for axis in config.axis),
-        (sensor.resolution_nm or RESOLUTION_SHARE * sensor.limit_nm) if sensor.moments else 0.0,
+        moment_step_nm(sensor),
     )
     p["chain_count"] = len(sensor.carried_by)
     p["chain_axis"][: len(sensor.carried_by)] = [names.index(name) for name in sensor.carried_by]

@@ -36,6 +36,7 @@ from rtctl.check.devices_of_axis import cut_a, joint_of_axis
 from rtctl.check.lateness import Lateness
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
+from rtctl.check.verdicts_of_admittance_steps import moment_step_nm
 from rtctl.control.environments.kind import STIFFNESS
 from rtctl.control.environments.table import Environment, using
 from rtctl.control.proofs import stability
@@ -150,12 +151,11 @@ def examine(
 def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming], telling: bool) -> AxisReport:
     axis, joint, config = loaded.config.axis[index], joint_of_axis(loaded, index), loaded.config
     found = figures_alone(loaded, index, pulse.get(axis.name))
-    where, most_a = f"{loaded.path}: axis[{index}]", cut_a(loaded, index)
-    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, most_a)
-    plain = {one.name: getattr(found, one.name) for one in fields(found)}
+    where, own = f"{loaded.path}: axis[{index}]", (cut_a(loaded, index), moment_step_nm(config.force_sensor))
+    subject = Subject(found, axis, config.period_s, where, joint, config.simulated, *own)
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None
     return AxisReport(
-        **plain,
+        **vars(found),
         verdicts=tuple(verdicts(subject, telling=telling)),
         admittance=figures_of(loop) if loop else None,
         loop=loop,
@@ -220,7 +220,7 @@ def _figures(  # longer than 50 lines: one figure a line
     stiffer = more * k_c + spring
     needed = stability.damping_needed_between(stiffer, more * b_c, T, between)
     any_world = stability.damping_needed_between(stiffer, more * b_c, T, between, any_world=True)
-    recommended = stability.recommended_coupling(b, T, between)
+    advised = stability.recommended_coupling(b, T, between)
     k_e = _environment_stiffness(axis)
     held, rate_needed = _empty_account(loaded, axis)
     ring, ratio = stability.coupling_ring(axis.inertia_kgm2, max(b, 0.0), k_c, b_c)
@@ -248,8 +248,8 @@ def _figures(  # longer than 50 lines: one figure a line
         / more,
         adams_hannaford_margin_nms_rad=stability.margin_adams_hannaford(b, k_c, b_c, T),
         adams_hannaford_k_max_nm_rad=stability.k_max_adams_hannaford(b, b_c, T),
-        recommended_stiffness_nm_rad=recommended[0],
-        recommended_damping_nms_rad=recommended[1],
+        recommended_stiffness_nm_rad=max(0.0, advised[0] - spring) / more,  # compensation brings the rest
+        recommended_damping_nms_rad=advised[1] / more,
         environment_stiffness_nm_rad=k_e,
         felt_stiffness_nm_rad=None if k_e is None else stability.felt_stiffness(k_c, k_e),
         ring_hz=ring / (2 * math.pi),

@@ -99,6 +99,8 @@ class Subject:
     """Nobody holds it."""
     cut_a: float = math.inf
     """What the device of its motor cuts larger currents to, without a word; inf: not known."""
+    moment_step_nm: float = 0.0
+    """Step of the force sensor's moments, N m; 0: it gives none."""
 
     @property
     def hand(self) -> float:

@@ -13,6 +13,7 @@ from rtctl.friction.guarantee import holding_friction_nm, holds_flicker
 
 if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_loop import AdmittanceLoop
+    from rtctl.rig_file.sensor_tables import ForceSensorTable
 
 NOISE_LEAST = 0.02
 """Torque of one count or step, as a share of the torque limit, that is none to feel even where no friction
@@ -165,6 +166,11 @@ def count_torque_nm(s: Subject) -> float:
     return a.velocity_gain_nms_rad * pulse + a.position_gain_nm_rad * s.axis.count_rad
 
 
+def moment_step_nm(sensor: ForceSensorTable) -> float:
+    """Step of the moments of a force sensor, N m; 0 where they do not count."""
+    return (sensor.resolution_nm or RESOLUTION_SHARE * sensor.limit_nm) if sensor.moments else 0.0
+
+
 def force_step_torque_nm(s: Subject) -> float:
     """Torque of one step of the force sensor in the tick it comes, N m.
 
@@ -175,8 +181,9 @@ def force_step_torque_nm(s: Subject) -> float:
     from rtctl.control.velocity import lowpass_alpha
 
     a, T, force = s.table.admittance, s.period_s, s.table.force
-    lever = math.hypot(*s.table.lever_m)
-    step = (force.resolution_n or RESOLUTION_SHARE * force.limit_n) * lever
+    step = (force.resolution_n or RESOLUTION_SHARE * force.limit_n) * math.hypot(*s.table.lever_m)
+    # an axis that goes by moments alone has no lever, and is stepped all the same
+    step = max(step, s.moment_step_nm if any(s.table.axis_direction) else 0.0)
     alpha = lowpass_alpha(a.force_lowpass_hz, T) * lowpass_alpha(force.lowpass_hz, T)
     gain = a.velocity_gain_nms_rad + a.position_gain_nm_rad * T
     torque = alpha * step

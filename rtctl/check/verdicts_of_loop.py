@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from hw.motion import HANDLE_M
 from rtctl.check.lateness import STALE_LIMIT_TICKS
 from rtctl.check.verdict import Outcome, Subject, Verdict
 from rtctl.control.environments.table import Environment
@@ -223,7 +224,8 @@ def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float
     """RMS speed of a shake of so many counts to either side, rad/s, on the coupling and the stiffest hand,
     and on the bristles of a joint that sticks."""
     axis = s.axis
-    hand = TIP_STIFFNESS_N_M * sum(x * x for x in s.table.lever_m)
+    # at the handle, which is beyond the sensor where moments are measured: its lever may be nothing
+    hand = TIP_STIFFNESS_N_M * s.hand * HANDLE_M**2
     stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad
     return counts * axis.count_rad * math.sqrt(stiffness / (2 * s.table.inertia_kgm2))
 

@@ -179,15 +179,16 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
 
 
 def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
-    """Torque that one count makes the observer send, N m: gain J w_q (Delta/T) alpha, alpha of the faster
-    low-pass."""
+    """Torque that one count makes the observer send, N m: gain (1 + r) J w_q (Delta/T) alpha, alpha of the
+    faster low-pass, r the share by which the inertia is taken too high behind a late sensor (6.4)."""
     from rtctl.control.disturbance_observer import SMOOTHING
     from rtctl.control.velocity import lowpass_alpha
 
     T = s.period_s * s.axis.sample_ticks
     alpha = lowpass_alpha(SMOOTHING * bandwidth_hz, T)
     pulse = s.axis.count_rad / T * alpha
-    return s.table.friction.observer.gain * s.table.inertia_kgm2 * 2 * math.pi * bandwidth_hz * pulse
+    inertia = (1 + s.axis.observer.excess) * s.table.inertia_kgm2
+    return s.table.friction.observer.gain * inertia * 2 * math.pi * bandwidth_hz * pulse
 
 
 def _quiet_bandwidth(s: Subject) -> float:

@@ -111,20 +111,29 @@ def _crept(loop: AdmittanceLoop) -> Hunting:
     """What the loop that sees its joint makes of the error of its readings, on the stiffest bristles: those
     answer fastest."""
     at, blind, sight = _seeing(loop, loop.bristles_to * loop.bristle_nm_rad)
-    turns = 2 * math.pi * np.geomspace(_EDGES_HZ[0], min(_EDGES_HZ[1], 0.4 / loop.period_s), _EDGES)
+    sample_s = loop.sample_ticks * loop.period_s
+    # beyond .4 of the rate of fresh samples a sawtooth has fewer than three of them, and is none
+    slowest, quickest = 2 * math.pi * _EDGES_HZ[0], 2 * math.pi * min(_EDGES_HZ[1], 0.4 / sample_s)
+    even = np.broadcast_to(np.geomspace(slowest, quickest, _EDGES), (at.size, _EDGES)).T
+    # a ring is narrower than the even steps: asked where its root lies, too, or the worst point is missed
+    own = np.abs(np.angle(eigenvalues_of(loop, blind + sight))).T / loop.period_s
+    turns = np.concatenate([even, np.clip(np.nan_to_num(own, posinf=quickest), slowest, quickest)])
     speeds = _answered(loop, blind, sight, turns)
-    quickest, worst = np.unravel_index(np.argmax(speeds), speeds.shape)
-    near = turns[quickest] * np.geomspace(turns[0] / turns[1], turns[1] / turns[0], 2 * _EDGES)
-    speed = float(_answered(loop, blind[worst : worst + 1], sight[worst : worst + 1], near).max())
+    quickest_at, worst = np.unravel_index(np.argmax(speeds), speeds.shape)
+    one, step = slice(worst, worst + 1), even[1, 0] / even[0, 0]
+    near = turns[quickest_at, worst] * np.geomspace(1 / step, step, 4 * _EDGES + 1)[:, None]
+    speed = float(_answered(loop, blind[one], sight[one], near).max())
     return Hunting(_CREPT_COUNTS * speed / math.sqrt(2.0), at.words(loop, int(worst)))
 
 
 def _answered(loop: AdmittanceLoop, blind: np.ndarray, sight: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Speed of the joint for a reading that errs by 1: for each of these turns (rad/s) and points."""
-    z = np.exp(1j * turns * loop.period_s)[:, None, None, None]
+    """Speed of the joint for a reading that errs by 1, of each point at each of its turns, rad/s: shape
+    (turns, points), as `turns` has it."""
+    # the loop is one of a whole frame: z goes on by the time between fresh samples, not by a tick
+    z = np.exp(1j * turns * loop.sample_ticks * loop.period_s)[:, :, None, None]
     error = np.broadcast_to(sight[:, :, :1].astype(complex), (len(turns), *sight.shape[:2], 1))
     answer = np.linalg.solve(z * np.eye(sight.shape[1]) - blind - sight, error)[:, :, 0, 0]
-    return np.nan_to_num(np.abs(answer) * turns[:, None], nan=math.inf)  # no number is the worst number
+    return np.nan_to_num(np.abs(answer) * turns, nan=math.inf)  # no number is the worst number
 
 
 def calming_rest_damping(loop: AdmittanceLoop, most_counts_1_s: float) -> float:

@@ -8,6 +8,7 @@ import pytest
 from checked_rig import learned, writer
 from in_process import run
 
+from rtctl.check import stability_report
 from rtctl.check.stability_report import examine
 from rtctl.errors import ModelError, StabilityError
 from rtctl.friction import artefact
@@ -98,6 +99,23 @@ def test_the_recommended_pair_of_the_refusal_passes(rig):
     assert "bound 0.05" in text
     pair = [float(part.split(" = ")[1]) for part in text.split("recommended: ")[1].split(", ")]
     assert examine(load(rig(k_c=pair[0], b_c=pair[1]))).ok
+
+
+def test_the_recommended_pair_leaves_room_for_what_compensation_adds_to_it(rig, monkeypatch):
+    """By place it is a spring beside the coupling, by load a share of it: both are judged, and were not in
+    what was recommended.
+    """
+    plain = stability_report.friction_figures
+
+    def by_place(*arguments):
+        return dataclasses.replace(plain(*arguments), place_stiffness_nm_rad=40.0, load_loop=0.1)
+
+    monkeypatch.setattr(stability_report, "friction_figures", by_place)
+    (axis,) = examine(load(rig(model="model.json", k_c=90.0))).axes
+    k_c, b_c = axis.recommended_stiffness_nm_rad, axis.recommended_damping_nms_rad
+    assert k_c > 1.0
+    (taken,) = examine(load(rig(model="model.json", k_c=k_c, b_c=b_c))).axes
+    assert taken.sampled_data_margin_nms_rad == pytest.approx(0.3 * taken.device_damping_nms_rad, rel=1e-3)
 
 
 def test_a_feed_forward_that_may_exceed_friction_is_refused_with_a_gain_that_passes(rig):

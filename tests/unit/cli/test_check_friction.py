@@ -267,16 +267,19 @@ def test_a_coarse_encoder_is_refused_with_a_bandwidth_that_passes(rig):
     assert _rows(rig(*off)).get(COUNT) is None
 
 
-def test_the_torque_of_a_count_is_what_the_law_sends(rig):
+@pytest.mark.parametrize("excess", [0.0, 0.3])
+def test_the_torque_of_a_count_is_what_the_law_sends(rig, excess):
     """One count in one tick, on a joint that slides quickly, where the observer does most: its largest torque
-    after it.
+    after it. Behind a late sensor the law takes the inertia too high.
     """
     loaded = rig()
     plan, subject = build(loaded), _subject(loaded)
+    tuned = dataclasses.replace(subject.axis.observer, excess=excess)
+    subject = dataclasses.replace(subject, axis=dataclasses.replace(subject.axis, observer=tuned))
     p, state, t, model = (
         records(array)[0] for array in (plan.params, new_records(1)[1], new_ticks(1, 1), plan.model)
     )
-    p["observer_deadband_nm"], t["compensation"] = 0.0, 1.0
+    p["observer_deadband_nm"], t["compensation"], p["observer_excess"] = 0.0, 1.0, excess
     state["bristle_share"], t["velocity_rad_s"] = 1.0, 1.0
     torques = []
     for k in range(50):

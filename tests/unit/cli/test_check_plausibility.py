@@ -211,6 +211,36 @@ def test_a_joint_that_friction_holds_shakes_no_further_than_its_bristles_bend(ri
     assert "at rest, 0.25 counts" in shaken[1].meaning
 
 
+def test_a_handle_beyond_a_sensor_of_moments_is_as_stiff_a_hand_for_the_steps_of_the_encoder(rig):
+    """The lever is the sensor's own, and may be nothing: the hand was as soft as that."""
+    at_the_handle = rows_of(rig())["steps of the encoder"]
+    turned = ("[0.0, 0.1, 0.0]", "[0.0, 0.01, 0.0]\naxis_direction = [1.0, 0.0, 0.0]")
+    assert rows_of(edited(rig(), turned))["steps of the encoder"] == at_the_handle
+
+
+def test_a_step_of_a_moment_makes_a_torque_though_the_axis_has_no_lever(rig, monkeypatch):
+    from rtctl.check import stability_report, verdicts_of_admittance_steps
+
+    asked = []
+    monkeypatch.setattr(stability_report, "verdicts", lambda subject, **_: asked.append(subject) or [])
+    turned = ("[0.0, 0.1, 0.0]", "[0.0, 0.1, 0.0]\naxis_direction = [1.0, 0.0, 0.0]")
+    loaded = load(edited(rig(), turned))
+    sensor = loaded.config.force_sensor.model_copy(update={"moments": True, "limit_nm": 4.0})
+    config = loaded.config.model_copy(update={"force_sensor": sensor})
+    examine(loaded.model_copy(update={"config": config}))
+    assert asked[0].moment_step_nm == pytest.approx(0.04)
+    shown = asked[0].table.admittance.model_copy(update={"mass_kgm2": 0.02, "velocity_gain_nms_rad": 2.0})
+
+    def torque(lever_m, step_nm):
+        table = asked[0].table.model_copy(update={"admittance": shown, "lever_m": lever_m})
+        one = dataclasses.replace(asked[0], table=table, moment_step_nm=step_nm)
+        return verdicts_of_admittance_steps.force_step_torque_nm(one)
+
+    force_n = asked[0].table.force.limit_n * verdicts_of_admittance_steps.RESOLUTION_SHARE
+    assert torque((0.0, 0.0, 0.0), force_n * 0.1) == pytest.approx(torque((0.0, 0.1, 0.0), 0.0))
+    assert torque((0.0, 0.1, 0.0), 0.04) >= torque((0.0, 0.1, 0.0), 0.0) > 0.0
+
+
 def test_a_stiffer_display_needs_more_friction_to_hold_a_flicker(rig):
     from rtctl.friction.guarantee import guarantee, holds_flicker
 
