@@ -128,9 +128,9 @@ def command(  # longer than 50 lines: the steps are in order of the work
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own. Columns in m or mm
     and N are of a linear axis."""
+    from rtctl.friction.logs.loads import with_load
     from rtctl.friction.logs.log_checks import diagnose
     from rtctl.friction.logs.log_input import options_of, samples
-    from rtctl.friction.logs.loads import with_load
     from rtctl.friction.logs.log_points import read_in_time
     from rtctl.friction.logs.logs import level_points
     from rtctl.friction.logs.plausibility import (

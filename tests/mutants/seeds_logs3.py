@@ -1,5 +1,4 @@
-"""Seeded bugs in what logs of a joint in motion tell: memory of a turn, files of LabVIEW, friction by load and
-warmth."""
+"""Seeded bugs in what logs tell: memory of a turn, files of LabVIEW, friction by load and by warmth."""
 
 from __future__ import annotations
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-import numpy as np
-
 from rtctl.errors import DataError
 from rtctl.friction.logs.logs import FrictionSamples
 from rtctl.friction.logs.regressors import Regressors
@@ -22,8 +20,7 @@ def with_load(samples: FrictionSamples, signals: Regressors) -> FrictionSamples:
     if outside is None:
         raise DataError(
             f"{signals.source}: friction by load needs two torques of the log, the motor's and the one from "
-            "outside (--column torque=... or current=..., and --column external=...): with one, both are what "
-            "the motion wants; leave --by-load out"
+            "outside (--column torque=... or current=..., and --column external=...); leave --by-load out"
         )
     both = {"load_nm": outside, "motor_nm": signals.torque_nm - outside}
     rows = signals.sliding

@@ -254,12 +254,9 @@ def _levels(
     if load_nm is not None:
         # of fewer speeds each, or a level of a slow joint would have no row of some loads
         whole = _levels(speed, log, max(2 * most // LOADS, 1))
-        parted = (level[np.argsort(load_nm[level], kind="stable")] for level in whole)
-        return [
-            part
-            for level in parted
-            for part in np.array_split(level, min(LOADS, max(len(level) // SAMPLES_PER_LEVEL, 1)))
-        ]
+        by_load = (level[np.argsort(load_nm[level], kind="stable")] for level in whole)
+        parts = (np.array_split(each, min(LOADS, max(len(each) // SAMPLES_PER_LEVEL, 1))) for each in by_load)
+        return [part for level in parts for part in level]
     # stable: equal speeds keep the order of time, so that the same file gives the same points everywhere
     order = np.argsort(speed, kind="stable")
     names = np.unique(log) if log is not None else np.zeros(0)

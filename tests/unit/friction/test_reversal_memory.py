@@ -53,7 +53,7 @@ def test_what_is_told_is_of_rows_that_were_not_fitted_to():
 
 
 def test_a_zero_and_a_difference_between_directions_are_told_apart_by_no_rounding():
-    """The lever of the environment of TU/e, one session: 4.3 N m were left of .05, by two halves of 6e5 N m."""
+    """A session of a lever of TU/e: 4.3 N m were left of .05, by two halves of 6e5 N m."""
     rng, n = np.random.default_rng(0), 400
     direction, block = np.sign(np.sin(np.arange(n) / 10 + 0.05)), np.arange(n) // 100
     direction[50] = 0.0  # turning back, in one half alone
