@@ -99,11 +99,8 @@ _POSITIVE = Number(min=0, max=1e9, min_open=True)
     help="slower rows are left out; default 0.03 rad/s, of a linear axis 1.5 % of the largest",
 )
 @click.option("--keep-offset", is_flag=True, help="leave the offset in the friction samples")
-@click.option(
-    "--offset-is-zero",
-    is_flag=True,
-    help="the offset is surely the sensor's zero: no direction rubs less than the other",
-)
+@click.option("--offset-is-zero", is_flag=True, help="the offset is surely the zero of the torque's sensor")
+@click.option("--by-load", is_flag=True, help="points by speed and load of two torques, for fit --by-load")
 @click.option("--out", type=OutputFolder(), help="folder for points.csv and regression.json")
 @click.option("--json", "as_json", is_flag=True, help="one JSON object on stdout")
 def command(  # longer than 50 lines: the steps are in order of the work
@@ -121,6 +118,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     speed_min: float | None,
     keep_offset: bool,
     offset_is_zero: bool,
+    by_load: bool,
     out: Path | None,
     as_json: bool,
     **gearing: float | None,
@@ -130,6 +128,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
     Every torque on the joint must be mapped: the motor's (torque or current), and the hand's (external) if
     one was on the rig. Several logs are one regression, each with an offset of its own. Columns in m or mm
     and N are of a linear axis."""
+    from rtctl.friction.logs.loads import with_load
     from rtctl.friction.logs.log_checks import diagnose
     from rtctl.friction.logs.log_input import options_of, samples
     from rtctl.friction.logs.log_points import read_in_time
@@ -193,6 +192,7 @@ def command(  # longer than 50 lines: the steps are in order of the work
         if out:
             sha256 = hashlib.sha256("".join(part.sha256 for part in parts).encode()).hexdigest()
             sliding = samples(signals, fit, sha256, remove_offset=not keep_offset, zero_known=offset_is_zero)
+            sliding = with_load(sliding, signals) if by_load else sliding
             points = level_points(with_temperature(sliding, signals, options, warmth) if warmth else sliding)
             _write(out, points, found.bent, document, motion)
     lines = [*fit_lines(fit, found.bent, signals.radian, motion), *reversal_lines(turned)]

@@ -33,6 +33,8 @@ LEVELS_MAX = 60
 SAMPLES_PER_LEVEL = 8
 LEVELS_OF_A_LOG = 12
 """Levels that each of several logs has at least, each direction."""
+LOADS = 9
+"""Parts of a level whose load is known, of equally many rows: loads that help, that hinder, and between."""
 
 # another session is taken to differ from this one as its stretches do (decision 0098)
 PARTS = 5
@@ -167,7 +169,8 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
 
     Levels hold equally many samples each (at least `SAMPLES_PER_LEVEL`), so they are narrow where the hand
     moved most. Each of several logs (column `log`) has levels of its own, so that whole logs can be held out.
-    A point is the mean speed, the median friction, its standard deviation at one speed, the one between
+    Where the load is known (column `load_nm`) there are twice as many, and each is of one load as well. A
+    point is the mean speed, the median friction, its standard deviation at one speed, the one between
     stretches of time, the count, and of the other columns what holds for the whole level: a mean that says
     something, or the one value there is.
 
@@ -185,7 +188,7 @@ def level_points(samples: FrictionSamples, levels: int = LEVELS_MAX) -> Friction
         own = part[chosen]
         beside = {name: column[chosen] for name, column in samples.columns.items()}
         # `LEVELS_MAX` whatever is asked for: a machine's time grows with the square of its points
-        for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX)):
+        for level in _levels(speed, beside.get("log"), min(levels, LEVELS_MAX), beside.get("load_nm")):
             # the median, since a spike or a bump in some rows is no friction of this speed
             value = float(np.median(friction[level]))
             if not value > 0:
@@ -244,8 +247,16 @@ def _between(friction: np.ndarray, part: np.ndarray) -> float:
     return float(np.std(medians, ddof=1)) if len(medians) > 1 else math.nan
 
 
-def _levels(speed: np.ndarray, log: np.ndarray | None, most: int) -> list[np.ndarray]:
+def _levels(
+    speed: np.ndarray, log: np.ndarray | None, most: int, load_nm: np.ndarray | None = None
+) -> list[np.ndarray]:
     """Rows of each level of one direction: `most` of them of one log, of several about as many together."""
+    if load_nm is not None:
+        # of fewer speeds each, or a level of a slow joint would have no row of some loads
+        whole = _levels(speed, log, max(2 * most // LOADS, 1))
+        by_load = (level[np.argsort(load_nm[level], kind="stable")] for level in whole)
+        parts = (np.array_split(each, min(LOADS, max(len(each) // SAMPLES_PER_LEVEL, 1))) for each in by_load)
+        return [part for level in parts for part in level]
     # stable: equal speeds keep the order of time, so that the same file gives the same points everywhere
     order = np.argsort(speed, kind="stable")
     names = np.unique(log) if log is not None else np.zeros(0)

@@ -65,6 +65,10 @@ WORTH = 0.25
 LENGTHS_PER_DECADE = 4
 """Lengths tried per decade: the error is flat about its least."""
 
+TOLD = 1e-3
+"""Share of the columns' size below which what sets two of them apart is taken for nothing: an offset and a
+difference between the directions differ in the turns alone, and not at all where nothing bends."""
+
 LAGS_S = (0.0, 0.002, 0.005, 0.01, 0.02, 0.04, 0.08)
 """Frictional lags tried, s: a few milliseconds in lubricated contacts."""
 
@@ -141,12 +145,13 @@ def tried_lengths(parts: Sequence[TurningPart]) -> np.ndarray:
 
 @dataclass(frozen=True)
 class TurnRows:
-    """Kept rows of all parts: torque (n,), columns of the motion, which are near a turn, their blocks and
-    halves."""
+    """Kept rows of all parts: torque (n,), columns of the motion and of the offset of each part, which are
+    near a turn, their blocks and halves."""
 
     parts: tuple[TurningPart, ...]
     torque_nm: np.ndarray
     motion: np.ndarray
+    offsets: np.ndarray
     near: np.ndarray
     block: np.ndarray
 
@@ -172,7 +177,8 @@ class TurnRows:
         return cls(
             parts=tuple(parts),
             torque_nm=np.concatenate([part.torque_nm[part.rows] for part in parts]),
-            motion=np.hstack([np.concatenate([part.motion[part.rows] for part in parts]), offsets]),
+            motion=np.concatenate([part.motion[part.rows] for part in parts]),
+            offsets=offsets,
             near=np.concatenate(near),
             block=np.concatenate(block),
         )
@@ -194,16 +200,28 @@ class TurnRows:
         for fitted, rest in self.halves():
             left = [self._solved(design, fitted) for design in designs]
             best = int(np.argmin([squares for _, squares in left]))
-            residual[rest] = self.torque_nm[rest] - designs[best][rest] @ left[best][0]
+            whole = np.hstack([designs[best][rest], self.offsets[rest]])
+            residual[rest] = self.torque_nm[rest] - whole @ left[best][0]
         every = np.ones(len(residual), bool)
         best = int(np.argmin([self._solved(design, every)[1] for design in designs]))
         return _Found(residual, float(values[best]))
 
     def _solved(self, design: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, float]:
-        scale = np.sqrt((design[rows] ** 2).mean(axis=0)) + np.finfo(float).tiny
-        solution = np.linalg.lstsq(design[rows] / scale, self.torque_nm[rows], rcond=1e-9)[0] / scale
-        left = self.torque_nm[rows] - design[rows] @ solution
-        return solution, float(left @ left)
+        """Coefficients of the columns and of the offsets, fitted to some rows, and the squares left there."""
+        part = self.offsets[rows]
+        count = np.maximum(part.sum(axis=0), 1.0)
+
+        def zero(values: np.ndarray) -> np.ndarray:
+            return np.asarray(part.T @ values / count[:, None])
+
+        # about the zeros, so that none of them, however large, has a say in what the columns do not tell
+        columns, torque = design[rows], self.torque_nm[rows, None]
+        columns, torque = columns - part @ zero(columns), torque - part @ zero(torque)
+        scale = np.sqrt((columns**2).mean(axis=0)) + np.finfo(float).tiny
+        solution = np.linalg.lstsq(columns / scale, torque[:, 0], rcond=TOLD)[0] / scale
+        left = torque[:, 0] - columns @ solution
+        rest = self.torque_nm[rows] - design[rows] @ solution
+        return np.concatenate([solution, zero(rest[:, None])[:, 0]]), float(left @ left)
 
     def judged_sum(self, lengths_rad: np.ndarray, peaks_at_rad: float) -> _Found:
         """Held-out residuals of a sum of stop operators: weights >= 0 by direction, the peaks on the operator
@@ -212,7 +230,8 @@ class TurnRows:
         # of one length: peaks of every length beside the operators themselves would be twice as many columns,
         # nearly alike
         peaks = every[int(np.argmin(np.abs(lengths_rad - peaks_at_rad)))][:, 2:]
-        free, bound = np.hstack([self.motion, peaks]), np.hstack([each[:, :2] for each in every])
+        free = np.hstack([self.motion, self.offsets, peaks])
+        bound = np.hstack([each[:, :2] for each in every])
         residual = np.empty(len(self.torque_nm))
         for fitted, rest in self.halves():
             weights, others = _bounded(bound[fitted], free[fitted], self.torque_nm[fitted])

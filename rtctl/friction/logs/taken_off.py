@@ -95,7 +95,8 @@ def taken_off(
 def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
     """The balance with friction columns (n, k), forwards and backwards first, with and without the sign of
     the velocity (n,)."""
-    plain = np.hstack([rows.motion, friction])
+    motion = np.hstack([rows.motion, rows.offsets])
+    plain = np.hstack([motion, friction])
     scale = np.sqrt((plain**2).mean(axis=0)) + np.finfo(float).tiny
     both = np.column_stack([sign, rows.torque_nm])
     # once for both (Frisch, Waugh and Lovell): the sign's coefficient is that of what no other column has
@@ -108,7 +109,7 @@ def _fitted(rows: TurnRows, friction: np.ndarray, sign: np.ndarray) -> _Found:
     error = float(np.sqrt((np.bincount(rows.block, own * left) ** 2).sum())) / power
     # beside the sign: what that takes goes off the bristles' friction
     levels = (shared[:, 1] - value * shared[:, 0]) / scale
-    first = rows.motion.shape[1]
+    first = motion.shape[1]
     return _Found(
         value, error, float(levels[first : first + 2].mean()), float(left @ left), float(rest @ rest)
     )

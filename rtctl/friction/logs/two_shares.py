@@ -69,7 +69,8 @@ def with_share_of_two(
         f"{signals.source}: friction grows with {best.of}, by {value:.2g} of it (+- {2 * error:.1g}): it "
         "differs where a torque drives the joint and where it brakes it, as through a gear or a screw; "
         "that share is fitted as torque_share, Coulomb and viscous friction are what is left without "
-        "torque, and the points hold it at the torques of this log"
+        "torque, and the points hold it at the torques of this log (--by-load: at several, for rtctl fit "
+        "--by-load)"
     )
     # the noise of one record is in either column with opposite signs
     column = 0.5 * (best.recorded.column + best.wanted.column)

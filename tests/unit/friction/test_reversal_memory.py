@@ -6,7 +6,7 @@ from simulated_bristles import log, lugre, maxwell_slip, rigid, stop
 
 from rtctl.friction.logs.bristle_columns import lugre_bristle
 from rtctl.friction.logs.dynamics import CUTOFF_HZ, AxisLog, smooth
-from rtctl.friction.logs.reversal_memory import TURNS_MIN, WORTH, reversals_of_logs
+from rtctl.friction.logs.reversal_memory import TURNS_MIN, WORTH, TurnRows, reversals_of_logs
 
 
 def rungs(found):
@@ -50,6 +50,26 @@ def test_what_is_told_is_of_rows_that_were_not_fitted_to():
         heard = np.std(smooth(noise, whole.rate_hz, CUTOFF_HZ))
         left += [rung.rms_nm / heard for rung in reversals_of_logs([alone]).rungs]
     assert np.mean(left) > 1.0
+
+
+def test_a_zero_and_a_difference_between_directions_are_told_apart_by_no_rounding():
+    """A session of a lever of TU/e: 4.3 N m were left of .05, by two halves of 6e5 N m."""
+    rng, n = np.random.default_rng(0), 400
+    direction, block = np.sign(np.sin(np.arange(n) / 10 + 0.05)), np.arange(n) // 100
+    direction[50] = 0.0  # turning back, in one half alone
+    noise = 0.002 * rng.standard_normal(n)
+    ends = 1e-7 * rng.standard_normal(n)  # what a filter leaves of a column
+    sides = np.column_stack([np.maximum(direction, 0) + ends, np.minimum(direction, 0)])
+    rows = TurnRows(
+        parts=(None,),
+        torque_nm=0.3 + 0.05 * direction + noise,
+        motion=rng.standard_normal((n, 2)),
+        offsets=np.ones((n, 1)),
+        near=np.ones(n, bool),
+        block=block,
+    )
+    left = rows.judged(lambda _part, _value: sides, [0.0]).residual_nm
+    assert np.abs(left).max() < 5 * 0.002 + 0.05
 
 
 @pytest.mark.parametrize("offset_nm", [0.3, -2.0])
