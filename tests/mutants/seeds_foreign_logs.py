@@ -453,10 +453,10 @@ SEEDS = (
         CELLS,
     ),
     Seed(
-        "a date that is none is 292 years before the others",
+        "a date that is none is the first one",
         "hw/playback/columns.py",
-        "np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)",
-        "since.astype(np.int64) * 1e-9",
+        "np.asarray((stamps - stamped[0])",
+        "np.nan_to_num((stamps - stamped[0])",
         CELLS,
     ),
     Seed(
