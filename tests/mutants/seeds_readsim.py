@@ -40,6 +40,13 @@ SEEDS = (
         (f"{STATES}::test_an_empty_bag_is_told_as_one_and_not_as_one_of_other_topics",),
     ),
     Seed(
+        "the first stamp of a simulation, 0, is taken for none",
+        "rtctl/recording/joint_states.py",
+        "states = [(state.stamp_ns, state) for _, state in states]",
+        "states = [(state.stamp_ns or ns, state) for ns, state in states]",
+        (f"{STATES}::test_a_clock_of_a_simulation_that_begins_at_0_is_one",),
+    ),
+    Seed(
         "joints of different messages are an IndexError",
         "rtctl/recording/joint_states.py",
         "    if not states:\n        raise DataError(",
