@@ -67,8 +67,8 @@ def test_without_a_stamp_it_is_when_the_message_was_recorded(tmp_path):
 
 
 def test_a_clock_of_a_simulation_that_begins_at_0_is_one(tmp_path):
-    # the stamp of the first message alone is 0
-    states = [message(0, stamp=False), *(message(k + 1) for k in range(8))]
+    # the stamp of the first sound message alone is 0; recorded it was after 2 ms
+    states = [b"", message(0, stamp=False), *(message(k + 1) for k in range(8))]
     found = read_table(bag(tmp_path, states), ("time_s", ELBOW)).columns
     assert found["time_s"] == pytest.approx([0.0, *(7.001 + 0.001 * np.arange(8))], abs=1e-9)
 
