@@ -455,8 +455,8 @@ SEEDS = (
     Seed(
         "a date that is none is 292 years before the others",
         "hw/playback/columns.py",
-        "np.where(np.isnat(since), np.nan, since.astype(np.int64) * 1e-9)",
-        "since.astype(np.int64) * 1e-9",
+        '(stamps - stamped[0]) / np.timedelta64(1, "s")',
+        '(stamps - stamped[0]).astype("timedelta64[ns]").astype(np.int64) * 1e-9',
         CELLS,
     ),
     Seed(
