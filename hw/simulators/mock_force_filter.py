@@ -38,15 +38,17 @@ def fill_force_filter(p: np.void, table: Options, period_s: float) -> None:
 
 
 @compiled
-def advance_force(s: np.record, p: np.record) -> None:
-    """Put the hand's torque of a new period through the sensor's low-pass and into the line of what it shows
-    late.
+def advance_force(s: np.record, p: np.record, periods: int) -> None:
+    """Put the hand's torque at the end of so many periods through the sensor's low-pass and into the line of
+    what it shows late.
 
-    Exact for a torque that runs straight from one period to the next: with e = exp(-w T) that is
+    Exact for a torque that runs straight over them: with e = exp(-w T), T all of their time, that is
     f <- e f + (1 - a) now + (a - e) before, a = (1 - e)/(w T)."""
     kept = p.force_kept
     if kept == 0.0 and p.force_delay_ticks == 0:
         return
+    if periods > 1:
+        kept = kept**periods
     ahead = (1.0 - kept) / -math.log(kept) if kept > 0.0 else 0.0
     for axis in range(len(s.hand_torque_nm)):
         line, now = s.force_line_nm[axis], s.hand_torque_nm[axis]

@@ -125,7 +125,7 @@ def advance(s: np.record, p: np.record, periods: int, steps: int) -> None:
             _drive_axis(s, p, axis, time_s, duration_s, steps, line[whole])
         for k in range(DELAY_LINE - 1, 0, -1):
             line[k] = line[k - 1]
-    advance_force(s, p)
+    advance_force(s, p, periods)
     s.tick += periods
 
 
@@ -143,9 +143,13 @@ def _catch_up(s: np.record, p: np.record, tick: int) -> None:
     for _ in range(min(tick - s.tick, max(CATCH_UP_TICKS, p.time_to_live_ticks + DELAY_LINE))):
         advance(s, p, 1, p.substeps)
     rest = tick - s.tick
-    if rest > 0:
+    # the last of them by themselves again: a late force sensor shows one of each
+    late = min(rest, p.force_delay_ticks)
+    if rest > late:
         # torque-free by now, and the implicit step is stable
-        advance(s, p, rest, CATCH_UP_TICKS * p.substeps)
+        advance(s, p, rest - late, CATCH_UP_TICKS * p.substeps)
+    for _ in range(late):
+        advance(s, p, 1, p.substeps)
 
 
 @compiled

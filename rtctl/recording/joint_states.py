@@ -146,10 +146,12 @@ def _columns(topic: str, messages: list[tuple[int, bytes]], wanted: Sequence[str
             state = decoded(data)
         except (ValueError, UnicodeDecodeError):
             continue
-        # 0: a publisher that fills no header
-        states.append((state.stamp_ns or recorded_ns, state))
+        states.append((recorded_ns, state))
     if not states:
         return {}
+    # 0 throughout: a publisher that fills no header; a first one of 0 is how the clock of a simulation begins
+    if any(state.stamp_ns for _, state in states):
+        states = [(state.stamp_ns, state) for _, state in states]
     joints = dict.fromkeys(name for _, state in states for name in state.names)
     asked = {name for name in joints if any(each.startswith(f"{topic}/{name}/") for each in wanted)}
     # else the joints of the first message: a bag may mix an arm's with a gripper's

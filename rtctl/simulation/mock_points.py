@@ -20,6 +20,7 @@ import numpy as np
 from hw.jit import compiled, records
 from hw.simulators.mock_plant import plant_read, plant_write
 from hw.simulators.mock_records import plant_records
+from rtctl.errors import DataError
 from rtctl.friction.presliding import Presliding, Ramp, presliding, ramp_of
 from rtctl.rig_file.config import LoadedConfig, load
 from rtctl.simulation.shipped_files import shipped_config
@@ -212,9 +213,12 @@ def _break_away_point(rig: Rig, direction: int, measurements: int) -> Point:
         _come_to_rest(rig)
         moving_rad = MOVING_COUNTS * rig.count_rad
         began = _break_away(rig.tick, state, params, step_a, moving_rad, look_back, positions_rad, currents_a)
+        if began < 0:  # a point of NaN would be learned from, or refused by a fit that does not know why
+            most = f"{RAMP_NM_S * RAMP_MAX_S:g} N m, the most that is tried"
+            raise DataError(f"the joint did not break away at {most}: measure it with rtctl identify")
         torque = (currents_a[: began + 1] - rig.bias_a) * rig.torque_per_ampere
         # averaged over the look-back, ending where the motion began, against the sensor's noise
-        samples[k] = float(np.mean(torque[-look_back:])) if began > 0 else math.nan
+        samples[k] = float(np.mean(torque[-look_back:]))
         ramps.append(ramp_of(positions_rad[: began + 1], torque, samples[k], rig.count_rad, rig.period_s))
     return _point(samples, 0.0, direction, presliding([ramp for ramp in ramps if ramp]))
 
@@ -252,7 +256,8 @@ def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) 
 def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEASUREMENTS) -> list[Point]:
     """Measure both directions of axis 0 of the simulated rig of `loaded`.
 
-    Returns `2 (levels + 1)` points: per direction break-away at zero speed, then rising speed."""
+    Returns `2 (levels + 1)` points: per direction break-away at zero speed, then rising speed. Raises
+    DataError for a joint that does not break away."""
     rig = Rig(loaded)
     rig.bias_a = rested_a(rig)
     points = []
@@ -277,13 +282,9 @@ def write_csv(points: list[Point], path: Path) -> None:
 def _cell(column: str, value: float | None) -> str:
     if value is None:
         return ""
-    return (
-        f"{value:.9g}"
-        if column == "velocity_rad_s"
-        else str(value)
-        if isinstance(value, int)
-        else f"{value:.7f}"
-    )
+    if column == "velocity_rad_s":
+        return f"{value:.9g}"
+    return str(value) if isinstance(value, int) else f"{value:.7f}"
 
 
 def main(arguments: list[str]) -> None:

@@ -16,11 +16,35 @@ SEEDS = (
         ("tests/unit/hw/test_mock_timing.py::test_after_a_long_gap_no_late_current_holds_the_motor",),
     ),
     Seed(
+        "a late force sensor shows what was before a gap",
+        "hw/simulators/mock_plant.py",
+        "late = min(rest, p.force_delay_ticks)",
+        "late = min(rest, 0)",
+        (
+            "tests/unit/hw/test_mock_timing.py"
+            "::test_after_a_long_gap_a_late_force_sensor_shows_what_it_shows_without",
+        ),
+    ),
+    Seed(
+        "the low-pass of the force sensor stands still in a gap",
+        "hw/simulators/mock_force_filter.py",
+        "    if periods > 1:",
+        "    if False:",
+        ("tests/unit/hw/test_force_filter.py::test_many_periods_at_once_are_as_many_of_a_ramp",),
+    ),
+    Seed(
         "an empty bag is told as one of other topics",
         "rtctl/recording/joint_states.py",
         "        if empty:",
         "        if False:",
         (f"{STATES}::test_an_empty_bag_is_told_as_one_and_not_as_one_of_other_topics",),
+    ),
+    Seed(
+        "the first stamp of a simulation, 0, is taken for none",
+        "rtctl/recording/joint_states.py",
+        "states = [(state.stamp_ns, state) for _, state in states]",
+        "states = [(state.stamp_ns or ns, state) for ns, state in states]",
+        (f"{STATES}::test_a_clock_of_a_simulation_that_begins_at_0_is_one",),
     ),
     Seed(
         "joints of different messages are an IndexError",

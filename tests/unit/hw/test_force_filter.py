@@ -24,7 +24,7 @@ def shown(torques, **force):
     out = []
     for torque in torques:
         backend.state["hand_torque_nm"] = torque
-        advance_force(backend.state[0], backend.params[0])
+        advance_force(backend.state[0], backend.params[0], 1)
         out.append(shown_torque(backend.state[0], backend.params[0], 0))
     return np.array(out)
 
@@ -39,6 +39,15 @@ def test_the_low_pass_answers_a_ramp_as_one_in_continuous_time(hz):
     t, tau = T * np.arange(1, 400), 1 / (2 * math.pi * hz)
     exact = t - tau * (1 - np.exp(-t / tau))
     np.testing.assert_allclose(shown(t, lowpass_hz=hz), exact, rtol=1e-9, atol=1e-12)
+
+
+def test_many_periods_at_once_are_as_many_of_a_ramp():
+    options = MockOptions.model_validate({"force": {"lowpass_hz": 3.0}}).model_dump(mode="json")
+    device = MockBackend(options, RIG)
+    device.state["hand_torque_nm"] = 400 * T
+    advance_force(device.state[0], device.params[0], 400)
+    one_by_one = shown(T * np.arange(1, 401), lowpass_hz=3.0)[-1]
+    assert shown_torque(device.state[0], device.params[0], 0) == pytest.approx(one_by_one, rel=1e-9)
 
 
 @pytest.mark.parametrize("late", [1, 5, FORCE_LINE - 1])

@@ -10,6 +10,7 @@ import pytest
 from hw.simulators.jit import records
 from hw.simulators.mock_bristles import static_friction
 from hw.simulators.mock_records import plant_records
+from rtctl.errors import DataError
 from rtctl.friction import artefact
 from rtctl.friction.point_reader import read_points
 from rtctl.rig_file.config import load
@@ -34,6 +35,13 @@ def curve(loaded):
         return abs(static_friction(velocity_rad_s or direction * 1e-12, 0.0, params[0], 0))
 
     return friction_nm
+
+
+@pytest.mark.compiled
+def test_a_joint_that_does_not_break_away_is_told_and_no_point(loaded, monkeypatch):
+    monkeypatch.setattr(mock_points, "RAMP_MAX_S", 0.2)  # 10 mN m
+    with pytest.raises(DataError, match=r"did not break away at 0\.01 N m.*rtctl identify"):
+        mock_points.measure(loaded, levels=1, measurements=2)
 
 
 def test_points_measured_now_lie_on_the_true_curve(loaded, curve):

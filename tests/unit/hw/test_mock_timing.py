@@ -131,3 +131,18 @@ def test_after_a_long_gap_no_late_current_holds_the_motor(gap):
     tick["tick"] = 19 + gap
     device.read(tick)
     assert device.state["motor_torque_nm"][0, 0] == 0.0
+
+
+def test_after_a_long_gap_a_late_force_sensor_shows_what_it_shows_without():
+    """The low-pass and the line of what is shown late go on in a gap, too."""
+    force = {"lowpass_hz": 20.0, "delay_ticks": 8, "resolution_n": 0.0}
+    hand = [{"kind": "sine", "start_s": 0.0, "amplitude_rad": 0.3, "stiffness_nm_rad": 50.0}]
+    tick, found = records(new_ticks(1)), []
+    for slots in (range(300), [*range(300), 1000], range(1001)):
+        device = backend(force=force, hand=hand)
+        for slot in slots:
+            tick["tick"] = slot
+            device.read(tick)
+        found.append(float(tick["force_n"][0, 1]))
+    before, over_a_gap, without = found
+    assert over_a_gap == pytest.approx(without, abs=0.1 * abs(without - before))

@@ -66,6 +66,13 @@ def test_without_a_stamp_it_is_when_the_message_was_recorded(tmp_path):
     assert found["time_s"] == pytest.approx(0.002 * np.arange(9), abs=1e-12)
 
 
+def test_a_clock_of_a_simulation_that_begins_at_0_is_one(tmp_path):
+    # the stamp of the first sound message alone is 0; recorded it was after 2 ms
+    states = [b"", message(0, stamp=False), *(message(k + 1) for k in range(8))]
+    found = read_table(bag(tmp_path, states), ("time_s", ELBOW)).columns
+    assert found["time_s"] == pytest.approx([0.0, *(7.001 + 0.001 * np.arange(8))], abs=1e-9)
+
+
 def test_a_quantity_that_is_not_told_is_no_column_and_a_damaged_message_no_row(tmp_path):
     states = [message(k, effort=False) for k in range(9)]
     states[4] = states[4][:30]
