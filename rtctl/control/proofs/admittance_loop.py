@@ -38,8 +38,8 @@ from rtctl.control.proofs.eigenvalues import eigenvalues_of_each
 from rtctl.control.velocity import lowpass_alpha
 
 WORLD_STIFFNESS_NM_RAD = 1e6
-WORLD_DAMPING_NMS_RAD = 1e3
-"""The virtual worlds: from nothing to these."""
+WORLD_DAMPING_NMS_RAD = 1e4
+"""The virtual worlds: from nothing to these, the most that a program may ask for (`environments.kind`)."""
 
 USUAL_INERTIA_KGM2 = 0.012
 """Joint of the size for which the springs and dampers that are tried are written; of any other they are in
