@@ -178,5 +178,5 @@ def test_discs_hold_what_numbers_of_them_give():
 
 
 def test_the_worlds_that_are_proved_are_all_that_a_program_may_ask_for():
-    assert admittance_loop.WORLD_STIFFNESS_NM_RAD == STIFFNESS.high
-    assert admittance_loop.WORLD_DAMPING_NMS_RAD == DAMPING.high
+    assert STIFFNESS.high == admittance_loop.WORLD_STIFFNESS_NM_RAD
+    assert DAMPING.high == admittance_loop.WORLD_DAMPING_NMS_RAD
