@@ -73,4 +73,14 @@ SEEDS = (
             "may_ask_for",
         ),
     ),
+    Seed(
+        "a swing is told by the largest that was tried",
+        "rtctl/control/proofs/admittance_sticking.py",
+        "_HALVINGS = 5",
+        "_HALVINGS = 0",
+        (
+            "tests/unit/control/test_admittance_sticking.py::test_a_swing_between_two_that_are_tried_is_told_as_"
+            "fast_as_it_stands",
+        ),
+    ),
 )
