@@ -25,7 +25,8 @@ SOFTER = (0.0625, 0.25)
 """Softer bristles of a joint that sticks, as shares of those told: friction may be less than its peak."""
 
 SWINGS = (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0)
-"""Amplitudes tried, in presliding lengths."""
+"""Amplitudes tried, in presliding lengths. Upwards from 1, as a swing that begins at rest grows, until one
+does not: from there none comes to a larger one that would grow again."""
 
 _HALVINGS = 5
 """Between two of them: to 1.5 %."""
@@ -67,7 +68,8 @@ def sticking(loop: AdmittanceLoop) -> Sticking:
         return Sticking(found, 0.0, "")
     worst, at = 0.0, found.at
     for share, one in _tried(loop):
-        # stiffer bristles slide sooner; softer ones are those of a smaller friction
+        # stiffer bristles slide sooner, with the same friction; softer ones are those of a smaller friction,
+        # which slides after the same way
         length = loop.presliding_rad / max(share, 1.0)
         for point in _followed(one, share):
             speed = length * _swing(one, point)

@@ -128,7 +128,7 @@ def test_a_swing_between_two_that_are_tried_is_told_as_fast_as_it_stands(monkeyp
     k_h, m_h, k_e = WORST
     at = points([(k_h, 0.0, m_h, HEAVY.bristle_nm_rad, 0.0, k_e, 0.0)])
     told = admittance_sticking._swing(HEAVY, at)
-    monkeypatch.setattr(admittance_sticking, "SWINGS", (1.0, 5.0, 34.0))
+    monkeypatch.setattr(admittance_sticking, "SWINGS", (1.0, 4.0, 34.0))
     assert admittance_sticking._swing(HEAVY, at) == pytest.approx(told, rel=0.08)
 
 
