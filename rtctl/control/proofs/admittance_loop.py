@@ -54,8 +54,8 @@ _SOFTEST = 0.004
 _INERTIAS = (0.0, 0.03, 0.12, 0.4, 1.0)
 _DAMPINGS = (0.0, 0.05, 1.0)
 """Hands of the grid, as shares of the box: twice as stiff at each step, and up to four times as heavy.
-Between them the proof looks, on a joint that slides (`admittance_proof`). Few dampings, as the worst hands are
-those without (`fine_worlds`)."""
+Between them the proof looks, on a joint that slides (`admittance_proof`). Few dampings, as the worst hands
+have none (`fine_worlds`)."""
 
 _OWN_STATES = 8
 """States of the law, beside commands and forces that are under way."""

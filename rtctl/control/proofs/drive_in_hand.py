@@ -29,8 +29,8 @@ little."""
 
 _HALVINGS = 12
 _TERMS = 8
-"""Of `exponential`: within 1e-11 of SciPy's for loops of the shipped display (norm of A T to 36), where the
-finest tolerance of a proof is 1e-9."""
+"""Halvings and terms of `exponential`: within 1e-11 of SciPy's for loops of the shipped display (norm of A T
+to 36), where the finest tolerance of a proof is 1e-9."""
 _UNUSED_1_S = -1e3
 """States that a joint does not have die out. Any rate below 0 would do: an eigenvalue between 0 and 1 that
 does not turn is neither unstable nor a vibration."""
