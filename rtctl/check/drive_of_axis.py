@@ -20,7 +20,11 @@ def _joints(joint: Joint, inertia_kgm2: float) -> tuple[ElasticJoint, ...]:
 
 
 def drive_of(table: AxisTable, joint: Joint, period_s: float, between: Between, way: ForceWay) -> Drive:
-    """The drive of an axis that slides, with its force sensor."""
+    """The drive of an axis that slides, with its force sensor.
+
+    Its damping is the rig file's, not what a feed-forward leaves of it: that only takes part of the
+    observer's work (`observer_loop`). An admittance, which has no observer, puts in what is left
+    (`admittance_figures.loop_of`)."""
     return Drive(
         table.inertia_kgm2,
         table.viscous_nms_rad,

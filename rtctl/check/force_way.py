@@ -39,6 +39,7 @@ def of_axis(loaded: LoadedConfig, axis: int) -> ForceWay:
         rig = subset(loaded.config.hardware(), member.axes)
         found = registry.force_sensor(member.kind, member.options, rig)
         says += [(member.label, found)] if found is not None else []
+    # 0 is none, not the slowest: a device that says a delay alone takes no low-pass of the rig file away
     cuts = [one.lowpass_hz for _, one in says if one.lowpass_hz > 0]
     late_s = max((one.delay_s for _, one in says), default=0.0)
     return ForceWay(

@@ -89,6 +89,7 @@ def _measured(pulse: AxisTiming, T: float) -> Between:
         # the pulse tells both together; a lag counted in the delay too would count twice
         max(pulse.delay_s - pulse.lag_s, 0.0) / T,
         lag_hz,
+        # rounded, where a declared period is taken up: a measured one is never a whole number of ticks
         max(round(pulse.sample_period_s / T), 1),
     )
 
@@ -113,7 +114,7 @@ def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]
             lag_hz = min(lag_hz or math.inf, one.current_loop_hz)
         if "position" in member.channels:  # an old force delays no coupling
             sample_ticks = max(sample_ticks, math.ceil(one.sample_period_s / T - _SLACK_TICKS))
-    # a delay in ticks that was given in ticks is a whole number again
+    # a delay that was given in ticks is a whole number again: whole ones have closed forms
     delay = round(delay) if abs(delay - round(delay)) < _SLACK_TICKS else delay
     claim = _Claim(" and ".join(names), Between(float(delay), lag_hz, sample_ticks, jitter))
     return [claim] if names else [], undeclared

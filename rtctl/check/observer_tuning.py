@@ -96,7 +96,8 @@ def _tuned(loop: Loop, gears: tuple[ElasticJoint, ...], *, fixed: bool) -> Tunin
     from rtctl.control.proofs import observer_match
 
     slower = [] if fixed else slower_hz(loop.bandwidth_hz)
-    # what gears bear without the sensor is what is usual here
+    # what gears bear without the sensor is what is usual, and no more is tried behind it, as a sensor may
+    # be quicker than it is said to be
     at_once = replace(loop, sensor_ticks=0, sensor_hz=0.0)
     usual_hz = observer_match.largest_in_gears(at_once, gears, (loop.bandwidth_hz, *slower))
     if usual_hz == 0.0 or not judged(replace(at_once, bandwidth_hz=usual_hz)).ok:

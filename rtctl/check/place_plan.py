@@ -59,7 +59,7 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     p["place_trough_nm"][a] = model.place_trough_nm
     p["place_length_rad"][a] = PLACE_LENGTH * model.place_period_rad
     bandwidth_hz = p["observer_bandwidth_rad_s"][a] / (2 * math.pi)
-    # of the direction that was measured less far
+    # of the direction that was measured less far: beyond it the model is an end, not a curve
     trained_rad_s = min(branch.speed_max_rad_s for branch in model.branches)
     late_s = float(p["observer_late_ticks"][a] * p["period_s"])
     speed_rad_s, judged = judged_by(axis, model.place_waves_per_rad, trained_rad_s, bandwidth_hz, late_s)

@@ -125,4 +125,5 @@ class Subject:
 def ranked(rows: Iterable[Verdict]) -> list[Verdict]:
     """The worst row last: by outcome, then by how much of the bound is used; a use that is no number is the
     worst."""
+    # NaN is neither more nor less than any number: sorted by it, rows would stand as they came
     return sorted(rows, key=lambda row: (row.outcome, math.inf if math.isnan(row.use) else row.use))

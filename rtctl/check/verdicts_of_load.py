@@ -17,7 +17,7 @@ def load(s: Subject) -> list[Verdict]:
     by_load = found is not None and found.load_share > 0
     share = found.load_share if found is not None else 0.0
     passed, most = share <= LOOP_MOST, LOOP_MOST
-    # rounded down: what is advised passes
+    # the share is linear in the gain; rounded down: what is advised passes
     bound = math.floor(1e3 * gain * most / share) / 1e3 if share > 0 else gain
     if not by_load:
         meaning = (

@@ -47,6 +47,7 @@ def places_seen(s: Subject) -> list[Verdict]:
     late_s = s.axis.observer.own_ticks * s.period_s  # seen as much later than the model is
     speed, judged = judged_by(s.table, found.place_waves_per_rad, found.speed_max_rad_s, bandwidth_hz, late_s)
     figure = f"{speed:.3g} rad/s"
+    # told only, as a rig works without its places: they are just not trusted, and the weakest one counts
     if speed <= 0:
         meaning = 'no force sensor, so the places are never seen: friction.place = "given" or "off"'
         return [s.row("places that are seen", figure, "> 0", Outcome.WARN, meaning)]

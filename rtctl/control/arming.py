@@ -27,9 +27,18 @@ MAX_SHARE = 0.05
 """Share of the torque limit the test may use at most (safety contract)."""
 
 CURRENT_SHARE = 0.25
+"""Least answer of the current, as a share of what was sent: sign and life alone. How much it may be off is
+`current_answer`'s, which measures the gain with an error."""
+
 SIGN_COUNTS = 4
+"""Counts that are no motion: more than a reading that flickers goes by (`flicker.WIDE`)."""
+
 HAND_SHARE = 0.5
+"""With more of the test torque in a hand the direction says nothing: the hand may have made it."""
+
 PARTS = 4
+"""None, +tau, -tau, none: the first shows whether the joint was at rest, -tau stops what +tau has moved, and
+in the last comes what is late of the answer."""
 
 
 @compiled

@@ -33,7 +33,10 @@ LAG_SHARE = 0.2
 LAG_TICKS = 20
 WRONG_SHARE = 0.5
 """Gap between commanded and measured torque, as shares of the limit, and how long the smaller one may
-last."""
+last.
+
+Of the limit, not of the torque: near 0 an offset of the sensor is any share of it. The range of torques sent
+lately is taken, not one of them: the gate lets a torque change by all of its rate within the delay."""
 
 WINDOW_FACTOR = 1.1
 """Mean torque of the window above this many continuous limits is OVERTORQUE."""

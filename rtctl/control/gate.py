@@ -22,7 +22,8 @@ WINDOW_S = 0.25
 """Length of the window of the continuous limit."""
 
 FOLD_BACK = 0.8
-"""The limit falls from here, as a share of the continuous one, linearly to the continuous limit itself."""
+"""The limit falls from here, as a share of the continuous one, linearly to the continuous limit itself: with
+1 it would be a switch, all of the peak until the mean is there and then bursts."""
 
 SLACK = 1e-9
 """Relative rounding granted to a check of the gate's own results."""
@@ -62,6 +63,7 @@ def window_limit(mean: float, limit: float, continuous: float, share: float) -> 
         return limit
     start = FOLD_BACK * continuous
     slope = (limit - continuous) / (continuous - start)
+    # the line alone would let a mean just below its start be carried past c by one tick of the whole peak
     ahead = mean + (continuous - mean) / share  # one tick of so much brings the mean just to c
     return _clamped(min(limit - slope * (mean - start), ahead), 0.0, limit)
 

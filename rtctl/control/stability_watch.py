@@ -32,6 +32,8 @@ SHARE = 0.7
 """Share of the force power that must lie in the band: a sine of more than 14 Hz."""
 
 STEP_S = 0.05
+"""Two thirds of a swing at 14 Hz, the slowest that counts: a tap is over sooner."""
+
 RISE_S = 0.03
 FALL_S = 2.0
 

@@ -34,7 +34,8 @@ from rtctl.control.records import HELD, Record
 
 LATE_MOST = HELD - 12
 """Most ticks by which a torque counts as late: those of a sample that took some ticks must be remembered,
-too."""
+too. Twelve: a sample of ten ticks, and one torque more at either end where the delay is not whole
+(`acted_torque`)."""
 
 FLOOR_FACTOR = 1.5
 """No port gives out more than this many budgets (safety contract, invariant 13)."""
@@ -51,6 +52,7 @@ def cost(torque: float, rate: float, way: float) -> float:
         return way * size
     if not (rate > 0.0 and math.isfinite(size)):  # after `<=`, which NaN does not pass
         return math.inf
+    # n + 1 terms f - i r add up to (n + 1) f - r n (n + 1)/2, at most (f + r/2)^2/(2 r), at n = f/r - 1/2
     return way * (size * size / (2.0 * rate) + 0.5 * size + 0.125 * rate)
 
 
@@ -61,6 +63,7 @@ def most_torque(left: float, rate: float, way: float) -> float:
         return 0.0
     if left <= way * rate:
         return left / way
+    # c jumps at r, from w r to 9/8 w r: what is left in between pays for r and no more
     return max(rate, math.sqrt(2.0 * rate * left / way) - 0.5 * rate)  # c(f) solved for f
 
 

@@ -65,7 +65,9 @@ def kalman_gains(count_rad: float, bandwidth_hz: float, period_s: float) -> tupl
         return 0.5 * (math.sqrt(8.0 * b + b * b / 3.0) - b)
 
     low, high = 0.0, 3.0 - math.sqrt(3.0)  # the upper end is where the position gain reaches 1
-    for _ in range(200):
+    for _ in range(
+        200
+    ):  # until the ends are neighbours, for the small gains of slow filters on quick loops, too
         middle = 0.5 * (low + high)
         if middle * middle > q * (1.0 - position_gain(middle)):
             high = middle

@@ -63,4 +63,24 @@ SEEDS = (
         "0.98 * damping_needed_sampled_data(k_c, b_c, T, delta) <= b",
         ("tests/unit/control/test_delay_cover.py::test_the_delay_covered_is_covered_at_every_frequency",),
     ),
+    Seed(
+        "a certificate ends at a tenth of the damper that a program may ask for",
+        "rtctl/control/proofs/admittance_loop.py",
+        "WORLD_DAMPING_NMS_RAD = 1e4",
+        "WORLD_DAMPING_NMS_RAD = 1e3",
+        (
+            "tests/unit/control/test_admittance_proof.py::test_the_worlds_that_are_proved_are_all_that_a_program_"
+            "may_ask_for",
+        ),
+    ),
+    Seed(
+        "a swing is told by the largest that was tried",
+        "rtctl/control/proofs/admittance_sticking.py",
+        "_HALVINGS = 5",
+        "_HALVINGS = 0",
+        (
+            "tests/unit/control/test_admittance_sticking.py::test_a_swing_between_two_that_are_tried_is_told_as_"
+            "fast_as_it_stands",
+        ),
+    ),
 )

@@ -59,13 +59,16 @@ _ADMITTANCE = 1
 
 MOTION_SHARE = 0.6
 RAISE_SHARE = 0.2
-"""Shares of the gate's rate: of motion, and of each of stiffness and centre where a step raises |torque|."""
+"""Shares of the gate's rate: of motion, and of each of stiffness and centre where a step raises |torque|. In
+one tick a joint may move and both be stepped: .6 + .2 + .2 is all of the rate. A step of the damping, which
+takes energy only, comes on top."""
 
 LOWER_SHARE = 0.5
 """Share of the gate's rate of a step that lowers |torque|: the joint does not push then."""
 
 HALVINGS = 8
-"""Most times a step that costs too much is halved; then it is not taken in this tick."""
+"""Most times a step that costs too much is halved; then it is not taken in this tick. A 128th is the least
+that is tried."""
 
 
 @compiled
@@ -81,6 +84,7 @@ def felt_through(s: Record, p: Record, axis: int) -> float:
 def gate_room(s: Record, p: Record, axis: int, k: float) -> float:
     """Most energy, stored and of motion, that the gate can follow with an environment of stiffness `k`, J."""
     k_c = felt_through(s, p, axis)
+    # the torque lags by what the joint feels, not by what was sent
     series = k_c * k / (k_c + k)  # a wall of 1e6 lags no more than the coupling does
     if series <= 0.0:
         return math.inf

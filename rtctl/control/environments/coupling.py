@@ -41,6 +41,7 @@ def _store(s: Record, p: Record, axis: int) -> None:
     stretch = s.position_rad[axis] - s.proxy_position_rad[axis]
     own = environment_energy(s, axis, s.proxy_position_rad[axis])
     stored = own + 0.5 * p.coupling_stiffness_nm_rad[axis] * stretch * stretch
+    # the fault is the torque's to raise (LAW_NOT_FINITE): NaN in here would reach the account, too
     s.stored_energy_j[axis] = stored if math.isfinite(stored) else 0.0
 
 

@@ -100,6 +100,7 @@ def solve(drive: float, stiffness: float, k: float, center: float, pitch: float,
     for i in range(MAX_STEPS):
         slope += stiffness
         step = -residual / slope if slope > 0.0 else direction * pitch  # on a crest Newton's step points back
+        # an eighth is half the way from a valley to where its force begins to fall
         step = min(max(step, -0.125 * pitch), 0.125 * pitch)  # or it would jump over the nearest answer
         trial = p + step
         if i >= NEWTON_STEPS or (trial - near) * direction <= 0.0 or (far - trial) * direction <= 0.0:

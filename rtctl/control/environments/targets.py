@@ -29,6 +29,7 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
     meant for another world."""
     if s.target_age_ticks >= s.remote_ticks:  # sent before the world was remote
         return 0.0
+    # extrapolated, or a renderer of 60 Hz would move its proxy in jumps of 16 ticks
     age = min(s.target_age_ticks, p.target_hold_ticks)  # a silent renderer's proxy stops where HOLD begins
     velocity = s.target_velocity_rad_s[axis]
     target = s.target_position_rad[axis] + velocity * p.period_s * age

@@ -39,6 +39,7 @@ def proxy(s: Record, axis: int, drive: float, stiffness: float, before: float, d
     if side * (free - face) <= 0.0:
         return free
     pressed = (drive + k * face + damping * before) / (stiffness + k + damping)
+    # the order matters: a damper that holds a proxy which leaves the wall pulls before its spring is out
     if side * (free - pressed) <= 0.0:  # it would have to pull
         return free
     return face if side * (pressed - face) < 0.0 else pressed

@@ -62,7 +62,9 @@ _LATE_TICKS = 0.5
 average."""
 
 _WORLDS = 7
+"""Springs of worlds: one a decade."""
 _SLOWEST_RAD_S = 2 * math.pi
+"""Growth that turns more slowly than once a second counts as none (docs/theory.md 2.17)."""
 _DAMPINGS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Damping at rest that is tried, in velocity gains."""
 
@@ -168,6 +170,7 @@ def _quickest(loop: AdmittanceLoop, bristle_nm_rad: float, seen: float) -> tuple
     turns = np.abs(np.angle(z)) / loop.period_s
     grows = ~(np.abs(z) <= edge(loop)) & ~(turns <= _SLOWEST_RAD_S)  # so written that NaN grows
     speeds = np.where(grows, np.nan_to_num(turns, nan=math.inf), 0.0).max(axis=1)
+    # the quickest to turn, not to grow: at a given amplitude speed goes with the frequency alone
     worst = int(np.argmax(speeds))
     return float(speeds[worst]), at.words(loop, worst) if speeds[worst] > 0 else ""
 

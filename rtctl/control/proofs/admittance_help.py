@@ -32,6 +32,7 @@ HELPS = (0.85, 0.7, 0.55, 0.4, 0.25, 0.1)
 """Shares of the present help that are tried where it is too much."""
 
 _CREDITED = 1.5
+"""`friction.guarantee.LENGTH_FACTOR`, which no proof may import: x_b of the law is so many lengths."""
 _WORLDS = 7
 _ROUNDS = 3
 _BEGIN_RAD_S = 25.0
@@ -96,6 +97,7 @@ def _swing(loop: AdmittanceLoop, at: Points, stiff: float, lengths: float) -> He
     amplitude_rad = _CREDITED * lengths * loop.presliding_rad
     growth, w = _growth(loop, at, stiff, amplitude_rad)
     grows = np.flatnonzero(~(growth <= GROWS_1_S))
+    # asked of those alone that grow: most do not, and the second question costs as much as the first
     if grows.size:
         bare, _ = _growth(replace(loop, help_share=0.0), at[grows], stiff, amplitude_rad)
         growth[grows] = np.where(bare > GROWS_1_S, 0.0, growth[grows])

@@ -38,8 +38,8 @@ from rtctl.control.proofs.eigenvalues import eigenvalues_of_each
 from rtctl.control.velocity import lowpass_alpha
 
 WORLD_STIFFNESS_NM_RAD = 1e6
-WORLD_DAMPING_NMS_RAD = 1e3
-"""The virtual worlds: from nothing to these."""
+WORLD_DAMPING_NMS_RAD = 1e4
+"""The virtual worlds: from nothing to these, the most that a program may ask for (`environments.kind`)."""
 
 USUAL_INERTIA_KGM2 = 0.012
 """Joint of the size for which the springs and dampers that are tried are written; of any other they are in
@@ -53,7 +53,9 @@ _STIFFNESSES = 9
 _SOFTEST = 0.004
 _INERTIAS = (0.0, 0.03, 0.12, 0.4, 1.0)
 _DAMPINGS = (0.0, 0.05, 1.0)
-"""Hands of the grid, as shares of the box."""
+"""Hands of the grid, as shares of the box: twice as stiff at each step, and up to four times as heavy.
+Between them the proof looks, on a joint that slides (`admittance_proof`). Few dampings, as the worst hands
+have none (`fine_worlds`)."""
 
 _OWN_STATES = 8
 """States of the law, beside commands and forces that are under way."""

@@ -40,15 +40,19 @@ BUDGET = 60_000
 """Cells looked at before a proof is given up, of an axis."""
 
 _BATCH = 2048
+"""Cells looked at at once: 64 corners at both ends are 4 MB of complex numbers."""
 _RATIO = 1.06
-"""First cells: a piece of the curve is so much longer at its end than at its begin."""
+"""First cells: a piece of the curve is so much longer at its end than at its begin. Finer ones are cells that
+need not be, coarser ones are cut anyway: 5294 cells in place of 3626 with 1.02, 5320 with 1.12."""
 _LONGEST = 0.06
 """And no longer than this share of 1/T."""
 _AROUND = 0.25
-"""Radius of the discs in which |F| is bounded, as a share of |s| and of 1/T."""
+"""Radius of the discs in which |F| is bounded, as a share of |s| and of 1/T. In a small one the
+bound of the bend is large, in a large one that of |F|: the shipped display takes 9932 cells with .1, 3626
+with this, 3384 with .4 and 4654 with .6."""
 _PARTS_OF_MASS = 4
 _INWARD = 1e-9
-_TRIED = 48
+_TRIED = 48  # depth first: those that are left first are the smallest, and nearest to what fails
 """Cells left over whose corners are asked for eigenvalues."""
 _GROWS = 1e-6
 

@@ -25,7 +25,11 @@ SOFTER = (0.0625, 0.25)
 """Softer bristles of a joint that sticks, as shares of those told: friction may be less than its peak."""
 
 SWINGS = (1.0, 1.5, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0)
-"""Amplitudes tried, in presliding lengths."""
+"""Amplitudes tried, in presliding lengths. Upwards from 1, as a swing that begins at rest grows, until one
+does not: from there none comes to a larger one that would grow again."""
+
+_HALVINGS = 5
+"""Between two of them: to 1.5 %."""
 
 _FOLLOWED = 12
 """Points that grow, of each bristle stiffness, whose swing is followed: the quickest to grow, and as many of
@@ -64,7 +68,8 @@ def sticking(loop: AdmittanceLoop) -> Sticking:
         return Sticking(found, 0.0, "")
     worst, at = 0.0, found.at
     for share, one in _tried(loop):
-        # stiffer bristles slide sooner; softer ones are those of a smaller friction
+        # stiffer bristles slide sooner, with the same friction; softer ones are those of a smaller friction,
+        # which slides after the same way
         length = loop.presliding_rad / max(share, 1.0)
         for point in _followed(one, share):
             speed = length * _swing(one, point)
@@ -139,16 +144,28 @@ def spring_and_loss(swing: float) -> tuple[float, float]:
 
 
 def _swing(loop: AdmittanceLoop, at: Points) -> float:
-    """RMS speed over presliding length, 1/s, of the largest of `SWINGS` that still grows at one point."""
-    speed, w = 0.0, 0.0
+    """RMS speed over presliding length, 1/s, of the largest swing that still grows at one point: the largest
+    of `SWINGS`, and from there on by halves of what is left up to the first that does not."""
+    grows = dies = w = 0.0
     for swing in SWINGS:
-        spring, loss = spring_and_loss(swing)
-        rubbed = loop.viscous_nms_rad + (loss * loop.bristle_nm_rad / w if w > 0 else 0.0)
-        softer = replace(at, bristle=at.bristle * spring)
-        z = eigenvalues(replace(loop, viscous_nms_rad=rubbed), softer)[0]
-        worst = z[np.argmax(np.abs(z))]
-        if abs(worst) <= edge(loop):
+        found = _ring_rad_s(loop, at, swing, w)
+        if found == 0.0:
+            dies = swing
             break
-        w = float(np.abs(np.log(worst))) / loop.period_s
-        speed = swing * w / math.sqrt(2.0)
-    return speed
+        grows, w = swing, found
+    # the swing stands between both, up to 1.6 times the one that grows, and is as much faster
+    for _ in range(_HALVINGS if grows * dies > 0 else 0):
+        middle = math.sqrt(grows * dies)
+        found = _ring_rad_s(loop, at, middle, w)
+        grows, dies, w = (middle, dies, found) if found > 0 else (grows, middle, w)
+    return grows * w / math.sqrt(2.0)
+
+
+def _ring_rad_s(loop: AdmittanceLoop, at: Points, swing: float, w: float) -> float:
+    """Frequency of what grows in a swing of so many presliding lengths, rad/s, where a smaller one grew at
+    `w` (0: none did); 0: nothing does."""
+    spring, loss = spring_and_loss(swing)
+    rubbed = loop.viscous_nms_rad + (loss * loop.bristle_nm_rad / w if w > 0 else 0.0)
+    z = eigenvalues(replace(loop, viscous_nms_rad=rubbed), replace(at, bristle=at.bristle * spring))[0]
+    worst = z[np.argmax(np.abs(z))]
+    return 0.0 if abs(worst) <= edge(loop) else float(np.abs(np.log(worst))) / loop.period_s

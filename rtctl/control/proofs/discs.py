@@ -39,10 +39,11 @@ class Disc:
 
     def inverse(self) -> Disc:
         """1/x of every x; infinite where the disc holds 0."""
+        # 1/x of a disc is a disc, but not about 1/c: what is nearer to 0 goes farther out
         left = np.abs(self.center) ** 2 - self.radius**2
         with np.errstate(divide="ignore", invalid="ignore"):
             center, radius = np.conj(self.center) / left, self.radius / left
-        holds = ~(left > 0)
+        holds = ~(left > 0)  # so written that NaN holds 0, too: nothing is proved by it
         return Disc(np.where(holds, 0.0, center), np.where(holds, np.inf, radius))
 
     @property
@@ -57,11 +58,12 @@ def point(value: np.ndarray) -> Disc:
 
 
 def exponential(x: Disc) -> Disc:
-    """e^x of every x, within a disc about that of the centre."""
+    """e^x of every x, within a disc about that of the centre: |e^(c + d) - e^c| <= |e^c| (e^|d| - 1)."""
     center = np.exp(x.center)
     return Disc(center, np.abs(center) * np.expm1(x.radius))
 
 
 def one_less_exponential(x: Disc) -> Disc:
-    """1 - e^x, exact for small x, too."""
+    """1 - e^x, exact for small x, too: on the detour around z = 1 |x| is 1e-5 at 1 kHz, where a difference
+    would leave eleven digits."""
     return Disc(-np.expm1(x.center), np.abs(np.exp(x.center)) * np.expm1(x.radius))

@@ -187,6 +187,7 @@ def _deflate(H: np.ndarray, found: np.ndarray) -> bool:
             shifted += x
             for i in range(last + 1):
                 H[i, i] -= x
+            # EISPACK's exceptional shift: any that no symmetry of the matrix shares ends a cycle
             x = y = 0.75 * (abs(H[last, last - 1]) + abs(H[last - 1, last - 2]))
             w = -0.4375 * (x / 0.75) ** 2
         steps += 1

@@ -28,6 +28,7 @@ def secant_damping(v: np.ndarray, F_lo: np.ndarray, ff: np.ndarray) -> tuple[flo
     -----
     b_sec = min over v > 0 of (F_lo - ff)/v, docs/theory.md 5.2: then (F - ff) v >= b_sec v^2, so it takes the
     place of b in the passivity margins. Grid points at v = 0 are left out."""
+    # at v = 0 the quotient has no value: what a joint at rest may be given is the account's (5.8)
     moving = v > 0
     secant = (F_lo[moving] - ff[moving]) / v[moving]
     at = int(np.argmin(secant))
@@ -76,9 +77,11 @@ def two_line_margin(
         below = F_lo - (need + c) * v
         j, i = int(np.argmax(above)), int(np.argmin(below))
         c_0, c_a = float(above[j]), float(below[i])
+        # a count may make the law see a speed of Delta/T that is none: b_c and the line of slope c answer it
         margin = c_a - c_0 - k_c * Delta / 2 - (b_c + c) * Delta / T
         return TwoLine(margin, c), float(v[j] - v[i] - Delta / T)
 
+    # concave in c_1: where the margin falls from the first on, 0 is the best slope
     low = 0.0
     best, slope = at(low)
     if slope <= 0:

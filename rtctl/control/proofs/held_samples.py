@@ -36,6 +36,8 @@ import numpy as np
 from rtctl.control.proofs.sampled_loop import felt
 
 _ANGLES = 256
+"""Points of the sweep. 2048 find .09 % more at most (80 random couplings, 2 to 5 ticks, delays to 15):
+`_ALLOWANCE` is five times that."""
 _ALLOWANCE = 1.005
 """For what may lie between the points of the sweep."""
 
@@ -71,11 +73,13 @@ def _torques(k_c: float, b_c: float, T: float, n: int, back: np.ndarray) -> tupl
 
     ``(1 - 1/z) s_0 = a_0 + (1/z) sum of the others`` closes the frame."""
     rows = np.zeros((len(back), n, n), dtype=complex)
+    # the stretch is a sum over all that was before: 1/(1 - 1/z) of a frame's changes
     rows[:, :, 0] = (k_c / (1 - back))[:, None]
     rows[:, :, 1:] = (k_c * back / (1 - back))[:, None, None]
     for i in range(n):
         rows[:, i, 1 : i + 1] += k_c
         rows[:, i, i] += b_c / (n * T if i == 0 else T)
+    # the damper of tick 0 goes by a difference over n ticks, as long as the held position was the same
     L = np.full(n, k_c / 2 + b_c / T)
     L[0] = k_c / 2 + b_c / (n * T)
     return rows, 1 / np.sqrt(L)
@@ -86,6 +90,7 @@ def _gram(torque: np.ndarray, weight: np.ndarray, n: int, late: int, back: np.nd
     old."""
     out = np.zeros_like(torque)
     for tick in range(n):
+        # below 0: of a frame before, as many times 1/z
         frame, i = divmod(tick - late, n)
         h = (torque[:, i] * (back ** (-frame))[:, None] - torque[:, 0] / back[:, None]) * weight
         out += h.conj()[:, :, None] * h[:, None, :]

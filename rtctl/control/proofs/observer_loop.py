@@ -38,7 +38,11 @@ from rtctl.control.velocity import lowpass_alpha
 HAND_STIFFNESS_NM_RAD = (0.0, *np.geomspace(3.0, 600.0, 9).tolist())
 HAND_DAMPING_NMS_RAD = (0.0, 0.03, 0.2, 1.0)
 HAND_INERTIA_KGM2 = (0.0, 0.0005, 0.002, 0.006, 0.02)
-"""The box of hands, at the link."""
+"""The box of hands, at the link: those of a handle .1 m away, .3 to 60 kN/m, to 100 N s/m, .05 to 2 kg.
+
+Steps of two in stiffness and of three to four in mass; what lies between them rests on the damping that
+`observer_margin.KEPT_LEAST` keeps. A box that reaches down to light joints' own size found none more unstable
+among 956 loops that passed (decision 0087)."""
 
 
 @dataclass(frozen=True)
@@ -96,6 +100,7 @@ def matrices(loop: Loop, points: Points) -> np.ndarray:
     whole = math.floor(loop.delay / n + 1e-9)
     # frames back to the torque that it believes to act
     acting = math.ceil((1 + loop.acting_ticks + loop.own_ticks) / n)
+    # `whole + 2`: a delay that is no whole number still holds the command before
     D, L, V = max(whole + 2, acting), math.ceil(loop.sensor_ticks / n), loop.own_ticks // n
     size = STATES + D + L + V + 6
     k, N = points.size, size

@@ -27,7 +27,8 @@ KEPT_WANTED = 0.4
 are tried only."""
 
 EXCESSES = (0.0, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3)
-"""What the inertia may be taken too high by, the least that is enough."""
+"""What the inertia may be taken too high by, the least that is enough: each costs gain times as much of the
+joint's own inertia, which a hand feels in free motion (docs/theory.md 6.4)."""
 
 
 def late_ticks(loop: Loop) -> float:
@@ -82,6 +83,8 @@ def tuned(loop: Loop, bandwidths_hz: Iterable[float], gears: tuple[ElasticJoint,
     # 0 to D/2: later, an early sensor rings in stiff hands (6.4)
     owns = sorted({min(math.ceil(late_ticks(loop) * k / 8), LATE_MOST) for k in range(5)})
     tried: list[Loop] = []
+    # bandwidth first: a slower observer helps less at every pace, an inertia is felt in quick motion alone
+    # (7 Hz for 4 ticks left .17 to .26 of a hand's torque where .15 to .19 was had: decision 0061)
     for hz, excess in product(bandwidths_hz, EXCESSES):
         tried = [replace(loop, bandwidth_hz=hz, own_ticks=own, excess=excess) for own in owns]
         left, known = list(tried), dict[Loop, float]()

@@ -38,6 +38,8 @@ _POINTS_PER_TICK = 300
 peak."""
 
 _MOST_CELLS = 200_000
+"""Reached where delay and lag add up to 660 ticks, as behind a current loop of .5 Hz at 1 kHz: an end for the
+memory, not for the proof, whose bound is only less exact there (`_cells`)."""
 
 _TAIL = 1e-6
 """Weight of the longest delays of a lag that are taken together."""
@@ -63,10 +65,13 @@ def peaks(d: float, tau: float, *, any_world: bool = False) -> tuple[np.ndarray,
     cells = _cells(d, tau)
     theta = np.linspace(0.0, np.pi / 2, cells + 1)
     turned, ratio = _alias_sums(theta, d, tau)
+    # lam of the first cell stays 1: with any other W were above 0 at theta = 0, and W/sin^2 infinite
     lam = np.ones(cells)
     if tau > 0 and not any_world:
         lam[1:] = np.sqrt(_alias_sums(0.5 * (theta[2:] + theta[1:-1]), d, tau)[1])
     h2 = (np.pi / 2 / cells) ** 2 / 8
+    # m <= 2 + d + X: a torque is felt a tick after its sample at the soonest, and where d + X is not whole it
+    # is felt in one tick more
     second, fourth = _moments(2 + d, tau)
     second_r, fourth_r = _moments(1.0, tau) if tau > 0 else (0.0, 0.0)
     sine2 = np.sin(theta) ** 2
@@ -102,6 +107,8 @@ def varying_peaks(low: float, high: float, tau: float) -> tuple[np.ndarray, np.n
         wave = np.sin(m * theta) ** 2
         over = wave / safe
         over[0] = m * m
+        # what lies between two points: |(sin^2 m theta)''| <= 2 m^2, of sin^2(m theta)/sin^2(theta) it is
+        # 2 m^2 (m^2 - 1)/3 at most, at theta = 0
         W += 2 * share * (wave + 2 * m * m * h2)
         U += 2 * share * (over + 2 * m**4 / 3 * h2)
     return undominated(W, U)
@@ -131,6 +138,7 @@ def felt(d: float, tau: float, jitter: float = 0.0) -> dict[int, float]:
             return d - corner + tau
         return tau * math.exp((d - corner) / tau) if tau > 0 else 0.0
 
+    # 13.8 time constants one by one: all but a millionth of a lag
     last = math.ceil(d - tau * math.log(_TAIL)) + 1
     shares = {
         m: beyond(m - 2) - beyond(m - 1) - beyond(m - 1 + jitter) + beyond(m + jitter)
@@ -173,7 +181,9 @@ def _alias_sums(theta: np.ndarray, d: float, tau: float) -> tuple[np.ndarray, np
 
 
 def _slow_limit(d: float, tau: float) -> float:
-    """W/sin^2 for theta -> 0."""
+    """W/sin^2 for theta -> 0.
+
+    Both are 0 there, and where b_c is 0 this quotient is all that counts: K^2 cot^2 alone is left."""
     k = math.floor(d)
     f, M = d - k, k + 1
     limit = 2 * M * M + 4 * (f + tau) * (M + 0.5)

@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.control.proofs import admittance_margin, admittance_proof
+from rtctl.control.environments.kind import DAMPING, STIFFNESS
+from rtctl.control.proofs import admittance_loop, admittance_margin, admittance_proof
 from rtctl.control.proofs.admittance_loop import AdmittanceLoop, Box, eigenvalues, points, spectral_radii
 from rtctl.control.proofs.admittance_spectrum import HandCell, Joint, coefficients
 from rtctl.control.proofs.discs import Disc, exponential, one_less_exponential, point
@@ -174,3 +175,8 @@ def test_discs_hold_what_numbers_of_them_give():
         assert inside.all()
         assert (np.abs(number) <= disc.most * (1 + 1e-12)).all()
     assert np.isinf(Disc(np.array([0.1 + 0j]), np.array([0.2])).inverse().radius[0])
+
+
+def test_the_worlds_that_are_proved_are_all_that_a_program_may_ask_for():
+    assert STIFFNESS.high == admittance_loop.WORLD_STIFFNESS_NM_RAD
+    assert DAMPING.high == admittance_loop.WORLD_DAMPING_NMS_RAD
