@@ -6,6 +6,7 @@ from seed import Seed
 
 MEMORY = "tests/unit/friction/test_reversal_memory.py"
 LOAD = "tests/unit/friction/test_load_in_motion.py"
+TDMS = "tests/unit/hw/test_tdms.py"
 
 SEEDS = (
     Seed(
@@ -28,5 +29,12 @@ SEEDS = (
         '"motor_nm": signals.torque_nm - outside',
         '"motor_nm": signals.torque_nm',
         (f"{LOAD}::test_a_point_is_of_one_speed_and_one_load",),
+    ),
+    Seed(
+        "a rate that the file contradicts is taken",
+        "hw/playback/rising.py",
+        "abs(given_hz * step_s - 1) > MAX_RATE_ERROR",
+        "abs(given_hz * step_s - 1) > 1e9",
+        (f"{TDMS}::test_a_rate_that_the_file_contradicts_is_refused",),
     ),
 )
