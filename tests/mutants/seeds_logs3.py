@@ -7,6 +7,7 @@ from seed import Seed
 MEMORY = "tests/unit/friction/test_reversal_memory.py"
 LOAD = "tests/unit/friction/test_load_in_motion.py"
 TDMS = "tests/unit/hw/test_tdms.py"
+WARMTH = "tests/unit/friction/test_temperature_of_sessions.py"
 
 SEEDS = (
     Seed(
@@ -36,5 +37,19 @@ SEEDS = (
         "abs(given_hz * step_s - 1) > MAX_RATE_ERROR",
         "abs(given_hz * step_s - 1) > 1e9",
         (f"{TDMS}::test_a_rate_that_the_file_contradicts_is_refused",),
+    ),
+    Seed(
+        "what a kelvin changes is put on test points instead of off",
+        "rtctl/friction/learn/warmth.py",
+        "points.friction_nm - over_k * by_k",
+        "points.friction_nm + over_k * by_k",
+        (f"{WARMTH}::test_test_points_that_are_warmer_are_judged_with_what_a_kelvin_changes_taken_off",),
+    ),
+    Seed(
+        "test points of another temperature are judged without a word of it",
+        "rtctl/friction/learn/report_sentences.py",
+        "if abs(over_k) < TEMPERATURE_SPAN_K:",
+        "if abs(over_k) < 1e9:",
+        (f"{WARMTH}::test_what_is_said_of_warmth_is_of_what_the_sensor_says",),
     ),
 )
