@@ -8,6 +8,7 @@ MEMORY = "tests/unit/friction/test_reversal_memory.py"
 LOAD = "tests/unit/friction/test_load_in_motion.py"
 TDMS = "tests/unit/hw/test_tdms.py"
 WARMTH = "tests/unit/friction/test_temperature_of_sessions.py"
+JUDGE = "tests/unit/cli/test_fit_judge.py"
 
 SEEDS = (
     Seed(
@@ -51,5 +52,12 @@ SEEDS = (
         "if abs(over_k) < TEMPERATURE_SPAN_K:",
         "if abs(over_k) < 1e9:",
         (f"{WARMTH}::test_what_is_said_of_warmth_is_of_what_the_sensor_says",),
+    ),
+    Seed(
+        "a judgement takes no more points than a fit learns from",
+        "rtctl/cli/fit_judge.py",
+        "require_enough(points, math.inf)",
+        "require_enough(points)",
+        (f"{JUDGE}::test_more_points_than_are_learned_from_are_judged",),
     ),
 )
