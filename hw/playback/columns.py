@@ -60,10 +60,11 @@ def read_table(
     ending = path.suffix.lower()
     if ending in READERS or ending in BINARY:
         found = READERS[ending](path, order) if ending in READERS else _opened(path, ending, order)
-        arrays, units = (found.columns, found.units) if isinstance(found, Table) else (found, {})
+        whole = found if isinstance(found, Table) else Table(dict(found))
+        arrays, units = whole.columns, whole.units
         # dates become seconds (`_seconds`): another unit that was given for them is refused by this one
         stamps = [name for name in order if np.asarray(arrays.get(name)).dtype.kind in "mM"]
-        table = Table(_flat(path, arrays, order), units | dict.fromkeys(stamps, "s"))
+        table = Table(_flat(path, arrays, order), units | dict.fromkeys(stamps, "s"), whole.step_s)
     else:
         text = _text(path, order)
         if not text.strip():

@@ -15,9 +15,9 @@ import numpy as np
 
 from hw.interface import BackendError, Options, Rig
 from hw.motion import LENGTH_UNITS, SPEED_UNITS, coordinate_units, effort_units
+from hw.playback import rising
 from hw.playback.columns import MIN_SAMPLES, read_table
 from hw.playback.quantum import quantum
-from hw.playback.rising import counts_rows, jittered, require_epoch, require_rising, require_steady
 from hw.playback.stamps import Grid, Stretch, grid_of, resolution, unwrapped
 from hw.playback.text_table import NoColumnError
 from hw.playback.units import require_unit, says_unit
@@ -98,7 +98,7 @@ class _Table:
                 f"{error}; name the column of the time (time=NAME:UNIT), or give the rate of a log without "
                 "one (--rate-hz)"
             ) from error
-        self.raw, self.said = found.columns, found.units
+        self.raw, self.said, self.step_s = found.columns, found.units, found.step_s
         self.notes: tuple[str, ...] = ()
         self.unsaid: tuple[str, ...] = ()
         self.time_s = self._stamps(options["time"]) if options.get("time") else None
@@ -109,8 +109,8 @@ class _Table:
         if over:
             self.notes = (f"{self.path}: column {name!r}: {over} starts over: continued",)
         if column.get("scale", 1.0) == 1:
-            require_epoch(self.path, name, float(self.raw[name][0]), unit, TIME_UNITS)
-            self.notes += counts_rows(self.path, name, self.raw[name], unit)
+            rising.require_epoch(self.path, name, float(self.raw[name][0]), unit, TIME_UNITS)
+            self.notes += rising.counts_rows(self.path, name, self.raw[name], unit)
         return self.si(column, TIME_UNITS)
 
     def grid(self, options: Options, *, steady: bool) -> Grid:
@@ -118,12 +118,13 @@ class _Table:
         n = len(next(iter(self.raw.values())))
         column, time_s = options.get("time"), self.time_s
         if column is None or time_s is None:
-            return Grid(float(options["rate_hz"]), (Stretch(0, n, np.zeros(0), None),))
-        require_rising(self.path, time_s)
+            rate_hz = rising.require_rate(self.path, float(options["rate_hz"]), self.step_s)
+            return Grid(rate_hz, (Stretch(0, n, np.zeros(0), None),))
+        rising.require_rising(self.path, time_s)
         unit_s = abs(column.get("scale", 1.0)) * TIME_UNITS[column.get("unit", "s")]
         even = unit_s * resolution(self.raw[column["column"]])
         if steady:
-            require_steady(self.path, time_s)
+            rising.require_steady(self.path, time_s)
         return grid_of(self.path, time_s, even)
 
     def si(self, column: Mapping[str, Any], units: Mapping[str, float]) -> np.ndarray:
@@ -238,8 +239,8 @@ def _read(options: Options, rig: Rig, *, steady: bool, mend: Mend | None = None)
     steps = tuple(quantum(each) for each in position.T)
     notes: tuple[str, ...] = ()
     if table.time_s is not None and any(one.instants_s is not None for one in grid.stretches):
-        first, last = max(((one.first, one.last) for one in grid.stretches), key=lambda one: one[1] - one[0])
-        notes = jittered(table.path, table.time_s[first:last], position[first:last, 0], len(grid.stretches))
+        longest = slice(*max(((one.first, one.last) for one in grid.stretches), key=np.ptp))
+        notes = rising.jittered(table.path, table.time_s[longest], position[longest, 0], len(grid.stretches))
     notes += mend(table.path, _at(grid, table.time_s), position, given) if mend else ()
     return [
         Recording(

@@ -42,6 +42,21 @@ LONGEST_S = 1e11
 """Three thousand years."""
 
 
+MAX_RATE_ERROR = 0.01
+"""Share by which a rate that somebody gives may differ from the file's own."""
+
+
+def require_rate(path: Path, given_hz: float, step_s: float) -> float:
+    """The rate of a log without a time column, unless the file says another one: `step_s` from row to row, or
+    0."""
+    if step_s > 0 and abs(given_hz * step_s - 1) > MAX_RATE_ERROR:
+        raise BackendError(
+            f"{path}: read at {given_hz:.6g} Hz, and the file says that its rows are {step_s:.6g} s apart "
+            f"({1 / step_s:.6g} Hz); map the time of a channel (CHANNEL/time), or give that rate"
+        )
+    return given_hz
+
+
 def require_epoch(path: Path, name: str, first: float, unit: str, units: Mapping[str, float]) -> None:
     """Refuse stamps (their first, as it was written, and the unit in which it is read) that are of another
     unit by the date that they would say.

@@ -20,6 +20,9 @@ from hw.playback.units import unit_of
 CLOCK = "/time"
 """Behind the name of a channel: its time, s since its own first sample."""
 
+NO_STEP_S = 1.0
+"""Step that LabVIEW writes where nobody told it one: it says nothing."""
+
 _BEGINS, _STEP = "wf_start_time", "wf_increment"
 
 
@@ -59,7 +62,9 @@ def read_tdms(path: Path, raw: bytes, names: Sequence[str], most: int) -> Table:
             }
             others = [*channels, *(name + CLOCK for name, one in channels.items() if _STEP in one.properties)]
             clocks = found.keys() - channels.keys()
-            return Table(dict.fromkeys(others, np.zeros(0)) | found, _units(wanted, found, clocks))
+            steps = [one.properties[_STEP] for one in wanted.values() if one and _STEP in one.properties]
+            step_s = next((float(step) for step in steps if step != NO_STEP_S), 0.0)
+            return Table(dict.fromkeys(others, np.zeros(0)) | found, _units(wanted, found, clocks), step_s)
     except (AttributeError, IndexError, OverflowError, RuntimeError, TypeError, struct.error) as error:
         raise BackendError(
             f"{path}: not a sound .tdms file ({str(error)[:200]}); copy or save it again"

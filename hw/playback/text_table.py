@@ -61,10 +61,12 @@ def in_rows(name: str, of: str | None) -> str:
 
 @dataclass
 class Table:
-    """Numbers by name, (n,) each, and what unit rows say of them (empty without)."""
+    """Numbers by name, (n,) each, what unit rows say of them (empty without), and the time from row to row, s
+    (0: the file does not say)."""
 
     columns: dict[str, np.ndarray]
     units: dict[str, str] = field(default_factory=dict)
+    step_s: float = 0.0
 
 
 @dataclass(frozen=True)

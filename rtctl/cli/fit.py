@@ -214,10 +214,7 @@ def command(  # longer than 50 lines: the steps from points to report, in their 
         if sweep is not None:
             # standard output belongs to the JSON object
             fit_places.tell_shift(judged, sweep, err=as_json)
-        measured = read(points)
-        # a wrong unit shows against the model, and no spline is learned between few speeds
-        fit_points.tell_doubts(measured, known=True, alone=False)
-        fit_judge.run(judged, measured, as_json=as_json)
+        fit_judge.run(judged, read(points, of_speeds=False), as_json=as_json)
         return
     # here, not by click: --judge writes nothing
     if out is None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -11,6 +12,7 @@ import click
 from click.core import ParameterSource
 
 from hw.motion import named, speed_scale
+from rtctl.cli.fit_points import tell_doubts
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import in_units_of
 
@@ -60,7 +62,12 @@ def run(path: Path, points: FrictionPoints, *, as_json: bool) -> None:
     from rtctl.friction import artefact
     from rtctl.friction.learn.report_judge import faults, headed, judge, not_judged
     from rtctl.friction.learn.report_judged_cause import cause
+    from rtctl.friction.points import require_enough
 
+    # any number of them: only the time of learning grows with their square
+    require_enough(points, math.inf)
+    # a wrong unit shows against the model, and no spline is learned between few speeds
+    tell_doubts(points, known=True, alone=False)
     model = artefact.load(path)
     # by its own rig: points name none, and only their motion can be another
     artefact.require_rig(model, model.rig, path, points.motion)

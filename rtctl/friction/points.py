@@ -188,8 +188,8 @@ def levels_of(speed: np.ndarray, starts: np.ndarray | None = None) -> np.ndarray
     return np.searchsorted(starts, speed, side="right") - 1
 
 
-def require_enough(points: FrictionPoints) -> None:
-    """Raise DataError for points too few, too many, of too few speeds or constant in a direction."""
+def require_enough(points: FrictionPoints, most: float = POINTS_MAX) -> None:
+    """Raise DataError for points too few, above `most`, of too few speeds or constant in a direction."""
     for direction in (1, -1):
         speed, friction = points.branch(direction)
         where = f"{points.source}: direction {direction:+d}"
@@ -203,8 +203,8 @@ def require_enough(points: FrictionPoints) -> None:
             raise DataError(
                 f"{where}: {len(speed)} points, at least {POINTS_MIN} are needed; measure more speeds"
             )
-        if len(speed) > POINTS_MAX:
-            raise DataError(f"{where}: {len(speed)} points, at most {POINTS_MAX}; average them by speed")
+        if len(speed) > most:
+            raise DataError(f"{where}: {len(speed)} points, at most {most}; average them by speed")
         if (different := len(level_starts(speed))) < SPEEDS_MIN:
             raise DataError(
                 f"{where}: column velocity_rad_s: only {different} different speeds, "

@@ -3,14 +3,18 @@ else."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+import numpy as np
 
 from rtctl.friction.kind_table import FORMULAS, is_machine
 from rtctl.friction.learn import report_beside_speed, report_tables
 from rtctl.friction.learn.report_evidence import Evidence
-from rtctl.friction.learn.report_judge import elsewhere, faults, headed, judge
+from rtctl.friction.learn.report_judge import Judgement, elsewhere, faults, headed, judge
 from rtctl.friction.learn.report_judged_cause import cause
+from rtctl.friction.learn.warmth import TEMPERATURE_SPAN_K, at_middle
 from rtctl.friction.model import FrictionModel
 from rtctl.friction.points import FrictionPoints
 
@@ -33,10 +37,14 @@ def headline(evidence: Evidence) -> list[str]:
         said = [f"One {chosen} per direction, not compared by a search.", *of_formulas(held_out, chosen)]
     if evidence.test is not None:
         rows = report_tables.overall_rows(evidence)
-        told = bool(cause(evidence.model, evidence.test) or elsewhere(judge(evidence.model, evidence.test)))
+        told = bool(
+            cause(evidence.model, evidence.test)
+            or elsewhere(judge(evidence.model, evidence.test))
+            or of_test_warmth(evidence)
+        )
         said += [of_test(rows, chosen), of_test_formulas(rows)]
         said += [of_agreement(rows, held_out, chosen, evidence.folds, told=told)]
-        said += [of_verdict(evidence.model, evidence.test)]
+        said += [of_verdict(evidence.model, evidence.test), of_test_warmth(evidence)]
     left_out = evidence.points.left_out
     said += [
         # a ladder has said between what the next session errs
@@ -154,6 +162,37 @@ def of_verdict(model: FrictionModel, test: FrictionPoints) -> str:
         return ""
     why = cause(model, test) or "; ".join(said)
     return f"The model {headed(found)} on the test points (rtctl fit --judge): {why}."
+
+
+def of_test_warmth(evidence: Evidence) -> str:
+    """Test points that are warmer or colder than those learned from, and what the model does with what a
+    kelvin changes taken off them; empty where they are not, or where nobody measured it."""
+    test, warmth, model = evidence.test, evidence.beside and evidence.beside[1], evidence.model
+    if (
+        test is None
+        or warmth is None
+        or not (evidence.points.temperature_range_c and test.temperature_range_c)
+    ):
+        return ""
+    over_k = float(np.nanmean(test.columns["temperature_c"])) - warmth.middle_c
+    if abs(over_k) < TEMPERATURE_SPAN_K:
+        return ""
+    said = f"The test points are {abs(over_k):.0f} K {'warmer' if over_k > 0 else 'colder'} on average"
+    if warmth.reason:
+        return f"{said} than those it was learned from, of which nobody knows what a kelvin changes."
+    beyond = ", beyond the temperatures it was found at," if abs(over_k) > warmth.span_k else ""
+    before, found = judge(model, test), judge(model, at_middle(model, test, warmth))
+    left = f"{headed(found)}: {'; '.join(faults(found))}" if faults(found) else "holds"
+    return (
+        f"{said}: with what a kelvin changes{beyond} taken off, the model errs {mnm(_judged_nm(found))} mN m "
+        f"there and not {mnm(_judged_nm(before))}, and {left}."
+    )
+
+
+def _judged_nm(found: Sequence[Judgement]) -> float:
+    """RMS error of both directions together, N m."""
+    judged = [(one.points - one.outside - one.slower, one.rmse_nm or 0.0) for one in found]
+    return math.sqrt(sum(n * rmse**2 for n, rmse in judged) / max(sum(n for n, _ in judged), 1))
 
 
 _BOUNDS = {

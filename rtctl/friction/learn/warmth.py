@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -86,17 +86,31 @@ def judge_temperature(model: FrictionModel, points: FrictionPoints) -> Warmth:
     backward = points.direction[kept] < 0
     # the learned curve says only what is dry and what viscous; the level is fitted anew beside the
     # temperature (decision 0146)
-    curve = np.where(backward, model.branches[1].magnitude(speed), model.branches[0].magnitude(speed))
-    slope = np.array([branch.viscous_nms_rad for branch in model.branches])[backward.astype(int)]
-    dry, viscous = curve - slope * speed, slope * speed
+    dry, viscous = _parts(model, speed, backward)
     # both, also where hardly any is viscous: oil that thins is else told as dry friction that falls
     columns = np.column_stack(
         [(celsius - middle) * part for part in (dry, viscous)] + _curve(speed, backward)
     )
-    told = 2 if float(np.mean(viscous)) > VISCOUS_LEAST * float(np.mean(curve)) else 1
+    told = 2 if float(np.mean(viscous)) > VISCOUS_LEAST * float(np.mean(dry + viscous)) else 1
     found = _regress(columns, points.friction_nm[kept], _blocks(points)[kept], told)
     sessions = len(set(points.columns["log"])) if several_logs(points) else 1
     return Warmth(span, middle, found[0], found[1] if told > 1 else None, caution=_CAUTION.get(sessions, ""))
+
+
+def at_middle(model: FrictionModel, points: FrictionPoints, warmth: Warmth) -> FrictionPoints:
+    """Points as their friction would be at `warmth.middle_c`, where the model is at home; those of unknown
+    temperature as they are."""
+    over_k = np.nan_to_num(points.columns["temperature_c"] - warmth.middle_c)
+    dry, viscous = _parts(model, np.abs(points.velocity_rad_s), points.direction < 0)
+    by_k = warmth.dry_per_k[0] * dry + (warmth.viscous_per_k or (0.0,))[0] * viscous
+    return replace(points, friction_nm=points.friction_nm - over_k * by_k)
+
+
+def _parts(model: FrictionModel, speed: np.ndarray, backward: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Dry and viscous friction of the learned curve, N m, at each speed of its direction."""
+    curve = np.where(backward, model.branches[1].magnitude(speed), model.branches[0].magnitude(speed))
+    slope = np.array([branch.viscous_nms_rad for branch in model.branches])[backward.astype(int)]
+    return curve - slope * speed, slope * speed
 
 
 _CAUTION = {

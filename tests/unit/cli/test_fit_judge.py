@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from rtctl.cli.fit import command
+from rtctl.friction.points import POINTS_MAX
 
 
 def _points(path: Path, *, factor: float = 1.0, fastest: float = 5.0) -> Path:
@@ -37,6 +38,18 @@ def test_its_own_points_are_held(model: Path) -> None:
     done = _run(model.parent / "p.csv", "--judge", model)
     assert done.exit_code == 0, done.output
     assert "the model holds" in done.output
+
+
+def test_more_points_than_are_learned_from_are_judged(model: Path, tmp_path: Path) -> None:
+    """They were refused, and `--test` took them."""
+    speeds = np.linspace(0.1, 5.0, 2 * POINTS_MAX + 2)
+    speeds[1::2] *= -1
+    friction = np.sign(speeds) * (0.2 + 0.1 * np.exp(-np.abs(speeds))) + 0.02 * speeds
+    path, header = tmp_path / "many.csv", "velocity_rad_s,friction_torque_nm"
+    np.savetxt(path, np.column_stack([speeds, friction]), delimiter=",", header=header, comments="")
+    assert "at most 2000; average them" in str(_run(path, "--out", tmp_path / "m.json").exception)
+    done = _run(path, "--judge", model, "--json")
+    assert json.loads(done.output)["directions"][0]["points"] == POINTS_MAX + 1
 
 
 def test_weaker_friction_breaks_the_bound_with_its_sign(model: Path, tmp_path: Path) -> None:

@@ -64,6 +64,42 @@ def test_the_unit_in_the_file_is_held_against_the_one_given(tmp_path):
         load(options_of(path, columns, None), Gearing().rig())
 
 
+@pytest.mark.parametrize(("step_s", "refused"), [(2e-3, True), (1.0, False)])
+def test_a_rate_that_the_file_contradicts_is_refused(step_s, refused, tmp_path):
+    """Of half the step inertia would be a quarter; 1 s is what LabVIEW writes where it knows none."""
+    clock = CLOCK | {"wf_increment": step_s}
+    path = written(tmp_path / "a.tdms", q=(np.arange(N) * 1e-3, clock), tau=(np.ones(N), clock))
+    columns = {"position": {"column": "M/q"}, "motor_torque": {"column": "M/tau"}}
+    assert load(options_of(path, columns, 500.0), Gearing().rig()).rate_hz == 500.0
+    told = pytest.raises(BackendError, match=r"read at 1000 Hz, and .* 0\.002 s apart \(500 Hz\)")
+    with told if refused else contextlib.nullcontext():
+        load(options_of(path, columns, 1000.0), Gearing().rig())
+
+
+def test_channels_that_are_interleaved_are_taken_apart(tmp_path):
+    q, tau = np.arange(N) * 1e-3, np.arange(N) % 7 - 3.0
+    path = written(tmp_path / "a.tdms", q=(q, CLOCK), tau=(tau, CLOCK))
+    raw = bytearray(path.read_bytes())
+    raw[4] |= 0x20  # of the flags of a segment: its samples are in turn
+    raw[-16 * N :] = np.column_stack([q, tau]).tobytes()
+    path.write_bytes(raw)
+    found = read_table(path, ("M/q", "M/tau")).columns
+    np.testing.assert_array_equal(np.stack([found["M/q"], found["M/tau"]]), np.stack([q, tau]))
+
+
+def test_whole_numbers_are_scaled_as_the_file_says(tmp_path):
+    scaled = {
+        "NI_Number_Of_Scales": 1,
+        "NI_Scaling_Status": "unscaled",
+        "NI_Scale[0]_Scale_Type": "Linear",
+        "NI_Scale[0]_Linear_Slope": 1e-4,
+        "NI_Scale[0]_Linear_Y_Intercept": 0.5,
+        "NI_Scale[0]_Linear_Input_Source": 0xFFFFFFFF,
+    }
+    path = written(tmp_path / "a.tdms", q=(np.arange(N).astype(np.int16), CLOCK | scaled))
+    np.testing.assert_allclose(read_table(path, ("M/q",)).columns["M/q"], 0.5 + 1e-4 * np.arange(N))
+
+
 def test_damage_is_named_and_claims_no_memory(tmp_path):
     path = written(tmp_path / "a.tdms", q=(np.arange(float(N)), CLOCK), tau=(np.ones(N), CLOCK))
     whole, random = path.read_bytes(), np.random.default_rng(7)
