@@ -5,11 +5,12 @@ what lies between them is small and noise smaller) are compared by least squares
 
     u - i = delay du + (1 - gain) u - offset,        du: change of u per tick
 
-for a torque that changes little within the delay; a first-order lag counts as delay. An estimate counts only
-where the motion shows it: with a standard error below MOST_ERROR_TICKS, which counts one independent sample
-per two time constants of the low-pass, and a residual of a thousandth of the torque limit at the least. Only
-a delay that leaves the proof by more than three of those errors, in two windows in a row, is DELAY. What the
-same windows say of gain and offset is `running_current`'s."""
+for a torque that changes little within the delay; a first-order lag counts as delay. Both are of the tick of
+the sample where samples are old by declaration, and the proof is of that age, too (docs/theory.md 11.3). An
+estimate counts only where the motion shows it: with a standard error below MOST_ERROR_TICKS, which counts one
+independent sample per two time constants of the low-pass, and a residual of a thousandth of the torque limit
+at the least. Only a delay that leaves the proof by more than three of those errors, in two windows in a row,
+is DELAY. What the same windows say of gain and offset is `running_current`'s."""
 
 from __future__ import annotations
 
@@ -71,7 +72,10 @@ def running_fault(t: Record, s: Record, p: Record, axis: int, skipped: int) -> i
         s.running_bad_count[axis] = s.running_gap_count[axis] = 0
         s.running_ticks[axis] = -1  # the low-passes begin at the present torque, not at 0
         return 0
-    sent, measured = held_torque(s, axis, 1), t.motor_torque_nm[axis]
+    # a current as old as declared shows what was sent then; what was sent since differs by more than its age
+    # explains, as the coupling relaxes in ticks without a sample
+    age = min(s.sample_age_ticks, p.proof_age_ticks[axis])
+    sent, measured = held_torque(s, axis, 1 + age), t.motor_torque_nm[axis]
     if skipped > 0 or s.running_ticks[axis] < 0:  # a gap is no change per tick
         _restart(s, axis)
         s.running_sent_nm[axis], s.running_measured_nm[axis] = sent, measured
@@ -110,6 +114,7 @@ def _judge(s: Record, p: Record, axis: int, share: float) -> int:
         return other
     s.running_delay[axis] = delay
     s.running_count[axis] = 1
-    fault = leaves_proof(p, axis, delay - ERRORS * error)
+    # the proof is of delay and age together
+    fault = leaves_proof(p, axis, delay + p.proof_age_ticks[axis] - ERRORS * error)
     s.running_bad_count[axis] = s.running_bad_count[axis] + 1 if fault else 0
     return other | fault if s.running_bad_count[axis] >= BAD_WINDOWS else other

@@ -255,11 +255,18 @@ def _off_axis(scene: Scene) -> Where:
 
 
 def _delay(scene: Scene) -> Where:
-    proof, period_s = scene.params["proof_delay_s"], float(scene.params["period_s"])
+    ms, p = 1e3 * float(scene.params["period_s"]), scene.params
+    proof, declared, age = 1e3 * p["proof_delay_s"], 1e3 * p["declared_delay_s"], ms * p["proof_age_ticks"]
+    pulse = ms * scene.row["arming_delay_ticks"]
     # fmax, not maximum: NaN of the one that was not measured must not hide the other
-    late = np.fmax(scene.row["arming_delay_ticks"], scene.row["running_delay_ticks"]) * period_s
-    over = np.where((proof > 0.0) & np.isfinite(late), late / np.maximum(proof, 1e-9), 0.0)
-    return _worst(over, "current", lambda a: f"{late[a] * 1e3:.3g} ms, proven {proof[a] * 1e3:.3g}")
+    late = np.fmax(pulse, ms * scene.row["running_delay_ticks"] + age)
+    over = np.where((proof > 0.0) & np.isfinite(late), late / np.maximum(proof, 1e-6), 0.0)
+
+    def told(a: int) -> str:
+        by = "the test pulse" if late[a] == pulse[a] else f"motion, {age[a]:.3g} of them the samples' age"
+        return f"{late[a]:.3g} ms by {by}; declared {declared[a]:.3g}, proven {proof[a]:.3g}"
+
+    return _worst(over, "current", told)
 
 
 def _estop(_scene: Scene) -> Where:

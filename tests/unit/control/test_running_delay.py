@@ -24,7 +24,8 @@ def _through(tick, state, params, sent, measured, skipped, found):
         s.torque_applied_nm[0] = sent[k]
         detectors.remember_torque(s, 0)
         s.ticks += 1
-        t.motor_torque_nm[0] = measured[k]
+        s.sample_age_ticks = k % (p.proof_age_ticks[0] + 1)
+        t.motor_torque_nm[0] = measured[k - s.sample_age_ticks]
         fault = running_delay.running_fault(t, s, p, 0, int(skipped[k]))
         if s.running_count[0] == 1:
             found[k] = s.running_delay[0]
@@ -104,6 +105,34 @@ def test_only_two_windows_in_a_row_beyond_the_proof_are_a_fault():
     motor = Motor(proof_ticks=1.0)
     assert motor.run(sent, late) == -1
     assert max(motor.seen) > 2.0, "seen, but not twice in a row"
+
+
+def in_frames(torque, every, damped_ticks=2.0):
+    """What is sent where only every n-th tick has a fresh sample: the last that was sent on it has a damper
+    in it, worth so many ticks of the torque's change, which has relaxed in the ticks without."""
+    fresh = np.arange(len(torque)) % every == 1
+    return torque + damped_ticks * fresh * np.gradient(torque)
+
+
+@pytest.mark.parametrize("every", [2, 3])
+def test_a_held_current_is_compared_with_what_was_sent_when_it_was_sampled(every):
+    motor = Motor(proof_ticks=every - 1.0, proof_age_ticks=every - 1)
+    smooth = motion(6000)
+    sent = in_frames(smooth, every)
+    assert motor.run(sent, shown(sent, 0)) == -1
+    assert np.array(motor.seen) == pytest.approx(0.0, abs=0.2)
+    # as old as undeclared, it is late
+    assert Motor(proof_ticks=0.05, proof_age_ticks=0).run(sent, np.repeat(sent[::every], every)) == 2000
+
+
+@pytest.mark.parametrize("every", [2, 3])
+def test_a_delay_counts_beside_the_age_of_samples_that_the_proof_includes(every):
+    sent = motion(6000)
+    late = Motor(proof_ticks=every - 1.0, proof_age_ticks=every - 1)
+    assert late.run(sent, shown(sent, 1)) == 2000
+    assert late.fault is Fault.DELAY
+    assert late.delay == pytest.approx(1.0, abs=0.2)
+    assert Motor(proof_ticks=1.0 * every, proof_age_ticks=every - 1).run(sent, shown(sent, 1)) == -1
 
 
 def test_noise_alone_and_a_torque_that_stands_still_tell_nothing():

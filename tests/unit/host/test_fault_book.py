@@ -26,7 +26,7 @@ def limits():
         "velocity_limit_rad_s": 10.0,
         "energy_budget_j": 0.02, "follow_kind": 1, "temperature_kind": 1, "temperature_trip_c": 90.0,
         "device_velocity_kind": 1, "device_tolerance_rad_s": 0.5, "arming_travel_rad": 0.1,
-        "proof_delay_s": 2e-3,
+        "proof_delay_s": 2e-3, "declared_delay_s": 5e-4, "proof_age_ticks": 1,
         "follow_delay_ticks": 2, "current_gain_error": 0.3, "current_offset_nm": 0.3,
         "force_offset_limit_nm": 0.3,
         "moment_used": 1, "moment_limit_nm": 2.0,
@@ -104,6 +104,14 @@ def place(fault, some, words=None):
 def test_a_fault_is_laid_at_the_axis_and_channel_that_the_tick_shows(fault, seen, where):
     entry = place(fault, rows(**seen))
     assert (entry["axis"], entry["channel"], entry["device"]) == where
+
+
+def test_a_torque_that_comes_late_is_told_with_what_measured_it_what_is_declared_and_what_is_proven():
+    late = {"arming_delay_ticks": [0.0, 2.5], "running_delay_ticks": [1.0, math.nan]}
+    told = "2.5 ms by the test pulse; declared 0.5, proven 2"
+    assert place(Fault.DELAY, rows(**late))["detail"] == told
+    told = "4 ms by motion, 1 of them the samples' age; declared 0.5, proven 2"
+    assert place(Fault.DELAY, rows(**late | {"running_delay_ticks": [1.0, 3.0]}))["detail"] == told
 
 
 def test_a_tick_that_is_newer_than_those_followed_has_its_place_already():
