@@ -58,7 +58,7 @@ SEEDS = (
     ),
     Seed(
         "the rate of jittering rows is that over their gaps", "hw/playback/reader.py",
-        "jittered(table.path, table.time_s[first:last], position[first:last, 0]",
+        "jittered(table.path, table.time_s[longest], position[longest, 0]",
         "jittered(table.path, table.time_s, position[:, 0]",
         ("tests/unit/hw/test_playback_stamps.py",),
     ),
