@@ -24,6 +24,8 @@ def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     """Bound of the motion in ARMING, and a test torque that moves even a joint without friction far less."""
     part_s = float(p["arming_ticks"]) * period_s
     travel_rad = ARMING_TRAVEL_SHARE * axis.velocity_limit_rad_s * 4 * part_s
+    # +tau and -tau take a joint without friction a quarter of the bound, and leave it at rest: the other
+    # three quarters are a hand's
     gentle_nm = axis.inertia_kgm2 * travel_rad / (4 * part_s**2)  # a t^2 is the way of +tau then -tau
     p["arming_travel_rad"][a] = travel_rad
     p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm)

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 _CURVE_POINTS = 120
+"""Couplings of a curve: a delay that varies, or old samples, are searched for at each."""
 
 
 def draw(report: Report, path: str | Path) -> None:

@@ -155,6 +155,7 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
     if not observes(s):
         return []
     held, bandwidth_hz = _held_nm(s), s.axis.observer.bandwidth_hz
+    # at rest nothing is answered (6.1): it counts while the joint moves slowly, count by count
     jump = count_torque_nm(s, bandwidth_hz)
     share = jump / held if held > 0 else math.inf
     outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL

@@ -27,7 +27,8 @@ OLD_OF_1000 = 50
 one."""
 
 STALL_PERIODS = 10
-"""One tick this many whole periods late is STALLED."""
+"""One tick this many whole periods late is STALLED. Slots of the grid that were skipped are counted: the law
+reads no clock."""
 
 LAG_SHARE = 0.2
 LAG_TICKS = 20

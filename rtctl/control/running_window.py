@@ -27,6 +27,7 @@ def regression(s: Record, axis: int) -> tuple[float, float, float, float]:
     d, u, e, dd, du, uu = moments(s, axis)
     de, ue, ee = sums[6] / n - d * e, sums[7] / n - u * e, sums[8] / n - e * e
     area = dd * uu - du * du
+    # area over dd uu is 1 less their squared correlation: a ramp alone has u and d alike
     if not area > 1e-6 * dd * uu:  # torque and its change go together: neither can be told
         return 0.0, 0.0, 0.0, 0.0
     slope, rest = (de * uu - ue * du) / area, (ue * dd - de * du) / area

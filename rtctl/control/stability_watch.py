@@ -29,7 +29,8 @@ FLOOR_SHARE = 0.01
 """Least force that counts, as a share of the torque limit: what is less is noise and ripple."""
 
 SHARE = 0.7
-"""Share of the force power that must lie in the band: a sine of more than 14 Hz."""
+"""Share of the force power that must lie in the band: a sine of more than 14 Hz. Of one of f the low-pass of
+f_c leaves f^2/(f^2 + f_c^2) there, which is .7 at 1.53 f_c."""
 
 STEP_S = 0.05
 """Two thirds of a swing at 14 Hz, the slowest that counts: a tap is over sooner."""

@@ -81,6 +81,7 @@ def push_history(history: np.ndarray, position: float, elapsed: int, window: int
     """Put the newest position in front of `history` (newest first), filling skipped ticks linearly."""
     before = history[0]
     moved = min(elapsed, window)
+    # from the oldest on: each place is read before it is written over
     for i in range(window - 1, moved - 1, -1):
         history[i] = history[i - moved]
     for i in range(moved):

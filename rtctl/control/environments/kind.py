@@ -47,6 +47,8 @@ STIFFNESS = Parameter(
 DAMPING = Parameter("damping_nms_rad", "N m s/rad", 0, 1e4, 0.0, (0.0, 0.2), Slider("damping", 0, 0.2, 0.02))
 CENTER = Parameter("center_rad", "rad", -1e3, 1e3, 0.0, (-0.3, 0.3), Slider("place", -0.5, 0.5, 0))
 
+# 1e6 N m/rad is a wall to any coupling, which is felt in its place (docs/theory.md 3.1). Whoever moves these
+# ends moves those of the worlds that an admittance is certified in (`admittance_loop`), as a test asks.
 SHARED = (STIFFNESS, DAMPING, CENTER)
 """Parameters with a way in between: changes of them are followed step by step, and paid (`changes`).
 

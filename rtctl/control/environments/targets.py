@@ -41,6 +41,7 @@ def follow_target(s: Record, p: Record, axis: int, difference: float) -> float:
         step *= 0.5
     if s.target_age_ticks > p.target_hold_ticks:  # its velocity is not believed then
         return 0.0
+    # no quicker than the joint may be: the damper would pull with b_c times whatever a program writes
     velocity = towards(0.0, velocity, p.velocity_limit_rad_s[axis])
     for _ in range(HALVINGS):
         if _pull_damper(s, p, axis, velocity, difference):

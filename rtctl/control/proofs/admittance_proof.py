@@ -140,7 +140,8 @@ def _first(loop: AdmittanceLoop) -> tuple[np.ndarray, np.ndarray]:
     w, top = [SLOWEST_RAD_S], math.pi / loop.period_s
     while w[-1] < top:
         w.append(min(w[-1] * _RATIO, w[-1] + _LONGEST / loop.period_s, top))
-    # around the root of a joint that nothing holds
+    # around the root of a joint that nothing holds, by a chord: at .007/s from s = 0, where the hand's spring
+    # has its pole, it keeps the discs clear of that
     detour = [SLOWEST_RAD_S * complex(1 - t, t) for t in np.linspace(0, 1, 40)]
     curve = np.array([*detour, *(1j * one for one in w[1:])])
     pieces = np.stack([curve[:-1], curve[1:]], axis=1)

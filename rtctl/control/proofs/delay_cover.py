@@ -16,6 +16,7 @@ MOST_TICKS = 20.0
 """Longest delay that is looked at, periods: what a rig file may declare."""
 
 RESOLUTION_TICKS = 0.002
+"""A fiftieth of what a test pulse resolves (`current_answer.TOLERANCE_TICKS`)."""
 
 
 @lru_cache(maxsize=256)

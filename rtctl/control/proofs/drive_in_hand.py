@@ -54,6 +54,7 @@ RIGID = ElasticJoint()
 
 def resonance(inertia_kgm2: float, hz: float) -> ElasticJoint:
     """Two equal masses that swing freely at `hz`."""
+    # halves that swing against each other are to their spring one mass of J/4
     omega, reduced = 2 * math.pi * hz, inertia_kgm2 / 4
     return ElasticJoint(0.5, reduced * omega**2, 2 * JOINT_DAMPING_RATIO * reduced * omega)
 

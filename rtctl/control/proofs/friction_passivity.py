@@ -42,7 +42,10 @@ def slope_damping(v: np.ndarray, F: np.ndarray, ff: np.ndarray) -> float:
 
 def gain_max(v: np.ndarray, F_lo: np.ndarray, F_hat: np.ndarray, b_need: float) -> float:
     """Largest share of the whole curve that may be fed forward, 0 to 1: min (F_lo - b_need v)/Fhat
-    (docs/theory.md 5.2)."""
+    (docs/theory.md 5.2).
+
+    It is the whole curve, as the papers compensate it. The law leaves the viscous part to the joint
+    (`compensation_limit.feedforward_limit`), so a gain above this one may pass, and one below it does."""
     return float(np.clip(np.min((F_lo - b_need * v) / F_hat), 0.0, 1.0))
 
 

@@ -47,7 +47,13 @@ def damping_needed(
 ) -> float:
     """Least device damping with which the loop is passive, N m s/rad: a fresh sample every `n` ticks, delay
     `d`, up to `jitter` less in any tick, lag `tau`, all in ticks. Arguments are taken as valid. 0 without a
-    coupling."""
+    coupling.
+
+    Notes
+    -----
+    Who asks for all that is less late asks the ends of delay and lag alone: of 60 random couplings, 2 to 5
+    ticks and delays to 4, whole delays between asked for .96 of the ends at most, of 25 lags between for .98.
+    """
     if k_c == 0 and b_c == 0:
         return 0.0
     return _ALLOWANCE * _needed(k_c, b_c, T, n, d, tau, jitter)

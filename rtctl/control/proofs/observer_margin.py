@@ -134,7 +134,8 @@ def first_passing(loop: Loop, tried: Iterable[tuple[float, float]]) -> tuple[flo
     """First pair of gain and bandwidth that passes. The points that are worst as things are come first: they
     decide most."""
     radius, kept = _kept(loop, grid(loop), _alone(loop))
-    # twice: another gain or bandwidth moves the weakest point
+    # twice what must be kept: another gain or bandwidth moves the weakest point, and one that is missed here
+    # is found by the whole grid below, at its price
     weak = np.flatnonzero((radius > 1 + TOLERANCE) | (kept < 2 * KEPT_LEAST))
     for gain, bandwidth_hz in tried:
         other = replace(loop, gain=gain, bandwidth_hz=bandwidth_hz)

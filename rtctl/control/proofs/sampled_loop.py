@@ -151,6 +151,7 @@ def felt(d: float, tau: float, jitter: float = 0.0) -> dict[int, float]:
 
 def undominated(W: np.ndarray, U: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The pairs that no other exceeds in both numbers: only these can be the largest in any coupling."""
+    # by falling W: a pair counts where its U exceeds that of all before it
     order = np.argsort(-W, kind="stable")
     W, U = W[order], U[order]
     best = np.maximum.accumulate(U)
