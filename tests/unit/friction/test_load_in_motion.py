@@ -14,7 +14,7 @@ from rtctl.friction.learn.beside_speed import judge_load
 from rtctl.friction.logs.loads import with_load
 from rtctl.friction.point_reader import read_points
 
-RATE_HZ, SECONDS, INERTIA, LIMIT_NM = 200.0, 50.0, 0.05, 6.0
+RATE_HZ, SECONDS, INERTIA, LIMIT_NM = 200.0, 40.0, 0.05, 6.0
 BASE_NM, VISCOUS, OUTSIDE, MOTOR = 0.2, 0.15, 0.1, 0.04
 
 
