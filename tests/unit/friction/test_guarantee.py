@@ -88,6 +88,20 @@ def test_the_spread_of_a_measured_length_lengthens_what_is_credited(axis, learne
     assert guarantee(given, spread).credited_rad == pytest.approx(LENGTH_FACTOR * 2e-3)
 
 
+def test_a_bound_of_the_length_serves_the_account_and_leaves_the_stiffness_open(axis, learned):
+    bound = replace(learned, presliding_spread_rad=0.0, presliding_ramps=8)
+    sure = guarantee(axis, bound)
+    assert (sure.length_source, sure.measured, sure.may_be_shorter) == ("model, at most", True, True)
+    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * 1e-3)
+    assert "at most" in sure.length_in_doubt
+    assert sure.bank_j == guarantee(axis, replace(learned, presliding_rad=None)).bank_j
+    assert not guarantee(with_friction(axis, presliding_rad=2e-3), bound).may_be_shorter
+    assert not guarantee(axis, replace(learned, presliding_spread_rad=1e-4)).may_be_shorter
+    unknown = guarantee(axis, replace(learned, presliding_rad=None))
+    assert unknown.may_be_shorter
+    assert "are assumed" in unknown.length_in_doubt
+
+
 def test_without_a_model_nothing_is_sure_but_the_cap(axis):
     sure = guarantee(axis, None)
     assert sure.peak_nm == pytest.approx(axis.friction.cap_share * axis.torque_limit_nm)
