@@ -48,8 +48,8 @@ SURE = 3.0
 """A length found from averaged counts must be so many of its standard errors; else it is not known."""
 BEND_MAX = 1.5
 SHORTEST_SHARE = 1 / 16
-"""Of the length that is assumed otherwise: joints that bend less are told to bend so much at most. Nothing
-shorter was tried with a hand that holds still, and none is left less of its torque by it (decision 0156)."""
+"""Least share of the assumed length that is told as a bound: shorter ones were not tried with hands (decision
+0156)."""
 LENGTH_MAX_RAD = 1.0
 
 

@@ -50,4 +50,11 @@ SEEDS = (
         "0.0)",
         SURE,
     ),
+    Seed(
+        "bristles of a bounded length are tried no stiffer than measured ones",
+        "rtctl/friction/guarantee.py",
+        "        return self.length_source in (ASSUMED, AT_MOST)",
+        "        return self.length_source == ASSUMED",
+        SURE,
+    ),
 )

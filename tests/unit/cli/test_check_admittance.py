@@ -14,7 +14,6 @@ from rtctl.check.stability_report import examine
 from rtctl.check.verdict import Outcome
 from rtctl.control.proofs import admittance_margin
 from rtctl.errors import StabilityError
-from rtctl.friction.guarantee import ASSUMED, AT_MOST
 from rtctl.rig_file.config import load
 
 LOOP, STUCK, SNAPS, ANY, KEPT, LATE, COUNT, FORCE = (
@@ -156,18 +155,6 @@ def test_a_joint_that_shakes_while_it_sticks_is_refused_with_the_damping_that_ca
     assert "axis[0].admittance.rest_damping_nms_rad" in row.refusal
     named = float(row.meaning.split("rest_damping_nms_rad = ")[1].split(",")[0])
     assert stuck(named).outcome == Outcome.PASS
-
-
-def test_bristles_of_a_length_that_is_only_bounded_are_tried_as_stiff_as_assumed_ones(rig):
-    (axis,) = examine(load(rig()), telling=False).axes
-    table, joint = load(rig()).config.axis[0], _joint(rig())
-
-    def tried(source):
-        sure = dataclasses.replace(axis.guarantee, length_source=source)
-        figures = dataclasses.replace(axis, guarantee=sure)
-        return admittance_figures.loop_of(figures, table, joint, 1e-3).bristles_to
-
-    assert [tried(one) for one in (ASSUMED, AT_MOST, "model", "rig file")] == [16.0, 16.0, 4.0, 4.0]
 
 
 def _joint(path):
