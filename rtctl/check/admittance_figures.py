@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from rtctl.control.proofs.admittance_sticking import Sticking
     from rtctl.rig_file.axis_tables import AxisTable
 
-BRISTLES_TO, ASSUMED_TO = 4.0, 16.0
-"""A presliding length that was measured is at most four times too long, one that was assumed sixteen
-times. On sixteen times stiffer ones velocity gains fail by themselves, from 130 Hz on (decision 0058)."""
+BRISTLES_TO, SHORTER_TO = 4.0, 16.0
+"""A presliding length that was measured is at most four times too long, one that was assumed or is a bound
+sixteen times. On sixteen times stiffer ones velocity gains fail by themselves, from 130 Hz on (decision 0058)."""
 
 FADING = (0.1, 0.3, 0.6, 0.85)
 """Shares of the torque at which a display that fades is tried."""
@@ -111,7 +111,7 @@ def loop_of(figures: AxisFigures, table: AxisTable, joint: Joint, period_s: floa
         help_turns_rad=figures.friction.presliding_rad if figures.friction else 0.0,
         told_viscous_nms_rad=table.viscous_nms_rad,
         presliding_rad=figures.guarantee.length_rad,
-        bristles_to=BRISTLES_TO if figures.guarantee.measured else ASSUMED_TO,
+        bristles_to=SHORTER_TO if figures.guarantee.may_be_shorter else BRISTLES_TO,
         rest_damping_nms_rad=a.rest_damping_nms_rad,
         rest_hz=MASS_REST_HZ,
         box=Box(a.hand_stiffness_nm_rad, a.hand_damping_nms_rad, a.hand_inertia_kgm2),

@@ -130,9 +130,9 @@ def stuck_joint(s: Subject) -> list[Verdict]:
         outcome, meaning = Outcome.PASS, f"{shakes}: too slowly to be felt"
         if speed > still:
             outcome, meaning = Outcome.FAIL, f"{shakes}: {_rest_remedy(one)}{_together(s)}"
-            if not s.axis.guarantee.measured:
+            if s.axis.guarantee.may_be_shorter:
                 outcome = Outcome.NOT_PROVED
-                meaning += f"; nobody says what the presliding length is ({mrad:.3g} mrad are assumed)"
+                meaning += f"; {s.axis.guarantee.length_in_doubt}"
     refusal = (
         f"{s.where}.admittance.rest_damping_nms_rad: axis {s.axis.name}: "
         f"{s.table.admittance.rest_damping_nms_rad:g} lets the joint shake at {speed:.3g} rad/s RMS, the "

@@ -90,12 +90,9 @@ def hunting(s: Subject) -> list[Verdict]:
     meaning = f"most that the counts of the encoder keep it moving; {kept}"
     if outcome == Outcome.FAIL:
         meaning += f": with a {found.at}: {_hunts_remedy(s, loop, held, bound)}"
-        if loop.bristle_nm_rad > 0 and not s.axis.guarantee.measured:
+        if loop.bristle_nm_rad > 0 and s.axis.guarantee.may_be_shorter:
             outcome = Outcome.NOT_PROVED
-            meaning += (
-                f"; nobody says what the presliding length is ({s.axis.guarantee.length_rad * 1e3:.3g} mrad "
-                "are assumed)"
-            )
+            meaning += f"; {s.axis.guarantee.length_in_doubt}"
     refusal = (
         f"{s.where}.encoder_counts_per_rev: axis {s.axis.name}: {s.table.encoder_counts_per_rev:g} counts: "
         f"{meaning}"

@@ -188,11 +188,11 @@ def encoder_steps(s: Subject) -> list[Verdict]:
 
 def still_rad_s(s: Subject) -> float:
     """Shake of this axis that counts as none, rad/s: of a carriage as at a handle, like `_felt_rad_s`."""
-    return own(SHAKE_RAD_S, "shake_rad_s", s.table)
+    return own(SHAKE_RAD_S, "shake_rad_s", s.table.motion)
 
 
 def _felt_rad_s(s: Subject) -> float:
-    return own(FELT_RAD_S, "felt_rad_s", s.table)
+    return own(FELT_RAD_S, "felt_rad_s", s.table.motion)
 
 
 def _steps_row(

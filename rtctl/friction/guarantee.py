@@ -46,8 +46,9 @@ much. On a joint whose friction is less than they the gate never opened."""
 DRY_UNKNOWN_NM = 0.25
 """Dry friction that intent and gate go by where no model and no rig file tells any."""
 
-ASSUMED = "assumed"
-"""Source of a presliding length that nobody measured or gave."""
+ASSUMED, AT_MOST = "assumed", "model, at most"
+"""Sources of a presliding length that nobody measured or gave, and of one that is only known not to be
+longer."""
 
 
 @dataclass(frozen=True)
@@ -70,7 +71,7 @@ class Guarantee:
     length_rad: float
     """Presliding length, as measured, given, or assumed."""
     length_source: str
-    """"model", "rig file", or "assumed"."""
+    """"model", "model, at most", "rig file", or "assumed"."""
     credited_rad: float
     """Length x_b of the credited bristles (`control.dry_friction`)."""
     bank_j: float
@@ -87,8 +88,21 @@ class Guarantee:
 
     @property
     def measured(self) -> bool:
-        """True when the length is known, not assumed."""
+        """True when the length is surely no longer than that: what the account asks for."""
         return self.length_source != ASSUMED
+
+    @property
+    def may_be_shorter(self) -> bool:
+        """True when the length may be any that is shorter: then the bristles are stiffer."""
+        return self.length_source in (ASSUMED, AT_MOST)
+
+    @property
+    def length_in_doubt(self) -> str:
+        """What is known of a length that may be shorter, in words."""
+        mrad = f"{self.length_rad * 1e3:.3g} mrad"
+        if self.measured:
+            return f"the presliding length is known to be {mrad} at most, and may be shorter"
+        return f"nobody says what the presliding length is ({mrad} are assumed)"
 
     @property
     def bristle_nm_rad(self) -> float:
@@ -148,10 +162,15 @@ def _doubts_of_sliding(axis: AxisTable, model: FrictionModel, doubt_nm: float) -
     return sliding_nm, min(sliding_nm, most_nm, friction.drift_nm + float(model.error_max_nm.max()))
 
 
-def own(chosen: float, name: str, axis: AxisTable) -> float:
-    """A number chosen for a joint, by its name there, on this axis: a linear one has it as it is at a handle
-    (`hw.motion`)."""
-    return chosen * at_handle(name) if axis.motion == "linear" else chosen
+def own(chosen: float, name: str, motion: str) -> float:
+    """A number chosen for a joint, by its name there, on an axis of this motion: a linear one has it as it is
+    at a handle (`hw.motion`)."""
+    return chosen * at_handle(name) if motion == "linear" else chosen
+
+
+def assumed_rad(motion: str) -> float:
+    """Presliding length where none is known, rad; of a linear axis m."""
+    return own(LENGTH_UNKNOWN_RAD, "length_rad", motion)
 
 
 def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGEST_RAD) -> float:
@@ -163,7 +182,7 @@ def bank_j(peak_nm: float, credited_rad: float, longest_rad: float = BANK_LONGES
 def _dry_nm(axis: AxisTable, model: FrictionModel | None) -> float:
     """Least dry friction by model or rig file, N m, that a hand's push is measured by."""
     known_nm = axis.dry_friction_nm if model is None else float(model.friction_min_nm.min())
-    return known_nm if known_nm > 0 else own(DRY_UNKNOWN_NM, "dry_nm", axis)
+    return known_nm if known_nm > 0 else own(DRY_UNKNOWN_NM, "dry_nm", axis.motion)
 
 
 def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
@@ -181,14 +200,16 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
     sliding_nm, place_nm = (
         (doubt_nm, doubt_nm) if model is None else _doubts_of_sliding(axis, model, doubt_nm)
     )
-    length_rad, spread_rad, source = own(LENGTH_UNKNOWN_RAD, "length_rad", axis), 0.0, ASSUMED
+    length_rad, spread_rad, source = assumed_rad(axis.motion), 0.0, ASSUMED
     if friction.presliding_rad > 0:
         length_rad, source = friction.presliding_rad, "rig file"
     elif model is not None and model.presliding_rad is not None:
-        length_rad, source = model.presliding_rad, "model"
-        spread_rad = model.presliding_spread_rad or 0.0
+        length_rad, spread_rad = model.presliding_rad, model.presliding_spread_rad or 0.0
+        source = AT_MOST if model.presliding_spread_rad == 0.0 else "model"
     # longer is the safe side: credit comes later than the friction does
     credited_rad = LENGTH_FACTOR * (length_rad + SPREADS * spread_rad)
+    # who presses a springy wall spends more than a turn of such bristles costs: no less is lent than before
+    lent_rad = max(credited_rad, LENGTH_FACTOR * assumed_rad(axis.motion) if source == AT_MOST else 0.0)
     dry_nm = _dry_nm(axis, model)
     return Guarantee(
         floor_nm=floor_nm,
@@ -199,11 +220,11 @@ def guarantee(axis: AxisTable, model: FrictionModel | None) -> Guarantee:
         length_rad=length_rad,
         length_source=source,
         credited_rad=credited_rad,
-        bank_j=bank_j(peak_nm, credited_rad, own(BANK_LONGEST_RAD, "longest_rad", axis)),
+        bank_j=bank_j(peak_nm, lent_rad, own(BANK_LONGEST_RAD, "longest_rad", axis.motion)),
         intent_nm=friction.intent_nm or INTENT_SHARE * dry_nm,  # 0: the rig file names none
         gate_nm=friction.gate_nm or GATE_SHARE * dry_nm,
         gate_deadband_nm=friction.gate_deadband_nm
-        or min(GATE_DEADBAND_SHARE * dry_nm, own(GATE_DEADBAND_MOST_NM, "most_nm", axis)),
+        or min(GATE_DEADBAND_SHARE * dry_nm, own(GATE_DEADBAND_MOST_NM, "most_nm", axis.motion)),
         observer_deadband_nm=friction.observer.deadband_nm
-        or min(OBSERVER_DEADBAND_SHARE * dry_nm, own(OBSERVER_DEADBAND_MOST_NM, "most_nm", axis)),
+        or min(OBSERVER_DEADBAND_SHARE * dry_nm, own(OBSERVER_DEADBAND_MOST_NM, "most_nm", axis.motion)),
     )

@@ -71,7 +71,13 @@ BESIDE = (
     ),
     BETWEEN,
     Column("presliding_rad", "rad", 1e-12, LENGTH_MAX_RAD, "break-away points: presliding length"),
-    Column("presliding_spread_rad", "rad", 0.0, LENGTH_MAX_RAD, "its standard deviation over ramps"),
+    Column(
+        "presliding_spread_rad",
+        "rad",
+        0.0,
+        LENGTH_MAX_RAD,
+        "its standard deviation over ramps; 0: at most so long",
+    ),
     Column("presliding_ramps", "", 1.0, 1e9, "ramps behind it"),
 )
 """What a point may have beside: `FrictionPoints.columns`."""

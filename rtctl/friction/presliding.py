@@ -47,6 +47,9 @@ apart."""
 SURE = 3.0
 """A length found from averaged counts must be so many of its standard errors; else it is not known."""
 BEND_MAX = 1.5
+SHORTEST_SHARE = 1 / 16
+"""Least share of the assumed length that is told as a bound: shorter ones were not tried with hands (decision
+0156)."""
 LENGTH_MAX_RAD = 1.0
 
 
@@ -60,7 +63,7 @@ class Presliding:
         Break-away torque over initial slope, mean over the ramps.
     spread_rad
         Standard deviation of one ramp's length: places, directions and noise. None: not known (given by
-        hand). 0: the length is not told apart from shorter ones.
+        hand). 0: the length is not told apart from shorter ones (`at_most`).
     ramps
         Ramps behind it, or turns of the motion in a log; 0 when it was given by hand."""
 
@@ -68,12 +71,17 @@ class Presliding:
     spread_rad: float | None
     ramps: int
 
+    @property
+    def at_most(self) -> bool:
+        """True when nothing but an upper bound of the length is known."""
+        return self.spread_rad == 0.0
+
     def __str__(self) -> str:
         """The figures in words."""
         length = f"{1e3 * self.length_rad:.4g} mrad"
         if self.spread_rad is None:
             return f"{length}, given by hand"
-        if self.spread_rad == 0.0:
+        if self.at_most:
             return f"at most {length}, over {self.ramps} ramps or turns"
         return f"{length}, spread {1e3 * self.spread_rad:.2g} mrad over {self.ramps} ramps or turns"
 
@@ -161,8 +169,31 @@ def _softening(share: np.ndarray) -> np.ndarray:
     return np.asarray(-np.log1p(-share) - share)
 
 
-def presliding(ramps: Sequence[Ramp]) -> Presliding | None:
-    """Mean length over ramps and its spread; None from fewer than two, or when it is no length at all."""
+def presliding(ramps: Sequence[Ramp], assumed_rad: float = 0.0) -> Presliding | None:
+    """Mean length over ramps and its spread; where they do not tell it, how long it is at most.
+
+    Returns
+    -------
+    Presliding or None
+        None from fewer than two ramps, when it is no length at all, or when the bound is not below
+        `assumed_rad`, the length that is assumed where none is known."""
+    found = _told(ramps)
+    if found is not None or len(ramps) < RAMPS_MIN:
+        return found
+    most_rad = max(_most_rad(ramps), SHORTEST_SHARE * assumed_rad)
+    return Presliding(most_rad, 0.0, len(ramps)) if most_rad < assumed_rad else None
+
+
+def _most_rad(ramps: Sequence[Ramp]) -> float:
+    """Longest length that any of the ramps may have, rad.
+
+    Bristles soften on the way, so that none of that length moves less than its share of it; of a motion the
+    encoder hides less than a count."""
+    moved_rad = max(float(np.ptp(ramp.grid_rad)) + ramp.count_rad for ramp in ramps)
+    return moved_rad / float(GRID[-1] - GRID[0])
+
+
+def _told(ramps: Sequence[Ramp]) -> Presliding | None:
     # by different torques: two counts passed in one tick have no slope, and 0/0 of one ramp would be all's
     telling = [ramp for ramp in ramps if len(np.unique(ramp.share)) >= CHANGES_MIN]
     if len(ramps) < RAMPS_MIN:
@@ -200,7 +231,13 @@ def together(parts: Sequence[Presliding]) -> Presliding | None:
 
     Notes
     -----
-    The spread is that of all ramps in one: sum (n_i - 1) s_i^2 + n_i (l_i - l)^2 = (n - 1) s^2."""
+    A bound tells nothing beside a length that is known, and of bounds alone the longest holds. The spread is
+    that of all ramps in one: sum (n_i - 1) s_i^2 + n_i (l_i - l)^2 = (n - 1) s^2."""
+    told = [part for part in parts if not part.at_most]
+    if parts and not told:
+        longest_rad = max(part.length_rad for part in parts)
+        return Presliding(longest_rad, 0.0, sum(part.ramps for part in parts))
+    parts = told
     if not parts:
         return None
     # 1: a length that was given by hand is as good as one ramp

@@ -10,6 +10,7 @@ import numpy as np
 
 from rtctl.control.vocabulary import State, state_and_cause
 from rtctl.errors import DataError, FaultError, HandOnRigError
+from rtctl.friction.guarantee import assumed_rad
 from rtctl.friction.presliding import presliding
 from rtctl.identify.bias import Bias, read_bias
 from rtctl.identify.collected import Collected, UnsteadyError
@@ -144,7 +145,7 @@ def identify(
         motion.presliding_rad = max((one.presliding_rad or 0.0 for one in store.known()), default=0.0)
         try:
             got = yield from collect(motion, task, bias.motor_torque_nm)
-            point = summarise(task, got, bias.time_s)
+            point = summarise(task, got, bias.time_s, motion.rig.motion)
             store.add(point, got.measurements)
             _follow_zero(motion, point)
         except UnsteadyError as why:
@@ -182,13 +183,14 @@ def _quick_ones_first(todo: list[Task], store: Store, tried: int, top_rad_s: flo
     return sorted(todo, key=lambda task: -task.speed_rad_s)
 
 
-def summarise(task: Task, got: Collected, began_s: float) -> Point:
-    """Mean, standard deviation and count of a point's measurements; `began_s` is when its session began."""
+def summarise(task: Task, got: Collected, began_s: float, motion: str) -> Point:
+    """Mean, standard deviation and count of a point's measurements; `began_s` is when its session began,
+    `motion` the axis' ("rotary", "linear")."""
     rows = [asdict(measurement) for measurement in got.measurements]
     column = {name: np.array([row[name] for row in rows], dtype=float) for name in rows[0]}
     torque, acceleration = column["torque_nm"], column["acceleration_rad_s2"]
     force = column["force_n"].mean(axis=0)
-    bent = presliding(got.ramps)
+    bent = presliding(got.ramps, assumed_rad(motion))
     return Point(
         name=task.name,
         use=task.use,

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from hw.motion import HANDLE_M
+from rtctl.check import stability_report
 from rtctl.friction import artefact
 from rtctl.friction.guarantee import BANK_LONGEST_RAD, LENGTH_FACTOR, LENGTH_UNKNOWN_RAD, SPREADS, guarantee
 from rtctl.rig_file.config import load
@@ -86,6 +87,32 @@ def test_the_spread_of_a_measured_length_lengthens_what_is_credited(axis, learne
     assert guarantee(axis, spread).credited_rad == pytest.approx(LENGTH_FACTOR * (1e-3 + SPREADS * 2e-4))
     given = with_friction(axis, presliding_rad=2e-3)
     assert guarantee(given, spread).credited_rad == pytest.approx(LENGTH_FACTOR * 2e-3)
+
+
+def test_a_bound_of_the_length_serves_the_account_and_leaves_the_stiffness_open(axis, learned):
+    bound = replace(learned, presliding_spread_rad=0.0, presliding_ramps=8)
+    sure = guarantee(axis, bound)
+    assert (sure.length_source, sure.measured, sure.may_be_shorter) == ("model, at most", True, True)
+    assert sure.credited_rad == pytest.approx(LENGTH_FACTOR * 1e-3)
+    assert "at most" in sure.length_in_doubt
+    assert sure.bank_j == guarantee(axis, replace(learned, presliding_rad=None)).bank_j
+    assert not guarantee(with_friction(axis, presliding_rad=2e-3), bound).may_be_shorter
+    assert not guarantee(axis, replace(learned, presliding_spread_rad=1e-4)).may_be_shorter
+    unknown = guarantee(axis, replace(learned, presliding_rad=None))
+    assert unknown.may_be_shorter
+    assert "are assumed" in unknown.length_in_doubt
+
+
+@pytest.mark.parametrize(("spread_rad", "stiffest"), [(0.0, 16.0), (1e-4, 4.0)])
+def test_a_certificate_tries_stiffer_bristles_where_the_length_is_only_bounded(
+    tmp_path, learned, spread_rad, stiffest
+):
+    told = replace(learned, presliding_spread_rad=spread_rad, presliding_ramps=8, rig="admittance")
+    artefact.save(told, tmp_path / "told.json")
+    loaded = load(CONFIGS / "admittance.toml")
+    one = with_friction(loaded.config.axis[0], presliding_rad=0.0, model=str(tmp_path / "told.json"))
+    loaded = loaded.model_copy(update={"config": loaded.config.model_copy(update={"axis": [one]})})
+    assert stability_report.admittance_loop(loaded, 0).bristles_to == stiffest
 
 
 def test_without_a_model_nothing_is_sure_but_the_cap(axis):

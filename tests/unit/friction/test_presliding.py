@@ -6,11 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rtctl.friction.presliding import Presliding, bend_of, presliding, ramp_of, together
+from rtctl.friction.presliding import SHORTEST_SHARE, Presliding, bend_of, presliding, ramp_of, together
 
 T = 1e-3
 COUNT = 2 * math.pi / 160_000
 BREAK_AWAY_NM = 0.35
+ASSUMED_RAD = 5e-3
 
 
 def ramp(length_rad, *, bend, sign=1, count_rad=COUNT, noise_nm=0.004, chatter_rad=0.0, seed=0):
@@ -69,6 +70,36 @@ def test_an_encoder_too_coarse_to_tell_the_slope_tells_nothing():
     assert presliding(ramps(1.4e-3, n=20, bend=1.0, count_rad=100 * 1.4e-3)) is None
     assert presliding([]) is None
     assert presliding(ramps(1.4e-3, n=1, bend=1.0)) is None
+    assert presliding(ramps(1.4e-3, n=1, bend=1.0), ASSUMED_RAD) is None
+    assert presliding(ramps(1.4e-3, n=4, bend=1.0, count_rad=4e-3), ASSUMED_RAD) is None
+
+
+@pytest.mark.parametrize("bend", [0.0, 1.0])
+@pytest.mark.parametrize("counts", [0.02, 0.3, 0.6, 0.9])
+def test_a_joint_that_bends_less_than_the_encoder_tells_is_told_how_long_at_most(counts, bend):
+    how = {"bend": bend, "count_rad": 0.8e-3}
+    for n in (2, 7):
+        found = presliding(ramps(0.8e-3 * counts, n=n, **how), ASSUMED_RAD)
+        assert found.at_most
+        assert found.ramps == n
+        assert max(0.8e-3 * counts, SHORTEST_SHARE * ASSUMED_RAD) < found.length_rad < ASSUMED_RAD
+    assert "at most" in str(found)
+
+
+def test_no_ramp_by_itself_moves_more_than_the_bound_says():
+    """One place that is softer than all others: it is the joint's, too."""
+    mixed = [*ramps(1e-6, n=12, bend=0.0), ramp(1e-3, bend=0.0, seed=5)]
+    assert presliding(mixed, ASSUMED_RAD).length_rad > 1e-3
+
+
+def test_a_joint_of_an_encoder_however_fine_is_told_no_less_than_was_tried_with_hands():
+    rigid = ramps(1e-9, bend=0.0, count_rad=1e-6)
+    assert presliding(rigid, ASSUMED_RAD) == Presliding(SHORTEST_SHARE * ASSUMED_RAD, 0.0, 20)
+
+
+def test_a_length_that_is_found_is_the_same_whatever_is_assumed():
+    known = ramps(1.4e-3, bend=1.0)
+    assert presliding(known, ASSUMED_RAD) == presliding(known)
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -92,6 +123,13 @@ def test_groups_put_together_are_as_all_their_ramps():
     assert found.spread_rad == pytest.approx(np.std(every, ddof=1))
     assert found.ramps == 19
     assert together([]) is None
+    assert together([*parts, Presliding(3e-3, 0.0, 9)]) == found
+
+
+def test_of_bounds_alone_the_longest_holds():
+    both = together([Presliding(1e-3, 0.0, 6), Presliding(2e-3, 0.0, 4)])
+    assert both == Presliding(2e-3, 0.0, 10)
+    assert both.at_most
 
 
 def test_a_ramp_that_jumped_two_counts_in_one_tick_spoils_no_other():
