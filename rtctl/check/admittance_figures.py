@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 BRISTLES_TO, SHORTER_TO = 4.0, 16.0
 """A presliding length that was measured is at most four times too long, one that was assumed or is a bound
-sixteen times. On sixteen times stiffer ones velocity gains fail by themselves, from 130 Hz on (decision 0058)."""
+sixteen times. On sixteen times stiffer ones velocity gains fail, from 130 Hz on (decision 0058)."""
 
 FADING = (0.1, 0.3, 0.6, 0.85)
 """Shares of the torque at which a display that fades is tried."""

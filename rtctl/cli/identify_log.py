@@ -148,6 +148,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
 
     if keep_offset and offset_is_zero:
         raise click.UsageError("--keep-offset leaves in the points what --offset-is-zero takes out; drop one")
+    if by_load and not out:
+        raise click.UsageError("--by-load is about the points that --out DIR writes: give that, too")
     rig_axis = _axis(config, axis)
     register()
     if rig_axis and not (columns or map_file) and all(log.suffix == ".mcap" for log in logs):
@@ -163,9 +165,8 @@ def command(  # longer than 50 lines: the steps are in order of the work
     motion = geared.motion
     any_axis = ANY_LINEAR if motion == "linear" else Limits()
     limits = Limits.of_axis(rig_axis, str(config)) if rig_axis else any_axis
-    text = text_of(delimiter, decimal)
     with errors_in_units_of(motion):
-        options = [options_of(log, mapped, rate_hz, text) for log in logs]
+        options = [options_of(log, mapped, rate_hz, text_of(delimiter, decimal)) for log in logs]
         found = read_in_time(options, geared, torque_delay, limits, cutoff_hz, speed_min)
         read, signals, cutoff_hz, slowest = found.logs, found.signals, found.cutoff_hz, found.speed_min_rad_s
         parts = [stretches[0] for stretches in read]
