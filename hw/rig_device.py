@@ -97,7 +97,7 @@ class Device:
         self._lead_in()
         try:
             self._read(self.tick)
-        except Exception as error:
+        except Exception as error:  # of code from anywhere: a loss or a mistake, told with the device's name
             raise self._named(error, "read") from error
         # more, not other: a count that falls is a device that was powered anew, and no new sample
         self.age = 0 if words[count] > before else self.age + elapsed
@@ -120,7 +120,7 @@ class Device:
         self._command()
         try:
             self._write(self.tick)
-        except Exception as error:
+        except Exception as error:  # of code from anywhere: a loss or a mistake, told with the device's name
             raise self._named(error, "write") from error
 
     def open(self) -> None:
@@ -128,7 +128,7 @@ class Device:
         self.age, self.rest, self.overruns_in_a_row = _NEVER, 0, 0
         try:
             self.backend.open()
-        except Exception as error:
+        except Exception as error:  # of code from anywhere: a loss or a mistake, told with the device's name
             raise self._named(error, "open") from error
 
     def warm_up(self) -> None:
@@ -136,7 +136,7 @@ class Device:
         if isinstance(self.backend, CompiledBackend) and self.tick is not None:
             try:
                 self.backend.warm_up(self.tick)
-            except Exception as error:
+            except Exception as error:  # likewise
                 raise self._named(error, "warm_up") from error
 
     def _named(self, error: Exception, doing: str) -> Exception:
