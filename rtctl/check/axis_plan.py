@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from hw.interface import Joint
+from rtctl.check.devices_of_axis import sure_damping
 from rtctl.control.flicker import blind_damping_nms_rad, blind_hz
 from rtctl.control.proofs import stability
 from rtctl.control.stability_watch import FLOOR_SHARE
@@ -31,8 +33,11 @@ def _fill_arming(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["arming_torque_nm"][a] = min(axis.arming_share * axis.torque_limit_nm, gentle_nm)
 
 
-def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
-    """Parameters of axis `a` that follow from its tables alone; needs those of the rig (`arming_ticks`)."""
+def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float, joint: Joint) -> None:
+    """Parameters of axis `a` that follow from its tables and joint; needs those of the rig
+    (`arming_ticks`)."""
+    # what accounts credit and our own dampers live on: a hand behind a spring takes the rest away
+    sure = p["sure_viscous_nms_rad"][a] = sure_damping(axis.viscous_nms_rad, joint)
     for name in (
         "inertia_kgm2",
         "viscous_nms_rad",
@@ -79,10 +84,10 @@ def fill_axis(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
     p["coupling_stiffness_nm_rad"][a] = axis.coupling.stiffness_nm_rad
     p["coupling_damping_nms_rad"][a] = axis.coupling.damping_nms_rad
     # b of 4.3: more would be a limit cycle of its own
-    p["injected_damping_max_nms_rad"][a] = axis.viscous_nms_rad
+    p["injected_damping_max_nms_rad"][a] = sure
     if axis.may_show("admittance"):
         _fill_admittance(p, a, axis, period_s)
-    p["hold_damping_nms_rad"][a] = axis.viscous_nms_rad
+    p["hold_damping_nms_rad"][a] = sure
 
 
 def _fill_admittance(p: np.void, a: int, axis: AxisTable, period_s: float) -> None:
@@ -122,6 +127,6 @@ def fill_force_feedback(
     p["force_feedback_cap_nm"][a] = feedback.cap_share * axis.torque_limit_nm
     p["force_feedback_share"][a] = feedback.share
     needed = stability.damping_needed_between(k_c, b_c, period_s, between)  # the coupling lives on this much
-    p["force_feedback_damping_nms_rad"][a] = max(0.0, axis.viscous_nms_rad - needed)
+    p["force_feedback_damping_nms_rad"][a] = max(0.0, float(p["sure_viscous_nms_rad"][a]) - needed)
     # dry friction that holds the joint against the encoder's steps (row `steps of the encoder`)
     p["force_feedback_reserve_nm"][a] = k_c * count_rad / 2 + b_c * count_rad / period_s

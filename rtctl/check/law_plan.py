@@ -89,7 +89,8 @@ def build(loaded: LoadedConfig) -> Plan:
         if "current" in member.channels and registry.lookup(member.kind).follows:
             params[0]["follow_kind"][list(member.axes)] = 1
     for a, axis in enumerate(config.axis):
-        fill_axis(params[0], a, axis, config.period_s)
+        joint = joint_of_axis(loaded, a)
+        fill_axis(params[0], a, axis, config.period_s, joint)
         between = lateness.of_axis(loaded, a).between
         # what may be shown: age of samples and all of the lag count, rounded up
         shown = math.ceil(stability.late_ticks(between, config.period_s))
@@ -100,8 +101,8 @@ def build(loaded: LoadedConfig) -> Plan:
         fill_force_feedback(params[0], a, axis, config.period_s, between)
         _fill_command(command[0], a, axis)
         learned = _load_model(loaded, axis)
-        sure, dry_share = guarantee(axis, learned), joint_of_axis(loaded, a).dry_share
-        params[0]["flicker_held"][a] = holds_flicker(axis, sure, dry_share)
+        sure = guarantee(axis, learned)
+        params[0]["flicker_held"][a] = holds_flicker(axis, sure, joint.dry_share)
         params[0]["mass_rest_rad"][a] = sure.credited_rad
         # judged and bounded at the largest factor; the law takes a share
         most, factor = largest_feedforward(axis, learned, config.period_s)

@@ -32,7 +32,7 @@ from hw.interface import Joint
 from rtctl.check import force_way, lateness, observer_tuning
 from rtctl.check.admittance_figures import AdmittanceFigures, figures_of, loop_of
 from rtctl.check.axis_report import AxisFigures
-from rtctl.check.devices_of_axis import cut_a, joint_of_axis
+from rtctl.check.devices_of_axis import cut_a, joint_of_axis, sure_damping
 from rtctl.check.lateness import Lateness
 from rtctl.check.verdict import Outcome, Subject, Verdict, ranked
 from rtctl.check.verdicts import verdicts
@@ -124,7 +124,7 @@ def bearing(loaded: LoadedConfig, index: int) -> tuple[float, stability.Between,
     late, joint = lateness.of_axis(loaded, index), joint_of_axis(loaded, index)
     found, b, _, _ = _friction(loaded, loaded.config.axis[index], late)
     spring, loop = (found.place_stiffness_nm_rad, found.load_loop) if found else (0.0, 0.0)
-    return _uncancelled(b, joint), late.between, spring, loop
+    return sure_damping(b, joint), late.between, spring, loop
 
 
 def examine(
@@ -196,12 +196,6 @@ def _friction(
     return found, min(secant, axis.viscous_nms_rad), found.dry_left_nm, sure
 
 
-def _uncancelled(b: float, joint: Joint) -> float:
-    """Damping that no passive hand behind the joint can cancel, N m s/rad."""
-    link, own = (1 - joint.motor_share) * b, joint.damping_nms_rad
-    return joint.motor_share * b + (link * own / (link + own) if link > 0 and own > 0 else 0.0)
-
-
 def _figures(  # longer than 50 lines: one figure a line
     loaded: LoadedConfig,
     index: int,
@@ -214,7 +208,7 @@ def _figures(  # longer than 50 lines: one figure a line
     axis, T, between = loaded.config.axis[index], loaded.config.period_s, late.between
     k_c, b_c = axis.coupling.stiffness_nm_rad, axis.coupling.damping_nms_rad
     count = 2 * math.pi / axis.counts_of_turn
-    b = _uncancelled(guaranteed[0], joint)
+    b = sure_damping(guaranteed[0], joint)
     spring, more = (figures.place_stiffness_nm_rad, 1 + figures.load_loop) if figures else (0.0, 1.0)
     # with what compensation by place and by load add (docs/theory.md 8.9, 8.10)
     stiffer = more * k_c + spring

@@ -127,7 +127,7 @@ def _unseen(t: Record, s: Record, p: Record, axis: int) -> bool:
     # sent or measured: in doubt it was the motor
     motor = max(s.torque_applied_nm[axis] * dx, t.motor_torque_nm[axis] * dx)
     # an estimate of the other sign takes nothing
-    taken = s.friction_credit_j[axis] + max(p.viscous_nms_rad[axis] * v * dx, 0.0)
+    taken = s.friction_credit_j[axis] + max(p.sure_viscous_nms_rad[axis] * v * dx, 0.0)
     s.unseen_j[axis] += taken - motor - t.hand_torque_nm[axis] * dx
     s.unseen_path_rad[axis] += abs(dx)
     here, before = s.position_rad[axis] - s.unseen_start_rad[axis], s.unseen_start_rad[axis]

@@ -60,7 +60,7 @@ def spare_damping(s: Record, p: Record, axis: int) -> float:
     coupled."""
     damping = p.force_feedback_damping_nms_rad[axis]
     if s.world_kind[axis] == _FREE:
-        damping = p.viscous_nms_rad[axis]
+        damping = p.sure_viscous_nms_rad[axis]
     return max(damping, 0.0)
 
 

@@ -6,8 +6,8 @@ tau_held is the torque sent one tick ago, after authority, gate and limits, feed
 motor held exactly this torque while the joint went from x_{k-1} to x_k, so the first term is exact. Of a
 motor that is declared late it is the torque that acted then (`take_back.acted_torque`). The
 other two credit what the device itself is guaranteed to dissipate: viscous damping b (Cauchy-Schwarz
-over one period) and D, what its dry friction surely took out, less what its bristles gave back
-(`dry_friction`).
+over one period; of an elastic joint what is sure at the motor, docs/theory.md 2.8) and D, what its dry
+friction surely took out, less what its bristles gave back (`dry_friction`).
 
 U is the energy in the virtual spring and coupling. It belongs to the hand that put it there and will be
 given back, so only what exceeds it counts as banked: a cap without U would forget the energy of every
@@ -78,7 +78,7 @@ def observe_port(s: Record, p: Record, axis: int, dx: float, elapsed: int) -> fl
     held = acted_torque(s, p, axis, elapsed)  # not what was asked: gate and limits took their part
     dt = p.period_s * max(elapsed, 1)
     # never more than b v^2 over the period took (2.3)
-    credit = max(p.viscous_nms_rad[axis], 0.0) * dx * dx / dt
+    credit = max(p.sure_viscous_nms_rad[axis], 0.0) * dx * dx / dt
     credit += s.friction_credit_j[axis]
     energy = s.energy_port_j[axis] - held * dx + credit + granted(s, axis)
     felt = s.authority * s.stored_energy_j[axis]

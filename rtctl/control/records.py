@@ -107,7 +107,8 @@ def params_dtype(n_axes: int) -> np.dtype[np.void]:  # longer than 50 lines: one
             # 1: the coordinate is in m, and what was chosen for a joint is as at a handle (control.handle)
             "is_linear": (),
             "inertia_kgm2": (),
-            "viscous_nms_rad": (),  # guaranteed viscous damping of the device
+            "viscous_nms_rad": (),  # guaranteed viscous damping of the device, in a motion of all of it
+            "sure_viscous_nms_rad": (),  # what of it no hand behind an elastic joint takes away (2.8)
             "gear_ratio": (),
             "gear_efficiency": (),
             "torque_constant_nm_a": (),

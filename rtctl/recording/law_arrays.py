@@ -29,6 +29,10 @@ class LawArrays:
     state: np.ndarray | None = None
 
 
+_ONE_BEFORE = {"params.sure_viscous_nms_rad": "params.viscous_nms_rad"}
+"""Fields that are two now: an archive that lacks the first means by the second what both say."""
+
+
 def pack_law(law: LawArrays) -> bytes:
     """The arrays as a compressed npz, one array per field, readable without this package."""
     arrays: dict[str, Any] = {}
@@ -62,8 +66,11 @@ def unpack_law(data: bytes, n_axes: int) -> LawArrays:
         }
         for part, array in parts.items():
             for name in array.dtype.names or ():
-                if f"{part}.{name}" in archive:
-                    array[name] = archive[f"{part}.{name}"]
+                known = f"{part}.{name}"
+                if known not in archive:
+                    known = _ONE_BEFORE.get(known, known)
+                if known in archive:
+                    array[name] = archive[known]
         # zeros are a state, too: that of a start
         has_state = any(name.startswith("state.") for name in archive)
     except (ValueError, TypeError) as error:

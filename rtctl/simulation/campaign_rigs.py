@@ -143,7 +143,8 @@ def _device(p: np.void, plant: np.void, model: np.void, axis: int, draw: np.rand
     period_s = float(p["period_s"])
     inertia, viscous = log_uniform(draw, 1e-3, 0.1), draw.uniform(0.02, 0.2)
     plant["inertia_kgm2"][axis] = p["inertia_kgm2"][axis] = inertia
-    p["viscous_nms_rad"][axis] = p["hold_damping_nms_rad"][axis] = viscous
+    p["viscous_nms_rad"][axis] = p["sure_viscous_nms_rad"][axis] = viscous
+    p["hold_damping_nms_rad"][axis] = viscous
     p["injected_damping_max_nms_rad"][axis] = viscous
     plant["viscous_nms_rad"][axis] = viscous * draw.uniform(1.0, 1.3)  # the law is told the least
     count = 2 * math.pi / log_uniform(draw, 2e3, 4e5)

@@ -94,9 +94,9 @@ SEEDS = (
     ),
     Seed(
         "all the damping of an elastic joint counts",
-        "rtctl/check/stability_report.py",
-        "    return joint.motor_share * b + (",
-        "    return b + (",
+        "rtctl/check/devices_of_axis.py",
+        "    return joint.motor_share * b_nms_rad + (",
+        "    return b_nms_rad + (",
         CHECK,
     ),
     Seed(

@@ -106,6 +106,8 @@ class LawRig:
         self.params["lever_m"] = [0.0, LEVER, 0.0]
         for name, value in {**NOMINAL, **axis_params}.items():
             self.params[name] = value
+        if "sure_viscous_nms_rad" not in axis_params:  # of a rigid joint
+            self.params["sure_viscous_nms_rad"] = self.params["viscous_nms_rad"]
         self.position = np.zeros(n_axes)
         self.force_n = np.zeros(3)
 

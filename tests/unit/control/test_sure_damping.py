@@ -1,0 +1,85 @@
+"""Damping behind an elastic joint's spring is credited only as far as no hand can take it away."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from law_rig import COUNT, LawRig, T
+
+from hw.interface import Joint
+from rtctl.check.devices_of_axis import joint_of_axis, sure_damping
+from rtctl.check.law_plan import build
+from rtctl.control.force_feedback import spare_damping
+from rtctl.control.jit import compiled
+from rtctl.rig_file.config import load
+
+CONFIGS = Path(__file__).parents[3] / "configs"
+B_M, B_J, B_L = 0.02, 0.01, 0.03
+OF_JOINT = Joint(motor_share=B_M / (B_M + B_L), damping_nms_rad=B_J)
+
+
+def dissipated(omega, stiffness, hand):
+    """Of a motor that moves with 1 rad/s RMS at omega: power that its joint loses, W, where `hand` (complex,
+    N m s/rad) holds the link."""
+    joint = B_J + stiffness / (1j * omega)
+    # forces on the link: its own damper and the hand against the spring and damper of the joint
+    link = joint / (joint + B_L + hand)
+    return B_M + B_J * abs(1 - link) ** 2 + B_L * abs(link) ** 2
+
+
+def test_no_hand_leaves_less_and_one_leaves_no_more():
+    sure, least = sure_damping(B_M + B_L, OF_JOINT), math.inf
+    draw = np.random.default_rng(158)
+    for _ in range(20_000):
+        omega, stiffness = math.tau * 10 ** draw.uniform(-1, 2.5), 10 ** draw.uniform(-1, 3)
+        # any passive hand: a damper of at least nothing, with a mass or a spring
+        reactance = draw.choice([-1, 1]) * 10 ** draw.uniform(-3, 2)
+        left = dissipated(omega, stiffness, draw.choice([0.0, 10 ** draw.uniform(-4, 1)]) + 1j * reactance)
+        assert left >= sure * (1 - 1e-9)
+        # a spring by which the link moves as the motor does, b_j/(b_j + b_l) as far
+        least = min(least, dissipated(omega, stiffness, stiffness / (1j * omega) * B_L / B_J))
+    assert sure == pytest.approx(B_M + B_J * B_L / (B_J + B_L), rel=1e-12)
+    assert least == pytest.approx(sure, rel=1e-6)
+
+
+@pytest.mark.parametrize("b", [0.0, 0.05, math.nan])
+def test_a_rigid_joint_keeps_all_of_it(b):
+    assert sure_damping(b, Joint()) == pytest.approx(b, nan_ok=True)
+
+
+def credited(**params):
+    """J that the account gains while a joint without friction is moved at 1 rad/s for .1 s without torque."""
+    rig = LawRig(energy_bank_j=1.0, **params).arm()
+    before = rig["energy_port_j"]
+    for k in range(100):
+        rig.tick(math.floor((k + 1) * T / COUNT) * COUNT)
+    assert rig["torque_applied_nm"] == pytest.approx(0.0, abs=1e-6)
+    return rig["energy_port_j"] - before
+
+
+def test_the_account_is_credited_what_is_sure():
+    sure = sure_damping(B_M + B_L, OF_JOINT)
+    found = credited(viscous_nms_rad=B_M + B_L, sure_viscous_nms_rad=sure)
+    assert found == pytest.approx(100 * T * sure, rel=0.02)
+
+
+@compiled
+def spare(state, params):
+    return spare_damping(state[0], params[0], 0)
+
+
+def test_free_help_lives_on_what_is_sure():
+    rig = LawRig(viscous_nms_rad=0.05, sure_viscous_nms_rad=0.03)
+    assert spare(rig.state, rig.params) == 0.03
+
+
+def test_the_plan_of_an_elastic_joint_says_what_is_sure():
+    loaded = load(CONFIGS / "mock-elastic.toml")
+    p, b = build(loaded).params[0], loaded.config.axis[0].viscous_nms_rad
+    sure = sure_damping(b, joint_of_axis(loaded, 0))
+    assert 0.8 * b < sure < 0.96 * b
+    assert p["viscous_nms_rad"][0] == b
+    # our own dampers live on no more either
+    for name in ("sure_viscous_nms_rad", "hold_damping_nms_rad", "injected_damping_max_nms_rad"):
+        assert p[name][0] == sure
