@@ -186,9 +186,12 @@ def _still(
     from rtctl.simulation import campaign_still, campaign_still_cases
 
     for name in policies:
-        if name.upper() not in Policy.__members__:
-            known = ", ".join(policy.name.lower() for policy in Policy)
-            raise click.BadParameter(f"no policy {name!r}; there are: {known}", param_hint="--policy")
+        # as rig files spell them: the name goes into one
+        known = [policy.name.lower() for policy in Policy]
+        if name not in known:
+            raise click.BadParameter(
+                f"no policy {name!r}; there are: {', '.join(known)}", param_hint="--policy"
+            )
     order = campaign_still.Order(seed, cases, hold_s, policies or campaign_still_cases.POLICIES)
     if index is not None:
         found = campaign_still.Findings()
@@ -198,7 +201,7 @@ def _still(
     else:
         with bar(cases, "hands") as done:
             found = campaign_still.run(order, jobs, done)
-    return found.text(seed), found.as_dict(), found.loud
+    return found.text(order), found.as_dict(), found.loud
 
 
 def _one(order: Order, index: int, trace: Path | None) -> Result:

@@ -87,7 +87,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         lines.append(f"{axis['name']:<12}" + "".join(cells))
         lines += [words(line, motion) for line in _display(sample.fields, a)]
     lines += [
-        *_friction(health),
+        *_friction(health, hello["axes"]),
         "",
         *_latency(health),
         *([f"EVENT LOG BROKEN: {broken(health, 'log')}"] if broken(health, "log") else []),
@@ -138,18 +138,23 @@ def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
     return found
 
 
-def _friction(health: dict[str, Any] | None) -> list[str]:
+def _friction(health: dict[str, Any] | None, axes: Sequence[Mapping[str, Any]]) -> list[str]:
     """A line for each axis whose friction is known: factor of what was learned, with its interval, and the
     offset."""
     told = [one for one in (health or {}).get("friction", []) if one["factor"] is not None]
-    return [
+    # health names the axis and not its motion; a daemon that came back may have an axis that `hello` had not
+    motions = {axis["name"]: axis.get("motion", "rotary") for axis in axes}
+    return [words(_followed(one), motions.get(one["axis"], "rotary")) for one in told]
+
+
+def _followed(one: dict[str, Any]) -> str:
+    return (
         f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "
         f"({one['factor']['low']:.3f} to {one['factor']['high']:.3f}; forward {one['forward']['value']:.2f}, "
         f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by "
         f"{one['seconds']:.0f} s"
         + ("" if one.get("followed") is None else f"; compensation {_follows(one)}: {one['followed']:.3f}")
-        for one in told
-    ]
+    )
 
 
 def _follows(one: dict[str, Any]) -> str:

@@ -184,15 +184,18 @@ class World:
             # before anything can fail: the last world must not go on moving beside the next
             self._ball, self._drag_rad, self.trouble = None, None, ""
             if kind == "ball":
-                self._ball = Ball(values[CENTER.name])
                 values[STIFFNESS.name] = BALL_STIFFNESS_NM_RAD * self._scale.stiffness
             elif kind == "drag":
                 self._take_lease()  # before the environment, which waits for targets from then on
-                self._drag_rad = values[CENTER.name]
             law_kind = {"ball": "wall", "drag": "remote"}.get(kind, kind)
             in_force = self._client.set_environment(self._axis, law_kind, **values)
             self.kind, self._in_force = kind, in_force["environment"]
-            if kind == "drag":
+            # not before the daemon took it: a ball of a refused world would put a wall, of whatever stiffness
+            # there was, into the hand 60 times a second
+            if kind == "ball":
+                self._ball = Ball(values[CENTER.name])
+            elif kind == "drag":
+                self._drag_rad = values[CENTER.name]
                 self._frame()
             elif self._lease is not None:
                 # a world of the law needs no renderer: another one may have the lease

@@ -149,6 +149,25 @@ def _ending_later(case: Case, later_s: float) -> Case:
     return replace(case, stop_s=case.stop_s + later_s, ends=ends)
 
 
+@dataclass(frozen=True)
+class Order:
+    """What to run."""
+
+    seed: int = 1
+    cases: int = 1000
+    hold_s: float = JUDGED_S
+    policies: tuple[str, ...] = POLICIES
+    hands: int = 1
+    """Cases that share a gear and a force sensor (`drawn`)."""
+
+    def reproduce(self, index: int) -> str:
+        """The command that runs case `index` alone."""
+        # policies take turns by the index, so that the same index with others is another case
+        named = "" if self.policies == POLICIES else "".join(f" --policy {name}" for name in self.policies)
+        held = "" if self.hold_s == JUDGED_S else f" --hold-s {self.hold_s:.12g}"
+        return f"rtctl campaign --still --seed {self.seed} --rig {index}{named}{held}"
+
+
 @dataclass
 class Findings:
     """Sums over the cases that were run. Speed and energy are those of the cases that do not ring by
@@ -184,37 +203,30 @@ class Findings:
             ],
         }
 
-    def text(self, seed: int) -> str:
-        """For people."""
+    def text(self, order: Order) -> str:
+        """For people; of what was run with this order."""
         lines = [
             f"{self.cases:,} hands that hold still: {len(self.loud)} feel something, {self.own} on a joint "
             f"that rings as much without help; fastest "
             f"{1e3 * self.worst_rad_s:.3g} mrad/s RMS, most fed {1e3 * self.most_fed_j:.3g} mJ"
         ]
-        for one in sorted(self.loud, key=lambda one: -one.speed_rad_s)[:20]:
+        for one in sorted(self.loud, key=_loudest_first)[:20]:
             fault = f", fault {one.fault}" if one.fault >= 0 else ""
             lines.append(
                 f"case {one.case.index}: {1e3 * one.speed_rad_s:.3g} mrad/s, fed {1e3 * one.fed_j:.3g} "
                 f"mJ{fault}: {one.case}"
-                f"\n    rtctl campaign --still --seed {seed} --rig {one.case.index}"
+                f"\n    {order.reproduce(one.case.index)}"
             )
         return "\n".join(lines)
 
 
+def _loudest_first(one: Found) -> float:
+    # a speed that is no number orders nothing: it comes first, as a rig that did not even arm
+    return -math.inf if math.isnan(one.speed_rad_s) else -one.speed_rad_s
+
+
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-@dataclass(frozen=True)
-class Order:
-    """What to run."""
-
-    seed: int = 1
-    cases: int = 1000
-    hold_s: float = JUDGED_S
-    policies: tuple[str, ...] = POLICIES
-    hands: int = 1
-    """Cases that share a gear and a force sensor (`drawn`)."""
 
 
 def run_part(order: Order, indices: range) -> list[Found]:
