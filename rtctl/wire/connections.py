@@ -108,6 +108,7 @@ class Connections:
                 head, _address = self._monitor.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
+            # by descriptor: the kernel gives a number anew only once its connection is closed
             event, fd = _EVENT.unpack(head)
             if event == zmq.EVENT_ACCEPTED:
                 self._opened.pop(fd, None)  # in the order of arrival
