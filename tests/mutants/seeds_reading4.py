@@ -51,4 +51,40 @@ SEEDS = (
         "self._openings = self.door.openings",
         ("tests/unit/host/test_frames.py",),
     ),
+    Seed(
+        "a point of a carriage that is left out is told in rad/s and N m",
+        "rtctl/cli/fit_points.py",
+        """without_outliers(points)
+    for note in notes:
+        click.echo(words(f"warning: {note}", points.motion), err=True)""",
+        """without_outliers(points)
+    for note in notes:
+        click.echo(f"warning: {note}", err=True)""",
+        ("tests/unit/cli/test_words_of_a_linear_rig.py",),
+    ),
+    Seed(
+        "a log of a carriage tells what it leaves out in N m",
+        "rtctl/cli/fit_points.py",
+        """require_enough(points)
+    for note in notes:
+        click.echo(words(f"warning: {note}", points.motion), err=True)""",
+        """require_enough(points)
+    for note in notes:
+        click.echo(f"warning: {note}", err=True)""",
+        ("tests/unit/cli/test_words_of_a_linear_rig.py",),
+    ),
+    Seed(
+        "the demonstration of a carriage ends in N m",
+        "rtctl/cli/demo.py",
+        "*(words(line, motion) for line in torque)",
+        "*torque",
+        ("tests/unit/cli/test_init.py",),
+    ),
+    Seed(
+        "the picture of the demonstration of a carriage is in N m",
+        "rtctl/cli/demo_figure.py",
+        'words("torque of the hand, N m", motion)',
+        '"torque of the hand, N m"',
+        ("tests/unit/test_demo_figure.py",),
+    ),
 )

@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,9 +12,12 @@ from in_process import run
 from hw.motion import words
 from rtctl import pictures
 from rtctl.check import stability_figure, stability_report
+from rtctl.cli import fit_points
 from rtctl.cli.operate import lines
 from rtctl.client.view_panel import signals_of
 from rtctl.control.vocabulary import State
+from rtctl.friction import outliers
+from rtctl.friction.logs import other_programs
 from rtctl.recording import compare
 from rtctl.rig_file.config import load
 from rtctl.tick import FIELD
@@ -147,3 +151,14 @@ def test_names_and_the_motors_own_torque_stay(text):
 def test_a_position_of_a_carriage_is_no_joint_angle():
     assert words("joint angle, link side, unwrapped", "linear") == "position, link side, unwrapped"
     assert words("joint angle, rad", "rotary") == "joint angle, rad"
+
+
+def test_points_of_a_carriage_that_are_left_out_are_told_in_its_units(monkeypatch, capsys):
+    points = SimpleNamespace(motion="linear")
+    said = "slide.csv: 0.02 rad/s, 9 N m is left out"
+    monkeypatch.setattr(outliers, "without_outliers", lambda points: (points, (said,)))
+    fit_points.without_outliers(points, keep=False)
+    assert capsys.readouterr().err == "warning: slide.csv: 20 mm/s, 9 N is left out\n"
+    monkeypatch.setattr(other_programs, "read_mapped", lambda *_: (points, (said,)))
+    fit_points.read((), ("velocity=v:m/s",), None, "none", {}, of_speeds=False)
+    assert capsys.readouterr().err == "warning: slide.csv: 20 mm/s, 9 N is left out\n"
