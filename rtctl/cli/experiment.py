@@ -10,7 +10,7 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
-from rtctl.cli.outputs import OutputFolder
+from rtctl.cli.outputs import OutputFolder, errors_in_units_of
 from rtctl.cli.progress import Bar
 from rtctl.simulation.family import FAMILY
 
@@ -124,7 +124,9 @@ def command(
         _require_help(loaded)  # before a person is asked to stand there
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
-    bar = Bar(quiet=as_json)
+    # all that is said on the way is written for a joint
+    motion = loaded.config.axis[0].motion
+    bar = Bar(quiet=as_json, motion=motion)
     order = Order(
         loaded,
         seeds,
@@ -142,7 +144,8 @@ def command(
     )
     began = time.monotonic()
     try:
-        outcomes = registry.papers(order) if papers else [registry.EXPERIMENTS[name].run(order)]
+        with errors_in_units_of(motion):
+            outcomes = registry.papers(order) if papers else [registry.EXPERIMENTS[name].run(order)]
     finally:
         # so that an error begins on a line of its own
         bar.end()

@@ -87,4 +87,18 @@ SEEDS = (
         '"torque of the hand, N m"',
         ("tests/unit/test_demo_figure.py",),
     ),
+    Seed(
+        "an experiment on a carriage tells what went wrong in rad/s",
+        "rtctl/cli/experiment.py",
+        "errors_in_units_of(motion)",
+        'errors_in_units_of("rotary")',
+        ("tests/unit/cli/test_experiment_without_help.py",),
+    ),
+    Seed(
+        "an experiment on a carriage announces in rad/s",
+        "rtctl/cli/experiment.py",
+        "quiet=as_json, motion=motion)",
+        "quiet=as_json)",
+        ("tests/unit/cli/test_experiment_without_help.py",),
+    ),
 )
