@@ -56,6 +56,7 @@ def compare(order: Order, motion: Motion) -> dict[str, Way]:
             off, on = (virtual.measure(order.loaded, seed, motion, one).truth for one in pair)
             return figures(off, on)
 
+        # both figures of a seed from the same two runs
         rows = np.array(over_seeds(order, once))
         found[name] = Way(estimate(rows[:, 0]), estimate(rows[:, 1]))
     return found
