@@ -90,10 +90,12 @@ def _rms(speed_rad_s: np.ndarray) -> float:
 
 def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     """Run a case: arm, two periods and a part, then hold still for `hold_s`, at least `JUDGED_S`."""
+    # a rig of its own: bristles and observer as they were made
     simulation = rig(case)
     try:
         simulation.arm()
     except FaultError:
+        # a rig that cannot be armed is no quiet one, and is told
         return Found(case, math.nan, math.nan, int(simulation.state["fault_first"][0]))
     moved_s = simulation.time_s - float(simulation.plant_params["hand_start_s"][0, 0])
     # arming took some of the motion
@@ -125,6 +127,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
     help.
 
     After some motion in which the joint went no farther than in this case, whenever it ends."""
+    # what stopped the rig, or fed the hand, is no joint's own ring
     if found.fault >= 0 or not found.fed_j <= FED_J:
         return False
     # the case's own wish first: each further one is a run of its own
@@ -135,6 +138,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
             # a larger motion than with help excuses nothing
             if farther > 1.0 and not alone.swing_rad <= found.swing_rad:
                 return False
+            # the end of it, too: one that goes on where the other dies away is kept up by somebody
             as_long = found.late_rad_s <= max(OWN_RING * alone.late_rad_s, QUIET_RAD_S)
             if found.speed_rad_s <= OWN_RING * alone.speed_rad_s and as_long:
                 return True
@@ -145,6 +149,7 @@ def _ending_later(case: Case, later_s: float) -> Case:
     """The same motion, which ends so much later: where the wish then is, as no hand jumps."""
     if later_s == 0.0:
         return case
+    # later it is not in the middle any more
     ends = "anywhere" if case.ends == "middle" else case.ends
     return replace(case, stop_s=case.stop_s + later_s, ends=ends)
 
@@ -183,6 +188,7 @@ class Findings:
     def add(self, found: list[Found], hold_s: float = JUDGED_S) -> None:
         """Add cases that were run with this `hold_s`."""
         self.cases += len(found)
+        # the second question costs up to forty runs: only of those that are not quiet
         judged = [one for one in found if one.quiet or not rings_by_itself(one, hold_s)]
         self.own += len(found) - len(judged)
         self.worst_rad_s = max([self.worst_rad_s, *(one.speed_rad_s for one in judged)])
