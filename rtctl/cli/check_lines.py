@@ -45,16 +45,13 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
 
 def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
-    # first: an axis that may show both has the lines of both
-    shown = _admittance_lines(axis)
-    # friction and account are of the joint, and stand beside either display
+    shown = _admittance_lines(axis)  # first: an axis that may show both has the lines of both
     if not axis.impedance:  # nothing of a coupling is felt there
         shown += _friction_lines(axis.friction) if axis.friction else []
         return shown + (_account_lines(axis) if axis.compensates else [])
     from rtctl.check.verdicts_of_loop import between_text
 
-    # both: one is what this program proves, the other what readers of the papers know
-    exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad
+    exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad  # proved; known
     lines = [
         ("coupling stiffness k_c", f"{axis.stiffness_nm_rad:.4g} N m/rad", ""),
         ("coupling damping b_c", f"{axis.damping_nms_rad:.4g} N m s/rad", between_text(axis)),
@@ -76,7 +73,6 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     ]
     lines += _friction_lines(axis.friction) if axis.friction else []
     lines += _account_lines(axis) if axis.compensates else []
-    # None where the world has no stiffness of its own
     felt, k_e = axis.felt_stiffness_nm_rad, axis.environment_stiffness_nm_rad
     lines += [
         (

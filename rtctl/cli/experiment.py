@@ -128,20 +128,9 @@ def command(
     motion = loaded.config.axis[0].motion
     bar = Bar(quiet=as_json, motion=motion)
     order = Order(
-        loaded,
-        seeds,
-        simulate,
-        points,
-        seconds,
-        runtime_dir,
-        bar,
-        bar.notice,
-        _known(models),
-        cases,
-        out,
-        resume,
-        plant or "",
-    )
+        loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models), cases, out,
+        resume, plant or ""
+    )  # fmt: skip
     began = time.monotonic()
     try:
         with errors_in_units_of(motion):
