@@ -27,6 +27,7 @@ class Outcome(IntEnum):
     @property
     def label(self) -> str:
         """As it is printed."""
+        # NOT_PROVED as two words, on the terminal and in JSON alike
         return self.name.replace("_", " ")
 
 
@@ -67,6 +68,7 @@ class Verdict:
             "bound": self.bound,
             "verdict": self.outcome.label,
             "meaning": self.meaning,
+            # JSON has no infinity
             "use": self.use if math.isfinite(self.use) else None,
             "refusal": self.refusal,
         }
@@ -80,6 +82,7 @@ def hand_factor(table: AxisTable) -> float:
     sensor's, and the handle may be beyond it."""
     # of a carriage `lever_m` are shares of the force
     lever_m = 1.0 if table.motion == "linear" else math.hypot(*table.lever_m)
+    # stiffness at a joint goes with the square of the arm, and damping and inertia alike
     factor = (lever_m / HANDLE_M) ** 2
     return max(factor, 1.0) if any(table.axis_direction) else factor
 
