@@ -34,7 +34,7 @@ def judged_by(
     """Speed below which motion says something of the places, rad/s, and whether it says it of the
     conservative part: waves a rad of friction and of that part pass a joint that was trained up to
     `trained_rad_s`, and an observer of this bandwidth, with a force so late, sees them."""
-    of_friction, of_part = waves_per_rad
+    of_friction, of_part = waves_per_rad  # waves a rad: at a speed they pass so many a second
     seen_hz = 0.0
     # 0: no observer, and nothing is ever seen
     if bandwidth_hz > 0.0:

@@ -22,7 +22,7 @@ class Outcome(IntEnum):
     PASS = 0
     WARN = 1
     NOT_PROVED = 2
-    FAIL = 3
+    FAIL = 3  # refuses the file; the others do not
 
     @property
     def label(self) -> str:
@@ -50,7 +50,7 @@ class Verdict:
 
     def spoken(self, motion: str) -> Verdict:
         """The row in the units of its axis; it is written in those of a rotary one."""
-        return replace(
+        return replace(  # all that a person reads; figures for programs stay
             self,
             name=words(self.name, motion),
             figure=words(self.figure, motion),
@@ -109,7 +109,7 @@ class Subject:
     def hand(self) -> float:
         """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a
         joint."""
-        return hand_factor(self.table)
+        return hand_factor(self.table)  # one place for rows and for the plan of the observer
 
     def row(
         self,

@@ -104,7 +104,7 @@ def fresh_samples(s: Subject) -> list[Verdict]:
     every, most = s.axis.sample_ticks, STALE_LIMIT_TICKS
     if every <= 1:  # fresh in every tick: no row
         return []
-    slower_hz = most / (every * s.period_s)
+    slower_hz = most / (every * s.period_s)  # the rate at which it is old by so much and no more
     return [
         s.row(
             "fresh samples",
@@ -226,7 +226,7 @@ def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float
     axis = s.axis
     # at the handle, which is beyond the sensor where moments are measured: its lever may be nothing
     hand = TIP_STIFFNESS_N_M * s.hand * HANDLE_M**2
-    stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad
+    stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad  # all of them hold the joint
     return counts * axis.count_rad * math.sqrt(stiffness / (2 * s.table.inertia_kgm2))
 
 
@@ -252,7 +252,7 @@ def down(value: float) -> str:
 
 def _coupling_refusal(s: Subject) -> str:
     """File, axis, key, value, bound and remedy, on one line."""
-    axis, b = s.axis, s.axis.device_damping_nms_rad
+    axis, b = s.axis, s.axis.device_damping_nms_rad  # that no hand can cancel
     k_max, found = down(axis.sampled_data_k_max_nm_rad), axis.friction  # as printed it must pass
     pair = (
         f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad)}, "

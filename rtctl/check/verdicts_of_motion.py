@@ -90,7 +90,7 @@ def count_is_no_jump(s: Subject) -> list[Verdict]:
     from rtctl.control.sample import JUMP_FACTOR  # the names of a report must not load the compiler
 
     reach = JUMP_FACTOR * s.table.velocity_limit_rad_s * s.period_s
-    ticks = s.axis.count_rad / reach
+    ticks = s.axis.count_rad / reach  # as a count is seen: all of it in one tick
     # a count is within what a tick allows: none is taken for a jump
     if ticks <= 1.0:
         return []

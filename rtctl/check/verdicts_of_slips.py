@@ -23,7 +23,7 @@ worse."""
 
 def presliding(s: Subject) -> list[Verdict]:
     """How far friction is a spring, where somebody said so."""
-    sure = s.axis.guarantee
+    sure = s.axis.guarantee  # as the law has it
     # what is assumed has no unit that somebody could have got wrong
     if not sure.measured:
         return []

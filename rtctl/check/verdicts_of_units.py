@@ -114,7 +114,7 @@ def acceleration(s: Subject) -> list[Verdict]:
 
 def current(s: Subject) -> list[Verdict]:
     """What the torque limit asks of the amplifier."""
-    table, amperes = s.table, amperes_of(s)
+    table, amperes = s.table, amperes_of(s)  # at the motor, before gear and losses
     return judged(
         s,
         "current at the torque limit",

@@ -218,7 +218,7 @@ def _one(order: Order, index: int, trace: Path | None) -> Result:
         click.echo(f"fault {name}", err=True)
     if trace is not None:
         campaign.save_trace(trace, last)
-        click.echo(f"{len(last)} ticks -> {trace}", err=True)
+        click.echo(f"{len(last)} ticks -> {trace}", err=True)  # beside the object on standard output
     return result
 
 

@@ -92,7 +92,7 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         ),
         ("torque of an empty account", f"{axis.empty_account_torque_nm:.4g} N m", _account(axis)),
     ]
-    if felt is not None:
+    if felt is not None:  # a wall or a detent has no one stiffness
         lines.append(("felt stiffness", f"{felt:.4g} N m/rad", f"of {k_e:.4g} in the virtual environment"))
     return shown + lines
 
@@ -150,7 +150,7 @@ def _account_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
 
 def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
     two, capped = found.two_line_margin_nm, found.two_line_capped_margin_nm
-    local = found.slope_damping_nms_rad
+    local = found.slope_damping_nms_rad  # of the curve alone, at one speed
     return [
         (
             "two-line margin",

@@ -48,6 +48,7 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
             f"controlled in real time at {loaded.config.loop.rate_hz:g} Hz. Friction compensation off, then "
             "on."
         )
+    # the same host as of any rig: what is shown is the daemon, and no simulation of it
     with Host(loaded, observers=[demo], announce=lambda text: click.echo(f"rtctl: {text}", err=True)) as host:
         summary = host.run()
     off, on = (phase.rms_nm() for phase in demo.phases)

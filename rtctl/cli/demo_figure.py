@@ -58,8 +58,10 @@ def draw(
             ("on", ON, rms_nm[1], (after >= 0) & (after <= AROUND_S)),
         ):
             label = words(f"compensation {name}: {value:.3f} N m RMS", motion)
+            # two curves that meet at the switch: a single one has one colour
             plot.plot(after[part], hand_torque_nm[part], color=colour, linewidth=1.3, label=label)
         plot.axvline(0.0, color=INK, linewidth=0.8, linestyle=":")
+        # as much on either side, and nothing of the start
         plot.set_xlim(-AROUND_S, AROUND_S)
         plot.set_xlabel("time from the switch, s")
         plot.set_ylabel(words("torque of the hand, N m", motion))

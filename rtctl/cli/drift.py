@@ -48,6 +48,7 @@ def _lines(body: dict[str, Any]) -> list[str]:
     lines = [f"LEFT OUT: {shown(why, 500)}" for why in body["left_out"]]
     for axis in body["axes"]:
         lines += [f"axis {shown(axis['axis'])}: dry friction, as a factor of what was learned"]
+        # too little motion: no factor, and none of 1 either
         if axis["factor"] is None:
             lines.append(
                 f"  not told: {axis['seconds']:.0f} s of sliding in {axis['strokes']} strokes; move to and "

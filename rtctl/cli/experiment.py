@@ -113,6 +113,7 @@ def command(
     from rtctl.rig_file.config import load
     from rtctl.simulation.family import with_plant
 
+    # every experiment: options of some of them are for those alone
     papers = name == registry.PAPERS
     # else figures of all cases would be read as those of one
     if (models or cases) and not papers and not registry.EXPERIMENTS[name].hands_off:
@@ -131,6 +132,7 @@ def command(
         loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models), cases, out,
         resume, plant or ""
     )  # fmt: skip
+    # after whoever was asked has answered: a person's time is none of the experiment's
     began = time.monotonic()
     try:
         with errors_in_units_of(motion):
@@ -148,6 +150,7 @@ def command(
         "took": f"{took_s:.0f} s",
     }
     title = "The experiments of both papers" if papers else outcomes[0].title
+    # before anything is shown: what is told names the page
     page = report.write(out, outcomes, title, facts)
     _show(outcomes, page, took_s, as_json=as_json)
 

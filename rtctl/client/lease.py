@@ -100,7 +100,7 @@ class Lease:
 
     def release(self) -> None:
         """Give the lease back: somebody else may have it. Idempotent."""
-        if self._over.is_set():
+        if self._over.is_set():  # given back already
             return
         self._end()
         try:

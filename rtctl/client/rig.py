@@ -158,7 +158,7 @@ class RigClient(Worlds, Listener):
 
     def stop(self) -> None:
         """Ramp the torque to zero and disable the actuator. Never refused."""
-        self._call("stop")
+        self._call("stop")  # without an epoch: it is meant for whatever runs now
 
     def reset(self, *, wait: bool = True, timeout_s: float = 5.0) -> None:
         """Leave FAULT or ESTOP. With `wait`, return when the rig is IDLE, repeating the request until then.

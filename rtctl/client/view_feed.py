@@ -193,7 +193,7 @@ class Feed:
                     self.silent = "no telemetry: does the daemon run?"
                     continue
                 self.silent, self._heard_s = "", time.monotonic()
-                self.newest = rows[-1:]
+                self.newest = rows[-1:]  # a row, and no record: views of its fields stay arrays
                 for name, histogram in self._histograms.items():
                     histogram.add(int(rows["time_ns"][-1]), rows[f"{name}_ns"])
                 for follower in self._each():
@@ -230,7 +230,7 @@ def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> di
     """Thinned columns of these ticks, newest row always among them: `t` in s, and one list per signal.
 
     A value that is not finite becomes None, as JSON has none."""
-    step = max(1, math.ceil(len(rows) / points))
+    step = max(1, math.ceil(len(rows) / points))  # up: no more points than were asked for
     # counted from the end, so that the newest is always one of them
     chosen = rows[::-1][::step][::-1]
     out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}

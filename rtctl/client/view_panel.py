@@ -85,7 +85,7 @@ def status(feed: Feed, world: World, motion: str = "rotary") -> dict[str, Any]:
     out |= {"health": health, "world": world.describe()}
     if rows is None:
         return out
-    row = rows[0]
+    row = rows[0]  # the newest alone
     state, faults = State(int(row["state"])), int(row["faults"])
     cause = feed.places.cause(state, int(row["fault_first"]))
     return {

@@ -145,7 +145,7 @@ class _Handler(BaseHTTPRequestHandler):
         if body is None or not self._is_ours(path) or not self._is_from_page():
             return
         name = path.removeprefix("/do/")
-        if name not in ACTIONS:
+        if name not in ACTIONS:  # asked before the key: a page that is old learns why
             self._json({"error": "there is no such button"}, HTTPStatus.NOT_FOUND)
         elif name != "stop" and not self._has_key():
             why = "this needs the operator key: open the address the terminal shows"

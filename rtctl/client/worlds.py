@@ -102,9 +102,9 @@ class Worlds:
         return self.set_environment(
             axis,
             "wall",
-            center_rad=face_rad,
+            center_rad=face_rad,  # a wall begins at its place
             stiffness_nm_rad=stiffness_nm_rad,
-            damping_nms_rad=damping_nms_rad,
+            damping_nms_rad=damping_nms_rad,  # told in any case: else the world before would be in it
             side=side,
             lease=lease,
         )

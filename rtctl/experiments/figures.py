@@ -58,7 +58,7 @@ def bars(groups: Mapping[str, Mapping[str, Estimate]], x: str, motion: str, scal
     names = list(next(iter(groups.values())))
     figure = pictures.blank(WIDTH, 0.9 + 0.3 * len(names))
     plots = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
-    colours = [f"C{k % 10}" for k in range(len(names))]
+    colours = [f"C{k % 10}" for k in range(len(names))]  # by place: a bar has one colour in all panels
     for plot, (title, group) in zip(plots, groups.items(), strict=True):
         means = [scale * group[name].mean for name in names]
         halves = [scale * group[name].half for name in names]

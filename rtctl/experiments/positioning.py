@@ -231,7 +231,7 @@ def verdict(found: Found, controller: str, figure: str, compared: Sequence[Compa
     best = best_svr(found, controller, figure, compared)
     words = []
     for model in compared:
-        if model.name in SVR or model.name == "none":
+        if model.name in SVR or model.name == "none":  # against formulas alone
             continue
         gain = less(found, controller, figure, best, model.name)
         if gain.low > 0:

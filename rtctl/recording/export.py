@@ -160,7 +160,7 @@ def _csv(reader: RecordingReader, path: Path, names: list[str], progress: Progre
     with path.open("w", newline="", encoding="utf-8") as file:  # the csv module ends its lines itself
         writer, headed = csv.writer(file), False
         for ticks, flat in _tables(reader, names, flat=True):
-            if not headed:
+            if not headed:  # names are known with the first chunk
                 writer.writerow(flat)
                 headed = True
             # as Python numbers: their text reads back to the same bits

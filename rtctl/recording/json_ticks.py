@@ -42,7 +42,7 @@ def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
         Text that is not JSON, or not a tick of this rig size."""
     rows = np.zeros(len(texts), tick_dtype(n_axes))
     for name in OPTIONAL_FIELDS:
-        rows[name] = np.nan
+        rows[name] = np.nan  # until the file says otherwise
     try:
         objects = [orjson.loads(text) for text in texts]
         if not all(isinstance(o, dict) for o in objects):

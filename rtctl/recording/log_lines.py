@@ -51,7 +51,7 @@ def level_of(event: Mapping[str, Any]) -> Level:
     if kind == "state":
         # a stop by a person is no error
         return _STATES.get(str(event.get("to")), Level.INFO)
-    return _LEVELS.get(kind, Level.INFO)
+    return _LEVELS.get(kind, Level.INFO)  # what is not known is told, and no alarm
 
 
 def log_line(event: Mapping[str, Any], rig: str, time_ns: int) -> bytes:

@@ -123,7 +123,7 @@ class RecordingReader:
             break
         else:
             raise DataError(why or "there is no such recording")
-        self.parts = [path for path in self.parts if path not in self.left_out]
+        self.parts = [path for path in self.parts if path not in self.left_out]  # those before it as well
 
     @property
     def n_axes(self) -> int:
@@ -198,7 +198,7 @@ class RecordingReader:
         numbers = np.concatenate([b.numbers for b in found] or [np.zeros(0, np.int64)])
         none = np.zeros(0, command_dtype(self.n_axes))
         commands = np.concatenate([none, *(b.commands for b in found)])
-        events = [event for b in found for event in b.events]
+        events = [event for b in found for event in b.events]  # in the order of the chunks
         return Recording(self.about, rows, numbers, events, commands, self.attachments)
 
     def _adopt(self, contents: Contents, chunk: Chunk | None, path: Path) -> None:

@@ -86,7 +86,7 @@ def setup_of(
     about = {
         "rig": config.rig.name,
         "version": __version__,
-        "session": str(session),
+        "session": str(session),  # all facts are texts in MCAP
         "n_axes": str(plan.n_axes),
         "axes": json.dumps([axis.name for axis in config.axis]),
         "motion": json.dumps([axis.motion for axis in config.axis]),

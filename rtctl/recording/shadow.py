@@ -34,7 +34,7 @@ class ShadowLaw:
 
     def follow(self, first_row: int, rows: np.ndarray, commands: np.ndarray) -> None:
         """Take the next ticks, and the commands that came into force in them."""
-        if self.why or len(rows) == 0:
+        if self.why or len(rows) == 0:  # once lost, it stays lost
             return
         # a gap, or a batch twice: either way the law here has seen another run
         if first_row != self.next_row:

@@ -148,7 +148,7 @@ def _old_layout(contents: Contents) -> tuple[TickLayout, str]:
         return TickLayout(None, tuple(json_ticks.fields_of(contents.schemas[_OLD_SCHEMA][1]))), ""
     except (DataError, KeyError):
         note = "the schema is damaged; it is taken for that of this version"
-        return TickLayout(None, tick_dtype(1).names or ()), note
+        return TickLayout(None, tick_dtype(1).names or ()), note  # names are the same for every size
 
 
 def _first_tick(contents: Contents, chunk: Chunk | None) -> bytes:

@@ -144,7 +144,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         numbers = [number for number in INVARIANTS if bits >> number & 1]
         result.violations.append(Violation(index, result.ticks, numbers, order.reproduce(index)))
     # of a ring: the oldest of the last ones is where the next would be written
-    rows = min(keep, result.ticks)
+    rows = min(keep, result.ticks)  # a rig that violates early has fewer
     last = np.take(trace, np.arange(result.ticks - rows, result.ticks) % keep) if rows else trace
     return result, rig, last
 
@@ -159,7 +159,7 @@ def save_trace(path: Path, rows: np.ndarray) -> None:
 def run_part(order: Order, indices: range) -> Result:
     """Run these rigs in this process."""
     total = Result()
-    for index in indices:
+    for index in indices:  # one after another: the next process does the next part
         # keep=0: two thousand ticks of each rig would be copied for nobody
         total.add(run_traced(order, index, keep=0)[0])
     return total

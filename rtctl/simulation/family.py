@@ -143,7 +143,7 @@ def merged(table: Mapping[str, Any], change: Change) -> dict[str, Any]:
 
 def options_with(plant: Plant, options: Mapping[str, Any]) -> dict[str, Any]:
     """The mock's options (not yet validated) with this plant in place of theirs, on every axis."""
-    out = merged(options, plant.device)
+    out = merged(options, plant.device)  # of the device first: axes are its own table
     # one at least: a mock without the table has an axis of defaults
     out["axis"] = [merged(axis, plant.axis) for axis in options.get("axis", [{}])]
     return out

@@ -126,7 +126,7 @@ def of_points(
             continue
         # break-away has a direction, and no speed
         true_nm = true_friction_nm(loaded, axis, np.where(still, direction * 1e-12, velocity))
-        error = np.abs(torque) - true_nm
+        error = np.abs(torque) - true_nm  # magnitudes, as the law of the plant gives them
         found.append(_deviation(loaded, axis, direction, error[~still], error[still], true_nm[~still]))
     return tuple(found)
 

@@ -245,7 +245,7 @@ def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) 
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
     # never slower than the run itself
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
-    jog_s = 2 * math.pi / measurements / abs(jog)
+    jog_s = 2 * math.pi / measurements / abs(jog)  # a share of a turn: all of them make one
     settle_s = SETTLE_S + rig.settle_rad / abs(velocity_rad_s)  # a way takes its time at low speed
     cycle = [(jog, jog_s), (velocity_rad_s, settle_s), (velocity_rad_s, WINDOW_S)]
     means_a = turn_through(rig, [(velocity_rad_s, SETTLE_S), *(cycle * measurements)])[3::3]

@@ -175,7 +175,7 @@ def _long(stretches: Sequence[AxisLog], settings: Settings) -> Sequence[AxisLog]
 
 def mirrored(points: FrictionPoints) -> FrictionPoints:
     """Each point in both directions: what a learner sees that takes friction for symmetric."""
-    speed, one = np.abs(points.velocity_rad_s), np.ones(len(points.count))
+    speed, one = np.abs(points.velocity_rad_s), np.ones(len(points.count))  # magnitudes, both ways
     return replace(
         points,
         velocity_rad_s=np.concatenate([speed, -speed]),
@@ -272,12 +272,12 @@ def interaction(signals: Trace, speed_min_rad_s: float) -> dict[str, Any]:
 
 
 def _part(signals: Trace, chosen: np.ndarray) -> dict[str, float]:
-    hand, left = signals.hand_nm[chosen], signals.left_nm[chosen]
+    hand, left = signals.hand_nm[chosen], signals.left_nm[chosen]  # as recorded, and with help
     inertial = signals.inertial_nm[chosen]
     # what it needed as recorded, without any help
     felt = rms(hand)
     return {
-        "share": float(chosen.mean()),
+        "share": float(chosen.mean()),  # of the time that counts
         "hand_rms_nm": felt,
         "feedforward_rms_nm": rms(signals.feedforward_nm[chosen]),
         "left_rms_nm": rms(left),

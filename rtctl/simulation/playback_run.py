@@ -163,7 +163,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
         )
     # before the log is opened: a model that is missing costs no reading
     plan = build(loaded)
-    backend = PlaybackBackend(loaded.options, loaded.config.hardware())
+    backend = PlaybackBackend(loaded.options, loaded.config.hardware())  # that of `rtctl run`, too
     try:
         backend.open()
     except BackendError as error:

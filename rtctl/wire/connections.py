@@ -55,7 +55,7 @@ class Connections:
     ) -> None:
         self._places = places
         self._watched = socket
-        self._opened: dict[int, float] = {}
+        self._opened: dict[int, float] = {}  # descriptor -> when, the oldest first
         self._peers: dict[int, str | None] = {}
         self._permitted: deque[float] = deque()
         address = f"inproc://rtctl-connections-{next(_NUMBER)}"

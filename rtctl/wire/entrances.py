@@ -293,5 +293,5 @@ class Access:
         self._gone += [
             key.name for public, key in before.items() if self.authenticator.keys.get(public) != key
         ]
-        for fault in faults:
+        for fault in faults:  # each time that the folder changes: a person is at it
             self._notice("keys", f"{fault}; nobody is let in by it")

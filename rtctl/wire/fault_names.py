@@ -39,7 +39,7 @@ class FaultPlaces:
     """For who listens: where faults come from, as events and health have told it."""
 
     def __init__(self) -> None:
-        self._told: dict[str, Mapping[str, Any]] = {}
+        self._told: dict[str, Mapping[str, Any]] = {}  # name -> what was told last
 
     def take_event(self, event: Mapping[str, Any]) -> None:
         """Take in one event; only faults count."""

@@ -92,7 +92,7 @@ class Intruders:
         self._doors, self._authenticator, self._notice = doors, authenticator, notice
         self._resident, self._descriptors = resident, descriptors
         self._heap = Heap()
-        self._usual: float | None = None
+        self._usual: float | None = None  # memory that the host needs by itself
         self._stage = _Stage.CALM
         self._level: float | None = None  # memory when it was too much first, or somebody was cut off last
         self._next_s = self._trim_s = self._looked_s = 0.0

@@ -101,4 +101,11 @@ SEEDS = (
         "quiet=as_json)",
         ("tests/unit/cli/test_experiment_without_help.py",),
     ),
+    Seed(
+        "a replay of carriages tells of torques",
+        "rtctl/cli/replay.py",
+        "words(same, _motion(reader))",
+        "same",
+        ("tests/unit/cli/test_words_of_a_linear_rig.py",),
+    ),
 )

@@ -12,13 +12,15 @@ from in_process import run
 from hw.motion import words
 from rtctl import pictures
 from rtctl.check import stability_figure, stability_report
-from rtctl.cli import fit_points
+from rtctl.cli import fit_points, replay
 from rtctl.cli.operate import lines
 from rtctl.client.view_panel import signals_of
 from rtctl.control.vocabulary import State
 from rtctl.friction import outliers
 from rtctl.friction.logs import other_programs
 from rtctl.recording import compare
+from rtctl.recording import replay as replaying
+from rtctl.recording.replay import Verdict
 from rtctl.rig_file.config import load
 from rtctl.tick import FIELD
 
@@ -162,3 +164,11 @@ def test_points_of_a_carriage_that_are_left_out_are_told_in_its_units(monkeypatc
     monkeypatch.setattr(other_programs, "read_mapped", lambda *_: (points, (said,)))
     fit_points.read((), ("velocity=v:m/s",), None, "none", {}, of_speeds=False)
     assert capsys.readouterr().err == "warning: slide.csv: 20 mm/s, 9 N is left out\n"
+
+
+@pytest.mark.parametrize(("motions", "told"), [(["linear"], "force"), (["linear", "rotary"], "torque")])
+def test_a_replay_of_carriages_alone_tells_of_forces(monkeypatch, capsys, motions, told):
+    found = Verdict(ticks=1, span_s=1.0, took_s=1.0)
+    monkeypatch.setattr(replaying, "Replay", lambda _reader: SimpleNamespace(check=lambda: found))
+    replay._same(SimpleNamespace(about={}, motions=motions, missing_fields=list), as_json=False)
+    assert f"state and {told} are the same" in capsys.readouterr().out
