@@ -103,6 +103,7 @@ def _declared(loaded: LoadedConfig, axis: int) -> tuple[list[_Claim], list[str]]
     for member, at in members_of(loaded, axis):
         rig = subset(loaded.config.hardware(), member.axes)
         found = registry.timing(member.kind, member.options, rig)
+        # named in a row: no delay is not the same as none declared
         if found is None:
             undeclared.append(member.label)
             continue

@@ -34,8 +34,9 @@ def judged_by(
     """Speed below which motion says something of the places, rad/s, and whether it says it of the
     conservative part: waves a rad of friction and of that part pass a joint that was trained up to
     `trained_rad_s`, and an observer of this bandwidth, with a force so late, sees them."""
-    of_friction, of_part = waves_per_rad
+    of_friction, of_part = waves_per_rad  # waves a rad: at a speed they pass so many a second
     seen_hz = 0.0
+    # 0: no observer, and nothing is ever seen
     if bandwidth_hz > 0.0:
         second_s = 1.0 / (2 * math.pi * SMOOTHING * bandwidth_hz)
         seen_hz = min(bandwidth_hz, UNMATCHED_RAD / (2 * math.pi * (second_s + late_s)))
@@ -52,6 +53,7 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     a hand moves, are judged by nobody: they would keep all of the places from being judged, and are
     compensated only where they are given."""
     friction = axis.friction
+    # all stays 0: the law then has a curve of speed alone
     if not model.has_place or friction.place == "off":
         return
     p["place_kind"][a] = PlaceUse[friction.place.upper()]
@@ -64,6 +66,7 @@ def fill_place(p: np.void, a: int, axis: AxisTable, model: FrictionModel) -> Non
     late_s = float(p["observer_late_ticks"][a] * p["period_s"])
     speed_rad_s, judged = judged_by(axis, model.place_waves_per_rad, trained_rad_s, bandwidth_hz, late_s)
     p["conservative_judged"][a], p["place_speed_rad_s"][a] = judged, speed_rad_s
+    # given places need nobody's judgement
     known = judged or friction.place == "given"
     if known and model.conservative is not None and friction.policy != "observer":
         p["conservative_gain"][a] = friction.gain

@@ -22,11 +22,12 @@ class Outcome(IntEnum):
     PASS = 0
     WARN = 1
     NOT_PROVED = 2
-    FAIL = 3
+    FAIL = 3  # refuses the file; the others do not
 
     @property
     def label(self) -> str:
         """As it is printed."""
+        # NOT_PROVED as two words, on the terminal and in JSON alike
         return self.name.replace("_", " ")
 
 
@@ -49,7 +50,7 @@ class Verdict:
 
     def spoken(self, motion: str) -> Verdict:
         """The row in the units of its axis; it is written in those of a rotary one."""
-        return replace(
+        return replace(  # all that a person reads; figures for programs stay
             self,
             name=words(self.name, motion),
             figure=words(self.figure, motion),
@@ -67,6 +68,7 @@ class Verdict:
             "bound": self.bound,
             "verdict": self.outcome.label,
             "meaning": self.meaning,
+            # JSON has no infinity
             "use": self.use if math.isfinite(self.use) else None,
             "refusal": self.refusal,
         }
@@ -80,6 +82,7 @@ def hand_factor(table: AxisTable) -> float:
     sensor's, and the handle may be beyond it."""
     # of a carriage `lever_m` are shares of the force
     lever_m = 1.0 if table.motion == "linear" else math.hypot(*table.lever_m)
+    # stiffness at a joint goes with the square of the arm, and damping and inertia alike
     factor = (lever_m / HANDLE_M) ** 2
     return max(factor, 1.0) if any(table.axis_direction) else factor
 
@@ -106,7 +109,7 @@ class Subject:
     def hand(self) -> float:
         """Factor on stiffness, damping and inertia of the hands that tests try, which are those of a
         joint."""
-        return hand_factor(self.table)
+        return hand_factor(self.table)  # one place for rows and for the plan of the observer
 
     def row(
         self,

@@ -25,6 +25,7 @@ def sensor_of_an_admittance(s: Subject) -> list[Verdict]:
 
 def sensor_of_an_observer(s: Subject) -> list[Verdict]:
     """What the disturbance observer's eigenvalues counted on, likewise."""
+    # no row of what is not there
     if not observes(s):
         return []
     tuned = s.axis.observer
@@ -48,6 +49,7 @@ def _slowest(loop: Loop) -> float:
 
 def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
     way = s.axis.force_way
+    # what the rows above were judged with, whoever said it or nobody
     counted = f"low-pass of {way.sensor_hz:g} Hz" if way.sensor_hz > 0 else "no low-pass"
     counted += (f", {way.ticks} ticks late" if way.ticks else "") + own
     down = (
@@ -57,6 +59,7 @@ def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
     )
     if math.isinf(least_hz):
         down = "holds with no low-pass that was tried"
+    # NOT PROVED where nobody does: the figure is then only an assumption
     if way.said_by:
         meaning = f"counted on: {counted} ({way.said_by}); {down}"
     else:
@@ -76,6 +79,7 @@ def _row(s: Subject, name: str, least_hz: float, own: str = "") -> Verdict:
 
 def _up(hz: float) -> str:
     """Rounded up to three digits: a bound is no lower than what was found."""
+    # neither has digits to be rounded
     if not 0 < hz < math.inf:
         return f"{hz:g}"
     step = 10.0 ** (math.floor(math.log10(hz)) - 2)

@@ -54,7 +54,7 @@ def motion_seen(s: Subject) -> list[Verdict]:
     """The account knows the motion by the encoder: it does not see a joint that vibrates within one count."""
     if not s.axis.compensates:
         return []
-    length_rad = s.axis.guarantee.length_rad
+    length_rad = s.axis.guarantee.length_rad  # as the law has it, measured or assumed
     share, most = s.axis.count_rad / length_rad, COUNT_SHARE_MAX
     counts = math.ceil(2 * math.pi / (most * length_rad))
     remedy = f'an encoder of {counts} counts per turn of the link, or policy = "off"'
@@ -87,7 +87,7 @@ def policy_at_rest(s: Subject) -> list[Verdict]:
     if not s.axis.compensates:
         return []
     policy = s.table.friction.policy
-    standing = STANDINGS[policy]
+    standing = STANDINGS[policy]  # what was measured of it, in one table for rows and documents
     # nobody holds a simulated rig, and experiments compare policies
     beyond = Outcome.WARN if s.simulated else Outcome.FAIL
     remedy = 'policy = "hybrid"' if s.axis.force_sensor else 'policy = "off", or a force sensor'
@@ -119,18 +119,18 @@ def wish(s: Subject) -> list[Verdict]:
         or table.policy not in _GATED_BY_WISH
     ):
         return []
-    lead = found.feedforward_max_nm / s.axis.guarantee.intent_nm
-    heaviest = HEAVIEST_HAND_KGM2 * s.hand
+    lead = found.feedforward_max_nm / s.axis.guarantee.intent_nm  # from the hand's torque to the motor's
+    heaviest = HEAVIEST_HAND_KGM2 * s.hand  # the same hand, at this lever
     lead *= heaviest / (s.table.inertia_kgm2 + heaviest)
     lowpass_hz = table.intent_lowpass_at(1 / s.period_s)
     alpha = -math.expm1(-2 * math.pi * lowpass_hz * s.period_s)
-    loop = lead * alpha / (2 - alpha)
+    loop = lead * alpha / (2 - alpha)  # at half the rate a low-pass lets so much through
     passes_hz = _intent_bound_hz(lead, s.period_s)
     # whole ticks, up: a characteristic equation has no others. Without the lag of the current loop, which
     # lets pass more (83 Hz for 46 at 200 Hz and no delay) or 1 % less (2 ticks behind 100 Hz)
     late = math.ceil(s.axis.delay_ticks) + s.axis.sample_ticks - 1 + s.axis.force_way.ticks
     later_hz = _late_bound_hz(lead, late, s.period_s, s.axis.force_way.sensor_hz)
-    quiet = lowpass_hz <= later_hz
+    quiet = lowpass_hz <= later_hz  # inf: any
     beyond = Outcome.FAIL if not loop < 1 else Outcome.NOT_PROVED  # a gain of NaN is refused
     meaning = (
         f"loop gain at half the rate with a hand of {heaviest:g} kg m^2: intent_lowpass_hz up to "
@@ -158,7 +158,7 @@ def wish(s: Subject) -> list[Verdict]:
 
 def _intent_bound_hz(lead: float, T: float) -> float:
     """Bandwidth below which `lead` alpha/(2 - alpha) < 1, Hz, rounded down."""
-    if lead <= 1:
+    if lead <= 1:  # no low-pass is needed
         return math.inf
     alpha = 2 / (1 + lead)  # lead alpha/(2 - alpha) = 1
     hz = -math.log1p(-alpha) / (2 * math.pi * T)
@@ -191,9 +191,9 @@ def two_lines(s: Subject) -> list[Verdict]:
     Friction is credited here as F_lo v^0, which it is only in motions beyond its presliding: of smaller ones,
     where it is a spring, the test says nothing."""
     found, sure = s.axis.friction, s.axis.guarantee
-    if found is None or found.feedforward_max_nm == 0:
+    if found is None or found.feedforward_max_nm == 0:  # nothing that could be of a wrong sign
         return []
-    passed = found.two_line_margin_nm >= 0
+    passed = found.two_line_margin_nm >= 0  # NaN does not pass
     # the account holds whatever the sign; it rests on the presliding length
     covered = passed or (s.axis.compensates and sure.measured)
     beyond = f"in motions beyond {sure.credited_rad * 1e3:.3g} mrad; of smaller ones it says nothing"
@@ -216,10 +216,10 @@ def follows(s: Subject) -> list[Verdict]:
     """How far the feed-forward may follow a friction that changes: every row is judged at the largest
     factor."""
     found, per_min = s.axis.friction, s.table.friction.drift.adapt_per_min
-    if not per_min > 0:
+    if not per_min > 0:  # it is not asked to follow anything
         return []
     able = found is not None and s.table.friction.policy not in ("off", "observer") and s.axis.force_sensor
-    most = found.factor_max if found is not None else 1.0
+    most = found.factor_max if found is not None else 1.0  # what every other row is judged at
     if not able:
         meaning = (
             "follows nothing: that takes a learned feed-forward and a force sensor "
@@ -251,7 +251,7 @@ def conservative_part(s: Subject) -> list[Verdict]:
         return []
     # compensated half a period off it doubles
     worst, least = 2 * found.conservative_most_nm, s.axis.guarantee.floor_nm
-    passed = worst < least
+    passed = worst < least  # at rest nothing else holds it
     remedy = 'friction.place = "off", or a smaller friction.gain'
     return [
         s.row(
@@ -280,7 +280,7 @@ def damping_and_model(s: Subject) -> list[Verdict]:
     if found is None:
         return []
     b, most = s.table.viscous_nms_rad, found.drag_nms_rad
-    passed = b <= most
+    passed = b <= most  # NaN does not pass
     return [
         s.row(
             "viscous_nms_rad against the model",

@@ -12,10 +12,12 @@ def load(s: Subject) -> list[Verdict]:
     """What the compensation of load adds to the load is a small share of it: the sum settles, and a hand's
     torque comes back smaller."""
     found, gain = s.axis.friction, s.table.friction.load_gain
+    # NaN, too: nothing is compensated
     if not gain > 0:
         return []
     by_load = found is not None and found.load_share > 0
-    share = found.load_share if found is not None else 0.0
+    share = found.load_share if found is not None else 0.0  # without a model nothing is added
+    # what it adds to itself in a tick: below 1 the sum settles, and half of that is room
     passed, most = share <= LOOP_MOST, LOOP_MOST
     # the share is linear in the gain; rounded down: what is advised passes
     bound = math.floor(1e3 * gain * most / share) / 1e3 if share > 0 else gain

@@ -102,9 +102,9 @@ def fresh_samples(s: Subject) -> list[Verdict]:
     """Samples that come so seldom that the law takes the device for a silent one: the rig would never
     arm."""
     every, most = s.axis.sample_ticks, STALE_LIMIT_TICKS
-    if every <= 1:
+    if every <= 1:  # fresh in every tick: no row
         return []
-    slower_hz = most / (every * s.period_s)
+    slower_hz = most / (every * s.period_s)  # the rate at which it is old by so much and no more
     return [
         s.row(
             "fresh samples",
@@ -126,7 +126,7 @@ def elastic_joint(s: Subject) -> list[Verdict]:
     """Only the damping on the motor's side of an elastic joint is sure, and only if the encoder turns with
     the motor."""
     axis = s.axis
-    if axis.joint_encoder == "link":
+    if axis.joint_encoder == "link":  # asked first: with it no share of damping proves anything
         return [
             s.row(
                 "elastic joint, encoder at the link",
@@ -155,11 +155,11 @@ def encoder_steps(s: Subject) -> list[Verdict]:
     is."""
     axis = s.axis
     needed, held = axis.quantisation_torque_nm, axis.dry_friction_nm
-    if needed == 0:
+    if needed == 0:  # no coupling, so no steps through one
         return []
     sticks, bent = held >= needed, axis.guarantee.length_rad / axis.count_rad
     # beyond its bristles it slides, and friction ends it
-    counts = min(shake_counts(s), bent) if sticks else shake_counts(s)
+    counts = min(shake_counts(s), bent) if sticks else shake_counts(s)  # inf where nothing damps
     if counts <= FLICKER_COUNTS and holds_flicker(s.table, axis.guarantee, s.joint.dry_share):
         figure, bound = f"{counts:.2g} counts", f"<= {FLICKER_COUNTS:g} counts"
         meaning = (
@@ -168,7 +168,7 @@ def encoder_steps(s: Subject) -> list[Verdict]:
         )
         return [_steps_row(s, figure, bound, Outcome.PASS, meaning, counts / FLICKER_COUNTS)]
     shake = shake_rad_s(s, min(counts, MOST_COUNTS), axis.guarantee.bristle_nm_rad if sticks else 0.0)
-    still = still_rad_s(s)
+    still = still_rad_s(s)  # of a carriage as at a handle
     outcome = Outcome.PASS if shake <= still else Outcome.NOT_PROVED
     meaning = (
         f"most they can shake a joint at rest, {counts:.2g} counts, in a hand of up to "
@@ -215,7 +215,7 @@ def shake_counts(s: Subject) -> float:
     axis = s.axis
     T, k_c, n = s.period_s, axis.stiffness_nm_rad, axis.sample_ticks
     lag_s = 1 / (2 * math.pi * axis.current_loop_hz) if axis.current_loop_hz > 0 else 0.0
-    late = (n + axis.delay_ticks) * T + lag_s
+    late = (n + axis.delay_ticks) * T + lag_s  # from the edge to the torque, at worst
     spare = axis.device_damping_nms_rad + axis.damping_nms_rad - k_c * (late - n * T / 2)
     return 2 / math.pi * k_c * late / spare if spare > 0 else math.inf
 
@@ -226,7 +226,7 @@ def shake_rad_s(s: Subject, counts: float, bristle_nm_rad: float = 0.0) -> float
     axis = s.axis
     # at the handle, which is beyond the sensor where moments are measured: its lever may be nothing
     hand = TIP_STIFFNESS_N_M * s.hand * HANDLE_M**2
-    stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad
+    stiffness = axis.stiffness_nm_rad + hand + bristle_nm_rad  # all of them hold the joint
     return counts * axis.count_rad * math.sqrt(stiffness / (2 * s.table.inertia_kgm2))
 
 
@@ -252,8 +252,8 @@ def down(value: float) -> str:
 
 def _coupling_refusal(s: Subject) -> str:
     """File, axis, key, value, bound and remedy, on one line."""
-    axis, b = s.axis, s.axis.device_damping_nms_rad
-    k_max, found = down(axis.sampled_data_k_max_nm_rad), axis.friction
+    axis, b = s.axis, s.axis.device_damping_nms_rad  # that no hand can cancel
+    k_max, found = down(axis.sampled_data_k_max_nm_rad), axis.friction  # as printed it must pass
     pair = (
         f"recommended: stiffness_nm_rad = {down(axis.recommended_stiffness_nm_rad)}, "
         f"damping_nms_rad = {down(axis.recommended_damping_nms_rad)}"
@@ -282,7 +282,7 @@ def _coupling_refusal(s: Subject) -> str:
 def between_text(axis: AxisFigures) -> str:
     """What lies between law and joint, in words, and who said so."""
     parts = [f"a delay of {axis.delay_ticks:.4g} ticks ({axis.delay_from})"]
-    if axis.jitter_ticks > 0:
+    if axis.jitter_ticks > 0:  # only what is there is told
         parts.append(f"up to {axis.jitter_ticks:.3g} less at times")
     if axis.current_loop_hz > 0:
         parts.append(f"a current loop of {axis.current_loop_hz:.4g} Hz ({axis.lag_from})")

@@ -18,6 +18,7 @@ IN_CONTACT = {"hybrid": (25, 270), "observer": (2, 28)}
 def moved(s: Subject) -> list[Verdict]:
     """No figure of a rig file tells which hand is shaken, so that no rig passes, and none is refused."""
     policy = s.table.friction.policy
+    # the other policies were not tried in these hands
     if not s.axis.compensates or policy not in SHAKEN:
         return []
     (shaken, hands), (leaning, leaners) = SHAKEN[policy], IN_CONTACT[policy]
@@ -89,7 +90,8 @@ def count_is_no_jump(s: Subject) -> list[Verdict]:
     from rtctl.control.sample import JUMP_FACTOR  # the names of a report must not load the compiler
 
     reach = JUMP_FACTOR * s.table.velocity_limit_rad_s * s.period_s
-    ticks = s.axis.count_rad / reach
+    ticks = s.axis.count_rad / reach  # as a count is seen: all of it in one tick
+    # a count is within what a tick allows: none is taken for a jump
     if ticks <= 1.0:
         return []
     # two ticks: the second sample at the new place is what cuts (`sample.accept_sample`)

@@ -89,6 +89,7 @@ def _passing(loop: Loop) -> tuple[float, float]:
 
 def _remedy(s: Subject, loop: Loop) -> str:
     gain, bandwidth_hz = _passing(loop)
+    # each by itself: one of them will do
     ways = [f"gain of at most {gain:g} at {loop.bandwidth_hz:g} Hz"]
     if bandwidth_hz > 0:
         ways.append(f"bandwidth_hz = {bandwidth_hz:g} at this gain")
@@ -99,6 +100,7 @@ def _remedy(s: Subject, loop: Loop) -> str:
 
 def loop_of(s: Subject) -> Loop:
     """The loop of an axis as `observer_loop` wants it."""
+    # as the law is tuned, by the same plan: what is judged is what runs
     loop = observer_tuning.loop_of(
         s.table, s.joint, s.period_s, s.axis.between, s.axis.force_way, s.axis.observer
     )
@@ -112,9 +114,11 @@ def unknown_gear(s: Subject) -> list[Verdict]:
     from rtctl.control.proofs import observer_match
 
     loop, gears = loop_of(s), observer_tuning.gears_of(s.table, s.joint)
+    # None: the joint's stiffness is declared, and no gear is unknown
     found = observer_match.in_gears(loop, gears)
     if found is None:
         return []
+    # a person's own choice is refused; what the plan chose is told
     named = s.table.friction.observer.bandwidth_hz > 0
     beyond = Outcome.FAIL if named else Outcome.NOT_PROVED  # none bears gears and holds the joint as declared
     outcome = Outcome.PASS if found.ok else beyond
@@ -154,9 +158,11 @@ def steps_of_the_encoder(s: Subject) -> list[Verdict]:
     """One count is a pulse of speed; the observer takes it for an acceleration."""
     if not observes(s):
         return []
+    # the bandwidth in force, which need not be the rig file's
     held, bandwidth_hz = _held_nm(s), s.axis.observer.bandwidth_hz
     # at rest nothing is answered (6.1): it counts while the joint moves slowly, count by count
     jump = count_torque_nm(s, bandwidth_hz)
+    # without friction that is vouched for, a count moves the joint
     share = jump / held if held > 0 else math.inf
     outcome = Outcome.PASS if share <= NOISE_SHARE else Outcome.WARN if share <= NOISE_MOST else Outcome.FAIL
     remedy = f"bandwidth_hz = {_quiet_bandwidth(s):.3g}, or gain = 0" if held > 0 else "gain = 0"
@@ -188,6 +194,7 @@ def count_torque_nm(s: Subject, bandwidth_hz: float) -> float:
 
     T = s.period_s * s.axis.sample_ticks
     alpha = lowpass_alpha(SMOOTHING * bandwidth_hz, T)
+    # a speed for one sample, and none in the next
     pulse = s.axis.count_rad / T * alpha
     inertia = (1 + s.axis.observer.excess) * s.table.inertia_kgm2
     return s.table.friction.observer.gain * inertia * 2 * math.pi * bandwidth_hz * pulse
@@ -219,6 +226,7 @@ def bias(s: Subject) -> list[Verdict]:
     from rtctl.control.disturbance_observer import TARGET_AT_REST
 
     observer = s.table.friction.observer
+    # of the model, else what the rig file vouches for
     floor = s.axis.guarantee.floor_nm or s.table.dry_friction_nm
     # what of the friction the observer leaves at rest, (6.2)
     left = (1 - TARGET_AT_REST * observer.gain) / observer.gain

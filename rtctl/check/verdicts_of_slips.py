@@ -23,9 +23,11 @@ worse."""
 
 def presliding(s: Subject) -> list[Verdict]:
     """How far friction is a spring, where somebody said so."""
-    sure = s.axis.guarantee
+    sure = s.axis.guarantee  # as the law has it
+    # what is assumed has no unit that somebody could have got wrong
     if not sure.measured:
         return []
+    # bands of their own: metres and radians have no ratio that holds for all
     slides = s.table.motion == "linear"
     return judged(
         s,
@@ -40,7 +42,9 @@ def presliding(s: Subject) -> list[Verdict]:
 
 def stretch(s: Subject) -> list[Verdict]:
     """How far the coupling gives until all of the torque is felt."""
+    # of the rig file, not what compensation adds: the unit of this number is asked for
     k_c = s.table.coupling.stiffness_nm_rad
+    # no coupling is in force, whatever stands in the file
     if k_c == 0 or not s.table.may_show("impedance"):
         return []
     return judged(
@@ -57,6 +61,7 @@ def stretch(s: Subject) -> list[Verdict]:
 def delay(s: Subject) -> list[Verdict]:
     """A delay that a person stated."""
     ticks = s.table.coupling.delay_ticks
+    # the default, which says nothing
     if ticks == 0:
         return []
     return judged(

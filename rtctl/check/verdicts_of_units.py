@@ -30,7 +30,7 @@ class Band:
 
     def use(self, value: float) -> float:
         """1 at the ends of the inner band, more beyond, the further the more."""
-        if not value > 0:
+        if not value > 0:  # 0, less or NaN: no ratio, beyond any band
             return math.inf
         if self.least == 0:
             return value / self.high
@@ -72,14 +72,14 @@ def judged(
     s: Subject, name: str, value: float, unit: str, band: Band, meaning: str, remedy: str
 ) -> list[Verdict]:
     """One row; `remedy` begins with the key to look at."""
-    outcome = band.outcome(value)
+    outcome = band.outcome(value)  # one place for all rows: what is told and what refuses
     text = f"{value:.3g} {unit}".rstrip()
-    key, _, hint = remedy.partition(": ")
+    key, _, hint = remedy.partition(": ")  # the key stands first in a refusal, the hint last
     refusal = (
         f"{s.where}.{key}: axis {s.axis.name}: {name} comes to {text}; real rigs have {band} {unit}".rstrip()
         + f", none is beyond {band.least:g} to {band.most:g}: {hint}"
     )
-    told = outcome in (Outcome.WARN, Outcome.FAIL)
+    told = outcome in (Outcome.WARN, Outcome.FAIL)  # a row that passes needs no remedy
     return [
         s.row(
             name,
@@ -104,7 +104,7 @@ def acceleration(s: Subject) -> list[Verdict]:
     return judged(
         s,
         "acceleration at the torque limit",
-        s.table.torque_limit_nm / s.table.inertia_kgm2,
+        s.table.torque_limit_nm / s.table.inertia_kgm2,  # without friction: of the unit alone
         "rad/s^2",
         ACCELERATION_LINEAR if slides else ACCELERATION,
         "torque_limit_nm over inertia_kgm2",
@@ -114,11 +114,11 @@ def acceleration(s: Subject) -> list[Verdict]:
 
 def current(s: Subject) -> list[Verdict]:
     """What the torque limit asks of the amplifier."""
-    table, amperes = s.table, amperes_of(s)
+    table, amperes = s.table, amperes_of(s)  # at the motor, before gear and losses
     return judged(
         s,
         "current at the torque limit",
-        amperes / table.current_limit_a,
+        amperes / table.current_limit_a,  # 1 at most: beyond it no sample would be in range
         "",
         CURRENT_SHARE,
         f"{amperes:.3g} A, as a share of current_limit_a",
@@ -152,8 +152,8 @@ def torque_of_a_count(s: Subject) -> list[Verdict]:
     """One step of the encoder through coupling and feed-forward."""
     axis, table = s.axis, s.table
     step = axis.stiffness_nm_rad * axis.count_rad + axis.damping_nms_rad * axis.count_rad / s.period_s
-    step += _feedforward_of_a_count(s)
-    if step == 0:
+    step += _feedforward_of_a_count(s)  # both answer the same count, in the same sense
+    if step == 0:  # neither coupling nor help: a count sends nothing
         return []
     return judged(
         s,
@@ -182,8 +182,8 @@ def _feedforward_of_a_count(s: Subject) -> float:
         return 0.0
     if friction.policy in ("stop", "stop_gated"):
         return found.feedforward_max_nm * min(1.0, s.axis.count_rad / found.presliding_rad)
-    window = table.velocity.window if table.velocity.method == "foaw" else 1
-    width = friction.tanh_rad_s if friction.policy == "tanh" else friction.blend_rad_s
+    window = table.velocity.window if table.velocity.method == "foaw" else 1  # ticks of one slope
+    width = friction.tanh_rad_s if friction.policy == "tanh" else friction.blend_rad_s  # of the direction
     return found.feedforward_max_nm * min(1.0, s.axis.count_rad / (window * s.period_s) / width)
 
 
@@ -224,7 +224,7 @@ def viscous_torque(s: Subject) -> list[Verdict]:
 def force_at_the_handle(s: Subject) -> list[Verdict]:
     """What the torque limit is in the hand, by the lever that turns the force sensor's newtons into
     torque."""
-    lever = math.hypot(*s.table.lever_m)
+    lever = math.hypot(*s.table.lever_m)  # direction x arm: its length is the arm across
     if lever == 0:  # only a torque about `axis_direction` counts
         return []
     slides = s.table.motion == "linear"
@@ -248,7 +248,7 @@ def dry_friction(s: Subject) -> list[Verdict]:
     """The dry friction that the rig file vouches for: proofs count on it, so too much of it proves what is
     not so."""
     f = s.table.dry_friction_nm
-    if f == 0:
+    if f == 0:  # nothing is vouched for
         return []
     return judged(
         s,
@@ -272,7 +272,7 @@ def counts_of_the_travel(s: Subject) -> list[Verdict]:
     return judged(
         s,
         "encoder counts over the travel",
-        travel / s.axis.count_rad,
+        travel / s.axis.count_rad,  # of what it moves over, whole turns aside
         "",
         TRAVEL_COUNTS,
         "a metre, or less travel" if table.motion == "linear" else "a turn, or less travel",

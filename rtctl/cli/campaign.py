@@ -117,17 +117,19 @@ def command(
     law the daemon runs, while faults, late ticks, wrong targets and requests rain on them. An oracle that
     shares no code with the law judges every tick. A violated invariant is printed with the command that
     shows it again; the exit status is then 1."""
+    # in the order of `READ`, whose last row is the campaign without a name: there is no flag for it
     chosen = [mode for mode, asked in zip(READ, (margins, still, admittance), strict=False) if asked]
     if len(chosen) > 1:
         raise click.UsageError(f"--{chosen[0]} and --{chosen[1]} are two campaigns: one at a time")
     mode = chosen[0] if chosen else ""
+    # before any rig is run
     if trace and index is None:
         raise click.UsageError("--trace is of one rig: give its --rig too")
     refuse_unread(
         set().union(*READ.values()) - set(READ[mode]),
         f"means nothing with --{mode}" if mode else "belongs to another campaign: --help says to which",
     )
-    bar = partial(_bar, quiet=as_json)
+    bar = partial(_bar, quiet=as_json)  # standard output is one object then, and the terminal quiet
     if margins:
         text, result, broken = _margins(rigs, seed, jobs, bar)
     elif still:
@@ -137,6 +139,7 @@ def command(
     else:
         from rtctl.simulation import campaign_run as campaign
 
+        # all that a rig follows from, beside its number: what is printed with a violation
         order = campaign.Order(seed, rigs, ticks, faults, passive)
         if index is not None:
             found = _one(order, index, trace)
@@ -171,6 +174,7 @@ def _admittance(rigs: int, seed: int, jobs: int, first: int, index: int | None, 
     from rtctl.simulation import campaign_in_hands
 
     if index is not None:
+        # in this process: whoever looks at one rig wants a debugger, or its first error
         found = campaign_in_hands.Findings()
         found.add(*campaign_in_hands.run_rig(seed, index))
     else:
@@ -186,9 +190,12 @@ def _still(
     from rtctl.simulation import campaign_still, campaign_still_cases
 
     for name in policies:
-        if name.upper() not in Policy.__members__:
-            known = ", ".join(policy.name.lower() for policy in Policy)
-            raise click.BadParameter(f"no policy {name!r}; there are: {known}", param_hint="--policy")
+        # as rig files spell them: the name goes into one
+        known = [policy.name.lower() for policy in Policy]
+        if name not in known:  # before anything is simulated
+            raise click.BadParameter(
+                f"no policy {name!r}; there are: {', '.join(known)}", param_hint="--policy"
+            )
     order = campaign_still.Order(seed, cases, hold_s, policies or campaign_still_cases.POLICIES)
     if index is not None:
         found = campaign_still.Findings()
@@ -198,27 +205,30 @@ def _still(
     else:
         with bar(cases, "hands") as done:
             found = campaign_still.run(order, jobs, done)
-    return found.text(seed), found.as_dict(), found.loud
+    return found.text(order), found.as_dict(), found.loud
 
 
 def _one(order: Order, index: int, trace: Path | None) -> Result:
     from rtctl.simulation import campaign_run as campaign
 
+    # one run for verdict and trace: what is traced is what was judged
     result, rig, last = campaign.run_traced(order, index)
     for name in rig.faults:
         # what was rained on this rig, beside the object on standard output
         click.echo(f"fault {name}", err=True)
     if trace is not None:
         campaign.save_trace(trace, last)
-        click.echo(f"{len(last)} ticks -> {trace}", err=True)
+        click.echo(f"{len(last)} ticks -> {trace}", err=True)  # beside the object on standard output
     return result
 
 
 def _text(result: Result) -> str:
+    # names for numbers, as in JSON: one source for both
     body = result.as_dict()
     lines = [f"{result.rigs} rigs, {result.ticks:,} ticks, {result.faults_scheduled:,} faults scheduled"]
-    if result.seconds > 0:
+    if result.seconds > 0:  # of one rig alone nobody took the time
         lines[0] += f", {result.seconds:.1f} s ({result.ticks / result.seconds:,.0f} ticks/s)"
+    # what was hardly visited proves little: the sums tell how much of the machine was met
     for key in ("ticks_in_state", "axis_ticks_in_program", "faults_appeared"):
         counts = body[key]
         assert isinstance(counts, dict)

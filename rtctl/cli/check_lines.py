@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure and note of an axis that is displayed as an admittance."""
     one, loop = axis.admittance, axis.loop
+    # an axis that shows an impedance alone has neither
     if one is None or loop is None:
         return []
     return [
@@ -44,13 +45,13 @@ def _admittance_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
 
 def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """Label, figure with unit, and note of every line of one axis."""
-    shown = _admittance_lines(axis)
+    shown = _admittance_lines(axis)  # first: an axis that may show both has the lines of both
     if not axis.impedance:  # nothing of a coupling is felt there
         shown += _friction_lines(axis.friction) if axis.friction else []
         return shown + (_account_lines(axis) if axis.compensates else [])
     from rtctl.check.verdicts_of_loop import between_text
 
-    exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad
+    exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad  # proved; known
     lines = [
         ("coupling stiffness k_c", f"{axis.stiffness_nm_rad:.4g} N m/rad", ""),
         ("coupling damping b_c", f"{axis.damping_nms_rad:.4g} N m s/rad", between_text(axis)),
@@ -91,15 +92,17 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         ),
         ("torque of an empty account", f"{axis.empty_account_torque_nm:.4g} N m", _account(axis)),
     ]
-    if felt is not None:
+    if felt is not None:  # a wall or a detent has no one stiffness
         lines.append(("felt stiffness", f"{felt:.4g} N m/rad", f"of {k_e:.4g} in the virtual environment"))
     return shown + lines
 
 
 def _account(axis: AxisReport) -> str:
     """What bounds the torque that the energy account can pay for, and what would raise it to the limit."""
+    # nothing is lost: no remedy is to be named
     if axis.empty_account_torque_nm >= axis.torque_limit_nm:
         return "all of the limit can be taken back in time"
+    # inf: no slope brings it, as the gate is no quicker than a tick
     needed = axis.torque_rate_needed_nm_s
     remedy = f"torque_rate_nm_s = {needed:.4g}" if math.isfinite(needed) else "a larger passivity.budget_j"
     return f"of {axis.torque_limit_nm:.4g}, the rest against what the hand puts in; all with {remedy}"
@@ -115,7 +118,9 @@ def _source(axis: AxisReport) -> str:
     )
     if found is None:
         return f"viscous_nms_rad of the rig file; no friction model{share}"
+    # None: the velocity limit lies within the trained range
     beyond = found.beyond_damping_nms_rad
+    # the least of three decides, and is named: somebody is to measure just that one better
     if axis.total_damping_nms_rad < min(found.secant_damping_nms_rad, math.inf if beyond is None else beyond):
         return f"viscous_nms_rad of the rig file: all that damps small motions{share}"
     if beyond is not None and beyond < found.secant_damping_nms_rad:
@@ -125,6 +130,7 @@ def _source(axis: AxisReport) -> str:
 
 def _account_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     """What the account of the compensation rests on."""
+    # what the law counts on, not what was measured: spreads and doubts are in it
     sure = axis.guarantee
     return [
         ("presliding length", f"{sure.length_rad * 1e3:.4g} mrad", sure.length_source),
@@ -144,7 +150,7 @@ def _account_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
 
 def _friction_lines(found: FrictionFigures) -> list[tuple[str, str, str]]:
     two, capped = found.two_line_margin_nm, found.two_line_capped_margin_nm
-    local = found.slope_damping_nms_rad
+    local = found.slope_damping_nms_rad  # of the curve alone, at one speed
     return [
         (
             "two-line margin",

@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from hw.motion import name, words
 from rtctl.cli.invocation import as_run, shown
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
@@ -35,33 +36,37 @@ def command(config: Path | None, measure: float, plot: Path | None, *, as_json: 
     loaded = load(config or shipped_config("mock.toml"))
     if not loaded.config.simulated:
         raise ConfigError(f"{loaded.path}: the demonstration arms by itself, so it runs simulated rigs only")
-    demo = Demo(loaded.config.loop.rate_hz, measure, _progress(quiet=as_json))
+    motion = loaded.config.axis[0].motion
+    demo = Demo(loaded.config.loop.rate_hz, measure, _progress(quiet=as_json, motion=motion))
     if not as_json:
         click.echo(
-            f"The rig of {loaded.path.name}: a simulated joint with gearbox friction, moved by a simulated "
-            "hand,"
+            f"The rig of {loaded.path.name}: a simulated "
+            f"{'carriage with' if motion == 'linear' else 'joint with gearbox'} friction, moved by a "
+            "simulated hand,"
         )
         click.echo(
             f"controlled in real time at {loaded.config.loop.rate_hz:g} Hz. Friction compensation off, then "
             "on."
         )
+    # the same host as of any rig: what is shown is the daemon, and no simulation of it
     with Host(loaded, observers=[demo], announce=lambda text: click.echo(f"rtctl: {text}", err=True)) as host:
         summary = host.run()
     off, on = (phase.rms_nm() for phase in demo.phases)
     # without a force sensor nothing is felt, of which nothing is a share
-    summary["hand_torque_rms_nm"] = {"off": off, "on": on, "reduction": 1 - on / off if off else math.nan}
+    felt = {"off": off, "on": on, "reduction": 1 - on / off if off else math.nan}
+    summary[name("hand_torque_rms_nm", motion)] = felt
     if plot is not None:
         from rtctl.cli.demo_figure import draw
 
-        draw(plot, *demo.trace(), demo.switch_s, (off, on))
+        draw(plot, *demo.trace(), demo.switch_s, (off, on), motion)
         summary["picture"] = str(plot)
     if as_json:
         click.echo(json_text(summary))
     else:
-        click.echo("\n" + "\n".join(_table(summary)))
+        click.echo("\n" + "\n".join(_table(summary, felt, motion)))
 
 
-def _progress(*, quiet: bool) -> Callable[[float, float, str, float], None]:
+def _progress(*, quiet: bool, motion: str) -> Callable[[float, float, str, float], None]:
     live = sys.stderr.isatty()
     # a pause ago: the first line comes at once
     last = [-2.0]
@@ -75,20 +80,23 @@ def _progress(*, quiet: bool) -> Callable[[float, float, str, float], None]:
         bar = "#" * round(30 * min(1.0, done_s / total_s))
         text = f"[{bar:<30}] {done_s:5.1f} of {total_s:.0f} s  compensation {phase:<3}"
         # NaN: nothing of this phase was measured yet
-        text += "  settling" if rms_nm != rms_nm else f"  hand {rms_nm:.3f} N m rms"
+        text += "  settling" if rms_nm != rms_nm else words(f"  hand {rms_nm:.3f} N m rms", motion)
         # filled up: it covers the line before
         click.echo(f"\r{text:<90}" if live else text, err=True, nl=not live)
 
     return show
 
 
-def _table(summary: dict[str, Any]) -> list[str]:
-    torque, wakeup, cycle = summary["hand_torque_rms_nm"], summary["wakeup_us"], summary["cycle_us"]
-    return [
+def _table(summary: dict[str, Any], felt: dict[str, float], motion: str) -> list[str]:
+    wakeup, cycle = summary["wakeup_us"], summary["cycle_us"]
+    torque = (
         "hand torque, RMS",
-        f"  compensation off   {torque['off']:.4f} N m",
-        f"  compensation on    {torque['on']:.4f} N m",
-        f"  reduction          {100 * torque['reduction']:.1f} %",
+        f"  compensation off   {felt['off']:.4f} N m",
+        f"  compensation on    {felt['on']:.4f} N m",
+    )
+    return [
+        *(words(line, motion) for line in torque),
+        f"  reduction          {100 * felt['reduction']:.1f} %",
         f"ticks                {summary['ticks']} at {summary['rate_hz']:g} Hz, {summary['missed_ticks']} "
         "missed",
         "wake-up latency, us  " + "  ".join(f"{name} {value:g}" for name, value in wakeup.items()),

@@ -34,7 +34,9 @@ def command(file: Path, warn_share: float, window_s: float, *, as_json: bool) ->
     # one chunk at a time: a recording of a day fits into no memory
     rows = (batch.rows for batch in reader.batches())
     found = over_ticks(law.params, law.model, reader.axes, rows, table, reader.missing_fields())
-    found = [{**one, "motion": motion} for one, motion in zip(found, reader.motions, strict=True)]
+    # by name, not by place: axes that cannot be watched (no model) are left out of what was found
+    motions = dict(zip(reader.axes, reader.motions, strict=True))
+    found = [{**one, "motion": motions[one["axis"]]} for one in found]
     body = {"file": str(file), "axes": found, "left_out": [str(why) for why in reader.left_out.values()]}
     click.echo(json_text(body) if as_json else "\n".join(_lines(body)))
 
@@ -46,6 +48,7 @@ def _lines(body: dict[str, Any]) -> list[str]:
     lines = [f"LEFT OUT: {shown(why, 500)}" for why in body["left_out"]]
     for axis in body["axes"]:
         lines += [f"axis {shown(axis['axis'])}: dry friction, as a factor of what was learned"]
+        # too little motion: no factor, and none of 1 either
         if axis["factor"] is None:
             lines.append(
                 f"  not told: {axis['seconds']:.0f} s of sliding in {axis['strokes']} strokes; move to and "

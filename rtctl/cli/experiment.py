@@ -10,7 +10,7 @@ import click
 
 from rtctl.cli.json_text import json_text
 from rtctl.cli.number import Number
-from rtctl.cli.outputs import OutputFolder
+from rtctl.cli.outputs import OutputFolder, errors_in_units_of
 from rtctl.cli.progress import Bar
 from rtctl.simulation.family import FAMILY
 
@@ -113,6 +113,7 @@ def command(
     from rtctl.rig_file.config import load
     from rtctl.simulation.family import with_plant
 
+    # every experiment: options of some of them are for those alone
     papers = name == registry.PAPERS
     # else figures of all cases would be read as those of one
     if (models or cases) and not papers and not registry.EXPERIMENTS[name].hands_off:
@@ -124,25 +125,18 @@ def command(
         _require_help(loaded)  # before a person is asked to stand there
     if not simulate and not loaded.config.simulated and not yes:
         _ask(name, loaded, seconds)
-    bar = Bar(quiet=as_json)
+    # all that is said on the way is written for a joint
+    motion = loaded.config.axis[0].motion
+    bar = Bar(quiet=as_json, motion=motion)
     order = Order(
-        loaded,
-        seeds,
-        simulate,
-        points,
-        seconds,
-        runtime_dir,
-        bar,
-        bar.notice,
-        _known(models),
-        cases,
-        out,
-        resume,
-        plant or "",
-    )
+        loaded, seeds, simulate, points, seconds, runtime_dir, bar, bar.notice, _known(models), cases, out,
+        resume, plant or ""
+    )  # fmt: skip
+    # after whoever was asked has answered: a person's time is none of the experiment's
     began = time.monotonic()
     try:
-        outcomes = registry.papers(order) if papers else [registry.EXPERIMENTS[name].run(order)]
+        with errors_in_units_of(motion):
+            outcomes = registry.papers(order) if papers else [registry.EXPERIMENTS[name].run(order)]
     finally:
         # so that an error begins on a line of its own
         bar.end()
@@ -156,6 +150,7 @@ def command(
         "took": f"{took_s:.0f} s",
     }
     title = "The experiments of both papers" if papers else outcomes[0].title
+    # before anything is shown: what is told names the page
     page = report.write(out, outcomes, title, facts)
     _show(outcomes, page, took_s, as_json=as_json)
 

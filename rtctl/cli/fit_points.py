@@ -85,14 +85,16 @@ def read(
                 "several files of points: say how they become one, --average file or speed, or --column ..."
             )
         return read_points(files[0], of_speeds=of_speeds)
+    # a recording of our own is a log like any other
     register()
+    # the command line over the file, role by role
     mapped = tables(columns, map_file, ROLES)
     with errors_in_units_of("linear" if lead_m else of_units(table.get("unit") for table in mapped.values())):
         points, notes = read_mapped(files, mapped, average, text, lead_m or 0.0)
         if of_speeds:
             require_enough(points)
     for note in notes:
-        click.echo(f"warning: {note}", err=True)
+        click.echo(words(f"warning: {note}", points.motion), err=True)
     return points
 
 
@@ -121,16 +123,19 @@ def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:
     where asked."""
     from rtctl.friction import outliers
 
+    # whoever has looked at them knows better
     if keep:
         return points
+    # kept in the points, and marked: a plot shows them
     kept, notes = outliers.without_outliers(points)
     for note in notes:
-        click.echo(f"warning: {note}", err=True)
+        click.echo(words(f"warning: {note}", points.motion), err=True)
     return kept
 
 
 def left_out_rows(points: FrictionPoints) -> list[dict[str, float]]:
     """What was left out, for scripts: velocity (rad/s) and friction (N m), signed."""
+    # none was, or none was looked for
     if points.left_out is None:
         return []
     velocity, friction = points.velocity_rad_s, points.friction_nm * points.direction

@@ -54,6 +54,7 @@ def command(
         with connect(rig or named, runtime_dir, address, key) as client:
             end = math.inf if seconds is None else time.monotonic() + seconds
             with Watch(client) as watch:
+                # both until the end that was asked for, whatever comes or does not
                 (_json if as_json else _show)(watch, end)
                 # before the streams close: silence is of what was heard, not of the end
                 silent_s = watch.silent_s
@@ -89,6 +90,7 @@ class Watch:
 
     def receive(self, timeout_s: float) -> RigState | None:
         """The next sample; None when none comes within `timeout_s`."""
+        # the one that is waited for; events and health are taken as they are there
         sample = self._states.receive(timeout_s)
         while (event := self._events.receive(0)) is not None:
             self._places.take_event(event)
@@ -130,6 +132,7 @@ class Watch:
         if self.sample is None:
             return None
         sample = self.sample
+        # each is one bit: their sum is all of them
         bits = sum(sample.faults)
         return Shown(
             sample.as_of(time.monotonic()),
@@ -155,6 +158,7 @@ def _json(watch: Watch, end: float) -> None:
 
 def _plain(sample: RigState) -> dict[str, Any]:
     """A sample with names for numbers."""
+    # names in place of bits, as programs in other languages want them
     faults = [fault.name for fault in sample.faults]
     return {**sample.fields, "age_s": sample.age_s, "state": sample.state.name, "faults": faults}
 
@@ -164,6 +168,7 @@ def _show(watch: Watch, end: float) -> None:
     cease."""
     from rtctl.cli.monitor_text import line, table
 
+    # a pipe gets lines, which stay; only a terminal can be drawn anew
     tty = sys.stdout.isatty()
     due, was_silent = 0.0, False
     while (left_s := end - time.monotonic()) > 0:

@@ -57,6 +57,7 @@ _UNITS = ("rad", "rad/s", "N m", "N m", "N m")
 def table(hello: dict[str, Any], shown: Shown) -> list[str]:
     """Lines of the live table."""
     sample, health = shown.sample, shown.health
+    # all that are present, by name; what each means stands below it
     names = ", ".join(str(fault.name) for fault in sample.faults) or "none"
     state = f"{sample.state.name:<10} authority {sample.authority:4.0%}   epoch {sample.epoch}"
     lines = [
@@ -75,6 +76,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         if motion != told:
             lines.append(f"{'':<12}" + "".join(f"{unit(one, motion):>12}" for one in _UNITS))
             told = motion
+        # in the order of `_UNITS`
         columns = (
             sample.position_rad,
             sample.velocity_rad_s,
@@ -87,7 +89,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
         lines.append(f"{axis['name']:<12}" + "".join(cells))
         lines += [words(line, motion) for line in _display(sample.fields, a)]
     lines += [
-        *_friction(health),
+        *_friction(health, hello["axes"]),
         "",
         *_latency(health),
         *([f"EVENT LOG BROKEN: {broken(health, 'log')}"] if broken(health, "log") else []),
@@ -100,6 +102,7 @@ def table(hello: dict[str, Any], shown: Shown) -> list[str]:
 
 def _display(fields: Mapping[str, Any], axis: int) -> list[str]:
     """The virtual mass of an axis that is displayed as an admittance, and the damping added to it."""
+    # get: a daemon of before has no displays
     kinds = fields.get("display_kind", ())
     if axis >= len(kinds) or int(kinds[axis]) != Display.ADMITTANCE:
         return []
@@ -138,18 +141,24 @@ def _warnings(health: dict[str, Any] | None) -> list[dict[str, str]]:
     return found
 
 
-def _friction(health: dict[str, Any] | None) -> list[str]:
+def _friction(health: dict[str, Any] | None, axes: Sequence[Mapping[str, Any]]) -> list[str]:
     """A line for each axis whose friction is known: factor of what was learned, with its interval, and the
     offset."""
+    # without a factor nothing was seen yet: no line, and no zero
     told = [one for one in (health or {}).get("friction", []) if one["factor"] is not None]
-    return [
+    # health names the axis and not its motion; a daemon that came back may have an axis that `hello` had not
+    motions = {axis["name"]: axis.get("motion", "rotary") for axis in axes}
+    return [words(_followed(one), motions.get(one["axis"], "rotary")) for one in told]
+
+
+def _followed(one: dict[str, Any]) -> str:
+    return (
         f"friction {one['axis']}: {one['factor']['value']:.3f} of what was learned "
         f"({one['factor']['low']:.3f} to {one['factor']['high']:.3f}; forward {one['forward']['value']:.2f}, "
         f"backward {one['backward']['value']:.2f}), offset {1e3 * one['offset_nm']['value']:+.1f} mN m, by "
         f"{one['seconds']:.0f} s"
         + ("" if one.get("followed") is None else f"; compensation {_follows(one)}: {one['followed']:.3f}")
-        for one in told
-    ]
+    )
 
 
 def _follows(one: dict[str, Any]) -> str:
@@ -157,6 +166,7 @@ def _follows(one: dict[str, Any]) -> str:
 
 
 def _latency(health: dict[str, Any] | None) -> list[str]:
+    # None: too few ticks so far for percentiles
     if health is None or health["wakeup_us"] is None:
         return ["latency: once a second, wait ..."]
     names, early = list(health["wakeup_us"]), health.get("early_us", 0.0)
@@ -180,6 +190,7 @@ def _late(health: dict[str, Any]) -> list[str]:
     late = health.get("late") or {"ticks": 0}
     if not late["ticks"]:
         return []
+    # the most frequent first
     causes = ", ".join(
         f"{cause} {count}" for cause, count in sorted(late["causes"].items(), key=lambda one: -one[1])
     )
@@ -195,9 +206,11 @@ def line(hello: dict[str, Any], shown: Shown) -> str:
     motion = of_axes(hello["axes"])
     sample, health = shown.sample, shown.health
     faults = ",".join(str(fault.name) for fault in sample.faults) or "-"
+    # a dash in place of figures: columns of a log stay where they are
     latency = "-"
     if health is not None and health["wakeup_us"] is not None:
         latency = f"{health['wakeup_us']['p50']:.1f}/{health['wakeup_us']['p99']:.1f}"
+    # one word: lines are read by programs, too
     state = f"NO_DATA silent_s={shown.silent_s:.1f} was={sample.state.name}"
     cause = f" cause={shown.cause['name']}:{shown.cause['axis'] or '-'}" if shown.cause else ""
     return (

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 import click
 
+from hw.motion import words
 from rtctl.cli.json_text import json_text
 from rtctl.cli.outputs import OutputFile
 from rtctl.cli.recording_argument import RecordingFile
@@ -74,7 +75,8 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
             f"recorded before the tick had {', '.join(missing)}: taken as not measured or 0, not compared"
         )
     if verdict.first is None:
-        click.echo(f"state and torque are the same bit for bit, and so is every field of the law{remark}")
+        same = f"state and torque are the same bit for bit, and so is every field of the law{remark}"
+        click.echo(words(same, _motion(reader)))
     if verdict.first is not None:
         fields = ", ".join(
             # six: a law that differs does so in most fields
@@ -85,6 +87,11 @@ def _same(reader: RecordingReader, *, as_json: bool) -> None:
             f"the law now gives something else{remark}: first {verdict.first}; ticks: {fields}"
         )
     _require_whole(verdict)
+
+
+def _motion(reader: RecordingReader) -> str:
+    # a sentence about the whole rig: of both motions it is that of a joint
+    return "linear" if set(reader.motions) == {"linear"} else "rotary"
 
 
 def _one_object(body: dict[str, Any], error: type[RtctlError] | None) -> NoReturn:
@@ -130,8 +137,9 @@ def _other(reader: RecordingReader, config: Path, plot: Path | None, *, as_json:
         for k, axis in enumerate(comparison.axes):
             row = "".join(f"{values[which][k]:>12.5f}" for which in ("recorded", "other", "difference"))
             click.echo(f"{own_name(name, reader.motions[k]):<24}{axis:<10}{row}")
-    click.echo(
+    said = (
         "the motion and the hand are the recorded ones: a rig that had felt these torques would have moved "
         "otherwise"
     )
+    click.echo(words(said, _motion(reader)))
     _require_whole(comparison.verdict)

@@ -91,6 +91,7 @@ class Capture:
             The daemon has been silent for `SILENCE_S`.
         ClientError
             A message this version cannot read."""
+        # the run of before: another one ends the call, so that nobody takes its ticks for the old one's
         deadline, before = time.monotonic() + timeout_s, self.run
         while (left_s := deadline - time.monotonic()) > 0:
             # 1 ms at least: 0 would ask again and again until the time is over
@@ -155,6 +156,7 @@ def _ticks(run: Run, message: Mapping[str, Any]) -> Ticks:
         run.lost += max(0, first - run.expected)
     run.expected = first + len(rows)
     none = np.zeros(0, command_dtype(run.n_axes))
+    # of a row that did not arrive it would be the state of another moment
     state = run.state if run.state_row == first else None
     batch = Ticks(first, rows, run.events, np.concatenate([none, *run.commands]), state)
     run.events, run.commands = [], []

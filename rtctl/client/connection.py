@@ -60,6 +60,7 @@ class Connection:
             made.setsockopt(zmq.HEARTBEAT_IVL, HEARTBEAT_MS)
             # three: one that is late on a busy network is no loss
             made.setsockopt(zmq.HEARTBEAT_TIMEOUT, 3 * HEARTBEAT_MS)
+        # nobody need listen there yet: ZeroMQ tries until somebody does
         made.connect(endpoint)
         return made
 

@@ -100,10 +100,11 @@ class Lease:
 
     def release(self) -> None:
         """Give the lease back: somebody else may have it. Idempotent."""
-        if self._over.is_set():
+        if self._over.is_set():  # given back already
             return
         self._end()
         try:
+            # one that is lost is somebody else's by now, or nobody's
             if not self.lost:
                 self._requester.call("release", min(self._timeout_s, RELEASE_S), lease=self._text)
         except (RefusedError, NoReplyError):
@@ -137,6 +138,7 @@ class Lease:
             try:
                 self._requester.call("lease", self._period_s, epoch=self.epoch, lease=self._text)
             except NoReplyError:
+                # the daemon may be busy: the lease ends by the daemon's clock, and its next reply tells
                 continue
             except RefusedError as refused:
                 if refused.code in _FINAL:

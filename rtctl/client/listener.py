@@ -33,12 +33,14 @@ class Listener:
         self.endpoints = connection.endpoints
         self.timeout_s = timeout_s
         self._newest: Stream[RigState] | None = None
+        # kept from call to call: the newest sample may have come long before it is asked for
         self._last: RigState | None = None
         self._streams: list[Stream[Any]] = []
         self._opening = threading.Lock()
 
     def close_streams(self) -> None:
         """Close every stream. Idempotent."""
+        # each closes a socket: the context waits for all of them
         for stream in self._streams:
             stream.close()
 

@@ -55,6 +55,7 @@ class Requester:
         try:
             reply = self._exchange(socket, payload, identity, deadline)
             self._connection.vouch(self._endpoint)  # also of a folder made since this client connected
+        # Ctrl-C as well: a reply that comes after all would wait there for the next request
         except BaseException:
             self.close()
             raise
@@ -65,6 +66,7 @@ class Requester:
                 "or it is busy, or it does not know this client's key; start one with: rtctl run CONFIG"
             )
         _require_version(reply, op)
+        # only from the first reply on: whoever answers that is the rig that this client means
         if self._rig is None and isinstance(reply.get("rig"), str):
             self._rig = reply["rig"]
         if not reply.get("ok"):
@@ -128,6 +130,7 @@ def _plain(value: object) -> object:
 
 
 def _left_ms(deadline: float) -> int:
+    # never below 0, which would wait for ever
     return max(0, round((deadline - time.monotonic()) * 1e3))
 
 

@@ -73,13 +73,13 @@ class RigClient(Worlds, Listener):
         if address is not None:
             endpoints = remote_endpoints(address)
         client_key = None if key is None else ClientKey.load(key)
-        addresses = endpoints or endpoints_in(client_directory(rig, root))
+        addresses = endpoints or endpoints_in(client_directory(rig, root))  # the first that was given
         self._context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         super().__init__(Connection(self._context, addresses, client_key), timeout_s)
         self._requester = Requester(self._connection)
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # requests of several threads take turns
         self._lease: Lease | None = None
-        self._epoch: int | None = None
+        self._epoch: int | None = None  # none seen yet: asked for when it is needed
 
     def __enter__(self) -> Self:
         return self
@@ -146,7 +146,7 @@ class RigClient(Worlds, Listener):
                 raise RefusedError("not_ready", f"arming ended in {state.name}: {sentence(cause)}")
             if status["epoch"] != epoch:  # who stopped the rig did not mean until the next request
                 raise RefusedError("wrong_epoch", "the rig was stopped while it armed; decide anew")
-            if state == State.ACTIVE:
+            if state == State.ACTIVE:  # after the epoch was compared: nobody stopped it meanwhile
                 return
             if time.monotonic() > deadline:
                 raise RefusedError("not_ready", f"state {state.name} after {timeout_s:g} s; not ACTIVE")
@@ -158,7 +158,7 @@ class RigClient(Worlds, Listener):
 
     def stop(self) -> None:
         """Ramp the torque to zero and disable the actuator. Never refused."""
-        self._call("stop")
+        self._call("stop")  # without an epoch: it is meant for whatever runs now
 
     def reset(self, *, wait: bool = True, timeout_s: float = 5.0) -> None:
         """Leave FAULT or ESTOP. With `wait`, return when the rig is IDLE, repeating the request until then.
@@ -185,7 +185,7 @@ class RigClient(Worlds, Listener):
                 raise RefusedError(
                     "not_ready", f"still {status['state']} after {timeout_s:g} s; present: {present}"
                 )
-            time.sleep(_ASK_AGAIN_S)
+            time.sleep(_ASK_AGAIN_S)  # its cause has to be gone for a second
             self._reset_again()
 
     def _is_latched(self) -> bool:
@@ -203,7 +203,7 @@ class RigClient(Worlds, Listener):
 
         A force that looks like a hand is refused (`not_ready`). With `hands_off` you say that nobody touches
         the device: the sensor itself has moved."""
-        values = {"hands": "off", "epoch": self.status()["epoch"]} if hands_off else {}
+        values = {"hands": "off", "epoch": self.status()["epoch"]} if hands_off else {}  # as it is now
         self._call("tare", **values)
 
     # -- setting values
@@ -228,7 +228,7 @@ class RigClient(Worlds, Listener):
             try:
                 self._lease = Lease(self._connection, self._epoch, self.timeout_s)
             except RefusedError as refused:
-                if refused.code != "lease_taken" or time.monotonic() > deadline:
+                if refused.code != "lease_taken" or time.monotonic() > deadline:  # others do not pass
                     raise
                 time.sleep(LEASE_POLL_S)
             else:

@@ -69,6 +69,7 @@ class RigState:
 
     def as_of(self, now_s: float) -> RigState:
         """A copy of this sample with its `age_s` as of `now_s` of CLOCK_MONOTONIC, s."""
+        # from what was sent, not from the age it was made with: that would count the time here twice
         return replace(self, age_s=self.fields["age_s"] + now_s - self.fields["sent_monotonic_s"])
 
 
@@ -78,7 +79,7 @@ _VECTORS = tuple(one.name for one in fields(RigState) if one.type == "Vector")
 
 def rig_state(message: Mapping[str, Any], now_s: float | None = None) -> RigState:
     """Build a sample from one map of `rtctl/state`. Raises ClientError when it is not one."""
-    now = time.monotonic() if now_s is None else now_s
+    now = time.monotonic() if now_s is None else now_s  # as of now, where nobody says when
     try:
         bits = int(message["faults"])
         return RigState(
@@ -110,7 +111,7 @@ def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
     """Take the fields of records, in one piece, from their columns; columns that this version does not know
     are left out."""
     words, n = single_words(rows.dtype), len(rows)
-    places: list[int] = []
+    places: list[int] = []  # words of a record that one column each fills
     together: list[bytes] = []
     for name in rows.dtype.names or ():
         # of an older daemon: the field stays 0
@@ -126,6 +127,7 @@ def fill(rows: np.ndarray, columns: Mapping[str, Any]) -> None:
             places.append(word.place)
             together.append(data)
         else:
+            # of another type or shape than here, of an older daemon: NumPy converts, or refuses
             rows[name] = np.frombuffer(data, np.dtype(column["dtype"])).reshape(column["shape"])
     if places:  # all at once: field by field takes twice as long
         table = rows.view((np.uint64, rows.dtype.itemsize // 8))

@@ -54,6 +54,7 @@ class Stream(Generic[Item]):
         self._as_of_now = as_of_now
         self._endpoint = connection.endpoints.telemetry
         self._timeout_s = timeout_s
+        # a message brings several items, which are asked for one by one
         self._waiting: deque[Item] = deque()
         self._session: int | None = None
         self._expected = 0
@@ -80,6 +81,7 @@ class Stream(Generic[Item]):
 
         Raises ClientError once the stream is closed."""
         if self._closed:
+            # and not None, for which a caller would ask again and again
             raise ClientError("this stream is closed")
         deadline = time.monotonic() + timeout_s
         while True:
@@ -88,6 +90,7 @@ class Stream(Generic[Item]):
                 if not self._socket.poll(max(0, round((deadline - time.monotonic()) * 1e3))):
                     return None
                 self._take(self._socket.recv_multipart()[-1])  # the topic comes first
+            # as of when it is handed out: an item may have waited here for long
             item = self._as_of_now(self._waiting.popleft())
             if item is not None:
                 return item
@@ -100,6 +103,7 @@ class Stream(Generic[Item]):
 
     def close(self) -> None:
         """Close the stream. Idempotent."""
+        # first: another thread that asks meanwhile is told so, and not of a socket that is none
         self._closed = True
         self._socket.close(linger=0)
 
@@ -118,6 +122,7 @@ class Stream(Generic[Item]):
             ) from error
         for session, first, count, item in items:
             if session != self._session:
+                # the first session that is seen is no restart
                 self.restarts += self._session is not None
                 self._session = session
             # numbers only rise within a session; of a new one nothing is known to be lost
@@ -140,7 +145,7 @@ class OtherClock:
 
     def here(self, session: int, sent_s: float, now_s: float) -> float:
         """When it was here what the daemon's clock shows as `sent_s`, for a message that is taken now, s."""
-        apart_s = now_s - sent_s
+        apart_s = now_s - sent_s  # clocks and way together
         if session == self._session:
             # a daemon that was started anew may be on a machine that was, too; else the least so far
             apart_s = min(apart_s, self._apart_s + CLOCKS_APART * (now_s - self._taken_s))
@@ -157,9 +162,11 @@ def state_stream(connection: Connection, timeout_s: float, max_age_s: float = ma
     def items(message: list[dict[str, Any]]) -> list[tuple[int, int, int, RigState]]:
         if clock is not None:
             now_s = time.monotonic()
+            # before anything is made of them: ages go by the time on this machine
             for one in message:
                 sent_s = clock.here(one["session"], one["sent_monotonic_s"], now_s)
                 one["sent_monotonic_s"] = sent_s
+        # made at once: a message that cannot be read is told when it comes
         samples = [rig_state(sample) for sample in message]
         return [(sample.session, sample.sequence, 1, sample) for sample in samples]
 
@@ -175,6 +182,7 @@ def tick_stream(connection: Connection, timeout_s: float) -> Stream[np.ndarray]:
 
     def items(message: dict[str, Any]) -> list[tuple[int, int, int, np.ndarray]]:
         rows = tick_rows(message)
+        # by rows, not by messages: each tick counts
         return [(message["session"], message["row"], len(rows), rows)]
 
     return Stream(connection, TOPIC_TICKS, items, timeout_s)

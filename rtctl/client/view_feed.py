@@ -47,6 +47,7 @@ class Histogram:
         # without the outer edges: the outer bins take what lies beyond
         bins = np.searchsorted(EDGES_US[1:-1] * 1e3, durations_ns)
         counts = np.bincount(bins, minlength=len(self.total))
+        # kept beside the batches: adding them all up for each picture would cost more
         self.total += counts
         self._counts.append((time_ns, counts))
         # 0 <=: the clock of a daemon that was started anew may be behind
@@ -74,6 +75,7 @@ class Signal:
         """The signal's values in these ticks; None for one that is not finite, and where the rig has no such
         axis."""
         column = rows[self.field].reshape(len(rows), -1)
+        # a page that was opened for another rig, or a daemon that came back with fewer axes
         if self.index >= column.shape[1]:
             return [None] * len(rows)
         return [value if math.isfinite(value) else None for value in column[:, self.index].tolist()]
@@ -90,6 +92,7 @@ class Follower:
     def take(self) -> tuple[np.ndarray | None, list[dict[str, Any]]]:
         """Ticks and events since the last call."""
         self.news.clear()  # first: what comes while this takes wakes the follower again
+        # as many as there are now: what comes meanwhile is for the next call
         batches = [self.batches.popleft() for _ in range(len(self.batches))]
         # a daemon that was started anew may have another number of axes: its ticks are of another size
         batches = [rows for rows in batches if rows.dtype == batches[-1].dtype]
@@ -162,6 +165,7 @@ class Feed:
 
     def _each(self) -> list[Follower]:
         with self._lock:
+            # a copy: followers come and go while it is gone through
             return list(self._followers)
 
     def _begin(self) -> None:
@@ -171,6 +175,7 @@ class Feed:
         self._histograms = {name: Histogram() for name in ("wakeup", "cycle")}
 
     def _ticks(self) -> None:
+        # no stream is open while nobody looks: the daemon packs ticks for subscribers alone
         while self._followed.wait() and not self._closed.is_set():
             self._ticks_while_followed()
             self._begin()
@@ -188,7 +193,7 @@ class Feed:
                     self.silent = "no telemetry: does the daemon run?"
                     continue
                 self.silent, self._heard_s = "", time.monotonic()
-                self.newest = rows[-1:]
+                self.newest = rows[-1:]  # a row, and no record: views of its fields stay arrays
                 for name, histogram in self._histograms.items():
                     histogram.add(int(rows["time_ns"][-1]), rows[f"{name}_ns"])
                 for follower in self._each():
@@ -199,6 +204,7 @@ class Feed:
         with self._client.events() as stream:
             while not self._closed.is_set():
                 event = _readable(stream)
+                # none within the time, or one that cannot be read
                 if event is not None:
                     self.places.take_event(event)
                     for follower in self._each():
@@ -224,7 +230,7 @@ def columns(rows: np.ndarray, signals: list[Signal], points: int = POINTS) -> di
     """Thinned columns of these ticks, newest row always among them: `t` in s, and one list per signal.
 
     A value that is not finite becomes None, as JSON has none."""
-    step = max(1, math.ceil(len(rows) / points))
+    step = max(1, math.ceil(len(rows) / points))  # up: no more points than were asked for
     # counted from the end, so that the newest is always one of them
     chosen = rows[::-1][::step][::-1]
     out: dict[str, list[float | None]] = {"t": (chosen["time_ns"] * 1e-9).tolist()}

@@ -47,6 +47,7 @@ class Guests:
         if isinstance(guest, tuple):
             return
         with self._lock:
+            # without a default it would raise for one that was cut off already
             self._waiting.pop(guest, None)
 
     @contextmanager
@@ -56,4 +57,4 @@ class Guests:
         try:
             yield
         finally:
-            self.come(guest)
+            self.come(guest)  # it may ask for more

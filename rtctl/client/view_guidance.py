@@ -35,6 +35,7 @@ def next_step(state: State, faults: int) -> str:
         return "No torque. Remove the cause; Reset once it has been gone for a second."
     if faults and state == State.IDLE:
         return "No torque. Not ready to arm: remove the cause below."
+    # of every state: one that is added and has no sentence raises here
     return _NEXT[state]
 
 
@@ -44,8 +45,10 @@ STOPPED = "OVERCOMPENSATION"
 
 def hindrances(state: State, faults: int, warnings: Sequence[Mapping[str, Any]] = ()) -> dict[str, str]:
     """Why each button would be refused now; empty where it would not."""
+    # what only a reset leads out of
     latched = state in (State.FAULT, State.ESTOP)
     stopped = state == State.IDLE and any(one.get("name") == STOPPED for one in warnings)
+    # in any other state the state itself is why, whatever is present
     if state == State.IDLE:
         arm = "a fault is present: its remedy comes first" if faults else ""
     else:
@@ -67,5 +70,6 @@ _REMEDIES = {
 
 def taken_apart(name: str, text: str) -> tuple[str, str]:
     """A fault's text as what is wrong, and what to do."""
+    # at the first colon: texts of the table of faults are "what is wrong: what to do"
     wrong, _, remedy = text.partition(": ")
     return wrong, remedy or next((said for fault, said in _REMEDIES.items() if fault.name == name), "")

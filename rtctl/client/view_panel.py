@@ -39,6 +39,7 @@ def signals_of(hello: Mapping[str, Any]) -> list[dict[str, Any]]:
     out: list[dict[str, Any]] = []
     axes = [axis["name"] for axis in hello["axes"]]
     moves = [axis.get("motion", "rotary") for axis in hello["axes"]]
+    # of the table of the tick: a signal that is added is offered by itself
     for item in FIELDS:
         parts = {"scalar": [""], "axis": axes, "xyz": ["x", "y", "z"]}[item.shape]
         motions = moves if item.shape == "axis" else ["rotary"] * len(parts)
@@ -64,9 +65,10 @@ def shown_table(table: Mapping[str, object]) -> dict[str, Any]:
 
 
 def _shown_value(value: object) -> object:
+    # devices and clients may have said anything
     if isinstance(value, str):
         return shown(value, MOST_TEXT)
-    if isinstance(value, float):
+    if isinstance(value, float):  # NaN and infinities, of which JSON has none
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):
         return shown_table(value)
@@ -83,7 +85,7 @@ def status(feed: Feed, world: World, motion: str = "rotary") -> dict[str, Any]:
     out |= {"health": health, "world": world.describe()}
     if rows is None:
         return out
-    row = rows[0]
+    row = rows[0]  # the newest alone
     state, faults = State(int(row["state"])), int(row["faults"])
     cause = feed.places.cause(state, int(row["fault_first"]))
     return {
@@ -125,6 +127,7 @@ def _display(row: np.void, axis: int) -> dict[str, Any]:
 
 def _said(entry: Entry) -> Entry:
     """A fault with the line that a person reads, and its text taken apart: what is wrong, what to do."""
+    # beside the sentence, which has both: the page sets what to do apart
     wrong, remedy = taken_apart(entry["name"], entry["text"])
     return {**entry, "sentence": sentence(entry), "wrong": wrong, "remedy": remedy}
 
@@ -149,10 +152,12 @@ def _tare(client: RigClient, _world: World, body: dict[str, Any]) -> None:
 
 
 def _compensation(client: RigClient, _world: World, body: dict[str, Any]) -> None:
+    # of all axes: the page has one slider
     client.set_compensation(float(body["share"]))
 
 
 def _set_display(client: RigClient, _world: World, body: dict[str, Any]) -> None:
+    # what a body lacks keeps its value; a key that is none raises, and is told
     client.set_display(**body)
 
 

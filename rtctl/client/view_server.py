@@ -102,7 +102,7 @@ class ViewServer(ThreadingHTTPServer):
 
     def close(self) -> None:
         """End every stream, release everything. The rig runs on."""
-        self.closing.set()
+        self.closing.set()  # first: streams look at it and end
         self.shutdown()
         self.world.close()
         self.feed.close()
@@ -145,7 +145,7 @@ class _Handler(BaseHTTPRequestHandler):
         if body is None or not self._is_ours(path) or not self._is_from_page():
             return
         name = path.removeprefix("/do/")
-        if name not in ACTIONS:
+        if name not in ACTIONS:  # asked before the key: a page that is old learns why
             self._json({"error": "there is no such button"}, HTTPStatus.NOT_FOUND)
         elif name != "stop" and not self._has_key():
             why = "this needs the operator key: open the address the terminal shows"
@@ -231,7 +231,7 @@ class _Handler(BaseHTTPRequestHandler):
         """Send what comes from now on, until the browser or the server ends."""
         try:
             asked = parse_qs(query).get("signals", [""])[0]
-            signals = [Signal.parse(text) for text in asked.split(",") if text]
+            signals = [Signal.parse(text) for text in asked.split(",") if text]  # a stranger's text
             if len(signals) > MOST_SIGNALS:
                 raise ValueError(f"at most {MOST_SIGNALS} signals")
         except ValueError as error:
@@ -241,7 +241,7 @@ class _Handler(BaseHTTPRequestHandler):
             why = "as many pages look (or record) already as may: close one"
             self._json({"error": why}, HTTPStatus.SERVICE_UNAVAILABLE)
             return
-        follower = self.server.feed.follow()
+        follower = self.server.feed.follow()  # from here on nothing is missed
         self.close_connection = True
         try:
             self._head(HTTPStatus.OK, kind)
@@ -253,7 +253,7 @@ class _Handler(BaseHTTPRequestHandler):
             pass  # the browser is gone
         finally:
             self.server.feed.leave(follower)
-            places.release()
+            places.release()  # whatever ended it
 
     def _send_stream(self, follower: Follower, signals: list[Signal]) -> None:
         """Server-sent events: `ticks` thinned for a screen, `event`, `status`."""

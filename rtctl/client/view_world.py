@@ -77,6 +77,7 @@ class Scale:
             return cls()
         low, high = axis["bounds"]["position_rad"]
         # a metre, where the rig file has left the ends out
+        # half of it below: a slider goes to both sides of its middle
         travel = high - low if high - low < TRAVEL_MOST_M else 1.0
         stiffness = (axis["coupling"] or {}).get("stiffness_nm_rad") or COUPLING_NM_RAD
         return cls(0.5 * travel, stiffness / COUPLING_NM_RAD, "linear")
@@ -153,7 +154,7 @@ class World:
         self._ball: Ball | None = None
         self._drag_rad: float | None = None
         self._lease: Lease | None = None
-        self._proxy_rad: list[float] = []
+        self._proxy_rad: list[float] = []  # of all axes: a target has one number for each
         self._drag_frame_s = min(FRAME_S, max(TARGET_TICKS / hello.get("rate_hz", 1e3), SHORTEST_FRAME_S))
         self._in_force: dict[str, Any] = {}
         self.kind = ""
@@ -184,15 +185,18 @@ class World:
             # before anything can fail: the last world must not go on moving beside the next
             self._ball, self._drag_rad, self.trouble = None, None, ""
             if kind == "ball":
-                self._ball = Ball(values[CENTER.name])
                 values[STIFFNESS.name] = BALL_STIFFNESS_NM_RAD * self._scale.stiffness
             elif kind == "drag":
                 self._take_lease()  # before the environment, which waits for targets from then on
-                self._drag_rad = values[CENTER.name]
             law_kind = {"ball": "wall", "drag": "remote"}.get(kind, kind)
             in_force = self._client.set_environment(self._axis, law_kind, **values)
             self.kind, self._in_force = kind, in_force["environment"]
-            if kind == "drag":
+            # not before the daemon took it: a ball of a refused world would put a wall, of whatever stiffness
+            # there was, into the hand 60 times a second
+            if kind == "ball":
+                self._ball = Ball(values[CENTER.name])
+            elif kind == "drag":
+                self._drag_rad = values[CENTER.name]
                 self._frame()
             elif self._lease is not None:
                 # a world of the law needs no renderer: another one may have the lease
@@ -201,7 +205,7 @@ class World:
 
     def describe(self) -> dict[str, Any]:
         """For the page."""
-        ball = self._ball
+        ball = self._ball  # once: the thread may put another in its place meanwhile
         return {
             "kind": self.kind,
             "axis": self._axis,
@@ -233,7 +237,7 @@ class World:
         """Hold the lease of the present epoch, and begin where the proxy is."""
         if self._lease is None or self._lease.lost:
             self._client.status()  # a lease belongs to the epoch last seen
-            self._lease = self._client.lease()
+            self._lease = self._client.lease()  # lost ones are not taken again by themselves
             self._proxy_rad = list(self._lease.start_rad)
 
     def _let_go(self) -> None:
@@ -255,6 +259,8 @@ class World:
             with self._lock:
                 try:
                     self._frame()
+                # told on the page, and tried again with the next picture: what is refused now may be granted
+                # then
                 except RefusedError as error:
                     self.trouble = error.reason
                 except ClientError as error:
@@ -263,7 +269,7 @@ class World:
 
     @property
     def _frame_s(self) -> float:
-        return FRAME_S if self._drag_rad is None else self._drag_frame_s
+        return FRAME_S if self._drag_rad is None else self._drag_frame_s  # asked anew for each
 
     def _frame(self) -> None:
         """One picture's worth of world."""

@@ -32,6 +32,7 @@ class Worlds:
         A client with the role renderer gives its `lease`. Kinds, numbers and their units are those of the
         request `environment` (docs/protocol.md). Raises RefusedError for a value out of bounds (see `hello`),
         and TypeError for a number that no environment has."""
+        # before anything is sent: the daemon would tell of a key, and not of a parameter
         if unknown := [name for name in numbers if name not in NUMBERS]:
             msg = f"set_environment: no number {unknown[0]!r}; there are {', '.join(NUMBERS)}"
             raise TypeError(msg)
@@ -73,11 +74,12 @@ class Worlds:
         ------
         RefusedError
             `out_of_bounds` where the rig file does not allow it."""
-        values: dict[str, Any] = {"axis": axis}
+        values: dict[str, Any] = {"axis": axis}  # what is left out keeps its value in the daemon
         if display is not None:
             values["display"] = display
         for name, value in (("mass_kgm2", mass_kgm2), ("mass_damping_nms_rad", mass_damping_nms_rad)):
             if value is not None:
+                # a plain number: NumPy's have no place in msgpack
                 values[name] = float(value)
         if lease is not None:
             values["lease"] = lease.text
@@ -100,9 +102,9 @@ class Worlds:
         return self.set_environment(
             axis,
             "wall",
-            center_rad=face_rad,
+            center_rad=face_rad,  # a wall begins at its place
             stiffness_nm_rad=stiffness_nm_rad,
-            damping_nms_rad=damping_nms_rad,
+            damping_nms_rad=damping_nms_rad,  # told in any case: else the world before would be in it
             side=side,
             lease=lease,
         )

@@ -30,6 +30,7 @@ FACTOR_LEAST, FACTOR_MOST = 0.7, 1.1
 
 def is_force_gated(policy: int) -> bool:
     """True for policies whose torque goes to zero with the hand's."""
+    # plain numbers: compiled code looks into no enumeration
     return policy in FORCE_GATED
 
 
@@ -49,6 +50,7 @@ def feedforward_limit(
     ``min((kappa (Fhat - b_v v) + kappa_v b_v v + load) fade, cap)``, not below 0: kappa acts on the Coulomb
     and Stribeck part, kappa_v on the viscous part `viscous_nm`; `load_nm` is the share wanted of what the
     load adds; `fade` is 1 within the trained range."""
+    # the viscous part by itself: the coupling is proved with the damping that `viscous_gain` leaves of it
     wanted = (gain * (friction_nm - viscous_nm) + viscous_gain * viscous_nm + load_nm) * fade
     # NumPy's: of numbers and of arrays, and NaN passes both
     most: Value = np.maximum(np.minimum(wanted, cap_nm), 0.0)
@@ -58,6 +60,7 @@ def feedforward_limit(
 def cap_in_force(force_gated: bool, cap_nm: float, ungated_cap_nm: float) -> float:
     """Cap of a policy, N m: the rig file's, and without a force gate at most kappa times the least dry
     friction."""
+    # nobody's hand closes the gate of the others: of a wrong sign they must not move a joint by themselves
     return cap_nm if force_gated else min(cap_nm, ungated_cap_nm)
 
 

@@ -100,6 +100,7 @@ def friction_direction(s: Record, p: Record, axis: int, v: float, tick: int) -> 
     if policy == _TANH:
         return math.tanh(v / p.friction_tanh_rad_s[axis])
     if policy == _DITHER:
+        # one tick up and one down at least: of a single one there is no mean of 0
         ticks = max(p.friction_dither_ticks[axis], 2)
         wave = 1.0 if 2 * (tick % ticks) < ticks else -1.0
         return blend(v, math.tanh(v / p.friction_tanh_rad_s[axis]), wave, p.friction_blend_rad_s[axis])
@@ -123,6 +124,7 @@ def advance_stop(s: Record, p: Record, axis: int, dx: float) -> None:
         return
     if p.friction_policy[axis] == _LUGRE:
         end = sign(dx)
+        # exact over any way: a step of Euler's overshoots where the way of a tick is longer than the bristle
         s.friction_stop[axis] = saturate(end + (s.friction_stop[axis] - end) * math.exp(-abs(dx) / length))
     else:
         s.friction_stop[axis] = saturate(s.friction_stop[axis] + dx / length)
@@ -141,6 +143,7 @@ def wished_push(s: Record, p: Record, axis: int) -> float:
         return s.mass_velocity_rad_s[axis] / p.friction_blend_rad_s[axis] * p.friction_intent_nm[axis]
     if p.friction_policy[axis] != _HYBRID:
         return s.calm_hand_nm[axis]
+    # what acts on the joint besides the help itself: hand and world together move it, or do not
     push = s.calm_hand_nm[axis] + s.calm_world_nm[axis]
     if is_bent(s, p, axis):
         return push
@@ -193,6 +196,7 @@ def advance_gate(s: Record, p: Record, axis: int, hand: float) -> float:
     moves_on = slides(s, axis) and not is_bent(s, p, axis) and not is_admittance(s, axis)
     if moves_on:
         hand = mean
+    # `slides` and not `moves_on`: beside a virtual mass, too, a joint that slides has begun to be helped
     width = p.friction_gate_nm[axis] * (SLIDING_GATE if slides(s, axis) else 1.0)
     wanted = saturate(max(abs(hand) - p.friction_gate_deadband_nm[axis], 0.0) / width)
     alpha = while_bent(s, p, axis, p.friction_gate_alpha[axis], 1.0)
@@ -280,6 +284,7 @@ def friction_feedforward(
     gate = advance_gate(s, p, axis, hand) if has_gate(policy) else 1.0
     direction = saturate(friction_direction(s, p, axis, led, t.tick))
     side = direction if direction != 0.0 else v  # the branch of what is helped, not of what moves
+    # NaN is BACKWARD: what it says is NaN as well, and a fault
     branch = FORWARD if side >= 0.0 else BACKWARD
     place, trust = place_of(s, p, axis), place_trust(s, p, axis)
     speed = calm_speed(s, p, axis, speed_seen(s, p, axis, abs(v)))

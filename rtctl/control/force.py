@@ -9,6 +9,7 @@ from rtctl.control.records import Record
 @compiled
 def restart_tare(s: Record, axis: int) -> None:
     """Begin averaging the bias again; the old tare stays in use until the new one is complete."""
+    # the sum and its count alone: `tare` is what is in force
     s.tare_count[axis] = 0
     for i in range(6):
         s.tare_sum[axis, i] = 0.0
@@ -29,6 +30,7 @@ def _average(s: Record, p: Record, axis: int) -> bool:
     s.tare_count[axis] += 1
     done = s.tare_count[axis] == p.tare_ticks[axis]  # equal, not at least: a tare is written once
     for i in range(6):
+        # less the weight of that very pose: joints may stand differently from sample to sample
         s.tare_sum[axis, i] += s.wrench[i] - s.weight[i]
         if done:
             s.tare[axis, i] = s.tare_sum[axis, i] / s.tare_count[axis]

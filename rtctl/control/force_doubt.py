@@ -96,6 +96,7 @@ def _hidden_torque(s: Record, p: Record, axis: int) -> float:
     for part in range(2):
         lever = 0.0
         for i in range(3 * part, 3 * part + 3):
+            # all three components may hide a step at once, each in the worst sense
             lever += abs(s.screw[axis, i])
         step, coarsest = s.wrench_step[part], p.force_step[part]
         if step == 0.0 or step > coarsest:  # none seen yet, or one that a hand made: what the sheet says
@@ -107,6 +108,7 @@ def _hidden_torque(s: Record, p: Record, axis: int) -> float:
 @compiled
 def _begin(t: Record, s: Record, p: Record) -> None:
     """Forget what was taken: from here on the value stays."""
+    # counted from the sample that changed, or from when the motor came on
     s.same_ticks = 0
     for axis in range(len(s.position_rad)):
         s.stayed_ticks[axis, FORWARD] = s.stayed_ticks[axis, BACKWARD] = 0.0
@@ -133,6 +135,7 @@ def _unseen(t: Record, s: Record, p: Record, axis: int) -> bool:
     here, before = s.position_rad[axis] - s.unseen_start_rad[axis], s.unseen_start_rad[axis]
     # over a closed way weights and springs give nothing
     back = here * (s.position_before_rad[axis] - before) <= 0.0
+    # summed up before it is asked: what was taken on the way counts when the joint comes back
     if not back or s.same_ticks * p.period_s < FROZEN_S:
         return False
     # divided here, multiplied at the begin: an inertia told wrong blames nobody
@@ -151,7 +154,7 @@ def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -
     watched = powered and p.force_used != 0 and p.force_answers != 0 and p.chain_count < 2
     for axis in range(len(s.position_rad)):
         watched = watched and not in_program(s, axis)
-    if _changed(s) or not watched:
+    if _changed(s) or not watched:  # asked first: what it keeps must go on while nothing is watched
         _begin(t, s, p)
         return 0
     s.same_ticks += elapsed
@@ -163,6 +166,7 @@ def frozen_fault(t: Record, s: Record, p: Record, elapsed: int, powered: bool) -
 
 @compiled
 def _at_limit(s: Record, p: Record) -> bool:
+    # the least limit of all axes: a component there may stand for more on any of them
     for i in range(6):
         limit = p.force_limit_n[0] if i < 3 else p.moment_limit_nm
         if i < 3:
@@ -205,6 +209,7 @@ def _average(s: Record, p: Record, axis: int, side: int, elapsed: int) -> None:
     s.slid_ticks[axis, side] += elapsed
     s.stayed_ticks[axis, side] += elapsed
     share = elapsed / min(max(s.slid_ticks[axis, side], 1.0), AVERAGED_S / p.period_s)
+    # see above: what the load adds differs between the directions by itself
     seen, mean = s.friction_seen_nm[axis, side] - s.friction_load_nm[axis], s.slid_friction_nm[axis, side]
     s.slid_friction_nm[axis, side] = mean + share * (seen - mean)
 

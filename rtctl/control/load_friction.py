@@ -32,6 +32,7 @@ def load_magnitude(model: Record, speed: float, outside: float, motor: float) ->
     most = model.load_most_nm
     # the squares would run away beyond what was measured
     e, m = min(max(outside, -most), most), min(max(motor, -most), most)
+    # the load of a gear is a difference: hand and motor that push alike load its teeth less
     base = abs(model.load_outside * e - model.load_motor * m)
     peak = abs(model.load_outside_peak * e - model.load_motor_peak * m)
     if e * m < 0.0:
@@ -69,6 +70,7 @@ def load_gain(p: Record, axis: int, speed: float) -> float:
     gain = p.friction_load_gain[axis]
     if not gain > 0.0:
         return 0.0
+    # as `blend` of the feed-forward, whose rest is this one's motion
     return float(gain * (1.0 - math.exp(-((speed / p.friction_blend_rad_s[axis]) ** 2))))
 
 

@@ -56,6 +56,7 @@ ways: open sooner than it sinks, it saws in step with a ring."""
 @compiled
 def advance_pace(s: Record, p: Record, axis: int) -> None:
     """Take the speed of this tick in; one that is no number is none."""
+    # either way: a hand that goes to and fro is as fast as one that goes on
     speed = abs(s.velocity_rad_s[axis])
     if math.isfinite(speed):  # one NaN would stay in the mean
         s.pace_rad_s[axis] += min(p.period_s / PACE_S, 1.0) * (speed - s.pace_rad_s[axis])
@@ -64,6 +65,7 @@ def advance_pace(s: Record, p: Record, axis: int) -> None:
 @compiled
 def is_slow(s: Record, p: Record, axis: int) -> bool:
     """True where a hand moves the joint slowly, or not at all; never of an admittance."""
+    # by the mean and not by the speed of this tick: each turn passes zero, of a brisk hand, too
     return s.pace_rad_s[axis] <= SLOW_BLENDS * p.friction_blend_rad_s[axis] and not is_admittance(s, axis)
 
 
@@ -71,5 +73,6 @@ def is_slow(s: Record, p: Record, axis: int) -> bool:
 def eased(p: Record, axis: int, before: float, now: float, times: float) -> float:
     """What follows the hand's torque, `now`, so many times as fast as the intent at rest; nothing where that
     is no number."""
-    mean = before + min(times * p.rest_alpha[axis], 1.0) * (now - before)
+    mean = before + min(times * p.rest_alpha[axis], 1.0) * (now - before)  # 1: a slow loop overshoots
+    # empty, and not as before: it begins anew with the next number
     return mean if math.isfinite(mean) else 0.0

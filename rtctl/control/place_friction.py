@@ -25,6 +25,7 @@ def turn_waves(turns: float) -> tuple[float, float]:
     -----
     Without a branch, for a third of the time of both library functions: series at a quarter of the angle, |r|
     <= pi/4, and cos 2 r = 1 - 2 sin^2 r, sin 2 r = 2 sin r cos r twice."""
+    # within half a turn first: the series below are exact there alone
     r = (turns - np.floor(turns + 0.5)) * (0.5 * math.pi)  # a quarter of the angle, within +-pi/4
     z = r * r
     s = 1.0 / 362880.0 + z * (-1.0 / 39916800.0 + z * (1.0 / 6227020800.0 - z / 1307674368000.0))
@@ -40,9 +41,11 @@ def _of_branch(model: Record, branch: int, speed: float, position: float) -> tup
     """`curve_and_place` of a branch that is a constant where this is inlined."""
     if min(model.n_segments[branch], MAX_SEGMENTS) < 1:
         return 0.0, 0.0
+    # written so that NaN is refused, too: it would be looked for in a table
     if not speed >= 0.0:
         return math.nan, math.nan
     j, h = segment(model, branch, speed)
+    # the curve of speed alone: what counts where nothing is known of the place
     curve = of_segment(model, branch, j, h)
     orders = min(model.place_orders[branch], PLACE_ORDERS)
     if orders < 1:
@@ -51,6 +54,7 @@ def _of_branch(model: Record, branch: int, speed: float, position: float) -> tup
         return curve, math.nan
     j = min(j, PLACE_SEGMENTS - 1)  # the table of places is shorter than the curve's
     cos, sin = turn_waves(model.place_turns_per_rad * position)
+    # the cubics of one segment, evaluated at the same h for all orders
     c, s, h2 = cos, sin, h * h
     h3 = h * h2
     table, total = model.place_coefficient[branch, j], 0.0
@@ -100,6 +104,7 @@ def conservative_torque(model: Record, position: float) -> float:
     turns = per_rad * position
     at = (turns - math.floor(turns)) * CONSERVATIVE_CELLS  # floor, not int: angles below 0
     j = min(int(at), CONSERVATIVE_CELLS - 1)
+    # within the cell, 0 to 1: cubics are of that, and not of the angle
     h = at - j
     c = model.conservative[j]
     return c[0] + h * (c[1] + h * (c[2] + h * c[3]))

@@ -71,10 +71,10 @@ def _as_seen(s: Record, p: Record, model: Record, axis: int, d: float, side: int
     something."""
     x = place_of(s, p, axis)
     curve, place = curve_and_place(model, side, speed, x)
-    curve, place = d * curve, d * place
+    curve, place = d * curve, d * place  # a torque on the joint: with the sign of the motion
     if p.conservative_judged[axis] > 0.0:  # waves too quick for the observer would count as error
         place -= conservative_torque(model, x)
-    if not math.isfinite(curve + place):
+    if not math.isfinite(curve + place):  # else a NaN would stay in the low-passes
         return False
     s.place_model_nm[axis, 0] += p.observer_alpha[axis] * (curve - s.place_model_nm[axis, 0])
     s.place_model_nm[axis, 1] += p.observer_alpha[axis] * (place - s.place_model_nm[axis, 1])
@@ -112,6 +112,7 @@ def judge_place(t: Record, s: Record, p: Record, model: Record, axis: int, dx: f
     s.place_square_nm2[axis, 0] += share * (off * off - s.place_square_nm2[axis, 0])
     s.place_square_nm2[axis, 1] += share * (off_model * off_model - s.place_square_nm2[axis, 1])
     s.place_square_nm2[axis, 2] += share * (off * off_model - s.place_square_nm2[axis, 2])
+    # by way and not by time: a joint that stands learns nothing of places
     if s.place_way[axis] >= 1.0:  # not sooner: a short way correlates by chance
         s.place_evidence[axis] += way * _telling(s, p, axis) * (_target(s, p, axis) - s.place_evidence[axis])
 

@@ -88,18 +88,20 @@ def advance_rest(s: Record, p: Record, axis: int, hand: float, world: float) -> 
     """Count the ticks of rest, and take the torques of hand and coupling in, N m. A hand's that is not finite
     is so for one tick, a coupling's is none."""
     moved = s.position_rad[axis] - s.rest_position_rad[axis]
+    # against where it came to rest, not where it was a tick ago: a slow creep adds up until it is motion
     if abs(moved) <= max(REST_COUNTS * p.count_rad[axis], REST_SHARE * p.presliding_rad[axis]):
         s.rest_ticks[axis] += 1
         s.bent_ticks[axis] += 1
     else:  # or no number
         s.rest_position_rad[axis] = s.position_rad[axis]
-        s.rest_ticks[axis] = 0
+        s.rest_ticks[axis] = 0  # a new place
         s.bent_ticks[axis] = 0 if _moves_on(s, p, axis) else s.bent_ticks[axis] + 1
     before = s.calm_hand_nm[axis]
     if not math.isfinite(before):
         before = 0.0
     advance_pace(s, p, axis)
     # the first of two low-passes; the second is the intent's or the gate's
+    # 1.0 on a joint that slides: there the low-pass lets all through, and nothing lags
     share = while_bent(s, p, axis, 1.0, 1.0)
     s.calm_hand_nm[axis] = before + share * (hand - before)
     s.calm_world_nm[axis] += share * (world - s.calm_world_nm[axis])
@@ -116,6 +118,7 @@ def is_resting(s: Record, p: Record, axis: int) -> bool:
 @compiled
 def stands(s: Record, p: Record, axis: int) -> bool:
     """True when the joint rests or, beside no virtual mass, only bends its bristles."""
+    # a mass that its hand moves slowly bends the bristles as well, and its joint must not be let stand
     return is_resting(s, p, axis) or (is_bent(s, p, axis) and not is_admittance(s, axis))
 
 
@@ -144,6 +147,7 @@ def calm_speed(s: Record, p: Record, axis: int, speed: float) -> float:
     Where friction falls with speed, help that is held up at rest would fall and rise with every bend of the
     bristles, by more than the joint's damping (22 N s/m on a carriage with .3), while what holds the joint is
     no curve of speed there."""
+    # what it had while it moved on: the curve is read there until it does so again
     held = s.calm_speed_rad_s[axis]
     # a quicker speed is taken at once: only falls are held
     if stands(s, p, axis) and held > speed:
@@ -174,6 +178,7 @@ def held_part(s: Record, p: Record, axis: int) -> float:
     follows its mass."""
     if is_admittance(s, axis):
         return 0.0
+    # a ramp and no switch: what goes by this share must not step
     return min(max(s.bent_ticks[axis] * p.period_s - HELD_AFTER_S, 0.0) / HELD_S, 1.0)
 
 

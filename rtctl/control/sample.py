@@ -42,10 +42,11 @@ JUMP_FACTOR = 1.5
 def _in_range(t: Record, p: Record) -> bool:
     """True when every measured value is finite and within the ranges; comparisons are false for NaN."""
     for axis in range(len(t.position_rad)):
-        if not p.position_min_rad[axis] <= t.position_rad[axis] <= p.position_max_rad[axis]:
+        if not p.position_min_rad[axis] <= t.position_rad[axis] <= p.position_max_rad[axis]:  # NaN: False
             return False
         if not abs(t.current_a[axis]) <= p.current_limit_a[axis]:
             return False
+        # one sensor for all axes: the least of their limits counts
         for i in range(3):
             if not abs(t.force_n[i]) <= p.force_limit_n[axis]:
                 return False
@@ -117,6 +118,7 @@ def _forget(s: Record) -> None:
     """A lost device is cut and latched; whatever it counts and shows when it is back is a new beginning."""
     # a device that was powered anew counts from 0
     s.sample_count = -1
+    # the next sample then begins the velocity anew: its way from the last one before the loss is no motion
     for axis in range(len(s.history_count)):
         s.history_count[axis] = 0
 
@@ -145,7 +147,9 @@ def accept_sample(t: Record, s: Record, p: Record, skipped: int) -> tuple[int, i
     Before the first valid sample, after a loss too, there is nothing to hold: a start may take as long as
     readiness does (`ready_ticks`). What is wrong with a sensor that shows nothing usable by then is named
     like any other."""
+    # the axes begin together: one stands for all
     started = s.history_count[0] > 0
+    # in grid slots, not in ticks that ran: the joint moved through those that were missed, too
     elapsed = s.sample_age_ticks + 1 + skipped
     for axis in range(len(t.position_rad)):
         s.position_before_rad[axis] = s.position_rad[axis]

@@ -69,7 +69,7 @@ class Transition:
 
 _S = State
 _CLOSED = (_S.LOCKOUT, _S.SHUTDOWN)
-_OPEN = tuple(state for state in State if state not in _CLOSED)
+_OPEN = tuple(state for state in State if state not in _CLOSED)  # a state that is added is open
 _POWERED = (_S.ARMING, _S.ACTIVE, _S.HOLD, _S.STOPPING)
 _MOVING = (_S.ARMING, _S.ACTIVE, _S.HOLD)
 _REST = (_S.INIT, _S.IDLE, _S.FAULT, _S.ESTOP)
@@ -101,6 +101,7 @@ TRANSITIONS: tuple[Transition, ...] = (
     Transition((_S.STOPPING,), Event.RAMPED_TO_IDLE, _S.IDLE, "system", "ramp over"),
 )
 
+# the table as numbers: compiled code asks for a bit where it cannot look into a tuple of classes
 _FROM = np.array([sum(1 << int(state) for state in row.states) for row in TRANSITIONS])
 _EVENT = np.array([int(row.event) for row in TRANSITIONS])
 _TO = np.array([int(row.to) for row in TRANSITIONS])
@@ -140,6 +141,7 @@ def next_state(state: int, events: int) -> int:
         `State`.
     events : int
         `Event` bits present in this tick."""
+    # in the order of the table, which is that of priority: the first that fits decides
     for row in range(len(_TO)):
         if (_FROM[row] >> state) & 1 and events & _EVENT[row]:
             return int(_TO[row])
@@ -189,6 +191,7 @@ def request_events(requests: int, may_arm: bool, may_reset: bool) -> int:
 @compiled
 def stop_target(target: int, faults: int, requests: int) -> int:
     """Where a stop leads after this tick: SHUTDOWN outranks FAULT, FAULT outranks IDLE."""
+    # a target only rises while the ramp lasts: whoever ended the process is not overruled by a later fault
     if requests & TERMINATE or faults & _F_END or target == _SHUTDOWN:
         return _SHUTDOWN
     return _FAULT if faults & _F_RAMP or target == _FAULT else _IDLE
@@ -199,6 +202,7 @@ def _ramp_events(s: Record, p: Record) -> int:
     """The end of the ramp: nothing is left of the torque, or the time for it is over."""
     if s.ticks_in_state < p.stop_ticks:  # a torque that does not reach 0 ends anyway
         for axis in range(len(s.torque_applied_nm)):
+            # exactly 0, which the gate gives: a tiny rest is torque in a hand
             if s.torque_applied_nm[axis] != 0.0:
                 return 0
     if s.stop_target == _SHUTDOWN:
@@ -209,6 +213,7 @@ def _ramp_events(s: Record, p: Record) -> int:
 @compiled
 def lowest_bit(bits: int) -> int:
     """Number of the lowest set bit; -1 for none."""
+    # 63: the sign bit of an int64 is no fault
     for i in range(63):
         if bits & (1 << i):
             return i
@@ -243,6 +248,7 @@ def _enter(s: Record, state: int, faults: int) -> None:
         s.lease = 0
         _latch(s, faults)
     if state == _IDLE:
+        # after a reset, or where nothing was wrong: what comes next is a first cause again
         s.fault_first = -1
     if state in (_ARMING, _ACTIVE):  # back from HOLD, too: what was wound up meanwhile is paid (3.4)
         s.authority = 0.0
@@ -277,8 +283,10 @@ def advance(
         The test pulse of ARMING is over and found nothing.
     silent : bool
         A remote environment's target is too old to follow."""
+    # first: a state has lasted for a tick when it is asked for its end
     s.ticks_in_state += 1
     s.clear_ticks = 0 if faults else s.clear_ticks + 1  # any fault, not the one that stopped the rig
+    # `good_ticks` is of the ticks before: a fault of this very one counts, too
     ready = s.good_ticks >= p.ready_ticks and not faults
     events = fault_events(faults)
     if requests:
@@ -290,12 +298,14 @@ def advance(
         events |= request_events(requests, arm_allowed and ready, may_reset)
     if tested:
         events |= _E_TESTED
+    # one of both is always there; only ACTIVE and HOLD have rows for them
     events |= _E_SILENT if silent else _E_FOLLOWED
     if s.state == _STOPPING:
         s.stop_target = stop_target(s.stop_target, faults, requests)  # a ramp may yet become that of a fault
         _latch(s, faults)
         events |= _ramp_events(s, p)
     state = next_state(s.state, events)
+    # only a state that stays is counted: one that was just entered has been good for no tick
     if state == s.state:
         _count(s, p, faults)
         return False
@@ -318,4 +328,5 @@ def _count(s: Record, p: Record, faults: int) -> None:
     elif s.state == _ACTIVE:
         raise_authority(s, p)
     elif s.state == _HOLD:
+        # its damping only takes, and no authority scales it (`law`): all of it, however far a soft start was
         s.authority = 1.0

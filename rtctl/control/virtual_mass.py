@@ -57,7 +57,7 @@ def _rest(s: Record, axis: int) -> None:
     s.proxy_position_rad[axis] = s.remote_position_rad[axis] = s.position_rad[axis]
     s.mass_velocity_rad_s[axis] = s.mass_watch_nms_rad[axis] = s.watch_share[axis] = 0.0
     s.mass_forward_nm[axis] = s.mass_calm_rad_s[axis] = 0.0
-    s.proxy_set_count[axis] = 1
+    s.proxy_set_count[axis] = 1  # it has a place: no display begins anew
 
 
 @compiled
@@ -122,7 +122,7 @@ def _follow_remote(s: Record, p: Record, axis: int) -> None:
         return
     age = min(s.target_age_ticks, p.target_hold_ticks)
     target = s.target_position_rad[axis] + s.target_velocity_rad_s[axis] * p.period_s * age
-    before, mass = s.remote_position_rad[axis], s.proxy_position_rad[axis]
+    before, mass = s.remote_position_rad[axis], s.proxy_position_rad[axis]  # of the tick before
     step = towards(before, target, p.velocity_limit_rad_s[axis] * p.period_s) - before
     k = p.coupling_stiffness_nm_rad[axis]
     for _ in range(HALVINGS):
@@ -132,7 +132,7 @@ def _follow_remote(s: Record, p: Record, axis: int) -> None:
             s.remote_position_rad[axis] = before + step
             pay(s, axis, work)
             return
-        step *= 0.5
+        step *= 0.5  # as far as it is paid, and no all or nothing
 
 
 @compiled
@@ -165,15 +165,15 @@ def _step(s: Record, p: Record, c: Record, axis: int, felt_nm: float) -> None:
     stiffness = (inertia + s.mass_damping_nms_rad[axis] + added + calms) / dt
     drive = inertia * speed + felt_nm + calms * s.mass_calm_rad_s[axis] + stiffness * before
     after = _world_step(s, p, axis, drive, stiffness)
-    s.position_rad[axis] = joint
-    velocity = (after - before) / dt
+    s.position_rad[axis] = joint  # what else reads it this tick is of the joint
+    velocity = (after - before) / dt  # implicit: of the place it has come to
     held = s.servo_velocity_rad_s[axis]  # as the servo sees the joint: its torque then stays within the limit
     slip = p.torque_limit_nm[axis] / p.servo_velocity_gain_nms_rad[axis]
     s.mass_velocity_rad_s[axis] = towards(held, velocity, slip)  # what is held does not wind up (14.2)
     if calms > 0.0:
         beyond = s.mass_velocity_rad_s[axis] - s.mass_calm_rad_s[axis]
         s.mass_calm_rad_s[axis] += p.mass_rest_alpha[axis] * beyond
-    place = before + dt * s.mass_velocity_rad_s[axis]
+    place = before + dt * s.mass_velocity_rad_s[axis]  # not `after`: the speed may have been cut
     if p.servo_position_gain_nm_rad[axis] > 0.0:
         place = towards(joint, place, p.torque_limit_nm[axis] / p.servo_position_gain_nm_rad[axis])
     s.proxy_position_rad[axis] = place
@@ -252,7 +252,7 @@ def servo_torque(
         _forget(s, axis)
         return math.nan
     _store(s, p, axis)
-    lag = s.mass_velocity_rad_s[axis] - s.servo_velocity_rad_s[axis]
+    lag = s.mass_velocity_rad_s[axis] - s.servo_velocity_rad_s[axis]  # positive: the joint is behind
     stretch = s.proxy_position_rad[axis] - s.position_rad[axis]
     torque = p.servo_velocity_gain_nms_rad[axis] * lag + p.servo_position_gain_nm_rad[axis] * stretch
     ahead = p.mass_forward[axis] * (1.0 - s.watch_share[axis]) * s.mass_forward_nm[axis]
@@ -295,6 +295,6 @@ def raise_damping(s: Record, p: Record, axis: int, asked: float) -> float:
     """
     left = s.mass_injected_nms_rad[axis] * math.exp(-p.period_s / CALM_S)
     if not s.energy_port_j[axis] < -KEPT_SHARE * p.energy_budget_j:
-        asked = 0.0
+        asked = 0.0  # a deficit of noise, or NaN
     s.mass_injected_nms_rad[axis] = max(asked, left)
     return max(asked, left)

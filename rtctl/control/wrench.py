@@ -34,6 +34,7 @@ def turn(vector: np.ndarray, at: int, axis: np.ndarray, angle: float) -> None:
     """Turn `vector[at:at + 3]` about the unit vector `axis` by `angle`, rad, in place."""
     x, y, z = vector[at], vector[at + 1], vector[at + 2]
     u, v, w = axis[0], axis[1], axis[2]
+    # Rodrigues: no matrix, which compiled code would have to allocate in a tick
     c, s = math.cos(angle), math.sin(angle)
     along = (1.0 - c) * (u * x + v * y + w * z)
     vector[at] = c * x + s * (v * z - w * y) + along * u
@@ -45,6 +46,7 @@ def turn(vector: np.ndarray, at: int, axis: np.ndarray, angle: float) -> None:
 def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: float) -> None:
     """Show (lever, direction) of a joint in axes that the joint (`direction`, `lever`) has turned by
     `angle`."""
+    # minus: the sensor turns by +angle, so what stands still turns back in its axes
     turn(screw, 0, direction, -angle)
     turn(screw, 3, direction, -angle)
     u, v, w = direction[0], direction[1], direction[2]
@@ -56,6 +58,7 @@ def _carry(screw: np.ndarray, direction: np.ndarray, lever: np.ndarray, angle: f
     p_x = x - (c * x + s * (v * z - w * y))
     p_y = y - (c * y + s * (w * x - u * z))
     p_z = z - (c * z + s * (u * y - v * x))
+    # the turned axis no longer passes where it did: its lever changes by p x direction
     screw[0] += p_y * screw[5] - p_z * screw[4]
     screw[1] += p_z * screw[3] - p_x * screw[5]
     screw[2] += p_x * screw[4] - p_y * screw[3]
@@ -70,7 +73,7 @@ def _pose(s: Record, p: Record) -> None:
             s.screw[axis, i] = p.lever_m[axis, i]
             s.screw[axis, 3 + i] = p.axis_direction[axis, i]
     for i in range(3):
-        s.weight[i] = p.tip_weight_n[i]
+        s.weight[i] = p.tip_weight_n[i]  # at position 0; turned below
     for k in range(p.chain_count):
         joint = p.chain_axis[k]
         direction, lever, angle = p.axis_direction[joint], p.lever_m[joint], s.position_rad[joint]
@@ -122,6 +125,7 @@ def beside(s: Record, part: int) -> float:
     perpendicular to each other, are taken away. 0 on a rig whose levers have all three directions."""
     found = 0
     for axis in range(len(s.position_rad)):
+        # Gram and Schmidt: each lever less what those before it have of it
         basis = s.beside_basis[min(found, 2)]  # room in the state: compiled code must not allocate in a tick
         for i in range(3):
             basis[i] = s.screw[axis, part + i]

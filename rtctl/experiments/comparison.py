@@ -67,6 +67,7 @@ def outcome(
 
 def learned(compared: Sequence[Compared]) -> Table:
     """How well each model describes friction, before any control."""
+    # `none` has learned nothing
     rows = tuple((one.name, f"{1e3 * one.rmse_nm:.2f}", one.terms) for one in compared if one.name != "none")
     caption = (
         "The friction models, all learned from the same points: held-out RMSE, and support vectors or "
@@ -97,6 +98,7 @@ def _table(case: str, of: Mapping[str, Mapping[str, np.ndarray]], shown: Figures
     for model, one in of.items():
         cells = []
         for name, (_, scale) in shown.items():
+            # by figure: a run that never settled has a steady-state error all the same
             found = finite(one[name])
             cells.append("never" if found is None else _cell(found, scale, seeds))
         rows.append((model, *cells))
@@ -108,12 +110,14 @@ def _table(case: str, of: Mapping[str, Mapping[str, np.ndarray]], shown: Figures
 
 
 def _cell(found: Estimate, scale: float, seeds: int) -> str:
+    # how many got there is half of the figure: two of ten that are quick are no quick model
     return found.text(scale) + (f" ({found.count})" if found.count < seeds else "")
 
 
 def _bars(order: Order, found: Found, controller: str, shown: Figures) -> Picture:
     # the first figure that is an error: what both experiments are judged by comes first in their lists
     error = next(name for name in shown if "error" in name)
+    # its words end with the unit, which the axis has in brackets
     words, scale = shown[error]
     models = next(iter(found[controller].values()))
     groups = {

@@ -36,6 +36,7 @@ def png(figure: Figure, motion: str) -> bytes:
 
 def stacked(panels: Sequence[tuple[str, Lines]], x: str, motion: str, height: float = 2.4) -> bytes:
     """Draw panels above each other over one x axis; each is (y label with unit, lines)."""
+    # .6 inches for the legend and the axis below
     figure = pictures.blank(WIDTH, height * len(panels) + 0.6)
     plots = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for plot, (y, lines) in zip(plots, panels, strict=True):
@@ -43,6 +44,7 @@ def stacked(panels: Sequence[tuple[str, Lines]], x: str, motion: str, height: fl
             plot.plot(at, value, linewidth=0.9, label=name)
         label(plot, "", y)
     plots[-1].set_xlabel(x)
+    # each line once, though every panel has it: by its name, in the order of the first panel
     named = {
         name: handle for plot in plots for handle, name in zip(*plot.get_legend_handles_labels(), strict=True)
     }
@@ -56,7 +58,7 @@ def bars(groups: Mapping[str, Mapping[str, Estimate]], x: str, motion: str, scal
     names = list(next(iter(groups.values())))
     figure = pictures.blank(WIDTH, 0.9 + 0.3 * len(names))
     plots = figure.subplots(1, len(groups), sharey=True, squeeze=False)[0]
-    colours = [f"C{k % 10}" for k in range(len(names))]
+    colours = [f"C{k % 10}" for k in range(len(names))]  # by place: a bar has one colour in all panels
     for plot, (title, group) in zip(plots, groups.items(), strict=True):
         means = [scale * group[name].mean for name in names]
         halves = [scale * group[name].half for name in names]

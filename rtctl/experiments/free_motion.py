@@ -65,12 +65,12 @@ def run(order: Order) -> Outcome:
     ConfigError, DataError
         Not a simulated rig; or a run that was stopped by a fault."""
     order.require_simulated("free-motion --simulate")
-    per_motion = 1 / (len(MOTIONS) + 0.3)
+    per_motion = 1 / (len(MOTIONS) + 0.3)  # .3: hands off, pictures and the same path
     found = {
         motion.name: _measure(order, motion, at * per_motion, per_motion) for at, motion in enumerate(MOTIONS)
     }
     released = _released(order, len(MOTIONS) * per_motion)
-    pictures = [_picture(order, motion) for motion in MOTIONS]
+    pictures = [_picture(order, motion) for motion in MOTIONS]  # of seed 0
     ways = {motion.name: same_path.compare(order, motion) for motion in MOTIONS}
     order.progress(1.0, "free motion")
     return _outcome(order, found, released, pictures, ways)
@@ -90,7 +90,7 @@ def _measure(order: Order, motion: Motion, start: float, share: float) -> Measur
 
 def figures_of(run: Run) -> dict[str, float]:
     """Figures of one run: true and sensed torque of the hand, least energies (N m, J)."""
-    hand = run.truth["hand_torque_nm"][:, 0]
+    hand = run.truth["hand_torque_nm"][:, 0]  # the true one: noise is felt by nobody
     return {
         "hand_rms_nm": rms(hand),
         "sensor_rms_nm": rms(run.trace["hand_torque_nm"][:, 0]),
@@ -112,7 +112,7 @@ def _picture(order: Order, motion: Motion) -> Picture:
     shown = {
         variant.name: virtual.measure(order.loaded, 0, motion, variant) for variant in (OFF, ON, FEEDBACK)
     }
-    first = next(iter(shown.values()))
+    first = next(iter(shown.values()))  # all have as many ticks
     time_s = np.arange(len(first.trace)) * order.loaded.config.period_s
     # two periods: the second shows that the first was no start
     end = time_s <= 2 * motion.period_s
@@ -135,7 +135,7 @@ def reductions(found: Measured, name: str) -> dict[str, Estimate]:
 
 
 def _table(order: Order, motion: Motion, found: Measured) -> Table:
-    lever_m = float(np.linalg.norm(order.loaded.config.axis[0].lever_m))
+    lever_m = float(np.linalg.norm(order.loaded.config.axis[0].lever_m))  # 1 on a carriage
     less, sensed = reductions(found, "hand_rms_nm"), reductions(found, "sensor_rms_nm")
     rows = []
     for name, one in found.items():
@@ -183,7 +183,7 @@ def _targets(
     ]
     # the worst of all seeds: a mean would hide a hand that was fed
     worst_j = min(float(one[HIGH_MODEL.name]["hand_energy_min_j"].min()) for one in found.values())
-    speed = released[HIGH_MODEL.name]
+    speed = released[HIGH_MODEL.name]  # the one that may drive a joint by itself
     return (
         *targets,
         Target("model 25 % too high: least energy of the hand, worst seed", estimate([worst_j]), -1e-6, "mJ",
@@ -203,7 +203,7 @@ def _outcome(
     ways: dict[str, dict[str, Way]],
 ) -> Outcome:
     shown: list[Table | Picture] = [*pictures, _bars(order, found)]
-    tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]
+    tables = [_table(order, motion, found[motion.name]) for motion in MOTIONS]  # units: by `report`
     most_rad_s = sizes.own("speed_rad_s", HUNTS_RAD_S, order.motion)
     return Outcome(
         "free-motion",
@@ -236,7 +236,7 @@ def _sentence(found: dict[str, Measured], ways: dict[str, dict[str, Way]]) -> st
 def _bars(order: Order, found: dict[str, Measured]) -> Picture:
     """What each controller saves of the hand's torque."""
     bars = {motion.name: reductions(found[motion.name], "hand_rms_nm") for motion in MOTIONS}
-    bars = {name: {v: e for v, e in one.items() if v != OFF.name} for name, one in bars.items()}
+    bars = {name: {v: e for v, e in one.items() if v != OFF.name} for name, one in bars.items()}  # saves none
     return Picture(
         "free_motion_reduction",
         "Reduction of the RMS torque of the hand against no compensation, %, with 95 % confidence intervals.",

@@ -108,6 +108,7 @@ def coarse(counts: int) -> Change:
         simulation.plant_params["count_rad"] = count_rad
         for name in ("count_rad", "velocity_band_rad"):  # FOAW accepts what a count makes
             simulation.params[name] = count_rad
+        # a longer window, as somebody with such an encoder would give it
         simulation.params["velocity_window_ticks"] = COARSE[counts]
 
     return change
@@ -130,12 +131,14 @@ def run(order: Order) -> Outcome:
     numbers: dict[str, Any] = {}
     quiet = {rig: set(POLICIES) for rig in RIGS}
     # the family are joints, and stand in the rig's own place
-    end = 1.0 if order.plant or order.motion == "linear" else 1 - FAMILY_SHARE
+    end = 1.0 if order.plant or order.motion == "linear" else 1 - FAMILY_SHARE  # where what follows begins
     for at, (rig, change) in enumerate(RIGS.items()):
         part = order.part(end * at / len(RIGS), end * (at + 1) / len(RIGS))
+        # on each rig anew: a coarse encoder costs the coupling something, too
         off = {motion.name: _hand(order, motion, Variant("off", 0.0, change)) for motion in MOTIONS}
         found = {}
         for number, (name, policy) in enumerate(POLICIES.items()):
+            # told before it runs: each takes a while
             part(number / len(POLICIES), f"{rig}: {name}")
             found[name] = _policy(order, off, Variant(name, 1.0, virtual.both(change, policy)))
         # one fault on one rig is enough: a policy has to be quiet first
@@ -157,6 +160,7 @@ def own_names(text: str, motion: str) -> str:
     """A text with the names of policies and encoders as they are on an axis of this motion."""
     if motion != "linear":
         return text
+    # as written in the name, digit by digit: `.02` is not `0.02`
     for speed in TANH_RAD_S:
         own_m_s = sizes.own("tanh_rad_s", float(speed), motion)
         text = text.replace(f"tanh {speed} rad/s", words(f"tanh {own_m_s:g} m/s", motion))
@@ -167,7 +171,7 @@ def own_names(text: str, motion: str) -> str:
 
 
 def _shown(pictures: list[Picture], tables: list[Table]) -> tuple[Picture | Table, ...]:
-    return tuple(part for pair in zip(pictures, tables, strict=True) for part in pair)
+    return tuple(part for pair in zip(pictures, tables, strict=True) for part in pair)  # by turns
 
 
 def _explanation(motion: str) -> str:
@@ -201,6 +205,7 @@ def _hand(order: Order, motion: virtual.Motion, variant: Variant) -> Measured:
             return math.nan, math.nan  # a rig that stopped is judged, not left out
         return rms(run.truth["hand_torque_nm"][:, 0]), virtual.hand_energy_min_j(run)
 
+    # a row for each seed, in their order: rows of two policies are compared one by one
     found = np.array(over_seeds(order, once))
     return {"rms": found[:, 0], "energy": found[:, 1]}
 
@@ -215,11 +220,12 @@ def _policy(order: Order, off: dict[str, Measured], variant: Variant) -> Judged:
         energies.append(one["energy"])
     found["hand_energy_min_j"] = np.min(energies, axis=0)
     found["speed_after_release_rad_s"] = np.array(virtual.speeds_after_release(order, variant))
+    # of the hands that hold still on the same rig, not on the shipped one
     return Judged(found, still_hand.worst(order, variant))
 
 
 def _numbers(one: Judged, motion: str) -> dict[str, Any]:
-    means = {figure: estimate(values) for figure, values in one.figures.items()}
+    means = {figure: estimate(values) for figure, values in one.figures.items()}  # NaN: null in JSON
     return {**means, "still_hand": asdict(one.still), "faults": one.faults(motion)}
 
 
@@ -229,6 +235,7 @@ def _table(order: Order, rig: str, found: dict[str, Judged]) -> Table:
         less = [estimate(one.figures[f"reduction, {motion.name}"]).text(100, ".1f") for motion in MOTIONS]
         speed = estimate(one.figures["speed_after_release_rad_s"]).text(1e3, ".2g")
         still = (f"{1e3 * one.still.speed_rad_s:.2g}", f"{1e3 * one.still.fed_j:.3f}")
+        # a NaN stays one: that rig was stopped, and stands as such in the last column
         least = f"{1e3 * float(one.figures['hand_energy_min_j'].min()):.3f}"
         rows.append((name, *less, speed, *still, least, ", ".join(one.faults(order.motion)) or "quiet"))
     caption = f"{rig}: mean over {order.seeds} seeds ± half of the 95 % confidence interval."
@@ -259,13 +266,14 @@ def _picture(order: Order, at: int, rig: str, found: dict[str, Judged]) -> Pictu
 
 
 def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
+    # see `BEYOND`: no policy is asked to be quiet there
     judged = [rig for rig in RIGS if rig != BEYOND]
     named = [name for name in POLICIES if all(name in quiet[rig] for rig in judged)]
     text = (
         "Quiet without a hand and in one that holds still, and never feeding it, on "
         f"{len(judged)} rigs ({'; '.join(judged)}): {', '.join(named) or 'none'}."
     )
-    if len(named) < len(POLICIES):
+    if len(named) < len(POLICIES):  # else there are no others
         text += (
             " Every other policy hunts, runs away, shakes, feeds the hand or is stopped by a fault on at "
             "least one."
@@ -284,6 +292,7 @@ def _key(quiet: dict[str, set[str]], numbers: dict[str, Any]) -> str:
             f" The strongest of the quiet, by the least it saves with the rig file's encoder: {best}, "
             f"{100 * least[best]:.0f} %."
         )
+    # told apart, so that nobody takes the sentence above for that encoder, too
     beyond = [name for name in POLICIES if name in quiet[BEYOND]]
     return (
         f"{text} With an {BEYOND}, whose step is longer than friction is a spring: "

@@ -71,6 +71,7 @@ Found = dict[str, dict[str, dict[str, dict[str, np.ndarray]]]]
 
 def gains_of(order: Order, controller: str) -> np.ndarray:
     """Gains of PD or PID for the rig's inertia and encoder."""
+    # one set for all models: what differs between two runs is the model alone
     axis, g = order.loaded.config.axis[0], np.zeros(1, GAINS)
     inertia = axis.inertia_kgm2
     g["kp_nm_rad"] = kp = KP_PER_INERTIA * inertia
@@ -129,6 +130,7 @@ def run_all(order: Order, cases: Sequence[Case], compared: Sequence[Compared], j
     for number, controller in enumerate(CONTROLLERS):
         found[controller] = {}
         for at, case in enumerate(cases):
+            # of .8: learning the models took the first fifth
             share = (number + at / len(cases)) / len(CONTROLLERS)
             order.progress(0.2 + 0.8 * share, f"{controller}, {case.name}")
             found[controller][case.name] = {
@@ -161,6 +163,7 @@ class Experiment:
     def chosen(self, order: Order) -> list[Case]:
         """The cases asked for, or all. Raises ConfigError for one that there is not."""
         cases = {case.name: case for case in self.cases_of(order)}
+        # before hours of runs
         for name in order.cases:
             if name not in cases:
                 raise ConfigError(f"--case {name!r}: {self.name} has {', '.join(map(repr, cases))}")
@@ -184,6 +187,7 @@ def over_cases(found: Found, controller: str, model: str, figure: str) -> np.nda
 
 def best_svr(found: Found, controller: str, figure: str, compared: Sequence[Compared]) -> str:
     """Name of the support-vector model with the smallest mean figure."""
+    # one at least: `models.compared` has made sure
     names = [model.name for model in compared if model.name in SVR]
     return min(names, key=lambda name: float(over_cases(found, controller, name, figure).mean()))
 
@@ -197,6 +201,7 @@ def less(found: Found, controller: str, figure: str, model: str, than: str = "no
 
 def to_draw(cases: Sequence[Case], names: Sequence[str]) -> list[Case]:
     """The cases of these names; the first one where there is none of them."""
+    # something is drawn in any case: `--case` may have left none of the usual
     return [case for case in cases if case.name in names] or list(cases[:1])
 
 
@@ -209,7 +214,7 @@ def best_of_all(found: Found, controller: str, figure: str, scale: float, unit: 
     }
     best, *others = sorted(means, key=lambda name: means[name].mean)
     text = f"Best of all: {best}, with {means[best].text(scale)} {unit}"
-    if not others:
+    if not others:  # one model alone, and no comparison
         return f"{text}."
     # seed by seed against the next best alone: against the mean of all even luck would look sure
     gain = less(found, controller, figure, best, others[0])
@@ -226,7 +231,7 @@ def verdict(found: Found, controller: str, figure: str, compared: Sequence[Compa
     best = best_svr(found, controller, figure, compared)
     words = []
     for model in compared:
-        if model.name in SVR or model.name == "none":
+        if model.name in SVR or model.name == "none":  # against formulas alone
             continue
         gain = less(found, controller, figure, best, model.name)
         if gain.low > 0:
@@ -254,6 +259,7 @@ def _losses(found: Found, controller: str, figure: str, best: str) -> str:
     lost, unclear = [], []
     for case, of in found[controller].items():
         values = {name: estimate(one[figure]).mean for name, one in of.items() if name not in SVR}
+        # by the mean of this case: the best over all cases may lose in one
         winner = min(values, key=lambda name: values[name])
         gain = reduction(of[winner][figure], of[best][figure])
         if gain.high < 0:

@@ -69,7 +69,7 @@ class Session:
         yield from read_bias(motion)
         yield from arm(motion)
         motion.choose_travel()
-        home_rad = _home(motion, self.cases)
+        home_rad = _home(motion, self.cases)  # one place for all: friction differs over a turn
         todo = self.todo
         for at, (controller, case) in enumerate(todo):
             low, high = self.share
@@ -77,7 +77,7 @@ class Session:
                 low + (high - low) * at / len(todo), f"{self.model.name}: {controller}, {case.name}"
             )
             key = controller, case.name, self.model.name
-            self.runs[key] = yield from self._measured(motion, controller, case, home_rad)
+            self.runs[key] = yield from self._measured(motion, controller, case, home_rad)  # complete
         yield from motion.rest()
 
     def _measured(self, motion: Motion, controller: str, case: Case, home_rad: float) -> Steps[Followed]:
@@ -90,7 +90,7 @@ class Session:
                 # the last one ends it: `PAUSES` are used up
                 yield from motion.wait_for_free_rig(10 * (pause == MOST_PAUSES))
                 continue
-            if found is not None:
+            if found is not None:  # else it is measured again
                 return found
             self.order.announce(
                 f"{controller}, {case.name}: ticks were lost on their way; it is measured again"
@@ -117,13 +117,13 @@ class Session:
             )
         if len(rows) < len(case.reference):
             return None
-        place = rows["position_rad"][:, axis]
+        place = rows["position_rad"][:, axis]  # of the encoder
         return Followed(place - place[0], rows["torque_applied_nm"][:, axis].copy(), case.reference)
 
 
 def settings_of(loaded: LoadedConfig) -> Settings:
     """Settings of the moves between cases."""
-    most = min(2.0, 0.8 * loaded.config.axis[0].velocity_limit_rad_s)
+    most = min(2.0, 0.8 * loaded.config.axis[0].velocity_limit_rad_s)  # as an identification moves
     return Settings(bias_s=BIAS_S, speed_max_rad_s=most, speed_min_rad_s=min(0.005, most / 2))
 
 
@@ -136,7 +136,7 @@ def fields_of(order: Order, controller: str, case: Case, model: Compared) -> dic
         "integral_nm_rad_s": g["ki_nm_rad_s"],
         "inertia_kgm2": g["inertia_kgm2"],
         "alpha": g["alpha"],
-        "friction_gain": 0.0 if model.name == "none" else g["friction_gain"],
+        "friction_gain": 0.0 if model.name == "none" else g["friction_gain"],  # its record is empty
         "error_rad": g["error_rad"],
         "shape": int(case.shape),
         "amplitude_rad": case.amplitude_rad,
@@ -154,7 +154,7 @@ def require(order: Order, cases: Sequence[Case]) -> Rig:
             f"{path}: axis {axis.name} is linear, and the references of this experiment are angles: give it "
             "a rig whose axis 0 turns"
         )
-    g = gains_of(order, "PD")[0]
+    g = gains_of(order, "PD")[0]  # of both controllers: PID differs in the integral
     # k_d alpha Delta/T: what one count makes of the torque at once
     grain_nm = g["kd_nms_rad"] * g["alpha"] * 2 * np.pi / axis.counts_of_turn / loaded.config.period_s
     if grain_nm > CHATTER_SHARE * axis.torque_limit_nm:
@@ -194,7 +194,7 @@ def run_all(order: Order, cases: Sequence[Case], judge: Judge, kept: KeptRuns) -
     for at, model in enumerate(kept.models):
         share = 0.1 + 0.9 * at / len(kept.models), 0.1 + 0.9 * (at + 1) / len(kept.models)
         session = Session(order, rig, cases, model, share, kept.runs.keys())
-        if session.todo:
+        if session.todo:  # a session arms the rig: not for nothing
             _hold(order, bare, session, kept)
     return found_of(cases, kept.models, kept.runs, judge)
 
@@ -212,7 +212,7 @@ def _hold(order: Order, bare: LoadedConfig, session: Session, kept: KeptRuns) ->
         ) as host:
             host.run()
     finally:
-        if session.runs:
+        if session.runs:  # after a fault, too
             kept.add(session.runs)
         if not watcher.complete and kept.runs:
             order.announce(f"{len(kept.runs)} runs are kept in {kept.path}: go on with --resume")
@@ -222,11 +222,11 @@ def _hold(order: Order, bare: LoadedConfig, session: Session, kept: KeptRuns) ->
 
 def reported(order: Order, experiment: Experiment) -> Outcome:
     """Run on the loop, and the page of it, with every angle and torque measured beside it."""
-    cases = experiment.chosen(order)
-    require(order, cases)
+    cases = experiment.chosen(order)  # a misspelled one costs no time
+    require(order, cases)  # before models are learned, which takes minutes
     kept = KeptRuns(order.out, belonging(order, experiment.name), resume=order.resume)
     if not kept.models:
-        kept.models = models.compared(order)
+        kept.models = models.compared(order)  # else those of the start before, whatever changed
     compared = kept.models
     found = run_all(order, cases, experiment.judge, kept)
     runs = {key: kept.runs[key] for key in keys_of(cases, compared)}
@@ -288,12 +288,12 @@ def _home(motion: Motion, cases: Sequence[Case]) -> float:
             f"the travel in reach ({motion.low_rad:.3f} to {motion.high_rad:.3f} rad) is too short for "
             f"references from {low:g} to {high:g} rad; move the joint towards the middle of its travel"
         )
-    return min(max(motion.position_rad, least), most)
+    return min(max(motion.position_rad, least), most)  # the nearest such place to here
 
 
 def _go(motion: Motion, home_rad: float) -> Steps[None]:
     """Turn back to where the cases begin, and rest."""
-    distance = home_rad - motion.position_rad
+    distance = home_rad - motion.position_rad  # of where it came to rest
     if abs(distance) > HOME_RAD:
         speed = min(motion.jog_speed_rad_s(), 2 * abs(distance))
         yield from motion.advance(distance - np.sign(distance) * motion.stopping_rad(speed) / 2, speed)

@@ -77,6 +77,7 @@ class Target:
 
     def cells(self) -> tuple[str, ...]:
         """One row of the table of targets."""
+        # NaN is told as one, and is not reached
         short = self.scale * abs(self.least - self.measured.mean)
         side = "too much" if self.at_most else "short"
         verdict = "reached" if self.reached else f"NOT reached: {short:.2g} {self.unit} {side}"
@@ -107,12 +108,14 @@ def reworded(outcome: Outcome, say: Callable[[str], str]) -> Outcome:
     """The same outcome with every text through `say`, the keys of its numbers too."""
 
     def shown(one: Table | Picture) -> Table | Picture:
+        # what is drawn in it was worded as it was drawn (`figures.png`)
         if isinstance(one, Picture):
             return replace(one, caption=say(one.caption))
-        rows = tuple(tuple(say(cell) for cell in row) for row in one.rows)
+        rows = tuple(tuple(say(cell) for cell in row) for row in one.rows)  # names of rows are in them
         return Table(say(one.caption), tuple(map(say, one.header)), rows)
 
     parts = tuple(
+        # headings and paragraphs, too: they name units and torques as tables do
         Part(say(one.heading), tuple(map(say, one.paragraphs)), tuple(map(shown, one.shown)))
         for one in outcome.parts
     )
@@ -125,6 +128,7 @@ def reworded(outcome: Outcome, say: Callable[[str], str]) -> Outcome:
 def in_units_of(outcome: Outcome, motion: str) -> Outcome:
     """The same outcome in the units of this motion; it is written for a rotary axis (`hw.motion.words`,
     `named`)."""
+    # the same object: nothing is to be said otherwise
     if motion == "rotary":
         return outcome
     own = replace(outcome, numbers=cast("Mapping[str, Any]", named(as_data(outcome.numbers), motion)))
@@ -145,8 +149,10 @@ def write(folder: Path, outcomes: Sequence[Outcome], title: str, facts: Mapping[
     ------
     DataError
         The folder cannot be written; nothing is left behind then."""
+    # UTC: pages of two machines are put in order
     now = datetime.now(UTC).isoformat(timespec="seconds")
     facts = {**facts, "date": now, "rtctl": __version__, "python": platform.python_version()}
+    # all in memory first: a page whose pictures could not be written is none
     files: dict[str, bytes] = {}
     for outcome in outcomes:
         files |= {f"{picture.name}.png": picture.png for picture in outcome.pictures()}
@@ -172,6 +178,7 @@ def document_of(outcome: Outcome) -> dict[str, Any]:
     targets = [
         {
             "text": t.text,
+            # under its own name: a script that reads the wrong one finds none
             "most" if t.at_most else "least": t.least,
             "measured": t.measured.as_dict(),
             "reached": t.reached,
@@ -186,6 +193,7 @@ def _page(outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> 
     if len(outcomes) > 1:
         links = "".join(f'<a href="#{one.name}">{escape(one.title)}</a>' for one in outcomes)
         parts.append(f"<nav>{links}</nav>")
+    # of all experiments together, first of all: that is what a reader looks for
     targets = [(one, target) for one in outcomes for target in one.targets]
     if targets:
         parts += ["<h2>Figures asked for</h2>", _targets([target for _, target in targets])]
@@ -205,6 +213,7 @@ def _page(outcomes: Sequence[Outcome], title: str, facts: Mapping[str, str]) -> 
 
 
 def _targets(targets: Sequence[Target]) -> str:
+    # coloured below, by the words of the verdict: a table of text has no colours
     html = _table(
         Table(
             "Mean over seeds with its 95 % confidence interval against the figure asked for.",
@@ -218,6 +227,7 @@ def _targets(targets: Sequence[Target]) -> str:
 
 
 def _table(table: Table) -> str:
+    # with the rows in view where that is no long way
     if len(table.rows) <= LONG_TABLE:
         return table_of(table)
     summary = f"{escape(table.caption)} ({len(table.rows)} rows)"

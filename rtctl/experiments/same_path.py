@@ -56,6 +56,7 @@ def compare(order: Order, motion: Motion) -> dict[str, Way]:
             off, on = (virtual.measure(order.loaded, seed, motion, one).truth for one in pair)
             return figures(off, on)
 
+        # both figures of a seed from the same two runs
         rows = np.array(over_seeds(order, once))
         found[name] = Way(estimate(rows[:, 0]), estimate(rows[:, 1]))
     return found
@@ -64,7 +65,7 @@ def compare(order: Order, motion: Motion) -> dict[str, Way]:
 def figures(off: np.ndarray, on: np.ndarray) -> tuple[float, float]:
     """Share of the RMS hand torque saved, and RMS difference of the paths as a share of the path's own
     RMS."""
-    left = rms(on["hand_torque_nm"][:, 0]) / rms(off["hand_torque_nm"][:, 0])
+    left = rms(on["hand_torque_nm"][:, 0]) / rms(off["hand_torque_nm"][:, 0])  # true torques
     # about the mean: where it sticks is no path
     here, there = (x["position_rad"][:, 0] - x["position_rad"][:, 0].mean() for x in (off, on))
     # by the path without help: it is the one that both are to follow

@@ -70,6 +70,7 @@ def run(order: Order) -> Outcome:
 
 def _stiffness(simulation: Simulation) -> float:
     """Stiffness the hand should feel: environment and coupling in series, N m/rad."""
+    # of this very run: a variant may have changed it
     k_c = float(simulation.params["coupling_stiffness_nm_rad"][0, 0])
     # a hand feels the coupling in series: against the spring alone every controller would be wrong
     return stability.felt_stiffness(k_c, float(simulation.command["environment_stiffness_nm_rad"][0, 0]))
@@ -116,6 +117,7 @@ def _figures(run: Run) -> dict[str, float]:
 def _pictures(order: Order) -> list[Picture]:
     runs = {variant.name: _measure(order, 0, variant) for variant in (OFF, ON, FEEDBACK)}
     time_s = np.arange(len(runs[OFF.name].trace)) * order.loaded.config.period_s
+    # a panel for each controller: desired and felt beside each other, not one controller beside another
     panels = []
     for name, one in runs.items():
         felt = one.truth["hand_torque_nm"][:, 0]
@@ -135,6 +137,7 @@ def _loops(runs: dict[str, Run], motion: str) -> Picture:
     for name, one in runs.items():
         angle = one.truth["position_rad"][:, 0] - one.simulation.command["environment_center_rad"][0, 0]
         plot.plot(angle, one.truth["hand_torque_nm"][:, 0], linewidth=0.8, label=name)
+    # after the runs were drawn: the line of the desired spring goes as far as they do
     ends = np.array(plot.get_xlim())
     # the same of all runs: they differ by the controller alone
     stiffness = _stiffness(next(iter(runs.values())).simulation)
@@ -148,6 +151,7 @@ def _loops(runs: dict[str, Run], motion: str) -> Picture:
 
 
 def _outcome(order: Order, found: Measured, pictures: list[Picture]) -> Outcome:
+    # against no compensation in the same spring, seed by seed
     less = {
         name: reduction(found[OFF.name]["error_rms_nm"], one["error_rms_nm"]) for name, one in found.items()
     }
@@ -216,6 +220,7 @@ def _fed(found: Measured) -> str:
 
 
 def _left(less: dict[str, Estimate], variant: Variant) -> str:
+    # what is left, where `less` has what is saved
     return f"{100 * (1 - less[variant.name].mean):.0f}"
 
 

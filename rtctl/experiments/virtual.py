@@ -81,7 +81,7 @@ class Motion:
         p = simulation.plant_params[0]
         p["hand_kind"][0] = int(self.kind)
         p["hand_amplitude_rad"][0], p["hand_speed_rad_s"][0] = self.amplitude_rad, self.speed_rad_s
-        p["hand_hold_s"][0], p["hand_rest_s"][0] = self.hold_s, self.rest_s
+        p["hand_hold_s"][0], p["hand_rest_s"][0] = self.hold_s, self.rest_s  # of a push alone
         # all sines first: a rig file may have given the hand several
         p["hand_sine_rad"][0], p["hand_sine_rad_s"][0] = 0.0, 0.0
         p["hand_sine_rad"][0, 0] = self.amplitude_rad
@@ -199,7 +199,7 @@ def make(loaded: LoadedConfig, seed: int) -> Simulation:
     own_stiffness, own_damping = _hand(loaded)
     made.plant_params["hand_stiffness_nm_rad"][0, 0] *= own_stiffness * stiffness
     made.plant_params["hand_damping_nms_rad"][0, 0] *= own_damping * damping
-    made.command["environment_center_rad"][0, 0] += place
+    made.command["environment_center_rad"][0, 0] += place  # the world goes where the joint goes
     return made
 
 
@@ -240,7 +240,7 @@ def stroke_ends_s(simulation: Simulation, motion: Motion) -> float:
     the rig took longer to arm. A hand that stopped before would leave nothing to be judged."""
     ends_s = float(simulation.plant_params["hand_start_s"][0, 0]) + 2 * motion.period_s
     while ends_s <= simulation.time_s:
-        ends_s += motion.period_s
+        ends_s += motion.period_s  # whole periods: where it began
     return ends_s
 
 
@@ -259,6 +259,7 @@ def hand_energy_min_j(run: Run) -> float:
     """Least energy the hand has put in since the measurement began, above what it found stored, J.
 
     Below zero the hand was fed: the joint moved it."""
+    # from where the joint stood as the measurement began: the first step counts, too
     steps_rad = np.diff(run.truth["position_rad"][:, 0], prepend=run.start_rad)
     # what was stored when it began may come back without the hand being fed
     return run.start_j + float(np.cumsum(run.truth["hand_torque_nm"][:, 0] * steps_rad).min())
@@ -278,7 +279,7 @@ def speed_after_release(loaded: LoadedConfig, seed: int, variant: Variant) -> fl
     simulation = make(loaded, seed)
     FAST_SINE.on(loaded).apply(simulation)
     variant.change(simulation)
-    simulation.plant_params["grip_count"][0, 0] = 1
+    simulation.plant_params["grip_count"][0, 0] = 1  # one grip, from the beginning on
     simulation.plant_params["grip_from_s"][0, 0, 0] = 0.0
     simulation.plant_params["grip_to_s"][0, 0, 0] = math.inf
     simulation.arm(compensation=variant.compensation)

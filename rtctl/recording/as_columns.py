@@ -43,6 +43,7 @@ def read(path: Path, names: tuple[str, ...] = ()) -> Mapping[str, np.ndarray]:
     BackendError
         Not a recording, and no bag of ROS 2 with joint states."""
     try:
+        # all parts, whichever is named: a file ends by the hour, a motion does not
         reader = RecordingReader(all_parts(path))
         rows = reader.read().rows
     except RtctlError as error:

@@ -71,6 +71,7 @@ def compare(reader: RecordingReader, other: LoadedConfig) -> Comparison:
         )
     # without a state: of another law there is none, and `Replay` takes the recorded start
     replay = Replay(reader, LawArrays(plan.params, plan.model, plan.command), commands_from=plan.command)
+    # `state` of both: the other file's law may leave ACTIVE at another tick
     names = (*SHOWN, "state", "time_ns")
     recorded: dict[str, list[np.ndarray]] = {name: [] for name in names}
     replayed: dict[str, list[np.ndarray]] = {name: [] for name in names}
@@ -101,6 +102,7 @@ def numbers(comparison: Comparison) -> dict[str, Any]:
     }
     for name in TORQUES:
         a, b = comparison.recorded[name], comparison.other[name]
+        # of the difference by itself: two torques of one size may be of opposite signs
         found[name] = {"recorded": _rms(a), "other": _rms(b), "difference": _rms(b - a)}
     return found
 

@@ -55,6 +55,7 @@ def export(
     RtctlError
         Parquet without pyarrow."""
     names = _names(fields)
+    # before a file is begun: names are right, and the kind is one
     write = {"npz": _npz, "parquet": _parquet, "csv": _csv, "mcap": _mcap}[kind]
     with whole(path) as part:
         return write(reader, part, names, progress or (lambda _ticks: None))
@@ -71,7 +72,7 @@ def columns(rows: np.ndarray, names: list[str], axes: list[str], motions: list[s
         if field.shape == "scalar":
             flat[field.name] = np.ascontiguousarray(values)
         else:
-            labels = _XYZ if field.shape == "xyz" else axes
+            labels = _XYZ if field.shape == "xyz" else axes  # a vector is of the sensor, no axis
             own = ["rotary"] * 3 if field.shape == "xyz" else motions
             flat |= {
                 f"{own_name(field.name, own[k])}.{label}": np.ascontiguousarray(values[:, k])
@@ -104,6 +105,7 @@ def _tables(
         if ticks == 0 and len(rows):
             first_ns = int(rows["time_ns"][0])
         ticks += len(rows)
+        # times first, in whatever order they were asked for: they are what a reader looks for
         found = {k: v for k, v in times(rows, wall_ns, first_ns).items() if k in names}
         shaped = columns(rows, names, reader.axes, reader.motions) if flat else {n: rows[n] for n in of_ticks}
         yield ticks, found | shaped
@@ -123,7 +125,7 @@ def _names(fields: tuple[str, ...]) -> list[str]:
     unknown = [name for name in fields if name not in known]
     if unknown:
         raise ConfigError(f"no tick field is called {', '.join(unknown)}; docs/tick.md lists them")
-    return list(fields) or known
+    return list(fields) or known  # all of them, where none is named
 
 
 def _npz(reader: RecordingReader, path: Path, names: list[str], progress: Progress) -> int:
@@ -158,7 +160,7 @@ def _csv(reader: RecordingReader, path: Path, names: list[str], progress: Progre
     with path.open("w", newline="", encoding="utf-8") as file:  # the csv module ends its lines itself
         writer, headed = csv.writer(file), False
         for ticks, flat in _tables(reader, names, flat=True):
-            if not headed:
+            if not headed:  # names are known with the first chunk
                 writer.writerow(flat)
                 headed = True
             # as Python numbers: their text reads back to the same bits

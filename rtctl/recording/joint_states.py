@@ -81,6 +81,7 @@ def decoded(data: bytes) -> JointState:
     cdr = _Cdr(data)
     try:
         seconds, nanoseconds = cdr.number("i"), cdr.number("I")
+        # the frame of the header: nothing that a joint needs
         cdr.string()
         count = cdr.number("I")
         if count > MOST_JOINTS:
@@ -102,6 +103,7 @@ def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> Mapping[str, np
     DataError
         No MCAP file, or none with joint states."""
     contents = Contents()
+    # by channel first: what is in it may be told within chunks, and for us only at the end of the file
     found: dict[int, list[tuple[int, bytes]]] = {}
     for chunk in chunks(path, contents):
         for channel, _, time_ns, start, end in chunk.table.tolist():
@@ -135,6 +137,7 @@ def read_joint_states(path: Path, wanted: Sequence[str] = ()) -> Mapping[str, np
             f"{path}: neither a recording of rtctl nor a bag with {SCHEMA} (topics: {seen[:300]}); export "
             "the topic as CSV"
         )
+    # a bag of one topic, which most are, has its time under the plain name, too
     first = next(name for name in columns if name.endswith("/time_s"))
     return {"time_s": columns[first], **columns}
 

@@ -42,7 +42,7 @@ def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
         Text that is not JSON, or not a tick of this rig size."""
     rows = np.zeros(len(texts), tick_dtype(n_axes))
     for name in OPTIONAL_FIELDS:
-        rows[name] = np.nan
+        rows[name] = np.nan  # until the file says otherwise
     try:
         objects = [orjson.loads(text) for text in texts]
         if not all(isinstance(o, dict) for o in objects):
@@ -53,6 +53,7 @@ def decode(texts: list[bytes], raws: list[bytes], n_axes: int) -> np.ndarray:
                 rows[field.name] = np.array([o[field.name] for o in objects], rows.dtype[field.name].base)
         for raw in map(orjson.loads, raws):
             words = base64.b64decode(raw["words"])
+            # by its number: not every tick has one, only those that JSON could not say
             at = np.flatnonzero(rows["tick"] == raw["tick"])
             # of a version with another tick the bits mean something else
             if len(at) and len(words) == rows.dtype.itemsize:

@@ -114,6 +114,7 @@ class LawRunner:
         params, model = records(arrays.params), records(arrays.model)
         self._arguments = (records(tick), self.state, params, records(command), model)
         self._law_at = entry_point(law.step, *self._arguments)
+        # what devices and clock gave: the law decides the rest anew
         loop = [f.name for f in FIELDS if f.writer != "law" and f.name not in (*_AFTER_LAW, "seal")]
         self._before = field_words(n_axes, loop)
         self._after = field_words(n_axes, list(_AFTER_LAW))
@@ -161,6 +162,7 @@ class CommandBook:
 
     def find(self, sequence: np.ndarray) -> tuple[np.ndarray, int]:
         """Index of each row's command, and how many rows there are before the first unknown one."""
+        # sorted by `learn`: numbers only rise within a run
         which = np.searchsorted(self.commands["seq"], sequence)
         found = self.commands["seq"][np.minimum(which, len(self.commands) - 1)]
         known = found == sequence

@@ -49,8 +49,9 @@ def level_of(event: Mapping[str, Any]) -> Level:
     """How grave an event is; a state counts by what it leads to."""
     kind = str(event.get("event"))
     if kind == "state":
+        # a stop by a person is no error
         return _STATES.get(str(event.get("to")), Level.INFO)
-    return _LEVELS.get(kind, Level.INFO)
+    return _LEVELS.get(kind, Level.INFO)  # what is not known is told, and no alarm
 
 
 def log_line(event: Mapping[str, Any], rig: str, time_ns: int) -> bytes:
@@ -69,6 +70,7 @@ def log_line(event: Mapping[str, Any], rig: str, time_ns: int) -> bytes:
     # an event of another version: a poorer line, not a recording that ends
     except (KeyError, TypeError, AttributeError):
         text = ""
+    # in whole numbers: a float of ns since 1970 has steps of a quarter of a microsecond
     seconds, rest_ns = divmod(time_ns, 1_000_000_000)
     return orjson.dumps(
         {

@@ -131,6 +131,7 @@ def chunks(path: Path, contents: Contents) -> Iterator[Chunk]:
 def _records(file: BinaryIO, contents: Contents) -> Iterator[tuple[int, bytes]]:
     """Whole records until the file ends; what no record can be is passed over up to the next chunk."""
     end = os.fstat(file.fileno()).st_size
+    # `before`: where the last sound record began; behind a damaged length the search starts there
     at = before = len(MAGIC)
     # damaged lengths overlap: without a bound they could have the same bytes read for ever
     budget = MOST_PASSES * (end + MOST_PASSES * _WINDOW)
@@ -144,10 +145,10 @@ def _records(file: BinaryIO, contents: Contents) -> Iterator[tuple[int, bytes]]:
             contents.complete = file.read(len(MAGIC)) == MAGIC
             return
         if op in _OPS and size <= MOST_RECORD_BYTES and behind <= end:
-            yield op, file.read(size)
+            yield op, file.read(size)  # whole: its end lies within the file
             before, at, budget = at, behind, budget - size
             continue
-        found, budget = _next_chunk(file, before + 1), budget - _WINDOW
+        found, budget = _next_chunk(file, before + 1), budget - _WINDOW  # a look costs a window at least
         if found is None:
             return  # cut off here, as after a crash
         contents.bad_chunks += 1
@@ -170,7 +171,7 @@ def _next_chunk(file: BinaryIO, start: int) -> int | None:
             # the mark alone may stand in any data
             if file.read(1) == bytes([Op.CHUNK]):
                 return begin
-            at += found + 1
+            at += found + 1  # behind this mark
         elif len(window) < _WINDOW:
             return None
         else:
@@ -290,5 +291,5 @@ def split_messages(records: np.ndarray, found: np.ndarray) -> int:
             found[n, 0], found[n, 1] = _number(records, at + 9, 2), _number(records, at + 11, 4)
             found[n, 2], found[n, 3], found[n, 4] = _number(records, at + 15, 8), at + MESSAGE_HEAD, end
             n += 1
-        at = end
+        at = end  # records of other kinds are passed over
     return n if at == size else -1

@@ -63,6 +63,7 @@ class Run:
     def between(self, from_s: float, to_s: float) -> Run:
         """Only the ticks of this time. Raises DataError when there is none."""
         time_s = self.time_s if len(self.rows) else np.zeros(0)
+        # both ends belong to it: `--to` the last tick's time keeps that tick
         kept = self.rows[(time_s >= from_s) & (time_s <= to_s)]
         if len(kept) == 0:
             raise DataError(f"{self.label}: has no tick between {from_s:g} and {to_s:g} s")
@@ -78,6 +79,7 @@ class Run:
 
 def chosen_panels(fields: Sequence[str]) -> tuple[tuple[str, ...], ...]:
     """One panel per field. Raises DataError for a name no tick has; without any, the usual panels."""
+    # before anything is drawn: a picture of the known half would pass for all
     for name in fields:
         if name not in FIELD:
             raise DataError(
@@ -109,6 +111,7 @@ def plot_runs(runs: Sequence[Run], path: Path, fields: Sequence[str] = ()) -> No
 
 def _units(name: str, runs: Sequence[Run]) -> list[str]:
     """Units that a field has on the axes of these runs, each once."""
+    # over all runs: the second may have an axis of a motion that the first has not
     motions = [run.motion(i) for run in runs for i in range(len(run.axes))]
     found = [_unit(name, motion) for motion in motions] if FIELD[name].shape == "axis" else []
     return list(dict.fromkeys(found)) or [_unit(name, "rotary")]
@@ -139,6 +142,7 @@ def _draw(place: Axes, run: Run, names: tuple[str, ...], its_unit: str, style: s
 def figures(run: Run) -> dict[str, Any]:
     """Numbers of a run: duration, time at work, RMS torques while at work, energies, timing, faults."""
     rows, work = run.rows, run.at_work()
+    # from first to last tick: that is one period less than there are ticks
     seconds = float(run.time_s[-1]) if len(rows) else 0.0
     # by the ticks themselves, which begin where `--from` says
     period_s = seconds / max(len(rows) - 1, 1)
@@ -147,6 +151,7 @@ def figures(run: Run) -> dict[str, Any]:
         "seconds": seconds,
         "work_s": len(work) * period_s,
         "missed_ticks": int(rows["missed_ticks"][-1] - rows["missed_ticks"][0]) if len(rows) else 0,
+        # all that were there at any time
         "faults": int(np.bitwise_or.reduce(rows["faults"])) if len(rows) else 0,
     }
     for name in TORQUES:

@@ -86,7 +86,7 @@ class Parts:
         self._start_wall_ns = max(0, int(setup.about["start_wall_ns"]))
         self._file: McapFile | None = None
         self._final = folder  # the name of the file being written, once it has a chunk
-        self._again = ""
+        self._again = ""  # the first of its session, as far as is known
         self._records: list[bytes | memoryview] = []
         self._size = 0
         self._index: dict[int, tuple[list[np.ndarray], list[np.ndarray]]] = {}
@@ -145,7 +145,7 @@ class Parts:
             event_ns = max(0, int(event["timestamp"] * 1e9))
             self._single(EVENT, event_ns, orjson.dumps(event))
             self._single(LOG, event_ns, log_line(event, self._setup.about["rig"], event_ns))
-        self._ticks.append((first_row, rows))
+        self._ticks.append((first_row, rows))  # encoded with the chunk, all in one step
         self._rows += len(rows)
         # before compression, in memory: a burst of a virtual clock is bounded by it
         size = self._size + self._rows * self._tick_bytes
@@ -169,7 +169,7 @@ class Parts:
                 # asked again: another recorder may have taken the name meanwhile, and a rename replaces
                 self._final = self._free_name()
                 self._file.rename(self._final)
-                self.files.append(self._final)
+                self.files.append(self._final)  # only now: it holds ticks
             self._file.bring_to_disk()
         except OSError:
             self.abandon()
@@ -277,7 +277,7 @@ class Parts:
 
     def _single(self, channel: int, time_ns: int, data: bytes) -> None:
         record = fmt.message(channel, self._numbers[channel], time_ns, data)
-        self._numbers[channel] += 1
+        self._numbers[channel] += 1  # over all files: it is of the recording
         self._append(channel, record, np.array([time_ns]), np.zeros(1, np.int64))
 
     def _append(

@@ -123,7 +123,7 @@ class RecordingReader:
             break
         else:
             raise DataError(why or "there is no such recording")
-        self.parts = [path for path in self.parts if path not in self.left_out]
+        self.parts = [path for path in self.parts if path not in self.left_out]  # those before it as well
 
     @property
     def n_axes(self) -> int:
@@ -158,7 +158,7 @@ class RecordingReader:
 
     def batches(self) -> Iterator[Batch]:
         """Chunk by chunk, over all parts."""
-        self.cut, self.ends, self.whole_chunks, self.bad_chunks = [], {}, 0, 0
+        self.cut, self.ends, self.whole_chunks, self.bad_chunks = [], {}, 0, 0  # it may be read again
         for path in self.parts:
             contents = Contents()
             try:
@@ -172,7 +172,7 @@ class RecordingReader:
             self.bad_chunks += contents.bad_chunks
             if "rtctl.end" in contents.metadata:
                 self.ends[path] = contents.metadata["rtctl.end"]
-            if not contents.complete:
+            if not contents.complete:  # known only once all of it was read
                 self.cut.append(path)
 
     def _part(self, path: Path, contents: Contents) -> Iterator[Batch]:
@@ -193,17 +193,17 @@ class RecordingReader:
 
     def read(self) -> Recording:
         """Everything at once: needs memory for all ticks."""
-        found = list(self.batches())
+        found = list(self.batches())  # reads, too: what is left out is known then
         rows = np.concatenate([b.rows for b in found] or [np.zeros(0, tick_dtype(self.n_axes))])
         numbers = np.concatenate([b.numbers for b in found] or [np.zeros(0, np.int64)])
         none = np.zeros(0, command_dtype(self.n_axes))
         commands = np.concatenate([none, *(b.commands for b in found)])
-        events = [event for b in found for event in b.events]
+        events = [event for b in found for event in b.events]  # in the order of the chunks
         return Recording(self.about, rows, numbers, events, commands, self.attachments)
 
     def _adopt(self, contents: Contents, chunk: Chunk | None, path: Path) -> None:
         told = contents.metadata.get("rtctl", {})
-        self.about, notes = sound(told, axes_in(contents, chunk))
+        self.about, notes = sound(told, axes_in(contents, chunk))  # of a stranger's file
         if not self.about:
             raise DataError(f"{path}: not a recording of rtctl, or cut off before its first facts")
         self.attachments = contents.attachments
@@ -213,7 +213,7 @@ class RecordingReader:
         self.notes += [f"{path}: {note}"] if note else []
 
     def _same_run(self, contents: Contents, path: Path) -> None:
-        about = contents.metadata.get("rtctl", {})
+        about = contents.metadata.get("rtctl", {})  # an old file may lack facts: no other run
         if any(about.get(name, self.about[name]) != self.about[name] for name in ("session", "n_axes")):
             stems = {
                 found[1] if (found := _PART.fullmatch(part.name)) else part for part in (path, self.parts[0])
@@ -226,14 +226,14 @@ class RecordingReader:
 
     def _batch(self, chunk: Chunk, contents: Contents, first_row: int) -> Batch | None:
         of = {kind: channel_of(kind, chunk, contents) for kind in (EVENT, COMMAND, STATE)}
-        if len(chunk.table) == 0:
+        if len(chunk.table) == 0:  # a chunk without a message says nothing
             return None
-        ticks, sequence = self._layout.decode(chunk, contents, self.n_axes)
+        ticks, sequence = self._layout.decode(chunk, contents, self.n_axes)  # as the first part
         # a message's sequence has 32 bits: counted on from the part's first tick
         numbers = first_row + (sequence - first_row) % (1 << 32)
         events = [event for data in chunk.texts(of[EVENT]) if (event := _event(data)) is not None]
         commands = [orjson.loads(data) for data in chunk.texts(of[COMMAND])]
-        states = chunk.texts(of[STATE])[:1] if self._states_fit else []
+        states = chunk.texts(of[STATE])[:1] if self._states_fit else []  # a chunk begins with one
         state = law_state.decode(states[0], self.n_axes) if states else None
         return Batch(ticks, numbers, events, _commands(commands, self.n_axes), state)
 
@@ -241,23 +241,23 @@ class RecordingReader:
 def _first_row(contents: Contents) -> int:
     """Number of the part's first tick, as far as the part says; else its ticks are counted from 0."""
     text = contents.metadata.get("rtctl", {}).get("first_row", "")
-    return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else 0
+    return int(text) if text.isdecimal() and len(text) <= MOST_DIGITS else 0  # a stranger's number
 
 
 def _event(data: bytes) -> dict[str, Any] | None:
     """An event as everybody relies on it; None for anything else."""
-    event = orjson.loads(data)
+    event = orjson.loads(data)  # what is no JSON raises, and spoils its chunk
     if not isinstance(event, dict) or not isinstance(event.get("event"), str):
         return None
     return event
 
 
 def _commands(found: list[dict[str, Any]], n_axes: int) -> np.ndarray:
-    dtype = command_dtype(n_axes)
+    dtype = command_dtype(n_axes)  # fields that it lacks are 0: nothing asked
     commands = np.zeros(len(found), dtype)
     for k, fields in enumerate(found):
         for name in dtype.names or ():
-            if name in fields:
+            if name in fields:  # a command of before has fewer
                 commands[name][k] = fields[name]
         if "words" in fields and len(words := base64.b64decode(fields["words"])) == dtype.itemsize:
             commands[k] = np.frombuffer(words, dtype)[0]
@@ -285,7 +285,7 @@ def with_earlier_parts(path: Path) -> list[Path]:
 
 def all_parts(path: Path) -> list[Path]:
     """The recording's parts up to `path` and those after it."""
-    parts = with_earlier_parts(path)
+    parts = with_earlier_parts(path)  # whichever part was named
     if (place := _place(path)) is not None:
         number, named = place
         parts += takewhile(Path.is_file, map(named, count(number + 1)))
@@ -295,6 +295,6 @@ def all_parts(path: Path) -> list[Path]:
 def newest(folder: Path) -> Path | None:
     """The part written last of all recordings in `folder`; a file of another name only where there is none of
     those. None: neither."""
-    found = [path for path in folder.glob("*.mcap") if path.is_file()]
+    found = [path for path in folder.glob("*.mcap") if path.is_file()]  # a draft has another ending
     own = [path for path in found if _PART.fullmatch(path.name)]
     return max(own or found, key=lambda path: (path.stat().st_mtime_ns, path.name), default=None)

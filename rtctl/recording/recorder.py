@@ -84,6 +84,7 @@ class Recorder:
             self._commands_lost = commands_lost
             if self._wait:
                 self._change.wait_for(lambda: self._fits(rows), END_S)
+            # the events are kept all the same: what happened matters more than the ticks around it
             if not self._fits(rows):
                 self._dropped += len(rows)
                 self._held = (
@@ -96,6 +97,7 @@ class Recorder:
             if held_events or len(held_commands):
                 events, commands = held_events + events, np.concatenate((held_commands, commands))
                 self._held = [], held_commands[:0]
+            # not copied: whoever reads the ring has copied them, and each batch is of new memory
             self._queue.append((first_row, rows, events, commands, state))
             self._queued += len(rows)
             self._change.notify_all()

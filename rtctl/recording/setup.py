@@ -52,6 +52,7 @@ class Setup:
         """A copy of this setup with the law's state before the first tick.
 
         A setup without the law's arrays is returned as it is."""
+        # of a daemon of another version, over the wire: what it has is recorded all the same
         if LAW_NAME not in self.attachments:
             return self
         media, data = self.attachments[LAW_NAME]
@@ -80,11 +81,12 @@ def setup_of(
 ) -> Setup:
     """Gather everything a reader, or a replay years later, needs to know of a run."""
     config = loaded.config
+    # a right that does not say is one that was given
     refused = [grant for grant in realtime if not grant.get("granted", True)]
     about = {
         "rig": config.rig.name,
         "version": __version__,
-        "session": str(session),
+        "session": str(session),  # all facts are texts in MCAP
         "n_axes": str(plan.n_axes),
         "axes": json.dumps([axis.name for axis in config.axis]),
         "motion": json.dumps([axis.motion for axis in config.axis]),
@@ -93,6 +95,7 @@ def setup_of(
         "virtual_clock": str(config.loop.clock == "virtual").lower(),
         "simulated": str(config.simulated).lower(),
         "start_wall_ns": str(start_wall_ns),
+        # beside the start of the clock: that may be of days ago, and names of files go by this one
         "began_wall_ns": str(time.time_ns()),
         "config_file": loaded.path.name,
         "config_sha256": loaded.sha256,
@@ -106,6 +109,7 @@ def setup_of(
         "numba": numba.__version__,
         "platform": platform.platform(),
     }
+    # without a state: at the first tick of a run it is zero
     law = LawArrays(plan.params, plan.model, plan.command)
     files: dict[str, tuple[str, bytes]] = {LAW_NAME: ("application/zip", pack_law(law))}
     # a rig that was made by a program has no file

@@ -34,8 +34,9 @@ class ShadowLaw:
 
     def follow(self, first_row: int, rows: np.ndarray, commands: np.ndarray) -> None:
         """Take the next ticks, and the commands that came into force in them."""
-        if self.why or len(rows) == 0:
+        if self.why or len(rows) == 0:  # once lost, it stays lost
             return
+        # a gap, or a batch twice: either way the law here has seen another run
         if first_row != self.next_row:
             self.why = f"ticks were lost before row {first_row}"
             return
@@ -44,6 +45,7 @@ class ShadowLaw:
         if known < len(rows):
             self.why = f"a command in force at tick {rows['tick'][known]} is not known"
             return
+        # by its outputs: the state itself is nowhere to be compared with
         _, differs = self._law.run(rows, self._book.commands, which)
         # before the number is raised: who asks for the state meets `why` first
         if differs.any():

@@ -104,11 +104,12 @@ def encode(rows: np.ndarray, channel: int, sequence: int, time_ns: int) -> bytes
         kind, offset = placed(rows.dtype, column.name)
         first, count = offset // 8, kind.itemsize // 8
         # steps stay a number each, though they repeat: by the length of those of `tick` the ticks are counted
+        # all words of a vector together: a column has one length
         one = not column.stepped and same[first : first + count].all()
         length = 1 if one else n
         lengths.append((at, count * length))
         table += [(first + k, at + 1 + k * length, int(not one)) for k in range(count)]
-        at += 1 + count * length
+        at += 1 + count * length  # its length, then its numbers
     out = np.empty(at, np.uint64)
     places, counts = np.array(lengths).T
     out[places] = counts
@@ -155,6 +156,7 @@ class Block:
         for word, at, each in self.table.tolist():
             if word == offset // 8:
                 found = self.words[at : at + (self.n if each else 1)].view(kind)
+                # a view of one number as often as there are ticks: nothing is copied
                 return np.cumsum(found) if name in self.steps else np.broadcast_to(found, self.n)
         return np.zeros(self.n, kind)
 
@@ -167,6 +169,7 @@ class Block:
             rows[name] = np.nan if name in OPTIONAL_FIELDS else 0
         to_rows(self.words, self.table, rows.view(np.uint64).reshape(self.n, -1))
         for name, at in self.steps.items():
+            # as signed numbers: a counter that began anew steps down, and wraps back right in 64 bits
             rows[name] = np.cumsum(self.words[at : at + self.n].view(np.int64))
         return rows
 
@@ -190,6 +193,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
     row = tick_dtype(n_axes)
     table, steps, at = [], [], 0
     for column in columns:
+        # a length beyond the end is told by the next line, as one that is too long
         length = int(words[at]) if at < len(words) else len(words)
         if length > len(words) - at - 1:
             raise DataError("a block of ticks is shorter than it says")
@@ -199,6 +203,7 @@ def decode(records: bytes, start: int, end: int, columns: tuple[Column, ...], n_
             # steps are never a single one for several ticks; nor none: the sum would be of the next column
             if length not in {count * n, count * n if column.stepped else count}:
                 raise DataError(f"a block of ticks has {length} numbers of {column.name}")
+            # 1, or as many as ticks: how far apart two words of a vector lie
             each = length // count
             table += [(offset // 8 + k, at + 1 + k * each, int(each == n)) for k in range(count)]
             steps += [(column.name, at + 1)] if column.stepped else []

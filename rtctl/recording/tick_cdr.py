@@ -96,7 +96,7 @@ def layout_of(schema: bytes) -> np.dtype[np.void]:
         if name in FIELD and kind != TYPE_OF[FIELD[name].kind]:
             raise DataError(f"the schema of the ticks says that {name} is {kind}")
         shape = (int(count),) if count else ()
-        descriptors.append((name, _TYPES[kind], shape))
+        descriptors.append((name, _TYPES[kind], shape))  # an empty shape is a scalar
     try:
         layout = np.dtype(descriptors)
     except ValueError as error:  # a name twice
@@ -115,6 +115,7 @@ def own_layout(n_axes: int) -> np.dtype[np.void]:
 def axes_of(layout: np.dtype[np.void]) -> int:
     """Number of axes of ticks with this layout; 0 where it does not say."""
     shape = layout["position_rad"].shape if "position_rad" in (layout.names or ()) else ()
+    # a scalar: of a rig that this version could not read
     return int(shape[0]) if len(shape) == 1 else 0
 
 
@@ -129,15 +130,17 @@ def encode(rows: np.ndarray, channel: int, sequences: np.ndarray, times_ns: np.n
         Channel id.
     sequences, times_ns
         Number and log time (ns since 1970) of each message, shape (n,)."""
+    # by a field that every rig has, with a number for each axis
     layout = own_layout(rows.dtype["position_rad"].shape[0])
     head = np.empty(len(rows), [*_HEAD, ("encapsulation", "V4")])
     head["op"], head["length"], head["channel"] = _MESSAGE, MESSAGE_HEAD - 9 + layout.itemsize, channel
-    head["sequence"] = sequences & 0xFFFFFFFF
+    head["sequence"] = sequences & 0xFFFFFFFF  # 32 bits in MCAP: readers count on
     head["log"] = head["publish"] = times_ns
     head["encapsulation"] = np.void(ENCAPSULATION)
     out = np.empty((len(rows), MESSAGE_HEAD + layout.itemsize), np.uint8)
     out[:, : head.itemsize] = _matrix(head, np.uint8)
     words, (of_message, of_row) = _matrix(rows, np.uint64), _places(layout, rows.dtype)
+    # places in the tick, in the order in which a message has them
     order = of_row[np.argsort(of_message)]
     for at in range(0, len(rows), _BLOCK):
         out[at : at + _BLOCK, head.itemsize :] = words[at : at + _BLOCK].take(order, axis=1).view(np.uint8)
@@ -172,6 +175,7 @@ def decode(
     if (messages[:, :4] != np.frombuffer(ENCAPSULATION, np.uint8)).any():
         raise DataError("a recorded tick is not little-endian CDR")
     words, (of_message, of_row) = _matrix(rows, np.uint64), _places(layout, rows.dtype)
+    # every word from the first on is known: then they stand in the tick one behind the other
     whole = len(of_row) == of_row[-1] + 1
     place = slice(len(of_row)) if whole else of_row  # a slice is five times as quick
     for at in range(0, len(rows), _BLOCK):

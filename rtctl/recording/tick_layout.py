@@ -44,6 +44,7 @@ class TickLayout:
     def decode(self, chunk: Chunk, contents: Contents, n_axes: int) -> tuple[np.ndarray | Block, np.ndarray]:
         """The ticks of a chunk, as they lie there, and the sequence number of each. Raises DataError or
         ValueError for what is no tick of this layout."""
+        # rows are in every chunk, of a quick loop as a choice of few beside the columns
         ticks = chunk.of(channel_of(TICK, chunk, contents))
         if self.words is None:
             raws = [
@@ -54,6 +55,7 @@ class TickLayout:
             ]
             texts = chunk.texts(channel_of(TICK, chunk, contents))
             return json_ticks.decode(texts, raws, n_axes), ticks[:, 1]
+        # where there are columns they have every tick, and the rows are among them
         blocks = chunk.of(channel_of(COLUMNS, chunk, contents)) if self.columns else ticks[:0]
         if not len(blocks):
             starts, ends = np.ascontiguousarray(ticks[:, 3]), np.ascontiguousarray(ticks[:, 4])
@@ -99,6 +101,7 @@ def layout_in(
     if _is_old(contents, tick):
         return _old_layout(contents)
     schema = _schema(contents)
+    # by the number of axes that `axes_in` or the facts gave
     own = tick_cdr.own_layout(n_axes)
     whole = told.get("tick_schema_crc32") == str(zlib.crc32(schema))
     note = "" if whole else "the schema of the ticks is damaged; it is taken for that of this version"
@@ -131,6 +134,7 @@ def _columns_in(contents: Contents, told: Mapping[str, str]) -> tuple[tuple[Colu
 
 def _is_old(contents: Contents, tick: bytes) -> bool:
     """Whether ticks are JSON: by the schema, or where that is lost by the first tick."""
+    # where a schema is there it decides: a tick of CDR may begin with a brace by chance
     known = contents.schemas.keys() & {_OLD_SCHEMA, tick_cdr.SCHEMA_NAME}
     return _OLD_SCHEMA in known or (not known and tick[:1] == b"{")
 
@@ -144,7 +148,7 @@ def _old_layout(contents: Contents) -> tuple[TickLayout, str]:
         return TickLayout(None, tuple(json_ticks.fields_of(contents.schemas[_OLD_SCHEMA][1]))), ""
     except (DataError, KeyError):
         note = "the schema is damaged; it is taken for that of this version"
-        return TickLayout(None, tick_dtype(1).names or ()), note
+        return TickLayout(None, tick_dtype(1).names or ()), note  # names are the same for every size
 
 
 def _first_tick(contents: Contents, chunk: Chunk | None) -> bytes:

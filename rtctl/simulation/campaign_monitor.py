@@ -137,10 +137,12 @@ def _feedforward(t: Record, p: Record, model: Record, axis: int) -> int:
     factor, most = t.friction_factor[axis], 1.0 + p.friction_raise[axis]
     if not 0.7 * (1 - ROUNDING) <= factor <= most * (1 + ROUNDING):
         return 1 << 14
+    # of the direction that was measured farther: a branch may be that of what is helped, not of what moves
     end = max(
         model.speed_max_rad_s[0] + model.speed_fade_rad_s[0],
         model.speed_max_rad_s[1] + model.speed_fade_rad_s[1],
     )
+    # both directions: a model has a curve for each, or is none
     learned = model.n_segments[0] > 0 and model.n_segments[1] > 0
     left = value != 0.0 or (learned and observer != 0.0)
     return 1 << 14 if abs(t.velocity_rad_s[axis]) > end and left else 0
@@ -169,6 +171,7 @@ def _reactions(t: Record, m: Record) -> int:
     """Invariants of cuts, ramps and the latched cause."""
     bad = 0
     state, before = t.state, m.state
+    # in both: else it has just begun to move, or to stop
     moving = before in (_ARMING, _ACTIVE, _HOLD) and state in (_ARMING, _ACTIVE, _HOLD)
     faults = np.int64(t.faults)
     if (faults & _CUT and _powered(state)) or (faults & _RAMP and moving):
@@ -187,6 +190,7 @@ def _reactions(t: Record, m: Record) -> int:
 @compiled
 def _stop(t: Record, c: Record, m: Record) -> int:
     """Invariant 18: how long ago a stop was asked for that has not yet disabled."""
+    # powered before the tick: a stop at rest has nothing to disable
     if c.stop_count > m.stop_count and _powered(m.state):
         m.stop_age = 0
     if not _powered(t.state):
@@ -247,6 +251,7 @@ def _program(t: Record, c: Record, m: Record, axis: int) -> int:
 def watch_hand(t: Record, plant: Record, plant_p: Record, p: Record, m: Record) -> int:
     """Invariant 21, from the truth of the simulated rig at the end of the period that follows the tick."""
     bad = 0
+    # the renderer's power counts while somebody can be given something
     m.armed_ticks = m.armed_ticks + 1 if _powered(t.state) else 0
     allowed = p.renderer_store_j + p.renderer_power_w * p.period_s * m.armed_ticks + 1.5 * p.energy_budget_j
     for axis in range(len(m.given_j)):

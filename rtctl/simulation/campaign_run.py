@@ -82,6 +82,7 @@ class Result:
 
     def add(self, other: Result) -> None:
         """Add another part."""
+        # `seconds` is not added: parts run beside each other
         self.ticks += other.ticks
         self.rigs += other.rigs
         self.faults_scheduled += other.faults_scheduled
@@ -99,6 +100,7 @@ class Result:
             "faults_scheduled": self.faults_scheduled,
             "ticks_in_state": {state.name: int(self.visits[state]) for state in State},
             "axis_ticks_in_program": {kind.name: int(self.programs[kind]) for kind in Program},
+            # appeared, and not present: one that stays counts once
             "faults_appeared": {fault.name: int(self.seen[fault.value.bit_length() - 1]) for fault in Fault},
             "violations": [vars(violation) for violation in self.violations],
         }
@@ -108,11 +110,13 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
     """Run rig `index` in this process; also the rig, and its last `keep` ticks."""
     # by the number: a rig can be made again alone
     name = "mock-2axis.toml" if index % TWO_AXES_OF == 0 else "mock.toml"
+    # made and not kept: a rig follows from seed and number
     rig = make(
         _loaded(name), order.seed, index, passive=order.passive, faults=order.faults, ticks=order.ticks
     )
     simulation, result = rig.simulation, Result(rigs=1, faults_scheduled=len(rig.faults))
     trace = records(np.zeros(keep, simulation.tick.dtype))
+    # one call for all ticks: between two of them nothing of Python runs
     bits, result.ticks = drive(
         simulation.addresses(),
         simulation.params,
@@ -140,7 +144,7 @@ def run_traced(order: Order, index: int, keep: int = TRACE_TICKS) -> tuple[Resul
         numbers = [number for number in INVARIANTS if bits >> number & 1]
         result.violations.append(Violation(index, result.ticks, numbers, order.reproduce(index)))
     # of a ring: the oldest of the last ones is where the next would be written
-    rows = min(keep, result.ticks)
+    rows = min(keep, result.ticks)  # a rig that violates early has fewer
     last = np.take(trace, np.arange(result.ticks - rows, result.ticks) % keep) if rows else trace
     return result, rig, last
 
@@ -155,7 +159,7 @@ def save_trace(path: Path, rows: np.ndarray) -> None:
 def run_part(order: Order, indices: range) -> Result:
     """Run these rigs in this process."""
     total = Result()
-    for index in indices:
+    for index in indices:  # one after another: the next process does the next part
         # keep=0: two thousand ticks of each rig would be copied for nobody
         total.add(run_traced(order, index, keep=0)[0])
     return total
@@ -177,5 +181,6 @@ def run(order: Order, jobs: int = 0, progress: Callable[[int], None] = lambda _r
     for part in campaign_workers.results(run_part, [order] * len(parts), parts, jobs=jobs):
         total.add(part)
         progress(part.rigs)
+    # on the wall, all cores together: ticks a second are of the machine
     total.seconds = time.monotonic() - began
     return total

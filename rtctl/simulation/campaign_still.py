@@ -90,10 +90,12 @@ def _rms(speed_rad_s: np.ndarray) -> float:
 
 def run_case(case: Case, hold_s: float = JUDGED_S) -> Found:
     """Run a case: arm, two periods and a part, then hold still for `hold_s`, at least `JUDGED_S`."""
+    # a rig of its own: bristles and observer as they were made
     simulation = rig(case)
     try:
         simulation.arm()
     except FaultError:
+        # a rig that cannot be armed is no quiet one, and is told
         return Found(case, math.nan, math.nan, int(simulation.state["fault_first"][0]))
     moved_s = simulation.time_s - float(simulation.plant_params["hand_start_s"][0, 0])
     # arming took some of the motion
@@ -125,6 +127,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
     help.
 
     After some motion in which the joint went no farther than in this case, whenever it ends."""
+    # what stopped the rig, or fed the hand, is no joint's own ring
     if found.fault >= 0 or not found.fed_j <= FED_J:
         return False
     # the case's own wish first: each further one is a run of its own
@@ -135,6 +138,7 @@ def rings_by_itself(found: Found, hold_s: float) -> bool:
             # a larger motion than with help excuses nothing
             if farther > 1.0 and not alone.swing_rad <= found.swing_rad:
                 return False
+            # the end of it, too: one that goes on where the other dies away is kept up by somebody
             as_long = found.late_rad_s <= max(OWN_RING * alone.late_rad_s, QUIET_RAD_S)
             if found.speed_rad_s <= OWN_RING * alone.speed_rad_s and as_long:
                 return True
@@ -145,8 +149,28 @@ def _ending_later(case: Case, later_s: float) -> Case:
     """The same motion, which ends so much later: where the wish then is, as no hand jumps."""
     if later_s == 0.0:
         return case
+    # later it is not in the middle any more
     ends = "anywhere" if case.ends == "middle" else case.ends
     return replace(case, stop_s=case.stop_s + later_s, ends=ends)
+
+
+@dataclass(frozen=True)
+class Order:
+    """What to run."""
+
+    seed: int = 1
+    cases: int = 1000
+    hold_s: float = JUDGED_S
+    policies: tuple[str, ...] = POLICIES
+    hands: int = 1
+    """Cases that share a gear and a force sensor (`drawn`)."""
+
+    def reproduce(self, index: int) -> str:
+        """The command that runs case `index` alone."""
+        # policies take turns by the index, so that the same index with others is another case
+        named = "" if self.policies == POLICIES else "".join(f" --policy {name}" for name in self.policies)
+        held = "" if self.hold_s == JUDGED_S else f" --hold-s {self.hold_s:.12g}"
+        return f"rtctl campaign --still --seed {self.seed} --rig {index}{named}{held}"
 
 
 @dataclass
@@ -164,6 +188,7 @@ class Findings:
     def add(self, found: list[Found], hold_s: float = JUDGED_S) -> None:
         """Add cases that were run with this `hold_s`."""
         self.cases += len(found)
+        # the second question costs up to forty runs: only of those that are not quiet
         judged = [one for one in found if one.quiet or not rings_by_itself(one, hold_s)]
         self.own += len(found) - len(judged)
         self.worst_rad_s = max([self.worst_rad_s, *(one.speed_rad_s for one in judged)])
@@ -184,37 +209,30 @@ class Findings:
             ],
         }
 
-    def text(self, seed: int) -> str:
-        """For people."""
+    def text(self, order: Order) -> str:
+        """For people; of what was run with this order."""
         lines = [
             f"{self.cases:,} hands that hold still: {len(self.loud)} feel something, {self.own} on a joint "
             f"that rings as much without help; fastest "
             f"{1e3 * self.worst_rad_s:.3g} mrad/s RMS, most fed {1e3 * self.most_fed_j:.3g} mJ"
         ]
-        for one in sorted(self.loud, key=lambda one: -one.speed_rad_s)[:20]:
+        for one in sorted(self.loud, key=_loudest_first)[:20]:
             fault = f", fault {one.fault}" if one.fault >= 0 else ""
             lines.append(
                 f"case {one.case.index}: {1e3 * one.speed_rad_s:.3g} mrad/s, fed {1e3 * one.fed_j:.3g} "
                 f"mJ{fault}: {one.case}"
-                f"\n    rtctl campaign --still --seed {seed} --rig {one.case.index}"
+                f"\n    {order.reproduce(one.case.index)}"
             )
         return "\n".join(lines)
 
 
+def _loudest_first(one: Found) -> float:
+    # a speed that is no number orders nothing: it comes first, as a rig that did not even arm
+    return -math.inf if math.isnan(one.speed_rad_s) else -one.speed_rad_s
+
+
 def _finite(value: float) -> float | None:
     return value if math.isfinite(value) else None
-
-
-@dataclass(frozen=True)
-class Order:
-    """What to run."""
-
-    seed: int = 1
-    cases: int = 1000
-    hold_s: float = JUDGED_S
-    policies: tuple[str, ...] = POLICIES
-    hands: int = 1
-    """Cases that share a gear and a force sensor (`drawn`)."""
 
 
 def run_part(order: Order, indices: range) -> list[Found]:

@@ -61,6 +61,7 @@ def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES, hands: in
 
     `hands` cases after each other have the gear and the force sensor of the first: what an observer is tuned
     for, which takes twice as long as to simulate a hand. Bristles, place and hand are each case's own."""
+    # each draws all it has, needed or not: streams stay as they are
     own, first = _drawn(seed, index, policies), index - index % hands
     if first == index:
         return own
@@ -69,6 +70,7 @@ def drawn(seed: int, index: int, policies: tuple[str, ...] = POLICIES, hands: in
 
 
 def _drawn(seed: int, index: int, policies: tuple[str, ...]) -> Case:
+    # by the number alone: a case does not depend on how many are run
     draw = np.random.default_rng((seed, index))
     ends = str(draw.choice(["middle", "middle", "anywhere", "off"]))
     # a wish that stops in the middle of its motion stops where it passes there: a hand does not jump
@@ -77,6 +79,7 @@ def _drawn(seed: int, index: int, policies: tuple[str, ...]) -> Case:
         index=index,
         policy=policies[index % len(policies)],  # in turn, not drawn: each has as many cases
         model=str(draw.choice(_KINDS)),
+        # by ratio, and a factor of forty: from soft cables to bearings
         bristle_stiffness_nm_rad=log_uniform(draw, 50.0, 2000.0),
         bristle_damping_nms_rad=log_uniform(draw, 0.1, 3.0),
         joint_hz=float(draw.choice([0.0, 0.0, log_uniform(draw, 30.0, 120.0)])),
@@ -98,6 +101,7 @@ def _drawn(seed: int, index: int, policies: tuple[str, ...]) -> Case:
 def _sensor(seed: int, index: int) -> dict[str, Any]:
     """Seven in ten have no low-pass, seven in ten no delay."""
     draw = np.random.default_rng((seed, index, _SENSOR_STREAM))
+    # both are drawn by themselves: a slow sensor need not be late, nor a late one slow
     hz = log_uniform(draw, SENSOR_LEAST_HZ, 1000.0) if draw.random() < 0.3 else 0.0
     late = int(draw.integers(1, SENSOR_MOST_TICKS + 1)) if draw.random() < 0.3 else 0
     return {"sensor_hz": hz, "sensor_ticks": late}
@@ -145,10 +149,12 @@ def rig(case: Case) -> Simulation:
     """The simulated rig of a case, nothing run yet. The presliding length is told as break-away over
     sigma0."""
     shipped = _shipped()
+    # through the tables of a rig file: a case that none could hold is refused
     table = shipped.config.model_dump(mode="json", by_alias=True)
     axis = table["axis"][0]
     options = dict(shipped.options)
     own = options["axis"][0]
+    # of the plant, which the law is told truly
     breakaway_nm = own["friction"]["breakaway_nm"]
     told: dict[str, Any] = {
         "friction": {"policy": case.policy, "presliding_rad": breakaway_nm / case.bristle_stiffness_nm_rad}
@@ -156,6 +162,7 @@ def rig(case: Case) -> Simulation:
     if case.joint_hz > 0:
         # only the motor's damping counts on an elastic joint, and a coupling inside what that leaves
         told |= {"viscous_nms_rad": 0.8 * axis["viscous_nms_rad"], "coupling": {"stiffness_nm_rad": 45.0}}
+    # one axis: a hand holds one joint
     table["axis"] = [merged(axis, told)]
     options["axis"] = [merged(own, _joint(case, axis["inertia_kgm2"]))]
     options["hand"] = [merged(options["hand"][0], _hand(case))]

@@ -95,14 +95,17 @@ class Simulation:
             raise ConfigError(
                 f"{loaded.path}: device[0].kind: only 'mock' can be simulated, alone, not {', '.join(kinds)}"
             )
+        # kept for faults that are scripted later
         self._loaded = loaded
         self.motion = loaded.config.axis[0].motion
         """Motion of the first axis, "rotary" or "linear"."""
         self.plan: Plan = build(loaded)
         plant_params, plant_state = plant_records(loaded.options, loaded.config.hardware())
+        # as records: one type for all code that is compiled, here and in the loop
         self.plant_params, self.plant_state = records(plant_params), records(plant_state)
         self.params, self.model = records(self.plan.params), records(self.plan.model)
         self.command = records(self.plan.command)
+        # zeroed, as the loop begins
         self.state = records(np.zeros(1, state_dtype(self.plan.n_axes)))
         self.tick = records(new_ticks(1, self.plan.n_axes))
         self.truth = self.plant_state[:0].copy()
@@ -132,6 +135,7 @@ class Simulation:
             tables = read_faults(faults, {"n_axes": rig.n_axes})
         except ValueError as error:
             raise ConfigError(str(error)) from error
+        # in place: a run that is under way takes it up with the next tick
         fill_schedule(self.plant_params, tables, rig)
 
     def change(self, **fields: object) -> None:
@@ -145,10 +149,12 @@ class Simulation:
         """Run for `seconds` after changing the command's `fields`; returns every `every`-th tick.
 
         `truth` then holds the rig's states at the end of the same ticks."""
+        # without any the command in force stays, under its number
         if fields:
             self.change(**fields)
         # one tick at least: who asks for less asks what is now
         rows = max(1, round(seconds / self.plan.period_s / every))
+        # made before, and filled in place: compiled code must not allocate
         trace = records(new_ticks(rows, self.plan.n_axes))
         self.truth = records(np.zeros(rows, self.plant_state.dtype))
         at, of_law, of_plant = self.addresses(), self._of_law, self._of_plant
@@ -192,6 +198,7 @@ class Simulation:
             asked = {"arm_count": int(self.command["arm_count"][0]) + 1, "epoch": int(self.state["epoch"][0])}
             self.change(**asked, **fields)
             parts.append(self.run(0.05))
+            # by its last tick: at full authority for a moment is not armed
             last = parts[-1][-1]
             if last["state"] == State.ACTIVE and last["authority"] >= 1.0:
                 # as bytes: of records NumPy finds out a common type first, 12 ms where all are of one

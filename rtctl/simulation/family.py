@@ -35,6 +35,7 @@ class Plant:
 
 
 def _friction(model: str, stiffness: float = 250.0, damping: float = 1.0, **more: float) -> Change:
+    # sizes are those of the rig file: the family tells shapes
     bristles = {"bristle_stiffness_nm_rad": stiffness, "bristle_damping_nms_rad": damping}
     return {"friction": {"model": model, **bristles, **more}}
 
@@ -42,6 +43,7 @@ def _friction(model: str, stiffness: float = 250.0, damping: float = 1.0, **more
 def _elastic(hz: float) -> Change:
     """A joint whose two equal masses swing freely at `hz`; .8 of the viscous damping is the motor's."""
     reduced, omega = 0.012 / 4, 2 * math.pi * hz  # two halves of the usual joint swing against each other
+    # rounded: these numbers are shown in documents
     stiffness, damping = round(reduced * omega**2, 1), round(2 * 0.02 * reduced * omega, 5)
     return {"elastic": {"stiffness_nm_rad": stiffness, "damping_nms_rad": damping, "link_viscous_share": 0.2}}
 
@@ -69,6 +71,7 @@ _MX106_LOAD: Change = {
 """Load terms of m6 of a Dynamixel MX-106: Rhoban/bam, Apache-2.0, arXiv 2410.08650; on this joint's own
 friction."""
 
+# share of the friction, or N m; times a turn; phase
 _WAVES = {
     "friction": [[0.18, 1.0, 0.4]],
     "ripple": [[0.010, 80.0, 0.0], [0.006, 160.0, 1.1]],
@@ -128,8 +131,10 @@ FAMILY: Mapping[str, Plant] = {plant.name: plant for plant in _PLANTS}
 
 def merged(table: Mapping[str, Any], change: Change) -> dict[str, Any]:
     """`table` with `change` laid over it, table by table."""
+    # a copy: the shipped table is read by others
     out = dict(table)
     for name, value in change.items():
+        # a table that is not there yet begins empty
         old = out.get(name)
         # a list takes the place of the other: waves of two joints are none of a third
         out[name] = merged(old or {}, value) if isinstance(value, Mapping) else value
@@ -138,7 +143,7 @@ def merged(table: Mapping[str, Any], change: Change) -> dict[str, Any]:
 
 def options_with(plant: Plant, options: Mapping[str, Any]) -> dict[str, Any]:
     """The mock's options (not yet validated) with this plant in place of theirs, on every axis."""
-    out = merged(options, plant.device)
+    out = merged(options, plant.device)  # of the device first: axes are its own table
     # one at least: a mock without the table has an axis of defaults
     out["axis"] = [merged(axis, plant.axis) for axis in options.get("axis", [{}])]
     return out

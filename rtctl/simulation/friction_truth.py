@@ -78,6 +78,7 @@ def true_friction_nm(loaded: LoadedConfig, axis: int, velocity_rad_s: np.ndarray
 def _moved_by_motor_nm(velocity_rad_s: float, params: np.ndarray, axis: int) -> float:
     """Friction F = F(v, motor torque F) of steady sliding, N m, by iteration: load adds a small part of what
     loads."""
+    # only the levels change: shape and speeds of the curve are the joint's own
     loaded = params.copy()
     friction = -1.0  # no friction is this: the first round never ends it
     for _ in range(_LOAD_STEPS):
@@ -94,6 +95,7 @@ def _means_over_travel(loaded: LoadedConfig, axis: int, params: np.record) -> tu
     """Mean factor of the dry friction over position, and mean torque ripple, N m; 1 and 0 over a whole
     turn."""
     table = loaded.config.axis[axis]
+    # over whole turns every wave has a mean of nothing
     if table.position_max_rad - table.position_min_rad >= 2 * np.pi:
         return 1.0, 0.0
     places = np.linspace(table.position_min_rad, table.position_max_rad, _PLACES)
@@ -119,11 +121,12 @@ def of_points(
     for direction in (1, -1):
         velocity, torque, _ = table[table[:, 2] == direction].T
         still = velocity == 0
+        # a break-away alone is no curve: nothing is said of this direction
         if still.all():
             continue
         # break-away has a direction, and no speed
         true_nm = true_friction_nm(loaded, axis, np.where(still, direction * 1e-12, velocity))
-        error = np.abs(torque) - true_nm
+        error = np.abs(torque) - true_nm  # magnitudes, as the law of the plant gives them
         found.append(_deviation(loaded, axis, direction, error[~still], error[still], true_nm[~still]))
     return tuple(found)
 
@@ -133,6 +136,7 @@ def of_model(loaded: LoadedConfig, axis: int, model: FrictionModel) -> tuple[Dev
     found = []
     for direction, branch in zip((1, -1), model.branches, strict=True):
         top = branch.speed_max_rad_s
+        # of a carriage no speed is slow by itself: as far below its top as .005 rad/s is below 2
         slowest = top / SPEED_RANGE if model.motion == "linear" else SPEED_MIN_RAD_S
         velocity = direction * np.linspace(slowest, top, _GRID)
         true_nm = true_friction_nm(loaded, axis, velocity)
@@ -152,6 +156,7 @@ def _deviation(
     params = plant_records(loaded.options, loaded.config.hardware())[0]
     coulomb, breakaway = (float(params[name][0, axis]) for name in ("coulomb_nm", "breakaway_nm"))
     dry, name = (coulomb, "F_c") if 2 * coulomb >= breakaway else (breakaway, "F_s")
+    # over the moving points alone
     whole = float(np.sqrt(np.mean(true_nm**2)))
     # else a joint that hardly rubs dry would be off by any share of next to nothing
     if dry < DRY_SHARE * whole:

@@ -77,13 +77,13 @@ class Rig:
         params, state = plant_records(options, hardware)
         self.plant = records(params), records(state)
         self.tick = records(new_ticks(1, hardware.n_axes))
-        self.tick["enabled"] = 1
+        self.tick["enabled"] = 1  # a plant that is not enabled has no torque
         self.period_s = hardware.period_s
         self.torque_per_ampere = float(
             hardware.gear_ratio[0] * hardware.gear_efficiency[0] * hardware.torque_constant_nm_a[0]
         )
         self.count_rad = 2 * math.pi / float(hardware.encoder_counts_per_rev[0])
-        self.bias_a = 0.0
+        self.bias_a = 0.0  # measured first of all
         self.settle_rad = SETTLE_RAD
 
     def ticks(self, seconds: float) -> int:
@@ -129,7 +129,7 @@ def _turn(
     bounded acceleration, so the joint never swings back. `servo`: x_wanted, v_wanted, x before, v; it
     carries over to the next call."""
     period = params[0].period_s
-    share = period / (period + SPEED_FILTER_S)
+    share = period / (period + SPEED_FILTER_S)  # of a low-pass, per tick
     for phase in range(len(velocities)):
         total = 0.0
         for _ in range(lengths[phase]):
@@ -137,7 +137,7 @@ def _turn(
             x = tick[0].position_rad[0]
             total += tick[0].current_a[0]
             servo[3] += share * ((x - servo[2]) / period - servo[3])
-            servo[2] = x
+            servo[2] = x  # for the next difference
             change = velocities[phase] - servo[1]
             servo[1] += math.copysign(min(abs(change), ACCELERATION_RAD_S2 * period), change)
             servo[0] += servo[1] * period
@@ -176,7 +176,7 @@ def _come_to_rest(rig: Rig) -> None:
     """Motor off until the joint has stayed within `REST_COUNTS` for `PAUSE_S`: soft bristles swing on."""
     params, state = rig.plant
     for _ in range(round(REST_MOST_S / PAUSE_S)):
-        seen = []
+        seen = []  # several looks: one may fall on a turn
         for _ in range(_LOOKS):
             _rest(rig.tick, state, params, rig.ticks(PAUSE_S / _LOOKS))
             seen.append(float(rig.tick["position_rad"][0, 0]))
@@ -227,10 +227,10 @@ def turn_through(rig: Rig, phases: list[tuple[float, float]]) -> np.ndarray:
     """Turn through `phases` of (velocity rad/s, seconds) from rest; returns each one's mean current, A."""
     params, state = rig.plant
     position_rad = float(rig.tick["position_rad"][0, 0])
-    servo = np.array([position_rad, 0.0, position_rad, 0.0])
+    servo = np.array([position_rad, 0.0, position_rad, 0.0])  # from rest, where it is
     velocities = np.array([velocity for velocity, _ in phases])
     lengths = np.array([rig.ticks(seconds) for _, seconds in phases])
-    means_a = np.zeros(len(phases))
+    means_a = np.zeros(len(phases))  # filled in place
     _turn(rig.tick, state, params, rig.torque_per_ampere, servo, velocities, lengths, means_a)
     return means_a
 
@@ -245,8 +245,8 @@ def constant_velocity_point(rig: Rig, velocity_rad_s: float, measurements: int) 
     """Measure at one speed; slow runs jog on between measurements, so that all see the whole turn."""
     # never slower than the run itself
     jog = math.copysign(max(JOG_RAD_S, abs(velocity_rad_s)), velocity_rad_s)
-    jog_s = 2 * math.pi / measurements / abs(jog)
-    settle_s = SETTLE_S + rig.settle_rad / abs(velocity_rad_s)
+    jog_s = 2 * math.pi / measurements / abs(jog)  # a share of a turn: all of them make one
+    settle_s = SETTLE_S + rig.settle_rad / abs(velocity_rad_s)  # a way takes its time at low speed
     cycle = [(jog, jog_s), (velocity_rad_s, settle_s), (velocity_rad_s, WINDOW_S)]
     means_a = turn_through(rig, [(velocity_rad_s, SETTLE_S), *(cycle * measurements)])[3::3]
     samples_nm = (means_a - rig.bias_a) * rig.torque_per_ampere
@@ -263,9 +263,9 @@ def measure(loaded: LoadedConfig, levels: int = LEVELS, measurements: int = MEAS
     points = []
     for direction in (1, -1):
         constant_velocity_point(rig, 0.5 * direction, 10)  # warm-up
-        points.append(_break_away_point(rig, direction, measurements))
+        points.append(_break_away_point(rig, direction, measurements))  # first: it tells how long to settle
         rig.settle_rad = max(rig.settle_rad, SETTLE_LENGTHS * (points[-1].presliding_rad or 0.0))
-        speeds = np.geomspace(SPEED_MIN_RAD_S, SPEED_MAX_RAD_S, levels)
+        speeds = np.geomspace(SPEED_MIN_RAD_S, SPEED_MAX_RAD_S, levels)  # dense where friction bends
         points += [constant_velocity_point(rig, direction * float(speed), measurements) for speed in speeds]
     return points
 
@@ -280,7 +280,7 @@ def write_csv(points: list[Point], path: Path) -> None:
 
 
 def _cell(column: str, value: float | None) -> str:
-    if value is None:
+    if value is None:  # an empty cell: nothing was measured
         return ""
     if column == "velocity_rad_s":
         return f"{value:.9g}"

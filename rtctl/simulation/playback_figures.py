@@ -114,6 +114,7 @@ def judge(options: Mapping[str, Any], rig: Rig, settings: Settings) -> Judged:
 
 
 def _judged(log: AxisLog, settings: Settings) -> Judged:
+    # by this log alone: zeros of sensors differ from log to log
     dynamics = regress(differentiate(log, settings.cutoff_hz), settings.speed_min_rad_s, log.source)
     inertia = dynamics.inertia_kgm2 if settings.inertia_kgm2 is None else settings.inertia_kgm2
     # so written that NaN is refused, too
@@ -140,6 +141,7 @@ def learn(
     ------
     ConfigError, DataError
         A missing file, an unusable log, one that `rtctl identify --log` refuses, or a fit that fails."""
+    # the columns of one log are those of all
     of_files = [of_file(options, file) for file in files]
     # the same checks as of `rtctl identify --log`: what that refuses nothing is learned from
     found = checked(of_files, rig, settings.cutoff_hz, settings.speed_min_rad_s)
@@ -149,6 +151,7 @@ def learn(
         # by time, not at random: samples beside each other are not independent
         end = settings.train_share * len(each.log.position_rad) / each.log.rate_hz
         seen.append(each.samples.between(0.0, end) if settings.train_share < 1 else each.samples)
+        # empty where all is trained on
         held.append(each.samples.between(end, np.inf))
     points = replace(level_points(pool(seen)), motion=rig.moves(0)[0])
     regressed, given = [each.regressed for each in logs], settings.inertia_kgm2 is not None
@@ -172,7 +175,7 @@ def _long(stretches: Sequence[AxisLog], settings: Settings) -> Sequence[AxisLog]
 
 def mirrored(points: FrictionPoints) -> FrictionPoints:
     """Each point in both directions: what a learner sees that takes friction for symmetric."""
-    speed, one = np.abs(points.velocity_rad_s), np.ones(len(points.count))
+    speed, one = np.abs(points.velocity_rad_s), np.ones(len(points.count))  # magnitudes, both ways
     return replace(
         points,
         velocity_rad_s=np.concatenate([speed, -speed]),
@@ -192,6 +195,7 @@ def rms(values: np.ndarray) -> float:
 def prediction(learned: Learned, samples: FrictionSamples) -> dict[str, Any]:
     """How well the models predict friction samples they have not seen, N m RMS."""
     v, friction = samples.velocity_rad_s, samples.friction_nm
+    # the model has magnitudes, samples have the sign of the motion
     error = friction - np.sign(v) * learned.model.magnitude(v)
     return {
         "samples": len(v),
@@ -207,6 +211,7 @@ def prediction(learned: Learned, samples: FrictionSamples) -> dict[str, Any]:
 def in_range_share(model: FrictionModel, velocity_rad_s: np.ndarray) -> float:
     """Share of samples not faster than what the model was trained on, in their direction."""
     forward, backward = (branch.speed_max_rad_s for branch in model.branches)
+    # each by its own direction's range: the two are seldom measured equally far
     inside = np.abs(velocity_rad_s) <= np.where(velocity_rad_s >= 0, forward, backward)
     return float(inside.mean()) if len(inside) else float("nan")
 
@@ -237,6 +242,7 @@ def trace(rows: np.ndarray, rate_hz: float, inertia_kgm2: float, cutoff_hz: floa
     fresh = rows[rows["sample_age_ticks"] == 0]  # held samples would be steps of the velocity
     position = smooth(fresh["position_rad"][:, 0], rate_hz, cutoff_hz)
     velocity = np.gradient(position, 1.0 / rate_hz)
+    # of the same smoothed motion: two filters would leave their difference as friction
     inertial = inertia_kgm2 * np.gradient(velocity, 1.0 / rate_hz)
     counted = (fresh["state"] == State.ACTIVE) & (fresh["authority"] >= 1.0)
     edge = round(rate_hz / cutoff_hz)  # a smoothed end is one-sided: its derivative is wrong
@@ -266,11 +272,12 @@ def interaction(signals: Trace, speed_min_rad_s: float) -> dict[str, Any]:
 
 
 def _part(signals: Trace, chosen: np.ndarray) -> dict[str, float]:
-    hand, left = signals.hand_nm[chosen], signals.left_nm[chosen]
+    hand, left = signals.hand_nm[chosen], signals.left_nm[chosen]  # as recorded, and with help
     inertial = signals.inertial_nm[chosen]
+    # what it needed as recorded, without any help
     felt = rms(hand)
     return {
-        "share": float(chosen.mean()),
+        "share": float(chosen.mean()),  # of the time that counts
         "hand_rms_nm": felt,
         "feedforward_rms_nm": rms(signals.feedforward_nm[chosen]),
         "left_rms_nm": rms(left),

@@ -47,10 +47,12 @@ def with_bias(options: Mapping[str, Any], rig: Rig, bias_nm: float) -> dict[str,
     """Options of a one-axis log whose hand torque is lowered by `bias_nm`, N m.
 
     The offset of a column counts in the column's own unit, before its scale."""
+    # a copy: the options are those of the log as it was read
     axis = dict(options["axis"][0])
     column = axis.get("hand_torque")
     if column is None:
         raise ConfigError("a bias can be removed from a hand_torque column only, not from force columns")
+    # from the column's own number to N m: the bias goes the other way
     factor = column["scale"] * effort_units(TORQUE_UNITS, *rig.moves(0))[column["unit"]]
     axis["hand_torque"] = {**column, "offset": column["offset"] + bias_nm / factor}
     return {**options, "axis": [axis, *options["axis"][1:]]}
@@ -60,6 +62,7 @@ def changed(
     loaded: LoadedConfig, options: Mapping[str, Any], axis: Mapping[str, Mapping[str, Any]]
 ) -> LoadedConfig:
     """The rig file with other device options and a virtual clock; `axis` changes tables of its first axis."""
+    # through the tables of a rig file: what none may hold is refused
     data = loaded.config.model_dump(mode="json", by_alias=True)
     for table, keys in axis.items():
         data["axis"][0][table].update(keys)
@@ -115,6 +118,7 @@ class Operator:
         """Read the device; every now and then, arm."""
         self._read(tick)
         self._reads += 1
+        # again and again: a request before it is ready is refused, and used up
         if self._reads % ARM_EVERY_TICKS == 0 and int(tick["state"][0]) == State.IDLE:
             command = self._writer.command
             command["arm_count"] += 1
@@ -157,8 +161,9 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
         raise ConfigError(
             f"{loaded.path}: device[0].options.loop: a log that is repeated for ever has no report"
         )
+    # before the log is opened: a model that is missing costs no reading
     plan = build(loaded)
-    backend = PlaybackBackend(loaded.options, loaded.config.hardware())
+    backend = PlaybackBackend(loaded.options, loaded.config.hardware())  # that of `rtctl run`, too
     try:
         backend.open()
     except BackendError as error:
@@ -175,6 +180,7 @@ def run_log(loaded: LoadedConfig) -> np.ndarray:
     finally:
         backend.close()
         memory.close()
+    # else all figures would be of a rig without torque
     if not (rows["state"] == State.ACTIVE).any():
         seen = int(np.bitwise_or.reduce(rows["faults"]))
         raise DataError(

@@ -87,6 +87,7 @@ class Authenticator:
         clock_s: Callable[[], float] = time.monotonic,
     ) -> None:
         self._clock_s = clock_s
+        # by domain and user: who was expelled from one door may still stop the rig at another
         self._banned: dict[tuple[bytes, str], float] = {}
         self._let_in: dict[tuple[bytes, str], float] = {}
         self.keys: Mapping[str, Key] = {}
@@ -186,6 +187,7 @@ class Authenticator:
         if entry == "curve":
             if mechanism != b"CURVE" or len(credentials) != 1 or len(credentials[0]) != 32:
                 return None, "", "400 no CURVE key"
+            # as it stands in the files: the wire has 32 bytes
             public = z85.encode(credentials[0]).decode()
             if public not in self.keys:
                 self.refresh()

@@ -55,7 +55,7 @@ class Connections:
     ) -> None:
         self._places = places
         self._watched = socket
-        self._opened: dict[int, float] = {}
+        self._opened: dict[int, float] = {}  # descriptor -> when, the oldest first
         self._peers: dict[int, str | None] = {}
         self._permitted: deque[float] = deque()
         address = f"inproc://rtctl-connections-{next(_NUMBER)}"
@@ -108,6 +108,7 @@ class Connections:
                 head, _address = self._monitor.recv_multipart(zmq.NOBLOCK)
             except zmq.Again:
                 return
+            # by descriptor: the kernel gives a number anew only once its connection is closed
             event, fd = _EVENT.unpack(head)
             if event == zmq.EVENT_ACCEPTED:
                 self._opened.pop(fd, None)  # in the order of arrival

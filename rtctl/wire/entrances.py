@@ -91,6 +91,7 @@ class Access:
         resident: Callable[[], int] | None = None,
     ) -> None:
         self._notice = notice
+        # first of all: every socket below takes some
         descriptors = self._descriptors = self._allow_descriptors()
         self._context = context
         self._endpoints = endpoints
@@ -98,7 +99,7 @@ class Access:
         self._clock_s = clock_s
         self._doors: list[Door] = []
         self._signature: tuple[tuple[str, int, int], ...] = ()
-        self._gone: list[str] = []
+        self._gone: list[str] = []  # names of keys that hold no more; cut by `look`
         self._next_look_s = self._next_refresh_s = -math.inf
         self.remote: Endpoints | None = None
         self._store = None if openings.keys is None else KeyStore(openings.keys)
@@ -130,6 +131,7 @@ class Access:
 
     def routers(self, name: str, port_offset: int, options: Options) -> list[Door]:
         """ROUTER sockets for the endpoint `name` (`command` or `targets`): by ipc and, if asked for, TCP."""
+        # in any case: whoever runs the rig stops it from this machine, whatever is asked of the network
         local = Binding(getattr(self._endpoints, name), "ipc", group=self._openings.group)
         doors = [self._door(name, local, zmq.ROUTER, options)]
         if self.remote is not None:
@@ -148,7 +150,7 @@ class Access:
     def viewers(self, options: Options) -> list[Door]:
         """XPUB sockets for the state samples that viewers without keys may see."""
         port = self._openings.viewer_port
-        if port is None:
+        if port is None:  # off unless the rig file asks for it
             return []
         return [self._door("viewer", tcp_binding(VIEWER_ADDRESS, port, "viewer"), zmq.XPUB, options)]
 
@@ -181,16 +183,16 @@ class Access:
             if door.is_open:
                 door.connections.take()
         now = self._clock_s()
-        self.intruders.look(now)
+        self.intruders.look(now)  # at every turn: a flood fills memory within milliseconds
         self._let_in()
         if now < self._next_look_s:
             return
-        self._next_look_s = now + LOOK_S
+        self._next_look_s = now + LOOK_S  # from now: what was late is not made up for
         for door in self._doors:
             if not door.is_open:
                 door.reopen()
         self._read_keys()
-        if not self._gone:
+        if not self._gone:  # nobody has to be cut
             return
         for door in self._doors:
             # the whole door: who has said nothing since is not told apart (`Traffic.users`)
@@ -203,7 +205,7 @@ class Access:
     def _let_in(self) -> None:
         """Where few descriptors are allowed: some more of those who wait, while enough are left for
         everything else."""
-        if self._descriptors >= DESCRIPTORS:
+        if self._descriptors >= DESCRIPTORS:  # all come in by themselves
             return
         doors = [door for door in self._doors if door.is_open]
         # what strangers of all doors may take together: one door must not use up what another needs
@@ -213,6 +215,7 @@ class Access:
 
     def renewed(self) -> bool:
         """Whether any door has another socket than when this was asked last."""
+        # 0 for a door that is shut: that is another socket, too
         before, self._opened = self._opened, [door.openings * door.is_open for door in self._doors]
         return before != self._opened
 
@@ -244,7 +247,7 @@ class Access:
     def close(self) -> None:
         """Close every door, and let nobody in any more. Idempotent."""
         for door in self._doors:
-            door.close()
+            door.close()  # first the doors: who comes now finds none
         self.authenticator.close()
         self._reserve.close()
 
@@ -257,12 +260,13 @@ class Access:
         door = Door(
             self._context, self.authenticator, name, binding, kind, options, reserve, one_by_one=few, **more
         )
-        self._doors.append(door)
+        self._doors.append(door)  # the list that the intruders look at, too
         return door
 
     def _refresh(self) -> None:
         """Look for a key that was made just now, but not as often as strangers try theirs."""
         now = self._clock_s()
+        # by a clock of its own: `look` comes too late for a client that has just got its key
         if now >= self._next_refresh_s:
             self._next_refresh_s = now + REFRESH_S
             self._read_keys()
@@ -270,7 +274,7 @@ class Access:
     def _read_keys(self) -> None:
         """Take over the keys if they changed, and note those that hold no more. What cannot be read has not
         changed."""
-        if self._store is None:
+        if self._store is None:  # nobody comes in by a key
             return
         try:
             # by names and times: the files themselves are read only when one of them has changed
@@ -289,5 +293,5 @@ class Access:
         self._gone += [
             key.name for public, key in before.items() if self.authenticator.keys.get(public) != key
         ]
-        for fault in faults:
+        for fault in faults:  # each time that the folder changes: a person is at it
             self._notice("keys", f"{fault}; nobody is let in by it")

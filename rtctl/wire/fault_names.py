@@ -15,6 +15,7 @@ FAULT_TEXT: dict[Fault, str] = {fault: row.text for fault, row in ROW.items()}
 def fault_entries(bits: int) -> list[dict[str, str]]:
     """`name` and `text` of every fault in `bits`, lowest bit first; unknown bits are named by number."""
     entries = []
+    # all bits, those of a later daemon, too: a fault that is not named is not left out
     for number in range(bits.bit_length()):
         if bits >> number & 1:
             fault = Fault(1 << number)
@@ -38,7 +39,7 @@ class FaultPlaces:
     """For who listens: where faults come from, as events and health have told it."""
 
     def __init__(self) -> None:
-        self._told: dict[str, Mapping[str, Any]] = {}
+        self._told: dict[str, Mapping[str, Any]] = {}  # name -> what was told last
 
     def take_event(self, event: Mapping[str, Any]) -> None:
         """Take in one event; only faults count."""
@@ -55,6 +56,7 @@ class FaultPlaces:
     def entries(self, bits: int) -> list[Entry]:
         """Every fault in `bits` with its place, as far as that has been told."""
         return [
+            # name and text are this version's, the place is what the daemon told
             {**entry, **{key: self._told.get(entry["name"], {}).get(key) for key in PLACE}}
             for entry in fault_entries(bits)
         ]
@@ -62,4 +64,5 @@ class FaultPlaces:
     def cause(self, state: int, fault_first: int) -> Entry | None:
         """What the rig stands still for: the emergency stop in ESTOP, else the latched first cause."""
         bit = cause_bit(state, fault_first)
+        # of one bit there is one entry
         return self.entries(bit)[0] if bit else None

@@ -92,13 +92,14 @@ class Intruders:
         self._doors, self._authenticator, self._notice = doors, authenticator, notice
         self._resident, self._descriptors = resident, descriptors
         self._heap = Heap()
-        self._usual: float | None = None
+        self._usual: float | None = None  # memory that the host needs by itself
         self._stage = _Stage.CALM
         self._level: float | None = None  # memory when it was too much first, or somebody was cut off last
         self._next_s = self._trim_s = self._looked_s = 0.0
 
     def look(self, now_s: float) -> None:
         """Look, if it is time; `now_s` on a clock that never goes back, s."""
+        # turns come quicker than a look is worth
         if now_s < self._next_s:
             return
         self._next_s = now_s + LOOK_S
@@ -123,6 +124,7 @@ class Intruders:
         strangers = door.connections.strangers()
         if len(strangers) <= most:
             return
+        # asked of each only now: it costs a question to the kernel
         strangers = [one for one in strangers if not self._is_known(door, one)]
         # the oldest go: who comes now may be a client, who has waited for long without a word is none
         surplus = len(strangers) - most
@@ -161,6 +163,7 @@ class Intruders:
         self._looked_s = now_s
         # what the host gives back it does not need: the least counts, and rises slowly
         self._usual = resident if self._usual is None else min(resident, self._usual + slowly)
+        # what was begun against a growth that has ended is forgotten
         if resident - self._usual < GROWTH_BYTES:
             self._stage, self._level = _Stage.CALM, None
             return
@@ -208,6 +211,7 @@ class Intruders:
 
 def _floods(descriptor: int) -> bool:
     try:
+        # as much as a client may have asked for and not yet heard of: more than that no client needs
         return unread(descriptor) > MAX_OUTSTANDING_REQUESTS * MAX_REQUEST_BYTES
     except OSError:
         return False

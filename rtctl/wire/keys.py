@@ -99,9 +99,11 @@ class KeyStore:
         ------
         OSError
             The folder or a file cannot be read now: nothing is known."""
+        # by the key itself, which is all that a connection shows; the name is for people
         found: dict[str, Key] = {}
         faults: list[str] = []
         try:
+            # sorted: of two files with one key it is always the same one that counts
             paths = sorted(path for path in self._clients.iterdir() if path.suffix == ".key")
         except FileNotFoundError:
             paths = []
@@ -143,9 +145,11 @@ class KeyStore:
             raise ConfigError(
                 f"{entry}: there is a key of this name; revoke it first, or choose another name"
             )
+        # asked before anything is made; `_write` asks again, at one go with the making
         if out.exists():
             raise ConfigError(f"{out}: exists already; give another file with --out")
         self._make_folders()
+        # the first client of a rig makes the daemon's own pair, too
         server = self._server_made()
         public, secret = _pair()
         created = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
@@ -174,6 +178,7 @@ class KeyStore:
             key = Key(**_read(path, ("name", "role", "public_key", "created"), private=False))
         except ConfigError:  # it lets nobody in, and must not keep the name for ever
             key = Key(name, "damaged key", "")
+        # the file is the permission: a daemon looks at the folder twice a second
         path.unlink()
         return key
 
@@ -220,9 +225,10 @@ def _mark(entry: os.DirEntry[str]) -> tuple[str, int, int]:
 
 
 def _pair() -> tuple[str, str]:
+    # here: who only reads keys loads no ZeroMQ
     import zmq
 
-    public, secret = zmq.curve_keypair()
+    public, secret = zmq.curve_keypair()  # Z85, 40 characters each
     return public.decode(), secret.decode()
 
 
@@ -279,6 +285,7 @@ def _read(path: Path, names: tuple[str, ...], *, private: bool) -> dict[str, str
     for name, value in values.items():
         if not isinstance(value, str) or (name.endswith("_key") and not _Z85.fullmatch(value)):
             raise ConfigError(f"{path}: {name}: not a key of 40 characters")
+    # of a later version, or misspelled: what it may do nobody can tell
     if "role" in values and values["role"] not in ROLES:
         raise ConfigError(f"{path}: role {values['role']!r}: one of {', '.join(ROLES)}")
     return values

@@ -41,12 +41,16 @@ class Frames:
         self.door = door
         self._expel = expel
         self._read_away = 0  # frames of the message that is being read away; 0: none is
+        self._openings = door.openings  # of the socket that it came by
 
     def read(self) -> Message:
         """The next message. Raises zmq.Again when there is none, or none in this turn."""
         socket = self.door.socket
         if socket.closed:
             raise zmq.Again
+        # somebody else has cut the door: the rest went with its socket, and what comes now is of others
+        if self._openings != self.door.openings:
+            self._openings, self._read_away = self.door.openings, 0
         if self._read_away:
             self._read_on(socket)
         # ROUTER puts it in front; the frames behind it are there as well, as libzmq gives whole messages

@@ -32,6 +32,7 @@ def objection(path: Path, owners: set[int] | None, forbidden: int) -> str:
     status = path.lstat()  # of the link itself: who owns that chooses where it leads
     if not stat.S_ISDIR(status.st_mode):
         return f"{path}: must be a folder, not a link or a file; remove it"
+    # by the owner first: whoever owns a folder may change its mode at any time
     if owners is not None and status.st_uid not in owners:
         return f"{path}: belongs to user {status.st_uid}, not to {os.geteuid()}; {REMEDY}"
     if status.st_mode & forbidden:
@@ -65,5 +66,6 @@ def foreign(directory: Path) -> str:
 
 def foreign_endpoint(endpoint: str) -> str:
     """Why not to believe the folder of a ZeroMQ address; "" for an address that is no socket in a folder."""
+    # @: an abstract socket, of no folder
     kind, _, path = endpoint.partition("://")
     return foreign(Path(path).absolute().parent) if kind == "ipc" and path[:1] != "@" else ""

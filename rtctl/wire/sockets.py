@@ -75,6 +75,7 @@ def allow_descriptors(wanted: int) -> int:
     """Have this process open up to `wanted` files and sockets, as far as it may allow itself. Returns how
     many it may."""
     soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    # more than the hard limit would be refused as a whole, and the soft one stay as low as it was
     most = wanted if hard == resource.RLIM_INFINITY else min(wanted, hard)
     # never lower: who was given more may need it for something else
     if soft != resource.RLIM_INFINITY and soft < most:
@@ -87,6 +88,7 @@ def allow_descriptors(wanted: int) -> int:
 def user_id(frame: zmq.Frame) -> str:
     """Who sent this frame, as the authenticator named them; empty: nobody it let in."""
     try:
+        # of each frame: what the authenticator said when its connection was made
         return str(frame.get("User-Id"))
     except zmq.ZMQError:
         return ""
@@ -155,6 +157,7 @@ class Door:
         self._name = name
         self._binding = binding
         self._kind = kind
+        # kept: a door that is opened anew is to be the same one
         self._options = {int(option): value for option, value in options.items()}
         try:
             self._open()
@@ -195,7 +198,7 @@ class Door:
     def cut(self) -> None:
         """Close every connection. Clients that may still come in connect again by themselves."""
         if self.is_open:
-            self._shut(0)
+            self._shut(0)  # what is unsent goes with its connections
         self.reopen()
 
     def reopen(self) -> None:
@@ -209,7 +212,7 @@ class Door:
     def close(self) -> None:
         """Close the socket and give the address back. Idempotent."""
         if self.is_open:
-            self._shut(self._linger_ms)
+            self._shut(self._linger_ms)  # the last words of a daemon may still go out
         if self._binding.listener is not None:
             self._binding.listener.close()
 
@@ -234,6 +237,7 @@ class Door:
         self.socket.setsockopt(zmq.HANDSHAKE_IVL, HANDSHAKE_MS)
         for option, value in self._options.items():
             self.socket.setsockopt(option, value)
+        # before `bind`: a connection that is not counted from the first moment never is
         self.connections = Connections(self._context, self.socket, places=self._places)
         self.domain = self._authenticator.guard(self.socket, self._name, binding.entry, self.connections)
         if binding.entry == "curve":  # with an empty secret this fails, as it must
@@ -243,6 +247,7 @@ class Door:
             self.socket.setsockopt(zmq.CURVE_SECRETKEY, binding.server_secret)
         if binding.listener is not None:
             self.socket.setsockopt(zmq.USE_FD, os.dup(binding.listener.fileno()))  # libzmq closes it
+        # the file of a Unix socket is for this user alone, until a group is given it below
         with private_umask():
             self.socket.bind(binding.address)
         if self._one_by_one:

@@ -60,11 +60,13 @@ class Traffic:
         allowed = LISTENER_BYTES if self._listeners else UNFINISHED_BYTES
         # a listener sends signs of life for ever, and never a whole message that would settle them
         refill = LISTENER_BYTES_S * (now_s - self._looked_s) if self._listeners else 0.0
+        # after the refill was reckoned: it is of the time since
         self._looked_s = now_s
         marks: dict[int, float] = {}
         found = []
         for descriptor in descriptors:
             taken = bytes_taken(descriptor)
+            # it goes from the accounts, too: its number may be another's next
             if taken is None:
                 continue
             # a number that is smaller is another connection's, of the same descriptor
@@ -89,6 +91,7 @@ def bytes_taken(descriptor: int) -> int | None:
         (received,) = _TCP_INFO.unpack_from(
             one.getsockopt(network.IPPROTO_TCP, network.TCP_INFO, _TCP_INFO.size)
         )
+        # what waits in the kernel takes no memory of this process yet
         return int(received) - unread(descriptor)
     except (OSError, struct.error):
         return None

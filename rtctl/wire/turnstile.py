@@ -59,6 +59,7 @@ class Turnstile:
     def let_in(self, count: int) -> None:
         """Let at most `count` more connections in, 1 or more; they have to be waiting now. Before it is in
         place, all are."""
+        # looked for again until it is found: a socket that was just bound is not in the set yet
         if not self._places and self._tries:
             self._tries -= 1
             with contextlib.suppress(OSError):
@@ -66,6 +67,7 @@ class Turnstile:
         for _ in range(count):
             # armed anew: with EPOLLONESHOT the kernel tells of one connection, then of none
             for epoll, fd, event in self._places:
+                # an error is none of ours: the socket was closed meanwhile, and nobody waits there
                 _libc.epoll_ctl(epoll, _MOD, fd, ctypes.byref(event))
 
 
@@ -75,6 +77,7 @@ def _listening(address: str) -> list[int]:
     host, _, port = where.rpartition(":")
     wanted: object = where if scheme == "ipc" else (host, int(port))
     found = []
+    # by its address, among all sockets of this process
     for fd in _descriptors("socket:"):
         # of a copy: the object closes what it is given
         with contextlib.suppress(OSError), socket.socket(fileno=os.dup(fd)) as one:
@@ -88,6 +91,7 @@ def _watching(fd: int) -> list[tuple[int, int, _Event]]:
     found = []
     for epoll in _descriptors("anon_inode:[eventpoll]"):
         for number, events, data in _ENTRY.findall((_SELF / "fdinfo" / str(epoll)).read_text()):
+            # only where connections are waited for: libzmq has other sets with other numbers
             if int(number) == fd and int(events, 16) & _EPOLLIN:
                 found.append((epoll, fd, _Event(_EPOLLIN | _EPOLLONESHOT, int(data, 16))))
     return found

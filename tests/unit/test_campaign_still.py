@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rtctl.cli import campaign
 from rtctl.simulation import campaign_still
 from rtctl.simulation.campaign_still_cases import Case, drawn, rig
 
@@ -120,3 +121,21 @@ def test_hands_that_share_a_gear_and_a_sensor_are_otherwise_their_own():
         there = own[one.index - one.index % 20]
         of_first = {name: getattr(there, name) for name in ("joint_hz", "sensor_hz", "sensor_ticks")}
         assert one == replace(alone, **of_first)
+
+
+def test_a_case_is_told_with_the_command_that_draws_the_same_case():
+    order = campaign_still.Order(seed=5, hold_s=60.0, policies=("observer", "lugre", "hybrid"))
+    found = campaign_still.Findings(loud=[replace(LOUD, case=drawn(5, 7, order.policies))])
+    *_, command = found.text(order).splitlines()
+    read = campaign.command.make_context("campaign", command.split()[2:]).params
+    again = drawn(read["seed"], read["index"], read["policies"])
+    assert (again, read["hold_s"], read["still"]) == (found.loud[0].case, 60.0, True)
+    usual = campaign_still.Order(seed=5)
+    assert usual.reproduce(7) == "rtctl campaign --still --seed 5 --rig 7"
+
+
+def test_a_rig_that_did_not_arm_stands_before_the_loudest():
+    speeds = enumerate((1, math.nan, 3))
+    cases = [replace(LOUD, case=replace(CASE, index=i), speed_rad_s=v) for i, v in speeds]
+    lines = campaign_still.Findings(loud=cases).text(campaign_still.Order()).splitlines()
+    assert [line.split(":")[0] for line in lines[1::2]] == ["case 1", "case 2", "case 0"]

@@ -75,6 +75,10 @@ def test_the_picture_names_both_figures_and_has_no_date(tmp_path):
     assert "compensation off: 0.292 N m RMS" in text
     assert "compensation on: 0.051 N m RMS" in text
     assert text == (tmp_path / "b.svg").read_text()
+    draw(tmp_path / "c.svg", time_s, np.sin(time_s), 9.0, (0.2921, 0.0513), "linear")
+    text = (tmp_path / "c.svg").read_text()
+    assert "compensation on: 0.051 N RMS" in text
+    assert "force of the hand, N<" in text
 
 
 def test_a_picture_that_cannot_be_written_is_told(tmp_path):

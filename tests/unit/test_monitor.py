@@ -235,6 +235,9 @@ def test_the_friction_is_shown_where_it_is_known(sample):
         f"friction base: {told}",
         f"friction wrist: {told}; compensation follows it: 0.953",
     ]
+    carriage = {**HELLO, "axes": [{"name": "base", "motion": "linear"}, {"name": "tip"}]}
+    found = [text for text in table(carriage, Shown(sample, 0.0, 0, health)) if text.startswith("friction")]
+    assert ["mN," in text for text in found] == [True, False], "the unit of each axis"
 
 
 def test_a_log_or_recording_the_disk_refuses_is_shown(sample):

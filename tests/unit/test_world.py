@@ -6,6 +6,7 @@ import pytest
 from patience import until
 
 from rtctl.client.view_world import FRAME_S, Ball, World
+from rtctl.errors import RefusedError
 
 
 def test_a_ball_left_alone_stays():
@@ -47,5 +48,29 @@ def test_the_page_is_told_where_the_law_has_the_world():
         told = world.describe()
         assert (told["kind"], told["center_rad"], told["side"], told["pitch_rad"]) == ("wall", 0.3, 1, 0.1)
         assert until(lambda: world.frame_hz, "two frames") > 0
+    finally:
+        world.close()
+
+
+def test_a_ball_that_the_daemon_refused_is_not_put_into_the_hand():
+    class Client:
+        asked = 0
+
+        def set_environment(self, *_asked, **_values):
+            self.asked += 1
+            raise RefusedError("out_of_bounds", "damping_nms_rad")
+
+        def latest_state(self):
+            raise AssertionError("there is no ball that could meet the joint")
+
+    client = Client()
+    world = World(client, {"axes": [{"name": "joint"}]})
+    try:
+        with pytest.raises(RefusedError):
+            world.choose("ball", damping_nms_rad=1e9)
+        assert world._ball is None
+        seen = len(world._frames)
+        assert until(lambda: len(world._frames) > seen + 1)
+        assert (client.asked, world.kind) == (1, "")
     finally:
         world.close()

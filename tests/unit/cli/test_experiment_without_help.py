@@ -5,7 +5,8 @@ from click.testing import CliRunner
 
 from rtctl.cli import cli
 from rtctl.cli.experiment import _require_help
-from rtctl.errors import ConfigError
+from rtctl.errors import ConfigError, DataError
+from rtctl.experiments import registry
 from rtctl.rig_file.config import load
 from rtctl.simulation.shipped_files import shipped_config
 
@@ -35,3 +36,20 @@ def test_help_is_a_model_or_an_observer_that_is_not_off(changed, helps):
         return
     with pytest.raises(ConfigError, match="nothing to compare"):
         _require_help(loaded)
+
+
+def test_what_an_experiment_says_on_a_carriage_is_in_its_units(tmp_path, monkeypatch):
+    class Spoilt:
+        hands_off = True
+
+        @staticmethod
+        def run(order):
+            order.announce("nu-SVR is left out: below 0 at 0.5 rad/s")
+            raise DataError("not a curve at 0.05 rad/s: -2 N m")
+
+    monkeypatch.setitem(registry.EXPERIMENTS, "tracking", Spoilt)
+    slide = str(shipped_config("mock-linear.toml"))
+    words = ["experiment", "tracking", slide, "--simulate", "--out", str(tmp_path / "e")]
+    asked = CliRunner().invoke(cli, words)
+    assert str(asked.exception) == "not a curve at 50 mm/s: -2 N"
+    assert "below 0 at 0.5 m/s" in asked.output

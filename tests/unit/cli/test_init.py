@@ -129,15 +129,18 @@ def test_what_the_demonstration_names_exists(capsys):
     figures = dict.fromkeys(("p50", "p99"), 1.0)
     told = _table(
         {
-            "hand_torque_rms_nm": {"off": 1.0, "on": 0.5, "reduction": 0.5},
             **dict.fromkeys(("wakeup_us", "cycle_us"), figures),
             "ticks": 1,
             "rate_hz": 1.0,
             "missed_ticks": 0,
             "state": "IDLE",
             "faults": [],
-        }
+        },
+        {"off": 1.0, "on": 0.5, "reduction": 0.5},
+        "linear",
     )
+    # a carriage is told of in N
+    assert told[:2] == ["hand force, RMS", "  compensation off   1.0000 N"]
     commands = [line for line in told if line.startswith("  ") and (" run " in line or " check " in line)]
     assert len(commands) == 2
     program, word, file = commands[1].split()

@@ -32,7 +32,7 @@ def test_a_replay_that_differs_or_stops_is_one_object(monkeypatch, capsys, tmp_p
     first = Difference(3, "torque_wanted_nm", 0, 1.0, float("nan")) if differs else None
     verdict = Verdict(ticks=5, span_s=1.0, took_s=1.0, first=first, differing={"torque_wanted_nm": 2})
     verdict.stopped = stopped
-    read = SimpleNamespace(about={}, parts=[tmp_path], missing_fields=list)
+    read = SimpleNamespace(about={}, parts=[tmp_path], missing_fields=list, motions=["rotary"])
     monkeypatch.setattr(reader, "RecordingReader", lambda _parts: read)
     monkeypatch.setattr(replay, "Replay", lambda _reader: SimpleNamespace(check=lambda: verdict))
     code = run(monkeypatch, "replay", tmp_path / "a.mcap", "--json")

@@ -1,11 +1,17 @@
 """A rig file with a rotary and a linear axis on one simulated device."""
 
+import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from click.testing import CliRunner
 
+from rtctl.cli import drift
 from rtctl.cli.drift import _lines
 from rtctl.errors import ConfigError
+from rtctl.friction import drift_recorded
+from rtctl.recording import reader
 from rtctl.rig_file.config import load
 
 CONFIGS = Path(__file__).parents[3] / "configs"
@@ -51,3 +57,20 @@ def test_drift_has_the_unit_of_each_axis(motion, told):
     }  # fmt: skip
     head = _lines({"left_out": [], "axes": [axis]})[1]
     assert head.endswith(f"  {told}")
+
+
+def test_drift_of_a_rig_with_one_axis_that_cannot_be_watched_tells_of_the_other(tmp_path, monkeypatch):
+    file = tmp_path / "rig-001.mcap"
+    file.touch()
+    told = SimpleNamespace(
+        law=lambda: SimpleNamespace(params=None, model=None), axes=["crank", "slide"], left_out={},
+        motions=["rotary", "linear"], batches=list, missing_fields=list,
+    )  # fmt: skip
+    monkeypatch.setattr(reader, "RecordingReader", lambda _parts: told)
+    # the crank has no model: it is left out of what is found
+    found = {"axis": "slide", "factor": None, "seconds": 1.0, "strokes": 2, "warning": "", "stop": ""}
+    monkeypatch.setattr(drift_recorded, "over_ticks", lambda *_: [found])
+    result = CliRunner().invoke(drift.command, [str(file), "--json"])
+    assert result.exception is None
+    (axis,) = json.loads(result.output)["axes"]
+    assert (axis["axis"], axis["motion"]) == ("slide", "linear")

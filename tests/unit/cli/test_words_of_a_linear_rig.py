@@ -3,6 +3,7 @@
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,10 +12,15 @@ from in_process import run
 from hw.motion import words
 from rtctl import pictures
 from rtctl.check import stability_figure, stability_report
+from rtctl.cli import fit_points, replay
 from rtctl.cli.operate import lines
 from rtctl.client.view_panel import signals_of
 from rtctl.control.vocabulary import State
+from rtctl.friction import outliers
+from rtctl.friction.logs import other_programs
 from rtctl.recording import compare
+from rtctl.recording import replay as replaying
+from rtctl.recording.replay import Verdict
 from rtctl.rig_file.config import load
 from rtctl.tick import FIELD
 
@@ -147,3 +153,22 @@ def test_names_and_the_motors_own_torque_stay(text):
 def test_a_position_of_a_carriage_is_no_joint_angle():
     assert words("joint angle, link side, unwrapped", "linear") == "position, link side, unwrapped"
     assert words("joint angle, rad", "rotary") == "joint angle, rad"
+
+
+def test_points_of_a_carriage_that_are_left_out_are_told_in_its_units(monkeypatch, capsys):
+    points = SimpleNamespace(motion="linear")
+    said = "slide.csv: 0.02 rad/s, 9 N m is left out"
+    monkeypatch.setattr(outliers, "without_outliers", lambda points: (points, (said,)))
+    fit_points.without_outliers(points, keep=False)
+    assert capsys.readouterr().err == "warning: slide.csv: 20 mm/s, 9 N is left out\n"
+    monkeypatch.setattr(other_programs, "read_mapped", lambda *_: (points, (said,)))
+    fit_points.read((), ("velocity=v:m/s",), None, "none", {}, of_speeds=False)
+    assert capsys.readouterr().err == "warning: slide.csv: 20 mm/s, 9 N is left out\n"
+
+
+@pytest.mark.parametrize(("motions", "told"), [(["linear"], "force"), (["linear", "rotary"], "torque")])
+def test_a_replay_of_carriages_alone_tells_of_forces(monkeypatch, capsys, motions, told):
+    found = Verdict(ticks=1, span_s=1.0, took_s=1.0)
+    monkeypatch.setattr(replaying, "Replay", lambda _reader: SimpleNamespace(check=lambda: found))
+    replay._same(SimpleNamespace(about={}, motions=motions, missing_fields=list), as_json=False)
+    assert f"state and {told} are the same" in capsys.readouterr().out

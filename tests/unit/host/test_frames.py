@@ -94,3 +94,16 @@ def test_what_would_take_too_long_to_read_away_is_cut_off_with_its_door(step, mo
     other = step.client()
     other.send(b"heard")
     assert [frame.bytes for frame in until(step.turn).frames] == [b"heard"]
+
+
+def test_a_door_that_is_cut_while_a_message_is_read_away_loses_no_other(step):
+    client = step.client()
+    client.send_multipart([b"x"] * 20_000)
+    assert until(step.turn).frames == []
+    client.close(linger=0)
+    step.door.cut()
+    other = step.client()
+    other.send(b"stop")
+    # behind it: a test that waited for a message that is lost would wait for long
+    other.send(b"after")
+    assert [frame.bytes for frame in until(step.turn).frames] == [b"stop"]
