@@ -42,3 +42,12 @@ def test_an_observer_that_would_be_refused_is_told_slower_or_off(counts, wanted,
         rows = stability_report.examine(load(path)).verdicts
         refused[name] = any(row.outcome == Outcome.FAIL and ".observer" in row.refusal for row in rows)
     assert refused == {"as it was": True, "as told": False}
+
+
+def test_the_models_of_other_axes_need_not_be_there_yet(tmp_path):
+    path = tmp_path / "two.toml"
+    text = (CONFIGS / "mock-2axis.toml").read_text()
+    path.write_text(text.replace('"friction/mock.json"', '"not learned yet.json"'))
+    loaded = load(path)
+    first, _ = gain.recommend(artefact.load(MODEL), loaded).axes
+    assert observer_advice.snippet(loaded, first, MODEL) == ""

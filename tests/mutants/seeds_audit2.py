@@ -1,0 +1,52 @@
+"""Seeded bugs of an engineer who came new: what a page, a bound or a reload says is not what is so."""
+
+from __future__ import annotations
+
+from seed import Seed
+
+RELOAD = "tests/unit/host/test_reload.py::test_"
+
+SEEDS = (
+    Seed(
+        "a model learned anew under its name is no change to a reload",
+        "rtctl/host/reload.py",
+        "if old != new]",
+        "if not old]",
+        (f"{RELOAD}a_model_that_was_learned_anew_under_its_name_is_told",),
+    ),
+    Seed(
+        "a recording has the model that is in the file by now",
+        "rtctl/recording/setup.py",
+        '("application/json", content)',
+        '("application/json", loaded.model_path(axis).read_bytes())',
+        (f"{RELOAD}a_plan_knows_what_it_read_of_each_model",),
+    ),
+    Seed(
+        "the largest coupling that check tells is refused",
+        "rtctl/check/verdicts_of_loop.py",
+        'f"k_c up to {down(axis.sampled_data_k_max_nm_rad)} N m/rad',
+        'f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad',
+        ("tests/unit/cli/test_check.py::test_the_largest_coupling_that_is_told_passes",),
+    ),
+    Seed(
+        "the shipped file is copied in place of one's own",
+        "rtctl/simulation/shipped_files.py",
+        "(Path(source).name == source or not Path(source).is_file())",
+        "True",
+        ("tests/unit/cli/test_init.py::test_a_path_is_ones_own_file_and_a_rig_is_renamed_by_it",),
+    ),
+    Seed(
+        "the name of an axis is taken for that of the rig",
+        "rtctl/simulation/shipped_files.py",
+        "if tomllib.loads(text) != _replaced(wanted, other):",
+        "if False:",
+        ("tests/unit/cli/test_init.py::test_a_file_of_ones_own_that_is_written_otherwise_is_refused",),
+    ),
+    Seed(
+        "a fit asks for the models of other axes",
+        "rtctl/check/observer_advice.py",
+        "report = stability_report.examine_axis(with_it, index, None, telling=False)",
+        "report = stability_report.examine(with_it, telling=False).axes[index]",
+        ("tests/unit/cli/test_fit_observer_advice.py::test_the_models_of_other_axes_need_not_be_there_yet",),
+    ),
+)
