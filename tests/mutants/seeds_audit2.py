@@ -5,6 +5,7 @@ from __future__ import annotations
 from seed import Seed
 
 RELOAD = "tests/unit/host/test_reload.py::test_"
+SERVICE = "tests/unit/cli/test_service_again.py::test_"
 
 SEEDS = (
     Seed(
@@ -48,5 +49,19 @@ SEEDS = (
         "report = stability_report.examine_axis(with_it, index, None, telling=False)",
         "report = stability_report.examine(with_it, telling=False).axes[index]",
         ("tests/unit/cli/test_fit_observer_advice.py::test_the_models_of_other_axes_need_not_be_there_yet",),
+    ),
+    Seed(
+        "a service keeps the network that an earlier rig file asked for",
+        "rtctl/host/service_steps.py",
+        "if path.exists() and path not in wanted]",
+        "if path in wanted]",
+        (f"{SERVICE}what_an_earlier_rig_file_asked_for_is_taken_away_and_nothing_else",),
+    ),
+    Seed(
+        "an installation over a daemon that runs says nothing of it",
+        "rtctl/cli/service.py",
+        "        if runs_on:\n",
+        "        if made.stale:\n",
+        (f"{SERVICE}a_daemon_that_runs_is_said_to_run_on_as_it_was_started",),
     ),
 )
