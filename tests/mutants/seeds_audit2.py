@@ -58,6 +58,15 @@ SEEDS = (
         (f"{SERVICE}what_an_earlier_rig_file_asked_for_is_taken_away_and_nothing_else",),
     ),
     Seed(
+        "the room that a recording leaves is told in other units than it is given in",
+        "rtctl/recording/parts.py",
+        "self._limits.free_bytes / 1e6",
+        "self._limits.free_bytes / (1 << 20)",
+        (
+            "tests/unit/recording/test_recorder.py::test_a_full_disk_marks_the_recording_broken_and_a_new_file_follows",
+        ),
+    ),
+    Seed(
         "an installation over a daemon that runs says nothing of it",
         "rtctl/cli/service.py",
         "        if runs_on:\n",
