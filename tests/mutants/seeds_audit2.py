@@ -51,6 +51,13 @@ SEEDS = (
         ("tests/unit/cli/test_fit_observer_advice.py::test_the_models_of_other_axes_need_not_be_there_yet",),
     ),
     Seed(
+        "the largest gain that fit tells fails its own test",
+        "rtctl/friction/gain.py",
+        "math.floor(1e3 * gain)",
+        "round(1e3 * gain)",
+        ("tests/unit/cli/test_fit_observer_advice.py::test_the_largest_gain_that_is_told_passes",),
+    ),
+    Seed(
         "a service keeps the network that an earlier rig file asked for",
         "rtctl/host/service_steps.py",
         "if path.exists() and path not in wanted]",
