@@ -100,12 +100,13 @@ def find(source: str) -> Path:
     ConfigError
         There is none."""
     names = {path.stem: path for path in rig_files()}
-    wanted = Path(source).name.removesuffix(".toml")
+    own, wanted = Path(source), Path(source).name.removesuffix(".toml")
+    theirs = names.get(wanted)
     # `./mock.toml` is somebody's own, whatever it is called
-    if wanted in names and (Path(source).name == source or not Path(source).is_file()):
-        return names[wanted]
-    if Path(source).is_file():
-        return Path(source)
+    if theirs and (own.name == source or not own.is_file() or own.samefile(theirs)):
+        return theirs
+    if own.is_file():
+        return own
     near = get_close_matches(wanted, names, 1)
     hint = f"did you mean {near[0]}.toml?" if near else "rtctl init lists them"
     raise ConfigError(f"{source}: no such rig file, here or of those that come with rtctl; {hint}")

@@ -170,6 +170,9 @@ def test_a_path_is_ones_own_file_and_a_rig_is_renamed_by_it(tmp_path, monkeypatc
     (axis,) = loaded.config.axis
     assert (loaded.config.rig.name, axis.torque_limit_nm) == ("right", 1.5)
     assert artefact.load(loaded.model_path(axis)).rig == "right"
+    # the shipped file by its path is the shipped file
+    done = call("init", rig_files()[-1], "fourth.toml")
+    assert "of another one" not in done.output
     # a bare name is that of the list
     assert call("init", "mock.toml", "third.toml").exit_code == 0
     assert load("third.toml").config.axis[0].torque_limit_nm == 2.0
