@@ -47,14 +47,11 @@ on a quicker loop."""
 LATE_LIMIT_TICKS = 3
 WAIVER_SHARE = 0.25
 ARMING_PART_S = 0.02
-NEVER_SHORT_J = 1e6
-"""Bank of an account that never holds anything back."""
+NEVER_SHORT_J = 1e6  # bank of an account that never holds anything back
 SEEN_HZ = 5.0
 """Low-pass of the friction seen in sliding: longer than a gear's ripple, shorter than a stroke."""
-SEEN_FACTOR = 1.5
-"""Friction seen is believed up to so many times the learned peak."""
-SHORTEST_PROOF_TICKS = 1e-6
-"""0 would say that delay and age are not watched."""
+SEEN_FACTOR = 1.5  # friction seen is believed up to so many times the learned peak
+SHORTEST_PROOF_TICKS = 1e-6  # 0 would say that delay and age are not watched
 
 MIN_SOFT_START_TICKS = 500
 """Safety contract: authority ramps over at least 500 cycles, `ready` needs 500 green ones, RAMP takes 50."""
@@ -62,7 +59,8 @@ MIN_SOFT_START_TICKS = 500
 
 @dataclass(frozen=True)
 class Plan:
-    """Everything the law needs, as arrays: `params` and `command` of one row, `model` of one row per axis."""
+    """What the law needs, as arrays: `params` and `command` of one row, `model` of one per axis; and what the
+    model files said then (empty without one): they may say something else before the rig runs."""
 
     params: np.ndarray
     command: np.ndarray
@@ -71,6 +69,7 @@ class Plan:
     period_s: float
     period_ns: int
     ring_rows: int
+    model_files: tuple[bytes, ...]
 
 
 def build(loaded: LoadedConfig) -> Plan:
@@ -128,6 +127,7 @@ def build(loaded: LoadedConfig) -> Plan:
         # whole ns: deadlines are sums of it and must not drift; 3 kHz is off by 1e-6
         period_ns=round(1e9 / config.loop.rate_hz),
         ring_rows=math.ceil(config.loop.ring_s * config.loop.rate_hz),
+        model_files=tuple(artefact.content(path) for path in map(loaded.model_path, config.axis)),
     )
 
 

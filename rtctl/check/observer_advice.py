@@ -51,7 +51,7 @@ def _passes(loaded: LoadedConfig, index: int, axis: AxisGain, model: Path, obser
     axes = list(loaded.config.axis)
     axes[index] = table.model_copy(update={"friction": friction})
     config = loaded.config.model_copy(update={"axis": tuple(axes)})
-    report = stability_report.examine(loaded.model_copy(update={"config": config}), telling=False)
-    return not any(
-        row.outcome == Outcome.FAIL and WHERE in row.refusal for row in report.axes[index].verdicts
-    )
+    # this axis alone: of several the models are learned one after the other
+    with_it = loaded.model_copy(update={"config": config})
+    report = stability_report.examine_axis(with_it, index, None, telling=False)
+    return not any(row.outcome == Outcome.FAIL and WHERE in row.refusal for row in report.verdicts)

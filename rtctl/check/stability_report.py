@@ -112,8 +112,7 @@ class Report:
     def to_dict(self) -> dict[str, Any]:
         """Plain values for JSON; a number that is not finite becomes None."""
         body = {"file": str(self.path), "rig": self.rig, "period_s": self.period_s, "ok": self.ok}
-        axes = [axis.to_dict() for axis in self.axes]
-        rows = [row.to_dict() for row in self.verdicts]
+        axes, rows = [axis.to_dict() for axis in self.axes], [row.to_dict() for row in self.verdicts]
         body |= {"refusal": self.refusal(), "axes": axes, "verdicts": rows}
         return {name: as_data(value) for name, value in body.items()}
 
@@ -143,14 +142,15 @@ def examine(
     ------
     ModelError
         A friction model that cannot be believed, or is of another rig."""
-    config, axes = loaded.config, range(len(loaded.config.axis))
-    reports = tuple(_examined(loaded, index, pulse or {}, telling) for index in axes)
+    config, of = loaded.config, [(pulse or {}).get(axis.name) for axis in loaded.config.axis]
+    reports = tuple(examine_axis(loaded, index, one, telling=telling) for index, one in enumerate(of))
     return Report(path=loaded.path, rig=config.rig.name, period_s=config.period_s, axes=reports)
 
 
-def _examined(loaded: LoadedConfig, index: int, pulse: Mapping[str, AxisTiming], telling: bool) -> AxisReport:
+def examine_axis(loaded: LoadedConfig, index: int, pulse: AxisTiming | None, *, telling: bool) -> AxisReport:
+    """As `examine`, of axis `index` alone: the models of the others need not be there."""
     axis, joint, config = loaded.config.axis[index], joint_of_axis(loaded, index), loaded.config
-    found = figures_alone(loaded, index, pulse.get(axis.name))
+    found = figures_alone(loaded, index, pulse)
     where, own = f"{loaded.path}: axis[{index}]", (cut_a(loaded, index), moment_step_nm(config.force_sensor))
     subject = Subject(found, axis, config.period_s, where, joint, config.simulated, *own)
     loop = loop_of(found, axis, joint, config.period_s) if axis.may_show("admittance") else None

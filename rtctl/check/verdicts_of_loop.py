@@ -47,7 +47,7 @@ def sampled_loop(s: Subject) -> list[Verdict]:
         f"needs {needed:.4g} N m s/rad",
         f"<= {b:.4g}",
         Outcome.PASS if passed else Outcome.FAIL,
-        f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} N m/rad at this b_c is passive with every passive "
+        f"k_c up to {down(axis.sampled_data_k_max_nm_rad)} N m/rad at this b_c is passive with every passive "
         "hand and every passive virtual environment",
         needed / b if b > 0 else (0.0 if passed else math.nan),  # no number: ranked as the worst
         "" if passed else _coupling_refusal(s),

@@ -49,7 +49,7 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
     if not axis.impedance:  # nothing of a coupling is felt there
         shown += _friction_lines(axis.friction) if axis.friction else []
         return shown + (_account_lines(axis) if axis.compensates else [])
-    from rtctl.check.verdicts_of_loop import between_text
+    from rtctl.check.verdicts_of_loop import between_text, down
 
     exact, paper = axis.sampled_data_margin_nms_rad, axis.adams_hannaford_margin_nms_rad  # proved; known
     lines = [
@@ -63,7 +63,7 @@ def axis_lines(axis: AxisReport) -> list[tuple[str, str, str]]:
         (
             "sampled-data margin",
             f"{exact:+.4g} N m s/rad",
-            f"k_c up to {axis.sampled_data_k_max_nm_rad:.4g} at this b_c",
+            f"k_c up to {down(axis.sampled_data_k_max_nm_rad)} at this b_c",
         ),
         (
             "Adams-Hannaford margin",

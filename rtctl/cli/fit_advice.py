@@ -39,6 +39,8 @@ def body(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> dict[s
 
 def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
     """Print the table to paste into the rig file, per axis, and the deviation from the truth."""
+    from rtctl.friction.gain import told
+
     if loaded is None:
         return
     for axis in _axes(model, loaded):
@@ -58,7 +60,7 @@ def show(model: FrictionModel, loaded: LoadedConfig | None, out: Path) -> None:
             )
             continue
         click.echo(
-            f"\nfor {loaded.path.name} (largest gain that passes the two-line test: {axis.gain:.3f}):\n"
+            f"\nfor {loaded.path.name} (largest gain that passes the two-line test: {told(axis.gain)}):\n"
         )
         click.echo(axis.snippet(_named(out, loaded)) + _observer(axis, loaded, out))
     deviations = _truth(model, loaded)

@@ -25,12 +25,14 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
     """Copy the rig file SHIPPED to TARGET, a rig of your own; without arguments, list what there is.
 
     TARGET gets the name of the new rig, and the files that the rig file names (friction models, schedules) go
-    along beside it. Nothing that exists is overwritten.
+    along beside it. Nothing that exists is overwritten. With a path in place of SHIPPED one of your own is
+    copied: a rig gets another name, its friction models too.
 
     \b
         rtctl init mock.toml my-rig.toml
-        rtctl run my-rig.toml --arm"""
-    from rtctl.simulation.shipped_files import about, rig_files, write_copy
+        rtctl run my-rig.toml --arm
+        rtctl init ./my-rig.toml other-name.toml"""
+    from rtctl.simulation.shipped_files import about, find, rig_files, write_copy
 
     if shipped is None:
         files = {path.name: about(path) for path in rig_files()}
@@ -50,6 +52,8 @@ def command(shipped: str | None, target: Path | None, name: str | None, *, as_js
         return
     for path in written:
         click.echo(f"wrote {path}")
+    if find(shipped) not in rig_files() and len(written) > 1:
+        click.echo(f"what came along is true of the joint of {shipped}; of another one: rtctl identify")
     from rtctl.cli.invocation import as_run, shown
 
     click.echo(as_run(f"next: edit {shown(target)}, then: rtctl check {shown(target)}"))

@@ -28,7 +28,9 @@ SHOW_S = 1.0
 
 @click.command("record")
 @rig_argument
-@click.option("--out", type=OutputFolder(), help="folder; default: that of [record]")
+@click.option(
+    "--out", type=OutputFolder(), help="folder; default: that of [record] in CONFIG; of RIG its state folder"
+)
 @click.option(
     "--for",
     "seconds",

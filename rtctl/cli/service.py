@@ -44,7 +44,7 @@ def install(
 
     Copies the rig file (and its friction models) to /etc/rtctl, the unit to /etc/systemd/system, makes the
     user `rtctl`, compiles what the rig needs (a minute, once), enables and starts rtctl@NAME. Doing it again
-    changes only what differs. The rig starts unarmed."""
+    changes only what differs; a daemon that runs goes on as it was started. The rig starts unarmed."""
     from rtctl.check import stability_report
     from rtctl.host import service_steps as service
     from rtctl.rig_file.config import load
@@ -56,12 +56,21 @@ def install(
         _require_root()
     made = service.plan(loaded, root, starter or service.own_command(), start=not no_start)
     steps: list[str] = []
+    # before: what is started here begins with what is put there here
+    runs_on = made.live and not dry_run and _is_active(f"rtctl@{made.name}.service")
     # standard output is one object then
     service.apply(made, steps.append if as_json else click.echo, _run, dry_run=dry_run)
     if as_json:
-        click.echo(json_text({"rig": made.name, "dry_run": dry_run, "steps": steps}))
+        told = {"rig": made.name, "dry_run": dry_run, "steps": steps, "runs_as_before": runs_on}
+        click.echo(json_text(told))
     elif made.live and not dry_run:
         click.echo(as_run(f"rtctl@{made.name} is installed; see: rtctl service status {made.name}"))
+        if runs_on:
+            # by a person: a hand may be on it
+            click.echo(
+                f"it runs on as it was started, with the rig file, models and rtctl of then; with nobody at "
+                f"the rig: sudo systemctl restart rtctl@{made.name}"
+            )
 
 
 @command.command("uninstall")
@@ -119,6 +128,11 @@ def logs(name: str, lines: int, *, follow: bool) -> None:
     """Show the journal of rig NAME."""
     more = ["-f"] if follow else []
     sys.exit(_pass(["journalctl", "--no-pager", "-u", f"rtctl@{name}.service", "-n", str(lines), *more]))
+
+
+def _is_active(unit: str) -> bool:
+    """Whether systemd runs this unit now."""
+    return subprocess.call(["systemctl", "is-active", "--quiet", unit]) == 0
 
 
 def _require_root() -> None:

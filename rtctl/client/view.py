@@ -6,6 +6,7 @@ The view ends with its input, that is with the daemon. `rtctl view` is the same 
 from __future__ import annotations
 
 import contextlib
+import errno
 import json
 import os
 import sys
@@ -34,7 +35,10 @@ def main(orders: RawIOBase) -> int:
             server = _connect(client, order)
             server.serve_forever(poll_interval=0.5)
     except OSError as error:
-        sys.stderr.write(f"cannot listen on {order['host']}:{order['port']}: {error.strerror}\n")
+        # whoever opens that address sees, and stops, another rig
+        other = "; what answers there is not this rig: give it another [view] port"
+        taken = other if error.errno == errno.EADDRINUSE else ""
+        sys.stderr.write(f"cannot listen on {order['host']}:{order['port']}: {error.strerror}{taken}\n")
         return 1
     except RtctlError as error:
         sys.stderr.write(f"{error}\n")

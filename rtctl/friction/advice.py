@@ -56,7 +56,7 @@ class Advice:
         else:
             advised = (
                 f"it recommends gain = {self.gain_recommended:g} with cap_share = "
-                f"{self.cap_share_recommended:g} (largest gain: {self.gain_max:.3f})"
+                f"{self.cap_share_recommended:g} (largest gain: {report_gain.told(self.gain_max)})"
             )
         if self.ok:
             return f"{set_to} passes the two-line test of its model; {advised}"

@@ -124,6 +124,14 @@ def load(path: str | Path) -> FrictionModel:
     return _verified(path, raw)
 
 
+def content(path: Path | None) -> bytes:
+    """Bytes of a model file, whatever they say; empty where there is none."""
+    try:
+        return b"" if path is None else read_bounded(path, MAX_BYTES)
+    except OSError:
+        return b""
+
+
 def require_rig(model: FrictionModel, rig: str, path: str | Path, motion: str = "rotary") -> None:
     """Refuse a model that was made for another rig, or for an axis of the other motion (ModelError)."""
     if model.motion != motion:
@@ -135,7 +143,7 @@ def require_rig(model: FrictionModel, rig: str, path: str | Path, motion: str = 
             remedy,
         )
     if model.rig != rig:
-        remedy = "identify this rig (rtctl fit --rig), or correct [rig] name"
+        remedy = "identify this rig (rtctl fit --rig), or correct [rig] name; rtctl init renames a rig"
         refuse(Path(path), "rig", f"the model was made for rig {model.rig!r}, this is {rig!r}", remedy)
 
 

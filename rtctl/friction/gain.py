@@ -25,6 +25,11 @@ START_SHARE = 0.9
 knows."""
 
 
+def told(gain: float) -> str:
+    """A largest gain in three digits, rounded down: what is printed passes, too."""
+    return f"{math.floor(1e3 * gain) / 1e3:.3f}"
+
+
 @dataclass(frozen=True)
 class AxisGain:
     """Figures of one axis. Torques in N m.

@@ -5,6 +5,7 @@ coupling, models and devices are proved and opened at the start, and stay."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -82,6 +83,7 @@ def _take_over(host: Host) -> None:
             host.announce(line)
         return
     changes = compare(host.loaded.config, host.read_last, read.config)
+    changes.restart += models_replaced(host.plan.model_files, fresh.model_files, changes.restart)
     if changes.taken:
         environment_fields(host.writer.command, fresh.command, axes_of(changes.taken))
         host.writer.send()
@@ -89,6 +91,14 @@ def _take_over(host: Host) -> None:
         host.read_last = read.config
     for line in changes.lines():
         host.announce(line)
+
+
+def models_replaced(running: Sequence[bytes], read: Sequence[bytes], told: Sequence[str]) -> list[str]:
+    """Keys of the friction models whose files have another content than what runs, but for those `told`
+    already: a model is learned anew under the name that it had."""
+    pairs = zip(running, read, strict=False)  # axes that came or went are told by their keys
+    keys = [f"axis[{a}].friction.model" for a, (old, new) in enumerate(pairs) if old != new]
+    return [key for key in keys if key not in told]
 
 
 def environment_fields(command: np.ndarray, fresh: np.ndarray, axes: list[int]) -> None:

@@ -22,6 +22,8 @@ from rtctl.wire.unix_group import group_id
 UNIT = "rtctl@.service"
 NETWORK_DROP_IN = "rtctl-network.conf"
 LOOPBACK_DROP_IN = "rtctl-loopback.conf"
+OURS = ("10-network.conf", "10-loopback.conf", "20-core.conf", "30-group.conf")
+"""Drop-ins of a rig by their names in its folder; what else is there is the administrator's."""
 
 COMPILER = "systemd-run"
 """Program of the step that compiles: it takes a minute and tells how far it is, and an installation goes on
@@ -79,6 +81,7 @@ class Installation:
     name: str
     root: Path
     files: list[File] = field(default_factory=list)
+    stale: list[Path] = field(default_factory=list)
     commands: list[list[str]] = field(default_factory=list)
 
     @property
@@ -182,29 +185,27 @@ def plan(loaded: LoadedConfig, root: Path, command: str, *, start: bool) -> Inst
         made.files.append(file)
     drop_in = etc / f"systemd/system/rtctl@{name}.service.d"
     if needs_network(loaded):
-        made.files.append(File(drop_in / "10-network.conf", shipped(NETWORK_DROP_IN)))
+        made.files.append(File(drop_in / OURS[0], shipped(NETWORK_DROP_IN)))
     elif needs_loopback(loaded):
-        made.files.append(File(drop_in / "10-loopback.conf", shipped(LOOPBACK_DROP_IN)))
+        made.files.append(File(drop_in / OURS[1], shipped(LOOPBACK_DROP_IN)))
     if loaded.config.loop.cpu >= 0:
         # all cores: a machine that isolates some gives a service none of these by itself
         cores = f"[Service]\nCPUAffinity=0-{max((os.cpu_count() or 1) - 1, loaded.config.loop.cpu)}\n"
-        made.files.append(File(drop_in / "20-core.conf", cores.encode()))
+        made.files.append(File(drop_in / OURS[2], cores.encode()))
     if group := loaded.config.gateway.group:
         if made.live:
             group_id(group)  # systemd refuses to start a unit with a group that is not there
-        made.files.append(File(drop_in / "30-group.conf", _GROUP_DROP_IN.format(group=group).encode()))
+        made.files.append(File(drop_in / OURS[3], _GROUP_DROP_IN.format(group=group).encode()))
+    # of an earlier rig file: a network, a core or a group that this one does not ask for
+    wanted = {file.path for file in made.files}
+    made.stale += [path for path in (drop_in / ours for ours in OURS) if path.exists() and path not in wanted]
     if made.live:
         made.commands += [
             ["systemd-sysusers", str(etc / "sysusers.d/rtctl.conf")],
             ["systemctl", "daemon-reload"],
             ["udevadm", "control", "--reload"],
-            [
-                "udevadm",
-                "trigger",
-                "--settle",
-                "--subsystem-match=misc",
-                "--subsystem-match=tty",
-            ],  # devices that are there already
+            # devices that are there already
+            ["udevadm", "trigger", "--settle", "--subsystem-match=misc", "--subsystem-match=tty"],
         ]
         made.commands.append(compile_command(command, etc / "rtctl" / f"{name}.toml"))
         # last: what it starts needs all that comes before
@@ -228,18 +229,8 @@ def compile_command(command: str, rig: Path) -> list[str]:
     it does for the service."""
     mode = ["-p", "CacheDirectory=rtctl", "-p", "CacheDirectoryMode=0700", "-p", "UMask=0027"]
     whose = ["-p", "User=rtctl", "-p", "Group=rtctl"]
-    return [
-        COMPILER,
-        "--quiet",
-        "--wait",
-        "--pipe",
-        "--collect",
-        *whose,
-        *mode,
-        *shlex.split(command),
-        "compile",
-        str(rig),
-    ]
+    how = ["--quiet", "--wait", "--pipe", "--collect", *whose, *mode]
+    return [COMPILER, *how, *shlex.split(command), "compile", str(rig)]
 
 
 def needs_network(loaded: LoadedConfig) -> bool:
@@ -264,6 +255,10 @@ def apply(
         say(f"{'would write' if dry_run else 'write'} {file.path}")
         if not dry_run:
             file.write()
+    for path in made.stale:
+        say(f"{'would remove' if dry_run else 'remove'} {path}")
+        if not dry_run:
+            path.unlink()
     for command in made.commands:
         say(f"{'would run' if dry_run else 'run'} {' '.join(command)}")
         if not dry_run:

@@ -14,10 +14,10 @@ class Limits:
     """When a new file begins, and how much of the disk is left alone."""
 
     # what any file system takes, FAT's 4 GB too, and one copies over a network at one go
-    file_bytes: int = 1 << 30
+    file_bytes: int = 1_000_000_000
     file_s: float = 3600.0
     # what else the machine keeps on that disk, the event log with it, goes on
-    free_bytes: int = 200 << 20
+    free_bytes: int = 200_000_000
 
     @classmethod
     def of(cls, table: RecordTable) -> Limits:

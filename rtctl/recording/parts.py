@@ -231,8 +231,8 @@ class Parts:
         disk = os.statvfs(self._folder)
         # f_bavail, not f_bfree: what is kept for root is no room
         if disk.f_bavail * disk.f_frsize < self._limits.free_bytes + size:
-            free = self._limits.free_bytes >> 20
-            left = f"less than {free} MB" if free else "nothing"
+            free = self._limits.free_bytes / 1e6
+            left = f"less than {free:g} MB" if free else "nothing"
             raise OSError(errno.ENOSPC, f"{left} would be left on the disk", str(self._folder))
 
     def _open(self, first_row: int, rows: np.ndarray, state: np.ndarray | None) -> None:

@@ -118,9 +118,8 @@ def setup_of(
         # a first start compiles for minutes: a file that was edited meanwhile is not what runs
         if hashlib.sha256(text).hexdigest() == loaded.sha256:
             files[RIG_NAME] = ("application/toml", text)
-    for axis in config.axis:
-        path = loaded.model_path(axis)
-        # it may be gone since it was read: the law's arrays hold what was used
-        if path is not None and path.is_file():
-            files[f"model-{axis.name}.json"] = ("application/json", path.read_bytes())
+    for axis, content in zip(config.axis, plan.model_files, strict=True):
+        # not what the file holds by now: it is replaced while the rig runs, and before its first tick
+        if content:
+            files[f"model-{axis.name}.json"] = ("application/json", content)
     return Setup(about, files)

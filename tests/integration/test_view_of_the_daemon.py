@@ -129,7 +129,9 @@ def test_a_port_in_use_is_told_and_the_rig_runs(tmp_path, port):
         for line in process.stdout:
             if "the live view" in line:
                 break
-        assert "Address already in use" in line
+        assert (
+            "Address already in use; what answers there is not this rig: give it another [view] port" in line
+        )
         with RigClient("mock", runtime_dir=str(folder), timeout_s=PATIENCE_S) as client:
             assert client.hello()["rig"] == "mock"
 

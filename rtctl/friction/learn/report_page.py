@@ -10,7 +10,7 @@ from html import escape
 from typing import Any
 
 from hw.motion import words
-from rtctl.friction.gain import AxisGain, Gains
+from rtctl.friction.gain import AxisGain, Gains, told
 from rtctl.friction.learn import hold_out, report_sentences, report_tables
 from rtctl.friction.learn.report_evidence import EXTRA_COLUMNS, Evidence
 from rtctl.friction.learn.report_tables import Table
@@ -89,7 +89,7 @@ def page(evidence: Evidence, gains: Gains, document: Mapping[str, Any], pictures
 
 def _gain(gains: Gains) -> str:
     model = (
-        f"Of the model alone: a gain (kappa) up to {gains.gain_model:.3f} of the whole curve stays below "
+        f"Of the model alone: a gain (kappa) up to {told(gains.gain_model)} of the whole curve stays below "
         "the true friction, as far as its known errors tell. The least dry friction is "
         f"{gains.friction_min_nm:.4g} N m."
     )
@@ -108,7 +108,7 @@ def _gain(gains: Gains) -> str:
             )
         else:
             words.append(
-                f"Axis {axis.axis}: gain up to {axis.gain:.3f}, with the feed-forward capped at "
+                f"Axis {axis.axis}: gain up to {told(axis.gain)}, with the feed-forward capped at "
                 f"{axis.cap_nm:.4g} N m (gain times the least dry friction; cap_share = "
                 f"{axis.cap_share:.4g} in the rig file). {_left_at(axis)}"
             )

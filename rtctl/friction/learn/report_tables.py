@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hw.motion import speed_scale
-from rtctl.friction.gain import Gains
+from rtctl.friction.gain import Gains, told
 from rtctl.friction.learn.certainty import standard_error
 from rtctl.friction.learn.fit import compile_error_nm
 from rtctl.friction.learn.hold_out import HELD_OUT
@@ -255,11 +255,11 @@ def gains(found: Gains) -> Table:
     rows = [
         (
             axis.axis,
-            f"{axis.gain:.3f}",
+            told(axis.gain),
             f"{axis.cap_nm:.4g}",
             f"{axis.margin_nm:+.4g}",
-            f"{axis.gain_uncapped:.3f}",
-            f"{axis.gain_sampled_data:.3f}",
+            told(axis.gain_uncapped),
+            told(axis.gain_sampled_data),
             f"{axis.margin_at_zero_nm:+.4g}",
         )
         for axis in found.axes

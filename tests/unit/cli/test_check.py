@@ -5,7 +5,7 @@ import json
 import re
 
 import pytest
-from checked_rig import learned, writer
+from checked_rig import learned, rows_of, writer
 from in_process import run
 
 from rtctl.check import stability_report
@@ -234,3 +234,11 @@ def test_a_missing_rig_file_exits_3(monkeypatch, capsys, tmp_path):
     code, _, err = run(monkeypatch, capsys, "check", tmp_path / "absent.toml")
     assert code == 3
     assert "absent.toml" in err
+
+
+@pytest.mark.parametrize("delay", [1.0, 1.2, 4.0])
+def test_the_largest_coupling_that_is_told_passes(rig, delay):
+    row = rows_of(rig(k_c=1.0, d=delay))["coupling, sampled and late"]
+    largest = float(re.search(r"k_c up to (\S+) ", row.meaning)[1])
+    assert examine(load(rig(k_c=largest, d=delay)), telling=False).ok
+    assert not examine(load(rig(k_c=1.001 * largest, d=delay)), telling=False).ok

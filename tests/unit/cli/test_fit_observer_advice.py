@@ -42,3 +42,22 @@ def test_an_observer_that_would_be_refused_is_told_slower_or_off(counts, wanted,
         rows = stability_report.examine(load(path)).verdicts
         refused[name] = any(row.outcome == Outcome.FAIL and ".observer" in row.refusal for row in rows)
     assert refused == {"as it was": True, "as told": False}
+
+
+def test_the_models_of_other_axes_need_not_be_there_yet(tmp_path):
+    path = tmp_path / "two.toml"
+    text = (CONFIGS / "mock-2axis.toml").read_text()
+    path.write_text(text.replace('"friction/mock.json"', '"not learned yet.json"'))
+    loaded = load(path)
+    first, _ = gain.recommend(artefact.load(MODEL), loaded).axes
+    assert observer_advice.snippet(loaded, first, MODEL) == ""
+
+
+def test_the_largest_gain_that_is_told_passes(tmp_path):
+    path = tmp_path / "rig.toml"
+    text = (CONFIGS / "mock.toml").read_text().replace('"friction/mock.json"', f'"{MODEL.as_posix()}"')
+    path.write_text(text.replace("gain = 0.95 ", "drift_nm = 0.048\ngain = 0.95 "))
+    (axis,) = gain.recommend(artefact.load(MODEL), load(path)).axes
+    assert f"{axis.gain:.3f}" == "0.812"  # which the two-line test refuses: the case is one
+    assert axis.gain - 0.001 < float(gain.told(axis.gain)) <= axis.gain
+    assert gain.told(1.0) == "1.000"

@@ -159,3 +159,53 @@ def test_half_of_a_rig_is_not_left_in_the_way_of_the_next_try(tmp_path):
             resource.setrlimit(resource.RLIMIT_FSIZE, before)
         assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
     assert target in write_copy("serial.toml", target, "my-rig")
+
+
+def test_a_path_is_ones_own_file_and_a_rig_is_renamed_by_it(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_copy("mock.toml", tmp_path / "mock.toml", "left")  # a name that a shipped file has, too
+    own = tmp_path / "mock.toml"
+    own.write_text(own.read_text().replace("torque_limit_nm = 2.0", "torque_limit_nm = 1.5"))
+    done = call("init", "./mock.toml", "right.toml")
+    assert done.exit_code == 0, done.output
+    assert "of another one: rtctl identify" in done.output
+    loaded = load("right.toml")
+    (axis,) = loaded.config.axis
+    assert (loaded.config.rig.name, axis.torque_limit_nm) == ("right", 1.5)
+    assert artefact.load(loaded.model_path(axis)).rig == "right"
+    # the shipped file by its path is the shipped file
+    done = call("init", rig_files()[-1], "fourth.toml")
+    assert "of another one" not in done.output
+    # a bare name is that of the list
+    assert call("init", "mock.toml", "third.toml").exit_code == 0
+    assert load("third.toml").config.axis[0].torque_limit_nm == 2.0
+
+
+def test_of_several_models_each_comes_along_and_what_both_rigs_find_stays(tmp_path):
+    write_copy("mock-2axis.toml", tmp_path / "two.toml", "two")
+    text = (tmp_path / "two.toml").read_text()
+    write_copy("mock.toml", tmp_path / "a.toml", "b")
+    (tmp_path / "friction" / "b.json").rename(tmp_path / "friction" / "pitch.json")
+    fault = '[[fault]]\nchannel = "link"\nkind = "drop"\nat_s = 1.0\nfor_ticks = 1\n'
+    (tmp_path / "faults.toml").write_text(fault)
+    head, tail = text.rsplit("friction/two.json", 1)
+    text = f"{head}friction/pitch.json{tail}".replace("seed = 1 ", 'faults = "faults.toml"\nseed = 1 ')
+    (tmp_path / "two.toml").write_text(text)
+    write_copy(str(tmp_path / "two.toml"), tmp_path / "three.toml", "three")
+    loaded = load(tmp_path / "three.toml")
+    models = [loaded.model_path(axis) for axis in loaded.config.axis]
+    assert [model.name for model in models] == ["three-two.json", "three-pitch.json"]
+    assert {artefact.load(model).rig for model in models} == {"three"}
+
+
+def test_a_file_of_ones_own_that_is_written_otherwise_is_refused(tmp_path):
+    own, to = tmp_path / "own.toml", tmp_path / "x.toml"
+    for text, words in (
+        ('[[axis]]\nname = "joint"\n[rig]\nname = "a"\n', "begin with"),
+        ("[rig]\nname = 'a'\n", "begin with"),
+        ("[rig\n", "rtctl check tells more"),
+    ):
+        own.write_text(text)
+        with pytest.raises(ConfigError, match=words):
+            write_copy(str(own), to, "b")
+    assert list(tmp_path.iterdir()) == [own]

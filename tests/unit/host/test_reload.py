@@ -2,9 +2,10 @@
 
 from rtctl.check import law_plan as plan
 from rtctl.control.vocabulary import State
-from rtctl.host.reload import AT_REST, axes_of, compare, environment_fields, refused
+from rtctl.host.reload import AT_REST, axes_of, compare, environment_fields, models_replaced, refused
+from rtctl.recording.setup import setup_of
 from rtctl.rig_file import config
-from rtctl.simulation.shipped_files import shipped_config
+from rtctl.simulation.shipped_files import shipped_config, write_copy
 
 
 def changed(tmp_path, *pairs):
@@ -77,3 +78,22 @@ def test_with_other_axes_no_environment_is_taken_for_a_joint_that_it_is_not_mean
 def test_only_a_rig_at_rest_is_reloaded():
     for state in State:
         assert bool(refused(state)) == (state not in AT_REST)
+
+
+def test_a_model_that_was_learned_anew_under_its_name_is_told():
+    assert models_replaced([b"old", b"", b"same"], [b"new", b"first", b"same"], []) == [
+        "axis[0].friction.model",
+        "axis[1].friction.model",
+    ]
+    assert models_replaced([b"old"], [b"new"], ["axis[0].friction.model"]) == []  # its key is told already
+    assert models_replaced([b"a", b"b"], [b"a"], []) == []
+
+
+def test_a_plan_knows_what_it_read_of_each_model(tmp_path):
+    write_copy("mock.toml", path := tmp_path / "rig.toml", "rig")
+    loaded = config.load(path)
+    made = plan.build(loaded)
+    assert made.model_files == ((tmp_path / "friction" / "rig.json").read_bytes(),)
+    (tmp_path / "friction" / "rig.json").write_bytes(b"another one by now")
+    attached = setup_of(loaded, made, 1, 0).attachments["model-joint.json"][1]
+    assert attached == made.model_files[0]

@@ -126,7 +126,7 @@ def test_a_full_disk_marks_the_recording_broken_and_a_new_file_follows(tmp_path,
 
     monkeypatch.setattr(parts.os, "statvfs", statvfs)
     monkeypatch.setattr(recorder, "RETRY_S", 0.0)
-    made = Recorder(tmp_path, setup(), ROOM, wait=True)
+    made = Recorder(tmp_path, setup(), Limits(), wait=True)
     made._most_rows = 20  # one batch at a time
     feed(made, rows[:1100], commands)
     full[0] = True
@@ -135,7 +135,7 @@ def test_a_full_disk_marks_the_recording_broken_and_a_new_file_follows(tmp_path,
     feed(made, rows[1800:], commands[:0], first=1800)
     made.close()
     status = made.status()
-    assert "left on the disk" in status["broken"]
+    assert "less than 200 MB would be left on the disk" in status["broken"]  # as docs/recording.md says it
     assert status["files"] == 2
     assert status["dropped"] > 0
     found = overview(RecordingReader(made.files))
