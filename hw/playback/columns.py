@@ -180,7 +180,7 @@ def _named(name: str, array: np.ndarray) -> dict[str, np.ndarray]:
     return {f"{name}.{field}" if name else field: array[field] for field in array.dtype.names}
 
 
-def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Mapping[str, Any] | Table:
+def _mat(path: Path, raw: bytes, names: tuple[str, ...]) -> Table:
     return read_matlab(path, raw, names, most_unpacked(len(raw)))
 
 

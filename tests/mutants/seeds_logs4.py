@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from seed import Seed
 
+BESIDE = "tests/unit/hw/test_units_of_attributes.py"
 LOST = "tests/unit/friction/test_lost_rows.py"
 
 SEEDS = (
@@ -27,5 +28,26 @@ SEEDS = (
         'size=_window(rows), mode="mirror")',
         'size=_window(rows), mode="nearest")',
         (f"{LOST}::test_an_angle_may_start_over_in_any_row",),
+    ),
+    Seed(
+        "a unit beside a column in a MATLAB structure is not looked at",
+        "hw/playback/matlab.py",
+        "return Table(found, units_beside(found, spelt))",
+        "return Table(found)",
+        (f"{BESIDE}::test_a_torque_of_which_the_file_says_another_unit_is_refused",),
+    ),
+    Seed(
+        "words of an HDF5 file are references",
+        "hw/playback/matlab_hdf.py",
+        "elif self.h5py.check_ref_dtype(item.dtype):",
+        "elif item.dtype == self.h5py.ref_dtype:",
+        (f"{BESIDE}::test_a_torque_of_which_the_file_says_another_unit_is_refused",),
+    ),
+    Seed(
+        "a unit beside several arrays is that of the first",
+        "hw/playback/units.py",
+        "if len(series) == 1 else {}",
+        "if series else {}",
+        (f"{BESIDE}::test_a_unit_beside_several_arrays_is_of_none",),
     ),
 )
