@@ -5,6 +5,8 @@ from __future__ import annotations
 from seed import Seed
 
 BESIDE = "tests/unit/hw/test_units_of_attributes.py"
+CELLS = "tests/unit/hw/test_cells.py"
+FORMATS = "tests/unit/hw/test_log_formats.py"
 LOST = "tests/unit/friction/test_lost_rows.py"
 
 SEEDS = (
@@ -49,5 +51,26 @@ SEEDS = (
         "if len(series) == 1 else {}",
         "if series else {}",
         (f"{BESIDE}::test_a_unit_beside_several_arrays_is_of_none",),
+    ),
+    Seed(
+        "decimal commas in a binary file are points",
+        "hw/playback/spelt_out.py",
+        "words = read_cells(cells, marks)",
+        'words = read_cells(cells, ".")',
+        (f"{FORMATS}::test_numbers_that_were_saved_as_text_are_read_as_in_a_text_table",),
+    ),
+    Seed(
+        "settings above a table are values with their names",
+        "hw/playback/text_rows.py",
+        "if not names or any(_labels(line)[0] != names for line in first[1:-1]):",
+        "if not names:",
+        (f"{FORMATS}::test_settings_with_names_above_a_table_are_no_values",),
+    ),
+    Seed(
+        "a D of hexadecimal is an exponent",
+        "hw/playback/cells.py",
+        "[dD](?=[-+]\\d{1,3}$)",
+        "[dD](?=[-+]?\\d{1,3}$)",
+        (f"{CELLS}::test_a_typographic_minus_and_the_exponents_of_fortran_are_read",),
     ),
 )
