@@ -92,7 +92,7 @@ def read(
         if of_speeds:
             require_enough(points)
     for note in notes:
-        click.echo(f"warning: {note}", err=True)
+        click.echo(words(f"warning: {note}", points.motion), err=True)
     return points
 
 
@@ -125,7 +125,7 @@ def without_outliers(points: FrictionPoints, *, keep: bool) -> FrictionPoints:
         return points
     kept, notes = outliers.without_outliers(points)
     for note in notes:
-        click.echo(f"warning: {note}", err=True)
+        click.echo(words(f"warning: {note}", points.motion), err=True)
     return kept
 
 

@@ -9,6 +9,9 @@ CELLS = "tests/unit/hw/test_cells.py"
 FORMATS = "tests/unit/hw/test_log_formats.py"
 LOST = "tests/unit/friction/test_lost_rows.py"
 
+POINTS = "tests/unit/cli/test_fit_points.py"
+CHECK = "tests/unit/friction/test_points_check.py"
+
 SEEDS = (
     Seed(
         "rows that are missing again and again are those of a slower device",
@@ -72,5 +75,37 @@ SEEDS = (
         "[dD](?=[-+]\\d{1,3}$)",
         "[dD](?=[-+]?\\d{1,3}$)",
         (f"{CELLS}::test_a_typographic_minus_and_the_exponents_of_fortran_are_read",),
+    ),
+    Seed(
+        "a run whose torque is clipped is a point",
+        "rtctl/friction/logs/runs.py",
+        "if share > STANDS and size.max() == top:",
+        "if False:",
+        (f"{POINTS}::test_a_run_whose_torque_ends_at_a_limit_is_refused",),
+    ),
+    Seed(
+        "a torque that is commanded and constant is clipped",
+        "rtctl/friction/logs/runs.py",
+        "if np.median(stands) > STANDS:",
+        "if False:",
+        (f"{POINTS}::test_a_run_whose_torque_ends_at_a_limit_is_refused",),
+    ),
+    Seed(
+        "a point of quiet rows scatters by them alone",
+        "rtctl/friction/logs/points_check.py",
+        "elif (scatter := _scatter(points)) > UNEVEN:",
+        "elif not np.isfinite(points.std_nm).any() and (scatter := _scatter(points)) > UNEVEN:",
+        (f"{CHECK}::test_a_zero_that_wanders_from_run_to_run_scatters_however_quiet_each_run_is",),
+    ),
+    Seed(
+        "an outlier of a carriage is told in rad/s",
+        "rtctl/cli/fit_points.py",
+        """    for note in notes:
+        click.echo(words(f"warning: {note}", points.motion), err=True)
+    return kept""",
+        """    for note in notes:
+        click.echo(f"warning: {note}", err=True)
+    return kept""",
+        (f"{POINTS}::test_units_of_a_carriage_are_in_what_is_told_of_its_points",),
     ),
 )
