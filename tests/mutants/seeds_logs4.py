@@ -12,6 +12,9 @@ LOST = "tests/unit/friction/test_lost_rows.py"
 POINTS = "tests/unit/cli/test_fit_points.py"
 CHECK = "tests/unit/friction/test_points_check.py"
 
+BAG = "tests/unit/recording/test_joint_states.py"
+JUDGE = "tests/unit/cli/test_fit_judge.py"
+
 SEEDS = (
     Seed(
         "rows that are missing again and again are those of a slower device",
@@ -107,5 +110,26 @@ SEEDS = (
         click.echo(f"warning: {note}", err=True)
     return kept""",
         (f"{POINTS}::test_units_of_a_carriage_are_in_what_is_told_of_its_points",),
+    ),
+    Seed(
+        "messages of a bag that overtook each other stay as they came",
+        "rtctl/recording/joint_states.py",
+        "if near else states",
+        "if False else states",
+        (f"{BAG}::test_messages_that_overtook_each_other_are_in_the_order_of_their_stamps",),
+    ),
+    Seed(
+        "a clock that was set back mixes two runs",
+        "rtctl/recording/joint_states.py",
+        "if near else states",
+        "if True else states",
+        (f"{BAG}::test_a_clock_that_was_set_back_mixes_no_two_runs",),
+    ),
+    Seed(
+        "points within the temperatures of a model are warmer",
+        "rtctl/friction/learn/report_judged_cause.py",
+        "over_k = mean - min(max(mean, low), high)",
+        "over_k = mean + 10",
+        (f"{JUDGE}::test_points_warmer_than_any_before_are_told_so",),
     ),
 )
