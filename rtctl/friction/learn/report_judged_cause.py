@@ -44,8 +44,8 @@ def warmer(model: FrictionModel, points: FrictionPoints) -> str:
     than = "warmer" if over_k > 0 else "colder"
     return (
         f"the points are of {mean:.0f} degC, {abs(over_k):.0f} K {than} than any the model was learned from "
-        f"({low:.0f} to {high:.0f} degC), and friction changes with temperature: learn it from points of both, "
-        "with the column temperature_c (the report then tells what a kelvin changes)"
+        f"({low:.0f} to {high:.0f} degC), and friction changes with temperature: learn it from points of "
+        "both, with the column temperature_c (the report then tells what a kelvin changes)"
     )
 
 
