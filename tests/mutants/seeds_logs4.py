@@ -19,9 +19,16 @@ SEEDS = (
     Seed(
         "rows that are missing again and again are those of a slower device",
         "rtctl/friction/logs/lost_rows.py",
-        "if len(twice) > MOST_LOST and",
-        "if len(twice) > 10**9 and",
-        (f"{LOST}::test_every_tenth_row_is_missing_and_the_stamps_are_even",),
+        "if len(some) > MOST_LOST and",
+        "if len(some) > 10**9 and",
+        (f"{LOST}::test_rows_that_are_missing_again_and_again_are_told",),
+    ),
+    Seed(
+        "two rows of twelve that are missing are those of a slower device",
+        "rtctl/friction/logs/lost_rows.py",
+        "(ways >= 2)",
+        "(ways == 2)",
+        (f"{LOST}::test_rows_that_are_missing_again_and_again_are_told",),
     ),
     Seed(
         "stamps that tell of lost rows are no help",

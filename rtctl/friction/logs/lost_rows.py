@@ -1,4 +1,4 @@
-"""Rows that are lost while the stamps go on evenly: the position then goes two rows' way in one."""
+"""Rows that are lost while the stamps go on evenly: the position then goes two rows' way, or more, in one."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ COUNTS = 8.0
 """Least steps of the encoder in a row there."""
 
 OFF = 0.25
-"""How far from two rows' way a step may be."""
+"""How far from the way of two rows, or more, a step may be."""
 
 
 def lost(where: str, places: int, row: int, further: float) -> DataError:
@@ -32,7 +32,7 @@ def lost(where: str, places: int, row: int, further: float) -> DataError:
 
 
 def require_every_row(where: str, position_rad: np.ndarray, step_s: np.ndarray) -> None:
-    """Refuse a position (n,) from which single rows are missing again and again; `step_s` (n - 1,) are the
+    """Refuse a position (n,) from which rows are missing again and again; `step_s` (n - 1,) are the
     times between its rows (or rows).
 
     Found before an outlier is looked for: of every tenth row that is lost the running median knows too
@@ -48,8 +48,9 @@ def require_every_row(where: str, position_rad: np.ndarray, step_s: np.ndarray) 
     steady = np.abs(beside - mean).max(axis=0) < STEADY * np.abs(mean)
     steady &= np.abs(mean) * np.median(step_s) > COUNTS * quantum(position_rad)
     times = np.where(steady, velocity[2:-2] / np.where(steady, mean, 1.0), 1.0)
-    twice = np.flatnonzero(np.abs(times - 2) < OFF)
+    ways = np.round(times)
+    some = np.flatnonzero((ways >= 2) & (np.abs(times - ways) < OFF))
     # noise, stamps that jitter and rows that come late go astray to both sides
-    others = int(np.sum(np.abs(times - 1) > OFF)) - len(twice)
-    if len(twice) > MOST_LOST and len(twice) > 4 * others:
-        raise lost(where, len(twice), int(twice[0]) + 3, 1.0)
+    others = int(np.sum(np.abs(times - 1) > OFF)) - len(some)
+    if len(some) > MOST_LOST and len(some) > 4 * others:
+        raise lost(where, len(some), int(some[0]) + 3, float(times[some[0]]) - 1)

@@ -22,12 +22,13 @@ def moved(counts=1e-6):
     return np.round(path / counts) * counts
 
 
-def test_every_tenth_row_is_missing_and_the_stamps_are_even():
-    """The running median knew too little of the other rows, and the bends looked like a slower device's."""
-    with pytest.raises(
-        DataError, match=r"rows are missing at \d{3} places, the first after row 9 .*by 1 rows"
-    ):
-        rows(moved()[np.arange(4000) % 10 != 9])
+@pytest.mark.parametrize(("every", "kept", "further"), [(10, 9, 1), (12, 10, 2), (5, 4, 1)])
+def test_rows_that_are_missing_again_and_again_are_told(every, kept, further):
+    """Under even stamps. The running median knew too little of the other rows, and the bends looked like a
+    slower device's."""
+    told = rf"rows are missing at \d{{3}} places, the first after row {kept} .*by {further} rows"
+    with pytest.raises(DataError, match=told):
+        rows(moved()[np.arange(4000) % every < kept])
 
 
 def test_stamps_that_tell_of_the_lost_rows_are_right():
