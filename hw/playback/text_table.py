@@ -115,6 +115,7 @@ def read_text(
     ]
     if not body:
         raise BackendError(f"{path}: no rows below the header")
+    _require_names(path, body, layout, head, names)
     marks = marks_of(_sampled(body, layout), decimal, body, layout.delimiter)
     said = {name: _unit_text(units, at) for name, at in zip(names, layout.index, strict=True)}
     try:
@@ -123,6 +124,25 @@ def read_text(
         numbers, spelt = _cell_by_cell(path, body, layout, names, marks, head)
         said |= spelt
     return Table({name: numbers[:, k] for k, name in enumerate(names)}, said)
+
+
+def _require_names(
+    path: Path, body: list[str], layout: _Layout, head: str | None, names: tuple[str, ...]
+) -> None:
+    """Refuse rows that have more cells than the header has names, each of them: which of them is without a
+    name nobody says, and one in front moves all others. A column by its place needs none."""
+    if head is None or all(map(PLACE.fullmatch, names)):
+        return
+    header = len(cells_of(head, layout.delimiter))
+    # of delimiters alone, which end each row of some programs, come empty cells
+    cells = [cells_of(line.rstrip(f"{layout.delimiter or ''} \t"), layout.delimiter) for line in _some(body)]
+    fewest = min(map(len, cells))
+    if fewest > header:
+        raise BackendError(
+            f"{path}: every row has {fewest} cells or more, and the header {header} names: a number of the "
+            "row in front (R writes one), a column without a name behind, or a decimal comma where a comma "
+            "delimits; give each column a name, or name the columns by their places (#2)"
+        )
 
 
 def _uncommented(line: str) -> str:
@@ -218,10 +238,15 @@ def _unit_text(rows: list[list[str]], at: int) -> str:
     return next((cells[at] for cells in rows if at < len(cells) and cells[at]), "")
 
 
+def _some(body: list[str]) -> list[str]:
+    """Some 200 lines all over the table: a joint at rest at the start has small numbers, which have no mark
+    between thousands."""
+    return body[:: max(1, len(body) // 200)]
+
+
 def _sampled(body: list[str], layout: _Layout) -> list[list[str]]:
     """Cells of each wanted column in some 200 lines all over the table."""
-    # all over: a joint at rest at the start has small numbers, which have no mark between thousands
-    lines = [cells_of(line, layout.delimiter) for line in body[:: max(1, len(body) // 200)]]
+    lines = [cells_of(line, layout.delimiter) for line in _some(body)]
     return [[cells[k] for cells in lines if k < len(cells)] for k in layout.index]
 
 

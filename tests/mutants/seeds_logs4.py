@@ -139,4 +139,11 @@ SEEDS = (
         "over_k = mean + 10",
         (f"{JUDGE}::test_points_warmer_than_any_before_are_told_so",),
     ),
+    Seed(
+        "a number in front of each row moves all columns",
+        "hw/playback/text_table.py",
+        "if fewest > header:",
+        "if False:",
+        (f"{FORMATS}::test_rows_of_more_cells_than_there_are_names_are_refused",),
+    ),
 )

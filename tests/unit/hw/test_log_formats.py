@@ -283,6 +283,22 @@ def test_names_before_each_value_are_the_header(tmp_path, row):
         read_table(path, ("t", "tau", "q"))
 
 
+@pytest.mark.parametrize(
+    "text", ["t,q\n1,0.1,5\n2,0.2,6\n", 't q\n"1" 0.1 5\n"2" 0.2 6\n', "t,q\n0,1,0,5\n0,2,0,6\n"]
+)
+def test_rows_of_more_cells_than_there_are_names_are_refused(tmp_path, text):
+    """Each column was read for the one before it."""
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    with pytest.raises(BackendError, match=r"every row has [34] cells or more, and the header 2 names.*#2"):
+        read_table(path, ("t", "q"))
+    assert read_table(path, ("#2", "#3")).columns["#3"].tolist()[0] in (5, 0)
+    path.write_text("t,q\n1,5,,\n2,6, ,\n")  # delimiters that end each row are no cells
+    assert read_table(path, ("t", "q")).columns["q"].tolist() == [5, 6]
+    path.write_text("t,q\n1,5\n2,6,a remark\n3,7\n")
+    assert read_table(path, ("t", "q")).columns["q"].tolist() == [5, 6, 7]
+
+
 def test_settings_with_names_above_a_table_are_no_values(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("rate: 1000\nt q\n" + "\n".join(f"{k} {2 * k}" for k in range(9)))

@@ -34,6 +34,14 @@ def parquet(path):
     return "q", "tau", "stamp"
 
 
+def pandas_attrs(path):
+    pytest.importorskip("pyarrow")
+    frame = pytest.importorskip("pandas").DataFrame({"q": Q, "tau": TAU})
+    frame.attrs["units"] = {"tau": "mNm", "x": 3}
+    frame.to_parquet(path)
+    return "q", "tau"
+
+
 def hdf_beside(path):
     h5py = pytest.importorskip("h5py")
     with h5py.File(path, "w") as file:
@@ -76,6 +84,7 @@ def json_lines(path):
     [
         ("h5", hdf),
         ("parquet", parquet),
+        ("parquet", pandas_attrs),
         ("hdf5", hdf_beside),
         ("mat", matlab),
         ("mat", matlab_hdf),
