@@ -286,8 +286,9 @@ def _cell_by_cell(
                 if found[0] is not None or read_words(cells[:1], marks) is None
                 else first_wrong(cells, marks)
             )
-            first = min(first or (wrong, name, at), (wrong, name, at))
+            # of one row by its first cell: a footer has its word there, and nothing behind
+            first = min(first or (wrong, at, name), (wrong, at, name))
     if first:
-        wrong, name, at = first
+        wrong, at, name = first
         raise BackendError(no_number(path, body, layout.delimiter, name, at, wrong, header))
     return np.column_stack(columns), said

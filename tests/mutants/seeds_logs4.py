@@ -146,4 +146,11 @@ SEEDS = (
         "if False:",
         (f"{FORMATS}::test_rows_of_more_cells_than_there_are_names_are_refused",),
     ),
+    Seed(
+        "a footer is a column of another rate",
+        "hw/playback/text_table.py",
+        "first = min(first or (wrong, at, name), (wrong, at, name))",
+        "first = max(first or (wrong, at, name), (wrong, at, name))",
+        (f"{FORMATS}::test_a_footer_is_told_as_one",),
+    ),
 )

@@ -299,6 +299,15 @@ def test_rows_of_more_cells_than_there_are_names_are_refused(tmp_path, text):
     assert read_table(path, ("t", "q")).columns["q"].tolist() == [5, 6, 7]
 
 
+@pytest.mark.parametrize("footer", ['"Total","",""', "End of record\nSamples: 40\nMax,2,3"])
+def test_a_footer_is_told_as_one(tmp_path, footer):
+    """It was told as a column of another rate, or as a file that was cut off."""
+    rows = "\n".join(f"{k},{2 * k},{3 * k}" for k in range(40))
+    (tmp_path / "log.csv").write_text(f"t,q,a\n{rows}\n{footer}\n")
+    with pytest.raises(BackendError, match=r"row 41: '(Total|End of record)' .*a footer.*delete them"):
+        read_table(tmp_path / "log.csv", ("t", "q", "a"))
+
+
 def test_settings_with_names_above_a_table_are_no_values(tmp_path):
     path = tmp_path / "log.csv"
     path.write_text("rate: 1000\nt q\n" + "\n".join(f"{k} {2 * k}" for k in range(9)))
