@@ -6,7 +6,7 @@ from seed import Seed
 
 BESIDE = "tests/unit/hw/test_units_of_attributes.py"
 CELLS = "tests/unit/hw/test_cells.py"
-FORMATS = "tests/unit/hw/test_log_formats.py"
+FORMATS = "tests/unit/hw/test_strange_tables.py"
 LOST = "tests/unit/friction/test_lost_rows.py"
 
 POINTS = "tests/unit/cli/test_fit_points.py"
